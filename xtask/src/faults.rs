@@ -5,50 +5,92 @@ use std::process::ExitCode;
 use crate::run::{self, StepResult};
 use crate::{TaskResult, flag};
 
-const PAGE: &str = "docs/faults.md";
+/// The pages, and the section of each that is generated; in the order in which the example prints them.
+const PAGES: [(&str, &str); 3] = [
+    ("docs/faults.md", "faults"),
+    ("docs/safety-manual.md", "detected"),
+    ("docs/safety-manual.ru.md", "detected"),
+];
+/// What the example prints between two of them.
+const BETWEEN: char = '\u{c}';
 
 pub fn faults(arguments: &[String]) -> TaskResult {
     if flag(arguments, Some("--check"))? {
         return check().map(|()| ExitCode::SUCCESS);
     }
-    let table = table()?;
-    print!("{table}");
-    let old = run::read(PAGE)?;
-    let new = regenerate(&old, &table)?;
-    std::fs::write(run::root().join(PAGE), &new).map_err(|e| format!("{PAGE}: {e}"))?;
-    println!("\n   {PAGE}: {}", if old == new { "was up to date" } else { "written" });
+    let tables = tables()?;
+    if let [table, ..] = &tables[..] {
+        println!("{table}");
+    }
+    for ((path, name), table) in PAGES.iter().zip(&tables) {
+        let old = run::read(path)?;
+        let new = run::put(path, &old, name, table)?;
+        std::fs::write(run::root().join(path), &new).map_err(|e| format!("{path}: {e}"))?;
+        println!("   {path}: {}", if old == new { "was up to date" } else { "written" });
+    }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Fails on a flag or status that is not reached, and on an outdated table.
 pub fn check() -> StepResult {
-    let table = table()?;
-    let page = run::read(PAGE)?;
-    let fresh = regenerate(&page, &table)?;
+    let tables = tables()?;
+    for ((path, name), table) in PAGES.iter().zip(&tables) {
+        let page = run::read(path)?;
+        compare(path, &page, &run::put(path, &page, name, table)?)?;
+    }
+    let summary = tables.first().and_then(|table| table.lines().next()).unwrap_or_default();
+    let paths = PAGES.map(|(path, _)| path).join(", ");
+    println!("   {summary}\n   up to date: {paths}");
+    Ok(())
+}
+
+fn compare(path: &str, page: &str, fresh: &str) -> StepResult {
     if page == fresh {
-        let summary = table.lines().next().unwrap_or_default();
-        println!("   {summary}\n   the table of {PAGE} is up to date");
         return Ok(());
     }
     let place = page.lines().zip(fresh.lines()).position(|(old, new)| old != new);
     let line = place.unwrap_or_else(|| page.lines().count().min(fresh.lines().count())) + 1;
     let want = fresh.lines().nth(line - 1).unwrap_or("(the end)");
-    Err(format!("{PAGE}:{line} is out of date: run `cargo xtask faults`. It should read\n  {want}"))
+    Err(format!("{path}:{line} is out of date: run `cargo xtask faults`. It should read\n  {want}"))
 }
 
 /// Runs every row in the simulator; an error names the rows that fail and the flags without a row.
-fn table() -> Result<String, String> {
+fn tables() -> Result<Vec<String>, String> {
     let arguments = ["run", "--quiet", "--package", "lafet-sim", "--example", "faults"];
-    run::output(&mut run::cargo(&arguments))
+    split(&run::output(&mut run::cargo(&arguments))?)
 }
 
-fn regenerate(page: &str, table: &str) -> Result<String, String> {
-    run::put(PAGE, page, "faults", table)
+fn split(text: &str) -> Result<Vec<String>, String> {
+    let tables: Vec<String> = text.split(BETWEEN).map(str::to_owned).collect();
+    if tables.len() == PAGES.len() {
+        return Ok(tables);
+    }
+    Err(format!("the example `faults` printed {} tables, not {}", tables.len(), PAGES.len()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn regenerate(page: &str, table: &str) -> Result<String, String> {
+        run::put("docs/faults.md", page, "faults", table)
+    }
+
+    #[test]
+    fn each_page_has_its_table() {
+        assert_eq!(split("a\n\u{c}b\n\u{c}c\n").unwrap(), ["a\n", "b\n", "c\n"]);
+        for text in ["", "a\n\u{c}b\n", "a\u{c}b\u{c}c\u{c}d"] {
+            assert!(split(text).unwrap_err().contains("not 3"), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn an_outdated_line_is_named() {
+        assert!(compare("page", "a\nb\n", "a\nb\n").is_ok());
+        for (old, new) in [("a\nb\n", "a\nc\n"), ("a\n", "a\nb\n")] {
+            assert!(compare("page", old, new).unwrap_err().starts_with("page:2 "), "{old:?}");
+        }
+    }
 
     #[test]
     fn the_table_is_put_between_its_marks() {

@@ -16,8 +16,8 @@ const HEAD: Text = Text::new(
      | --- | --- | --- | --- | --- |\n",
 );
 const WITHOUT_ROW: Text = Text::new(
-    "Faults of the simulator that no row of the table injects:",
-    "Неисправности имитатора, которых нет ни в одной строке таблицы:",
+    "Faults of the simulator that no flag is due to show:",
+    "Неисправности имитатора, о которых не должен сообщать ни один флаг:",
 );
 const AT_ONCE: Text = Text::new("at once", "сразу");
 const SECONDS: [Text; 2] = [Text::new(".", ","), Text::new(" s", " с")];
@@ -33,7 +33,7 @@ struct Kind {
 }
 
 /// Kinds of faults in Markdown, with the flags that report each, the greatest severity, and the longest time of all
-/// rows; then the kinds that no row of the table injects. `pick` chooses the language.
+/// rows; then the kinds that no row of a flag injects. `pick` chooses the language.
 pub fn detected(measured: &Measured<'_>, pick: fn(Text) -> &'static str) -> String {
     let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
     for (row, ms) in &measured.rows {

@@ -1,5 +1,5 @@
-//! `cargo xtask faults`: how each flag and status is reached, for docs/faults.md and
-//! docs/faults.ru.md.
+//! `cargo xtask faults`: how each flag and status is reached, for docs/faults.md and its Russian form; and what
+//! reports each fault, for the safety manual.
 
 use std::process::ExitCode;
 
@@ -8,91 +8,105 @@ use crate::{TaskResult, flag};
 
 mod russian;
 
-const PAGE: &str = "docs/faults.md";
-const RUSSIAN_PAGE: &str = "docs/faults.ru.md";
+/// The pages, and the section of each that is generated.
+const PAGES: [(&str, &str); 4] = [
+    ("docs/faults.md", "faults"),
+    ("docs/faults.ru.md", "faults"),
+    ("docs/safety-manual.md", "detected"),
+    ("docs/safety-manual.ru.md", "detected"),
+];
+/// What the example prints between two tables.
+const BETWEEN: char = '\u{c}';
 
 pub fn faults(arguments: &[String]) -> TaskResult {
     if flag(arguments, Some("--check"))? {
         return check().map(|()| ExitCode::SUCCESS);
     }
-    let table = table()?;
-    print!("{table}");
-    for (page, old, new) in pages(&table)? {
-        std::fs::write(run::root().join(page), &new).map_err(|e| format!("{page}: {e}"))?;
-        println!("\n   {page}: {}", if old == new { "was up to date" } else { "written" });
+    let tables = tables()?;
+    println!("{}", tables[0]);
+    for ((path, name), table) in PAGES.iter().zip(&tables) {
+        let old = run::read(path)?;
+        let new = run::put(path, &old, name, table)?;
+        std::fs::write(run::root().join(path), &new).map_err(|e| format!("{path}: {e}"))?;
+        println!("   {path}: {}", if old == new { "was up to date" } else { "written" });
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Fails on a flag or status that is not reached, and on an outdated table.
 pub fn check() -> StepResult {
-    let table = table()?;
-    for (path, page, fresh) in pages(&table)? {
-        if page == fresh {
-            continue;
-        }
-        let place = page.lines().zip(fresh.lines()).position(|(old, new)| old != new);
-        let line = place.unwrap_or_else(|| page.lines().count().min(fresh.lines().count())) + 1;
-        let want = fresh.lines().nth(line - 1).unwrap_or("(the end)");
-        return Err(format!(
-            "{path}:{line} is out of date: run `cargo xtask faults`. It should read\n  {want}"
-        ));
+    let tables = tables()?;
+    for ((path, name), table) in PAGES.iter().zip(&tables) {
+        let page = run::read(path)?;
+        compare(path, &page, &run::put(path, &page, name, table)?)?;
     }
-    let summary = table.lines().next().unwrap_or_default();
-    println!("   {summary}\n   the tables of {PAGE} and {RUSSIAN_PAGE} are up to date");
+    let summary = tables[0].lines().next().unwrap_or_default();
+    let paths = PAGES.map(|(path, _)| path).join(", ");
+    println!("   {summary}\n   up to date: {paths}");
     Ok(())
 }
 
-/// The pages as they are, and with this table.
-fn pages(table: &str) -> Result<[(&'static str, String, String); 2], String> {
-    let translated = russian::table(table)?;
-    let page = |path, table: &str| {
-        let old = run::read(path)?;
-        let new = regenerate(path, &old, table)?;
-        Ok::<_, String>((path, old, new))
-    };
-    Ok([page(PAGE, table)?, page(RUSSIAN_PAGE, &translated)?])
+fn compare(path: &str, page: &str, fresh: &str) -> StepResult {
+    if page == fresh {
+        return Ok(());
+    }
+    let place = page.lines().zip(fresh.lines()).position(|(old, new)| old != new);
+    let line = place.unwrap_or_else(|| page.lines().count().min(fresh.lines().count())) + 1;
+    let want = fresh.lines().nth(line - 1).unwrap_or("(the end)");
+    Err(format!("{path}:{line} is out of date: run `cargo xtask faults`. It should read\n  {want}"))
 }
 
-/// Runs every row in the simulator; an error names the rows that fail and the flags without a row.
-fn table() -> Result<String, String> {
+/// Runs every row in the simulator; an error names the rows that fail and the flags without a row. The
+/// tables in the order of the pages.
+fn tables() -> Result<[String; 4], String> {
     let arguments = ["run", "--quiet", "--package", "lafet-sim", "--example", "faults"];
-    run::output(&mut run::cargo(&arguments))
+    let [faults, english, translated] = split(&run::output(&mut run::cargo(&arguments))?)?;
+    Ok([faults.clone(), russian::table(&faults)?, english, translated])
 }
 
-fn regenerate(path: &str, page: &str, table: &str) -> Result<String, String> {
-    run::put(path, page, "faults", table)
+fn split(text: &str) -> Result<[String; 3], String> {
+    let tables: Vec<String> = text.split(BETWEEN).map(str::to_owned).collect();
+    let count = tables.len();
+    tables.try_into().map_err(|_| format!("the example `faults` printed {count} tables, not 3"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn regenerate(page: &str, table: &str) -> Result<String, String> {
+        run::put("docs/faults.md", page, "faults", table)
+    }
+
+    #[test]
+    fn each_page_has_its_table() {
+        assert_eq!(split("a\n\u{c}b\n\u{c}c\n").unwrap(), ["a\n", "b\n", "c\n"]);
+        for text in ["", "a\n\u{c}b\n", "a\u{c}b\u{c}c\u{c}d"] {
+            assert!(split(text).unwrap_err().contains("not 3"), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn an_outdated_line_is_named() {
+        assert!(compare("page", "a\nb\n", "a\nb\n").is_ok());
+        for (old, new) in [("a\nb\n", "a\nc\n"), ("a\n", "a\nb\n")] {
+            assert!(compare("page", old, new).unwrap_err().starts_with("page:2 "), "{old:?}");
+        }
+    }
+
     #[test]
     fn the_table_is_put_between_its_marks() {
         let page = "# Faults\n<!-- faults:begin -->\nold\n<!-- faults:end -->\nthe end\n";
-        let new = regenerate(PAGE, page, "new | row\n").unwrap();
+        let new = regenerate(page, "new | row\n").unwrap();
         assert_eq!(new, page.replace("old", "new | row"));
-        assert_eq!(regenerate(PAGE, &new, "new | row\n").unwrap(), new);
+        assert_eq!(regenerate(&new, "new | row\n").unwrap(), new);
     }
 
     #[test]
     fn marks_that_are_missing_are_errors() {
         for page in ["", "<!-- faults:begin -->\n", "<!-- faults:end -->\n<!-- faults:begin -->\n"]
         {
-            assert!(regenerate(PAGE, page, "").unwrap_err().contains("is missing"), "{page}");
+            assert!(regenerate(page, "").unwrap_err().contains("is missing"), "{page}");
         }
-    }
-
-    #[test]
-    fn the_table_of_the_page_has_a_russian_form() {
-        let page = run::read(PAGE).unwrap();
-        let (_, rest) = page.split_once("<!-- faults:begin -->\n").unwrap();
-        let (table, _) = rest.split_once("<!-- faults:end -->").unwrap();
-        let translated = russian::table(table).unwrap();
-        assert_eq!(
-            regenerate(RUSSIAN_PAGE, &run::read(RUSSIAN_PAGE).unwrap(), &translated),
-            run::read(RUSSIAN_PAGE)
-        );
     }
 }

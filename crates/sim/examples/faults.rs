@@ -1,10 +1,11 @@
 //! Prints how each flag and each status is reached, from `conformance/faults.txt`: the table that
-//! `cargo xtask faults` writes into docs/faults.md.
+//! `cargo xtask faults` writes into docs/faults.md; behind a form feed each, what detects which fault, in English and
+//! in Russian, for the safety manuals.
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use lafet_sim::faults_table::{Table, page};
+use lafet_sim::faults_table::{Table, detected, page};
 
 fn main() -> ExitCode {
     match table() {
@@ -28,8 +29,11 @@ fn table() -> Result<String, String> {
     if !holes.is_empty() {
         return Err(format!("faults.txt has {} holes:\n  {}", holes.len(), holes.join("\n  ")));
     }
-    page(&table).map_err(|failures| {
+    let measured = table.measure().map_err(|failures| {
         let texts: Vec<String> = failures.iter().map(ToString::to_string).collect();
         format!("{} rows do not hold:\n\n{}", texts.len(), texts.join("\n\n"))
-    })
+    })?;
+    let english = detected(&measured, |text| text.en);
+    let russian = detected(&measured, |text| text.ru);
+    Ok([page(&measured), english, russian].join("\u{c}"))
 }

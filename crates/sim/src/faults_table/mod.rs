@@ -18,13 +18,16 @@
 //! never REASON                              instead of the lines: it is not reached, by decision
 //! ```
 
+mod detected;
 mod page;
 mod parse;
 
 use lafet_proto::flags::{ButtonState, FlagInfo, Severity, flags_of};
 use lafet_proto::{Status, SubsystemId};
 
+use crate::fault::Fault;
 use crate::scenario::{Failure, Scenario};
+pub use detected::detected;
 pub use page::page;
 
 /// A fault is told within this time, ms; whatever takes longer says why.
@@ -50,6 +53,15 @@ pub struct Row {
     pub block: usize,
     /// How it is reached, as a scenario with one case; `None` for what the device never sets.
     case: Option<Scenario>,
+    /// The faults that it injects.
+    faults: Vec<Fault>,
+}
+
+/// A table that has run: each row with the time until it shows, ms; `None` for what the device never sets.
+#[derive(Debug)]
+pub struct Measured<'t> {
+    table: &'t Table,
+    rows: Vec<(&'t Row, Option<u64>)>,
 }
 
 /// A block: the same way for several flags and subsystems.
@@ -92,6 +104,15 @@ impl core::fmt::Display for Subject {
 }
 
 impl Subject {
+    /// The flag with its state, as the page writes it; empty for a status.
+    fn flag_name(&self) -> String {
+        match self {
+            Self::Flag(_, flag) => flag.name.to_owned(),
+            Self::Button(_, flag, state) => format!("{}={state:?}", flag.name),
+            Self::Status(_) => String::new(),
+        }
+    }
+
     /// How much it matters; a status is the answer to who asked, no more.
     pub fn severity(&self) -> Option<Severity> {
         match self {
@@ -140,6 +161,19 @@ impl Table {
     /// Reads the file.
     pub fn parse(file: &str, text: &str) -> Result<Self, Failure> {
         parse::table(file, text)
+    }
+
+    /// Runs every row; an error is all of those that do not hold.
+    pub fn measure(&self) -> Result<Measured<'_>, Vec<Failure>> {
+        let mut failures = Vec::new();
+        let mut rows = Vec::new();
+        for row in &self.rows {
+            match row.run() {
+                Ok(time) => rows.push((row, time)),
+                Err(failure) => failures.push(failure),
+            }
+        }
+        if failures.is_empty() { Ok(Measured { table: self, rows }) } else { Err(failures) }
     }
 
     /// What is missing, and what is both reached and said to be never set.

@@ -5,27 +5,15 @@ use core::fmt::Write;
 use lafet_proto::flags::Severity;
 
 use super::parse::title;
-use super::{Block, Row, TOLD_MS, Table};
-use crate::scenario::Failure;
+use super::{Block, Measured, Row, TOLD_MS, Table};
 
 /// Times are rounded up to this, ms: a table of what a user waits for, not of the last cycle.
 const ROUNDED_MS: u64 = 50;
 
-/// Runs every row and writes the table in Markdown.
-pub fn page(table: &Table) -> Result<String, Vec<Failure>> {
-    let mut failures = Vec::new();
-    let mut times = Vec::new();
-    for row in &table.rows {
-        match row.run() {
-            Ok(time) => times.push(time),
-            Err(failure) => failures.push(failure),
-        }
-    }
-    if !failures.is_empty() {
-        return Err(failures);
-    }
-    let measured: Vec<(&Row, Option<u64>)> = table.rows.iter().zip(times).collect();
-    let mut text = summary(table, &measured);
+/// The table in Markdown.
+pub fn page(measured: &Measured<'_>) -> String {
+    let Measured { table, rows: measured } = measured;
+    let mut text = summary(table, measured);
     let mut section = "";
     for (index, block) in table.blocks.iter().enumerate() {
         if block.section != section {
@@ -52,7 +40,7 @@ pub fn page(table: &Table) -> Result<String, Vec<Failure>> {
         };
     }
     let _ = write!(text, "\n{}", placeholders(table));
-    Ok(text)
+    text
 }
 
 fn summary(table: &Table, measured: &[(&Row, Option<u64>)]) -> String {
@@ -121,7 +109,7 @@ fn how(block: &Block, fill: impl Fn(&str) -> String) -> String {
     parts.join("; ") + &why
 }
 
-fn shown(ms: u64) -> String {
+pub(super) fn shown(ms: u64) -> String {
     match ms.div_ceil(ROUNDED_MS) * ROUNDED_MS {
         0 => "at once".to_owned(),
         ms => format!("{}.{:02} s", ms / 1000, ms % 1000 / 10),

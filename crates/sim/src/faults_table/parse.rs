@@ -4,6 +4,7 @@ use lafet_proto::flags::{ButtonState, FlagInfo, flags_of};
 use lafet_proto::{Status, SubsystemId};
 
 use super::{Block, Row, Subject, TOLD_MS, Table};
+use crate::fault::Fault;
 use crate::scenario::{Failure, Scenario, duration};
 
 pub(super) fn table(file: &str, text: &str) -> Result<Table, Failure> {
@@ -36,7 +37,8 @@ pub(super) fn table(file: &str, text: &str) -> Result<Table, Failure> {
                 false => None,
                 true => Some(case(file, &table, block, subject)?),
             };
-            table.rows.push(Row { subject, block: index, case });
+            let faults = faults(file, &table, block, subject)?;
+            table.rows.push(Row { subject, block: index, case, faults });
         }
     }
     Ok(table)
@@ -180,6 +182,24 @@ fn subjects(block: &Block) -> Result<Vec<Subject>, String> {
 
 /// The scenario of a row: not set, then brought about, then set in time; and what this subsystem
 /// never sets is not set either.
+/// What a row injects, in its preparation or at its end.
+fn faults(
+    file: &str,
+    table: &Table,
+    block: &Block,
+    subject: Subject,
+) -> Result<Vec<Fault>, Failure> {
+    let mut faults = Vec::new();
+    for (number, line) in block.lines.iter().chain(&block.trigger) {
+        let line = fill(table, line, subject);
+        let Some(name) = line.strip_prefix("inject ") else { continue };
+        let fault = Fault::from_name(name.trim());
+        let unknown = || failure(file, *number, "the name of a fault".to_owned(), name);
+        faults.push(fault.ok_or_else(unknown)?);
+    }
+    Ok(faults)
+}
+
 fn case(file: &str, table: &Table, block: &Block, subject: Subject) -> Result<Scenario, Failure> {
     let filled = |line: &str| fill(table, line, subject);
     let mut lines = vec![(block.line, format!("case {subject}"))];

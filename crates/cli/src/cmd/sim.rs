@@ -160,17 +160,16 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     }
     let mut interrupt = Interrupt::catch()?;
     let flash = args.flash.as_deref().map_or(Ok(None), load)?;
-    let sim = Shared::new(simulator::power_up(Config {
+    let mut sim = simulator::power_up(Config {
         seed: args.seed.unwrap_or(SEED),
         composition: args.profile,
         address: args.addr,
         fires: args.fire,
         flash,
         ..args.surroundings.config()
-    }));
-    for fault in args.fault {
-        sim.lock().world_mut().inject(fault);
-    }
+    });
+    args.fault.iter().for_each(|fault| sim.world_mut().inject(*fault));
+    let sim = Shared::new(sim);
     let mut listen = args.listen;
     let burns = !sim.lock().world().fires.is_empty();
     if listen.is_empty() {

@@ -16,8 +16,8 @@ const HEAD: Text = Text::new(
      | --- | --- | --- | --- | --- |\n",
 );
 const WITHOUT_ROW: Text = Text::new(
-    "Faults of the simulator that no flag is due to show:",
-    "Неисправности имитатора, о которых не должен сообщать ни один флаг:",
+    "Faults of the simulator that no row of a flag injects:",
+    "Неисправности имитатора, которых нет ни в одной строке с флагом:",
 );
 const AT_ONCE: Text = Text::new("at once", "сразу");
 const SECONDS: [Text; 2] = [Text::new(".", ","), Text::new(" s", " с")];

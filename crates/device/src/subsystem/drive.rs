@@ -10,8 +10,9 @@ use crate::composition::DriveKind;
 use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
 use crate::math::isqrt;
 use crate::params::Params;
+use crate::subsystem::homing::{HOMING_TENTHS, Homing};
 use crate::subsystem::remote;
-use crate::subsystem::watch::Watch;
+use crate::subsystem::watch::{WATCH_SPEED_TENTHS, Watch};
 use crate::time::{Millis, Timer};
 use lafet_proto::Status;
 use lafet_proto::flags::DriveFlags;
@@ -25,6 +26,8 @@ const OVERLOAD_CLEAR_MS: u32 = 3000;
 const OVERLOAD_DELAY_MS: u32 = 200;
 /// Slowest speed of an approach, 0.1 °/s or 0.1 mm/s.
 const CREEP_TENTHS: u32 = 2;
+/// A drive too slow to be watched that gets no count further in this time sticks, and is not fed any more.
+const STUCK_MS: u32 = 5000;
 
 /// How far beyond its target a drive may come to rest, ' or mm.
 const PASSED_COUNTS: u32 = 2;
@@ -66,6 +69,7 @@ pub struct Drive {
     input: DriveInput,
     position: i32,
     latched: DriveFlags,
+    homing: Homing,
     limitless: bool,
     staged: Staged,
     overload_ms: u32,
@@ -80,6 +84,9 @@ pub struct Drive {
     hold: Timer,
     slowed: bool,
     watch: Watch,
+    /// Reading at which it creeps, and for how long already.
+    crept_at: i32,
+    crept_ms: u32,
     /// It has turned though it was not fed: without its supply until the reset.
     cut: bool,
     unit: remote::Link,
@@ -114,6 +121,7 @@ impl Drive {
             input: DriveInput::default(),
             position: 0,
             latched: DriveFlags::empty(),
+            homing: Homing::default(),
             limitless: false,
             staged: Staged::default(),
             overload_ms: 0,
@@ -126,6 +134,8 @@ impl Drive {
             hold: Timer::default(),
             slowed: false,
             watch: Watch::default(),
+            crept_at: 0,
+            crept_ms: 0,
             cut: false,
             unit: remote::Link::default(),
             online: true,
@@ -141,8 +151,14 @@ impl Drive {
         self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
         self.faulty_config = config_invalid(self.axis, params);
         self.limits = stored_limits(self.axis, params);
+        self.homing = Homing::starting(self.axis, self.kind, params, &input);
         self.input = input;
         self.position = self.sensed(params);
+    }
+
+    /// §D/7 Its position can be relied on.
+    pub(crate) const fn is_homed(&self) -> bool {
+        self.homing.is_known()
     }
 
     /// Position, arc-minutes or mm from the zero point.
@@ -194,9 +210,14 @@ impl Drive {
         if up { self.input.max_switch } else { self.input.min_switch }
     }
 
-    /// Limits in force; `None` while they are off (§3.17).
+    /// Limits in force; `None` while they are off (§3.17), or its position is not known (§D/7).
     pub fn limits(&self) -> Option<Limits> {
-        (!self.limitless).then_some(self.limits)
+        (!self.limitless && self.is_homed()).then_some(self.limits)
+    }
+
+    /// What its sensor reads at position zero.
+    pub(crate) fn reading_at_zero(&self, params: &Params) -> i32 {
+        params.drive(self.axis, DriveParam::ZeroPoint).saturating_sub(self.homing.offset())
     }
 
     /// §3.7 The limits that are set, in force or not.
@@ -279,7 +300,7 @@ impl Drive {
         if self.refuses(up) {
             return Status::MODULE_FAULT;
         }
-        if self.limitless && self.kind != DriveKind::Remote {
+        if self.limits().is_none() && self.kind != DriveKind::Remote {
             self.run(up, Cause::Request(by));
         } else {
             self.go(destination, None, Cause::Request(by));
@@ -310,6 +331,8 @@ impl Drive {
             LimitsState::Off => self.limitless = true,
             // §3.17/3
             LimitsState::Reject => self.staged = Staged::default(),
+            // §D/7
+            LimitsState::On if !self.is_homed() => return Status::DENIED,
             // §3.17/2
             LimitsState::On => {
                 let min = self.staged.min.unwrap_or(self.limits.min);
@@ -339,6 +362,7 @@ impl Drive {
         params: &mut Params,
         by: Asked,
     ) -> Status {
+        let homed = self.is_homed();
         let staged = match param {
             DriveParam::MinLimit => &mut self.staged.min,
             DriveParam::MaxLimit => &mut self.staged.max,
@@ -346,6 +370,10 @@ impl Drive {
             other => return self.write(other, value, params),
         };
         if self.limitless {
+            // §D/7
+            if !homed {
+                return Status::DENIED;
+            }
             if self.goal != Goal::Hold {
                 return Status::BUSY;
             }
@@ -403,6 +431,7 @@ impl Drive {
         }
         self.next_hold_ms = 0;
         self.watch_motion(dt_ms);
+        self.watch_creep(dt_ms);
         if self.is_faulty() {
             self.stop(Cause::Rule(if self.online { Rule::Fault } else { Rule::ConnLost }));
         }
@@ -437,9 +466,10 @@ impl Drive {
         if self.input.min_switch && self.input.max_switch && self.axis != Axis::Deployer {
             flags |= DriveFlags::INTERNAL_FAULT;
         }
-        flags.set(DriveFlags::LIMITLESS, self.limitless);
-        flags.set(DriveFlags::MIN_LIMIT_REACHED, !self.limitless && self.position <= min);
-        flags.set(DriveFlags::MAX_LIMIT_REACHED, !self.limitless && self.position >= max);
+        let limitless = self.limits().is_none();
+        flags.set(DriveFlags::LIMITLESS, limitless);
+        flags.set(DriveFlags::MIN_LIMIT_REACHED, !limitless && self.position <= min);
+        flags.set(DriveFlags::MAX_LIMIT_REACHED, !limitless && self.position >= max);
         flags.set(DriveFlags::ABSOLUTE_MIN_LIMIT_REACHED, self.input.min_switch);
         flags.set(DriveFlags::ABSOLUTE_MAX_LIMIT_REACHED, self.input.max_switch);
         flags.set(DriveFlags::SPEED_SLOW_AMP, self.slowed);
@@ -507,6 +537,10 @@ impl Drive {
             self.position = self.sensed(params);
             return status;
         }
+        // §D/7
+        if !self.is_homed() {
+            return Status::DENIED;
+        }
         let repeated = self.staged.zero == Some(value) && self.position == 0;
         if value != self.position && !repeated {
             return Status::INVALID_VALUE;
@@ -555,7 +589,7 @@ impl Drive {
     }
 
     fn sensed(&self, params: &Params) -> i32 {
-        self.input.position.saturating_sub(params.drive(self.axis, DriveParam::ZeroPoint))
+        self.input.position.saturating_sub(self.reading_at_zero(params))
     }
 
     #[inline(never)]
@@ -571,9 +605,11 @@ impl Drive {
         } else {
             DriveInput { speed_tenths: 0, current_da: 0, ..self.input }
         };
+        let way = (self.goal != Goal::Hold).then(|| self.is_bound_up());
+        self.homing.step(self.axis, way, &self.input, params);
         // §3.17: a direct drive that runs without limits does not count. Programs, which go to a
         // position, could not arrive without counting.
-        let counting = !(self.limitless
+        let counting = !(self.limits().is_none()
             && self.kind == DriveKind::Encoder
             && (matches!(self.goal, Goal::Run(_)) || self.input.speed_tenths != 0)
             && !matches!(self.goal, Goal::Position(_)));
@@ -622,6 +658,18 @@ impl Drive {
         let found = self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
         self.latched |= found;
         self.cut |= speed_tenths == 0 && !found.is_empty();
+    }
+
+    /// No motor is fed without end: one that sticks on its last stretch stays where it is.
+    fn watch_creep(&mut self, dt_ms: u32) {
+        let tenths = self.output().speed_tenths;
+        let creeps = tenths != 0 && tenths.abs() < WATCH_SPEED_TENTHS;
+        let still = core::mem::replace(&mut self.crept_at, self.input.position) == self.crept_at;
+        self.crept_ms = if creeps && still { self.crept_ms.saturating_add(dt_ms) } else { 0 };
+        if self.crept_ms > STUCK_MS {
+            self.crept_ms = 0;
+            self.stop(Cause::Rule(Rule::Timeout));
+        }
     }
 
     /// It turns, or is to turn, up/left: held by the guard, it has no speed.
@@ -683,6 +731,7 @@ impl Drive {
         let set = params.drive(self.axis, DriveParam::Speed).unsigned_abs().saturating_mul(10);
         let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(cap.unsigned_abs()));
         let cap = if self.slowed { cap / 2 } else { cap };
+        let cap = if self.is_homed() { cap } else { cap.min(HOMING_TENTHS.unsigned_abs()) };
         // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
         let way = if self.axis == Axis::Nozzle { error * 10 } else { error / 6 };
         let brake = isqrt((self.acceleration(params).saturating_mul(way) / 2).saturating_mul(3));

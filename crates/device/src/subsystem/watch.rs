@@ -16,7 +16,7 @@ const WATCH_MILLI: i32 = 4000;
 /// A longer step says too little of what happened in it.
 const WATCH_STEP_MS: u32 = 250;
 /// Speed below which motion is not judged, 0.1 °/s or 0.1 mm/s.
-const WATCH_SPEED_TENTHS: i16 = 5;
+pub(crate) const WATCH_SPEED_TENTHS: i16 = 5;
 /// Position and speed sensor may differ by this over a stretch, besides three-fold; milli-units of position
 /// for each unit of `way_per_tenth`: 1 ° or 1 mm.
 const APART_MILLI: i32 = 1000;

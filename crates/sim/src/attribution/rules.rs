@@ -8,7 +8,7 @@ use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
 use super::invariants::is_in_vain;
-use super::ledger::{Ledger, Lock, Move, Start, is_cut_off, is_running, valve_button};
+use super::ledger::{Ledger, Lock, Move, Start, Work, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
 use crate::world::STEP_MS;
@@ -30,6 +30,10 @@ const LEAVING_MIN_MS: u64 = 400;
 /// is gone again may still be found for as long.
 const WATCH_COUNTS: f64 = 4.0;
 const WATCH_MS: f64 = 400.0;
+/// Slower than this, 0.1 °/s or 0.1 mm/s, the motion of a drive is not judged, but one that gets no count
+/// further in this time, ms, stops.
+const WATCHED_TENTHS: i16 = 5;
+const STUCK_MS: u64 = 5000;
 /// §D/6 From this flow on water flows, l/s.
 const FLOWING_LPS: u16 = 2;
 /// A drive that goes less than a quarter of its commanded way does not turn.
@@ -218,7 +222,7 @@ fn drive_rule(
         }
         Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
         Rule::CutOff => is_cut_off(input.current_da.into(), max_current),
-        Rule::Timeout => is_late(ledger, view, axis),
+        Rule::Timeout => is_late(ledger, view, axis) || is_stuck(ledger, step.before, axis),
         Rule::Fault => is_broken(ledger, view, axis, step.before),
         Rule::ConnLost => !view.inputs.units[axis.unit() as usize].online,
         Rule::Arrived => has_arrived(ledger, view, step, axis),
@@ -250,6 +254,7 @@ fn drive_rule(
         }
         Rule::PowerUp
         | Rule::Blocked
+        | Rule::Unconfirmed
         | Rule::Cold
         | Rule::Warm
         | Rule::NoTemperature
@@ -318,6 +323,12 @@ fn is_late(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
             && age(start.at_ms) >= u64::from(start.travel_ms)
     };
     moved || ledger.starts.iter().any(folds)
+}
+
+/// Too slow to be watched, it gets no count further.
+fn is_stuck(ledger: &Ledger, speed: i16, axis: Axis) -> bool {
+    let (_, ms) = ledger.stood[axis as usize];
+    speed.abs() < WATCHED_TENTHS && ms + STEP_MS >= STUCK_MS
 }
 
 /// The monitor tells a fault of the drive, and there is one, or was in the stretch over which its
@@ -411,6 +422,11 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
         (Cause::Rule(Rule::Lockout), ValveOutput::Closing) => {
             holds(ledger.lock == Lock::On, "there is no lockout", "блокировки нет")
         }
+        (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => holds(
+            ledger.is_unconfirmed(view, valve),
+            "its water was confirmed, or needs not be",
+            "подача воды подтверждена или не требует подтверждения",
+        ),
         (Cause::Rule(_), ValveOutput::Opening) => {
             no("a rule never opens", "правило никогда не открывает")
         }
@@ -467,10 +483,14 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
         Rule::Overload => ledger.valve_over_ms[valve as usize] > VALVE_OVERLOAD_MS,
         // Half as much again as TravelTime, for the cold.
-        Rule::Timeout => ledger.works[valve as usize].iter().any(|work| {
-            let travel_ms = u64::from(work.travel_ms);
-            view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
-        }),
+        Rule::Timeout => {
+            let over = |work: &Work| {
+                let travel_ms = u64::from(work.travel_ms);
+                view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
+            };
+            ledger.works[valve as usize].iter().any(over)
+                || step.cause_before == Cause::Rule(Rule::Unconfirmed) && ledger.is_in_vain(valve)
+        }
         Rule::Fault => opened && sticks(ledger, view, valve),
         Rule::Absent => !view.device.has(valve.id()),
         _ => false,

@@ -39,12 +39,32 @@ impl Ledger {
             let online = !remote || view.inputs.units[valve.unit() as usize].online;
             let input = &view.inputs.valves[valve as usize];
             self.closings[valve as usize].sense(passed_ms, input, online, sound);
+            if input.close_switch {
+                self.confirmed_ms[valve as usize] = view.now_ms;
+            }
         }
+    }
+
+    /// §D/8 Whether a valve has not been closed for WaterTimeout, and nobody has confirmed its water; that it
+    /// is being closed for that goes on.
+    pub fn is_unconfirmed(&self, view: &View<'_>, valve: ValveNo) -> bool {
+        let limit_ms = 1000 * u64::from(view.params.get(Param::GeneralWaterTimeout).unsigned_abs());
+        let over = view.now_ms >= self.confirmed_ms[valve as usize] + limit_ms;
+        self.unconfirmed[valve as usize] || limit_ms > 0 && over
     }
 
     /// Whether a valve has been driven towards closed for all its time, and has not closed.
     pub fn is_in_vain(&self, valve: ValveNo) -> bool {
         self.closings[valve as usize].is_in_vain(self.now_ms)
+    }
+
+    /// Whether a drive gets further while it is fed.
+    pub(super) fn note_stand(&mut self, axis: Axis, speed: i16, view: &View<'_>) {
+        let at = view.inputs.drives[axis as usize].position;
+        let (before, ms) = self.stood[axis as usize];
+        let passed_ms = self.sensed_ms - self.before_ms;
+        let stands = speed != 0 && before == at;
+        self.stood[axis as usize] = (at, if stands { ms + passed_ms } else { 0 });
     }
 
     pub(super) fn follow_currents(&mut self, view: &View<'_>) {

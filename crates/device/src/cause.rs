@@ -57,6 +57,8 @@ pub enum Rule {
     Water,
     /// The hardware block of the valve is on.
     Blocked,
+    /// §D/8 Nobody has confirmed for WaterTimeout that the water is wanted.
+    Unconfirmed,
     /// §D/5 The position is at or beyond a limit.
     Limit,
     /// The end switch is closed.
@@ -95,13 +97,14 @@ pub enum Rule {
 
 impl Rule {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Inert,
         Self::PowerUp,
         Self::Lockout,
         Self::NotDeployed,
         Self::Water,
         Self::Blocked,
+        Self::Unconfirmed,
         Self::Limit,
         Self::EndSwitch,
         Self::Overload,

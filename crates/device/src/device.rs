@@ -264,10 +264,21 @@ impl Device {
         if self.detector.is_saturated() {
             bits |= bit::SATURATED;
         }
-        let cut = self.drives.iter().enumerate().filter(|(_, drive)| drive.output().cut);
-        bits = cut.fold(bits, |bits, (axis, _)| bits | bit::RUNAWAY << axis);
-        let missed = self.drives.iter().enumerate().filter(|(_, drive)| drive.has_missed());
-        missed.fold(bits, |bits, (axis, _)| bits | bit::MISSED << axis)
+        if self.valves.iter().any(Valve::is_unconfirmed) {
+            bits |= bit::UNCONFIRMED;
+        }
+        for (axis, drive) in self.drives.iter().enumerate() {
+            if drive.output().cut {
+                bits |= bit::RUNAWAY << axis;
+            }
+            if !drive.is_homed() {
+                bits |= bit::NOT_HOMED << axis;
+            }
+            if drive.has_missed() {
+                bits |= bit::MISSED << axis;
+            }
+        }
+        bits
     }
 
     /// §3.5/10 Flash stops the program while it is written or erased. Nothing may run on unguarded
@@ -317,6 +328,11 @@ impl Device {
                 valve.stop(why);
             }
         }
+    }
+
+    /// §D/8 Somebody wants the water that flows.
+    pub(crate) fn confirm_water(&mut self) {
+        self.valves.iter_mut().for_each(Valve::confirm);
     }
 
     /// §3.18/1, §3.12/1 Ends everything and closes the valves.
@@ -462,7 +478,7 @@ impl Device {
     #[inline(never)]
     fn rules(&self) -> Rules {
         let limits = Axis::ALL.map(|axis| {
-            let zero = self.params.drive(axis, DriveParam::ZeroPoint);
+            let zero = of_axis(&self.drives, axis).reading_at_zero(&self.params);
             // Deployment ends at switches, which stand a little beyond the limits.
             of_axis(&self.drives, axis).limits().filter(|_| axis != Axis::Deployer).map(
                 |Limits { min, max }| {

@@ -113,13 +113,13 @@ impl Device {
             Body::StartQuench(quench) => {
                 let (control, _, env) = self.programs();
                 let status = control.start_quench(quench, by, &env);
-                self.begin_program(now, status, by)
+                self.begin_extinguishing(now, status, by)
             }
             // §3.15
             Body::StartTrajectory(trajectory) => {
                 let (control, _, env) = self.programs();
                 let status = control.start_trajectory(trajectory, by, &env);
-                self.begin_program(now, status, by)
+                self.begin_extinguishing(now, status, by)
             }
             // §3.16
             Body::StartSeek(seek) => {
@@ -287,6 +287,14 @@ impl Device {
         status
     }
 
+    /// §D/8 Who extinguishes wants the water.
+    fn begin_extinguishing(&mut self, now: Millis, status: Status, by: Asked) -> Status {
+        if status.is_success() {
+            self.confirm_water();
+        }
+        self.begin_program(now, status, by)
+    }
+
     fn switch_limits(&mut self, id: SubsystemId, new_state: u16, by: Asked) -> Status {
         let Some(state) = LimitsState::from_wire(new_state) else {
             return Status::INVALID_VALUE;
@@ -378,6 +386,10 @@ impl Device {
         // §3.5/7
         if unit.flatten().is_some_and(|unit| !unit.write(param.id(), first)) {
             return Status::CACHED;
+        }
+        if param == Param::GeneralWaterTimeout {
+            // §D/8
+            self.confirm_water();
         }
         self.params.write(param, values)
     }

@@ -15,8 +15,8 @@ use std::hash::{DefaultHasher, Hasher};
 ///
 /// The composition and the clock of the last step are the same in all states of a run; the
 /// interfaces only store the time of the last request (§3.3.9); climate is not modelled; the plant
-/// has no speeds, only directions; the time for which a motion has been watched affects when a
-/// fault is reported, not whether; that there was a request since the last step has no effect.
+/// has no speeds, only directions; the time for which a motion has been watched, or has got no further, affects
+/// when it ends, not whether; that there was a request since the last step has no effect.
 const IGNORED: &[&str] = &[
     "chain",
     "address",

@@ -58,6 +58,8 @@ pub struct DriveSpec {
     pub weight_a: f64,
     /// Position that the encoder calls 0.
     pub encoder_zero: f64,
+    /// The encoder counts from where the program has started: [`Drive::start_encoder`].
+    pub relative: bool,
     /// Power stage and gear.
     pub stage: Stage,
 }
@@ -78,6 +80,7 @@ impl DriveSpec {
             weight_a: 0.0,
             encoder_zero: 0.0,
             stage: Stage::default(),
+            relative: false,
         };
         match axis {
             Axis::Vertical => Self { weight_a: 1.0, ..angle },
@@ -200,6 +203,13 @@ impl Drive {
         };
         let fast = faults.drive(self.axis, DriveFault::EncoderFast);
         self.fast_from = fast.then_some(self.fast_from.unwrap_or(self.position));
+    }
+
+    /// The program starts: an encoder that does not know where it is calls that 0.
+    pub fn start_encoder(&mut self) {
+        if self.spec.relative {
+            self.spec.encoder_zero = libm::round(self.position);
+        }
     }
 
     /// The power stage and the gear as they are now.

@@ -5,6 +5,7 @@
 use std::sync::OnceLock;
 
 use lafet_device::composition::Composition;
+use lafet_device::image::AXES;
 use lafet_device::port::{Port, RecordPort};
 use lafet_device::{Device, Source};
 use lafet_proto::record::{Records, Writer};
@@ -55,6 +56,8 @@ pub struct Config {
     pub glares: Vec<Glare>,
     /// What hides fires from the detector.
     pub walls: Vec<Wall>,
+    /// Drives whose position sensor counts from where the program has started, by axis; no remote units.
+    pub relative: [bool; AXES],
     /// The monitor's clock at power-up, ms: near 2³² it soon wraps.
     pub clock_ms: u32,
     /// Memory to start with; without one it is a new monitor with the factory's parameters.
@@ -84,6 +87,7 @@ impl Default for Config {
             misalignment: world.detector.misalignment,
             glares: Vec::new(),
             walls: Vec::new(),
+            relative: [false; AXES],
             clock_ms: 0,
             flash: None,
             trace: false,
@@ -113,6 +117,9 @@ impl Config {
         config.detector.glares.clone_from(&self.glares);
         config.detector.walls.clone_from(&self.walls);
         config.detector.obstacles.clone_from(&self.obstacles);
+        for (drive, relative) in config.drives.iter_mut().zip(self.relative) {
+            drive.relative = relative;
+        }
         config.height_m = self.height_m;
         config.shared_ground = self.shared_ground;
         config

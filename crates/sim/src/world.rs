@@ -325,8 +325,14 @@ impl World {
         self.busy_until_us >= (self.now_ms + STEP_MS) * 1000
     }
 
-    /// The program starts: the store is mounted.
+    /// The program starts: the store is mounted, encoders begin to count.
     pub(crate) fn start_flash(&mut self) {
+        for (drive, input) in self.drives.iter_mut().zip(&mut self.sensed.drives) {
+            if drive.spec.relative {
+                drive.start_encoder();
+                *input = drive.sense(&self.faults);
+            }
+        }
         self.flash.begin();
         self.flash.start(&self.faults);
     }

@@ -73,6 +73,7 @@ const PLAIN: Plain = {
   DeciMillimetre: { factor: 0.1, digits: 1, unit: { en: 'mm', ru: 'мм' } },
   Centimetre: { factor: 0.01, digits: 2, unit: { en: 'm', ru: 'м' } },
   Millisecond: { factor: 0.001, digits: 3, unit: { en: 's', ru: 'с' } },
+  Second: { ...AS_IS, unit: { en: 's', ru: 'с' } },
   DeciAmpere: { factor: 0.1, digits: 1, unit: { en: 'A', ru: 'А' } },
   DeciCelsius: { factor: 0.1, digits: 1, unit: { en: '°C', ru: '°C' } },
 };

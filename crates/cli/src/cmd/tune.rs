@@ -1,4 +1,4 @@
-//! `lafet tune`: measures how a drive answers its motor, and sets StopLag and MinSpeed (ours, §D/7).
+//! `lafet tune`: measures how a drive answers its motor, and sets StopLag and MinSpeed (ours, §D/9).
 
 use clap::Args;
 use lafet_proto::answer::Reply;
@@ -29,7 +29,7 @@ const SHORT_MM: i32 = 2;
 /// Moves of each kind: the greatest MinSpeed and the middle StopLag count.
 const MOVES: usize = 5;
 /// InputFaults: a drive could not come to rest at its target; that of Vertical, the others follow.
-const MISSED: i32 = 1 << 8;
+const MISSED: i32 = 1 << 12;
 
 /// Arguments of `lafet tune`.
 #[derive(Debug, Args)]

@@ -25,10 +25,14 @@ pub(crate) mod bit {
     pub const WATER_MISSING: i32 = 1 << 1;
     /// The detector's picture cannot be of fires.
     pub const SATURATED: i32 = 1 << 2;
+    /// A valve was closed because nobody has confirmed its water (§D/8).
+    pub const UNCONFIRMED: i32 = 1 << 3;
     /// A drive has turned though it was not fed: that of the first axis, the others follow.
     pub const RUNAWAY: i32 = 1 << 4;
+    /// The position of a drive is not known (§D/7): that of the first axis, the others follow.
+    pub const NOT_HOMED: i32 = 1 << 8;
     /// A drive rests farther from its last target than it may, as above.
-    pub const MISSED: i32 = 1 << 8;
+    pub const MISSED: i32 = 1 << 12;
 }
 
 /// A condition that has to last, and to be gone for as long.

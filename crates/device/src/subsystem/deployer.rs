@@ -13,8 +13,8 @@
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis, DriveInput};
 use crate::params::Params;
-use crate::subsystem::by_axis;
 use crate::subsystem::drive::Drive;
+use crate::subsystem::{by_axis, of_axis};
 use crate::time::{Millis, Timer};
 use lafet_proto::Status;
 use lafet_proto::flags::{DeployerFlags, DriveFlags};
@@ -23,6 +23,8 @@ use lafet_proto::status::DeployerStatus;
 
 /// Direction of the barrel in which it can be folded (ours): straight ahead, level.
 const REST_ARCMIN: i32 = 0;
+/// The drives that go there.
+const RESTING: [Axis; 2] = [Axis::Horizontal, Axis::Vertical];
 
 /// Where the monitor is between its two positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,6 +144,8 @@ impl Deployer {
             Position::Wrapped => return Status::OK,
             // §3.11/1
             Position::Resting | Position::Folding => return Status::ACCEPTED,
+            // §D/7 Where its rest is, is not known.
+            Position::Deployed if !can_rest(drives) => return Status::DENIED,
             Position::Deployed => self.begin(now, Position::Resting, params),
             Position::Deploying | Position::Between => self.begin(now, Position::Folding, params),
         }
@@ -229,7 +233,7 @@ impl Deployer {
         match self.position {
             Position::Deploying => by_axis(drives, Axis::Deployer).refuses(true),
             Position::Folding => by_axis(drives, Axis::Deployer).refuses(false),
-            Position::Resting => [Axis::Horizontal, Axis::Vertical].iter().any(|axis| {
+            Position::Resting => RESTING.iter().any(|axis| {
                 let drive = by_axis(drives, *axis);
                 let back = drive.position() < drive.clamp(REST_ARCMIN);
                 drive.refuses(back)
@@ -262,7 +266,7 @@ impl Deployer {
     /// The barrel goes to its rest; then folding begins, with the time it is given.
     fn rest(&mut self, now: Millis, drives: &mut [Drive; AXES], params: &Params) {
         let mut there = true;
-        for axis in [Axis::Horizontal, Axis::Vertical] {
+        for axis in RESTING {
             let drive = by_axis(drives, axis);
             let rest = drive.clamp(REST_ARCMIN);
             let off = drive.position().saturating_sub(rest).unsigned_abs() > 1;
@@ -285,6 +289,10 @@ impl Deployer {
             drive.seat(target, self.cause);
         }
     }
+}
+
+fn can_rest(drives: &[Drive; AXES]) -> bool {
+    RESTING.iter().all(|axis| of_axis(drives, *axis).is_homed())
 }
 
 fn at_rest(input: &DriveInput) -> Position {

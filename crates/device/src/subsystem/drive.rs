@@ -10,6 +10,7 @@ use crate::composition::DriveKind;
 use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
 use crate::params::Params;
 use crate::subsystem::arrival::{Arrival, CREEP_TENTHS, Means, Order, Seen};
+use crate::subsystem::homing::{HOMING_TENTHS, Homing};
 use crate::subsystem::remote;
 use crate::subsystem::watch::Watch;
 use crate::time::{Millis, Timer};
@@ -23,7 +24,6 @@ use lafet_proto::status::{DriveStatus, Limits};
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// A motor draws more than its rated current while it starts: only a longer excess is overload.
 const OVERLOAD_DELAY_MS: u32 = 200;
-
 /// Where a drive wants to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Goal {
@@ -63,6 +63,7 @@ pub struct Drive {
     input: DriveInput,
     position: i32,
     latched: DriveFlags,
+    homing: Homing,
     limitless: bool,
     staged: Staged,
     overload_ms: u32,
@@ -114,6 +115,7 @@ impl Drive {
             input: DriveInput::default(),
             position: 0,
             latched: DriveFlags::empty(),
+            homing: Homing::default(),
             limitless: false,
             staged: Staged::default(),
             overload_ms: 0,
@@ -141,8 +143,14 @@ impl Drive {
         self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
         self.faulty_config = config_invalid(self.axis, params);
         self.limits = stored_limits(self.axis, params);
+        self.homing = Homing::starting(self.axis, self.kind, params, &input);
         self.input = input;
         self.position = self.sensed(params);
+    }
+
+    /// §D/7 Its position can be relied on.
+    pub(crate) const fn is_homed(&self) -> bool {
+        self.homing.is_known()
     }
 
     /// Position, arc-minutes or mm from the zero point.
@@ -194,9 +202,14 @@ impl Drive {
         if up { self.input.max_switch } else { self.input.min_switch }
     }
 
-    /// Limits in force; `None` while they are off (§3.17).
+    /// Limits in force; `None` while they are off (§3.17), or its position is not known (§D/7).
     pub fn limits(&self) -> Option<Limits> {
-        (!self.limitless).then_some(self.limits)
+        (!self.limitless && self.is_homed()).then_some(self.limits)
+    }
+
+    /// What its sensor reads at position zero.
+    pub(crate) fn reading_at_zero(&self, params: &Params) -> i32 {
+        params.drive(self.axis, DriveParam::ZeroPoint).saturating_sub(self.homing.offset())
     }
 
     /// §3.7 The limits that are set, in force or not.
@@ -279,7 +292,7 @@ impl Drive {
         if self.refuses(up) {
             return Status::MODULE_FAULT;
         }
-        if self.limitless && self.kind != DriveKind::Remote {
+        if self.limits().is_none() && self.kind != DriveKind::Remote {
             self.run(up, Cause::Request(by));
         } else {
             self.go(destination, None, Cause::Request(by));
@@ -310,6 +323,8 @@ impl Drive {
             LimitsState::Off => self.limitless = true,
             // §3.17/3
             LimitsState::Reject => self.staged = Staged::default(),
+            // §D/7
+            LimitsState::On if !self.is_homed() => return Status::DENIED,
             // §3.17/2
             LimitsState::On => {
                 let min = self.staged.min.unwrap_or(self.limits.min);
@@ -339,6 +354,7 @@ impl Drive {
         params: &mut Params,
         by: Asked,
     ) -> Status {
+        let homed = self.is_homed();
         let staged = match param {
             DriveParam::MinLimit => &mut self.staged.min,
             DriveParam::MaxLimit => &mut self.staged.max,
@@ -346,6 +362,10 @@ impl Drive {
             other => return self.write(other, value, params),
         };
         if self.limitless {
+            // §D/7
+            if !homed {
+                return Status::DENIED;
+            }
             if self.goal != Goal::Hold {
                 return Status::BUSY;
             }
@@ -440,9 +460,10 @@ impl Drive {
         if self.input.min_switch && self.input.max_switch && self.axis != Axis::Deployer {
             flags |= DriveFlags::INTERNAL_FAULT;
         }
-        flags.set(DriveFlags::LIMITLESS, self.limitless);
-        flags.set(DriveFlags::MIN_LIMIT_REACHED, !self.limitless && self.position <= min);
-        flags.set(DriveFlags::MAX_LIMIT_REACHED, !self.limitless && self.position >= max);
+        let limitless = self.limits().is_none();
+        flags.set(DriveFlags::LIMITLESS, limitless);
+        flags.set(DriveFlags::MIN_LIMIT_REACHED, !limitless && self.position <= min);
+        flags.set(DriveFlags::MAX_LIMIT_REACHED, !limitless && self.position >= max);
         flags.set(DriveFlags::ABSOLUTE_MIN_LIMIT_REACHED, self.input.min_switch);
         flags.set(DriveFlags::ABSOLUTE_MAX_LIMIT_REACHED, self.input.max_switch);
         flags.set(DriveFlags::SPEED_SLOW_AMP, self.slowed);
@@ -514,6 +535,10 @@ impl Drive {
             self.position = self.sensed(params);
             return status;
         }
+        // §D/7
+        if !self.is_homed() {
+            return Status::DENIED;
+        }
         let repeated = self.staged.zero == Some(value) && self.position == 0;
         if value != self.position && !repeated {
             return Status::INVALID_VALUE;
@@ -562,7 +587,7 @@ impl Drive {
     }
 
     fn sensed(&self, params: &Params) -> i32 {
-        self.input.position.saturating_sub(params.drive(self.axis, DriveParam::ZeroPoint))
+        self.input.position.saturating_sub(self.reading_at_zero(params))
     }
 
     #[inline(never)]
@@ -578,9 +603,11 @@ impl Drive {
         } else {
             DriveInput { speed_tenths: 0, current_da: 0, ..self.input }
         };
+        let way = (self.goal != Goal::Hold).then(|| self.is_bound_up());
+        self.homing.step(self.axis, way, &self.input, params);
         // §3.17: a direct drive that runs without limits does not count. Programs, which go to a
         // position, could not arrive without counting.
-        let counting = !(self.limitless
+        let counting = !(self.limits().is_none()
             && self.kind == DriveKind::Encoder
             && (matches!(self.goal, Goal::Run(_)) || self.input.speed_tenths != 0)
             && !matches!(self.goal, Goal::Position(_)));
@@ -710,6 +737,7 @@ impl Drive {
         let of = |param| params.drive(self.axis, param).unsigned_abs();
         let set = of(DriveParam::Speed).saturating_mul(10);
         let cap = self.speed_cap_tenths.map_or(set, |cap| set.min(cap.unsigned_abs()));
+        let cap = if self.is_homed() { cap } else { cap.min(HOMING_TENTHS.unsigned_abs()) };
         Means {
             cap: if self.slowed { cap / 2 } else { cap },
             acceleration: self.acceleration(params),

@@ -12,6 +12,7 @@ pub mod deployer;
 pub mod detector;
 pub mod drive;
 pub mod general;
+mod homing;
 pub mod remote;
 pub mod valve;
 mod watch;

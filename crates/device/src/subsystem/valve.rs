@@ -5,7 +5,8 @@
 //!  Still ──Close─▶ Closing ──closed switch, Stop, fault, time over─▶ Still
 //! ```
 //! No motor is fed without end: what is repeated, after an overload too, is one attempt with one TravelTime, and
-//! a valve that could not be closed in it rests for as long before it is driven that way again.
+//! a valve that could not be closed in it rests for as long before it is driven that way again; one that was
+//! overloaded while it opened is not opened before AmperageOverload clears.
 //!
 //! Against water hammer stands the travel itself: the motor knows three commands, and no request,
 //! fault or reset makes the plug go faster than its gear does.
@@ -61,6 +62,12 @@ pub struct Valve {
     latched: ValveFlags,
     overload_ms: u32,
     overload: Timer,
+    /// It was opening.
+    overload_opening: bool,
+    /// §D/8 Runs while it is not closed and nobody confirms its water.
+    water: Timer,
+    /// It was closed for that, and nobody has confirmed since.
+    unconfirmed: bool,
     unit: remote::Link,
     unit_flags: ValveFlags,
     online: bool,
@@ -92,6 +99,9 @@ impl Valve {
             latched: ValveFlags::empty(),
             overload_ms: 0,
             overload: Timer::default(),
+            overload_opening: false,
+            water: Timer::default(),
+            unconfirmed: false,
             unit: remote::Link::default(),
             unit_flags: ValveFlags::empty(),
             online: true,
@@ -121,7 +131,8 @@ impl Valve {
 
     /// §3.8/3 Open; its key has been checked.
     pub(crate) fn open(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
-        if self.is_faulty() {
+        self.confirm();
+        if self.is_faulty() || self.overload.is_running() && self.overload_opening {
             return Status::MODULE_FAULT;
         }
         // §3.3.5 Blocked is a state of the valve, not a fault of it.
@@ -142,6 +153,17 @@ impl Valve {
             self.start(now, Motion::Closing, params, cause);
         }
         if driven { Status::ACCEPTED } else { Status::MODULE_FAULT }
+    }
+
+    /// §D/8 Somebody wants its water: the time begins anew.
+    pub(crate) const fn confirm(&mut self) {
+        self.water = Timer::STOPPED;
+        self.unconfirmed = false;
+    }
+
+    /// §D/8 It was closed because nobody did.
+    pub(crate) const fn is_unconfirmed(&self) -> bool {
+        self.unconfirmed
     }
 
     /// §3.18/1 Locked out it is closed again, should it leave its switch.
@@ -215,6 +237,7 @@ impl Valve {
         self.watch_current(now, dt_ms, params);
         self.watch_leaving(now, params);
         self.watch_travel(now, params);
+        self.watch_water(now, params);
     }
 
     /// §D/6 Whether water flows through valves that all say closed: then its switch is reported as faulty,
@@ -321,8 +344,22 @@ impl Valve {
             _ => self.overload_ms.saturating_sub(dt_ms),
         };
         if self.overload_ms > OVERLOAD_DELAY_MS {
+            self.overload_opening = self.motion == Motion::Opening;
             self.stop(Cause::Rule(Rule::Overload));
             self.overload.start(now, OVERLOAD_CLEAR_MS);
+        }
+    }
+
+    /// §D/8 Closes what nobody wants open any more; once, when that is in vain (§3.3.5).
+    fn watch_water(&mut self, now: Millis, params: &Params) {
+        let limit_s = params.get(Param::GeneralWaterTimeout).unsigned_abs();
+        if limit_s == 0 || self.is_at(Motion::Closing) && self.motion != Motion::Opening {
+            self.water.stop();
+        } else if self.water.poll(now) && self.motion != Motion::Closing && !self.spent {
+            self.unconfirmed = true;
+            self.start(now, Motion::Closing, params, Cause::Rule(Rule::Unconfirmed));
+        } else {
+            self.water.hasten(now, limit_s.saturating_mul(1000));
         }
     }
 

@@ -106,7 +106,7 @@ fn slow_motion() {
     let (speed, acceleration) = (Param::NozzleSpeed, Param::NozzleAcceleration);
     let mut drive = Sensors::new(Axis::Nozzle, speed, 1, acceleration, 1);
     let verdict = drive.verdict(10, 10_000, stands);
-    assert_eq!(verdict, Some((DriveFlags::INTERNAL_FAULT, 2440)));
+    assert_eq!(verdict, Some((DriveFlags::INTERNAL_FAULT, 2180)));
     // The last minutes are approached ever more slowly, but not by a drive that does not turn.
     for away in [8, 7, 3, 1] {
         let mut drive = Sensors::horizontal(1);

@@ -57,6 +57,8 @@ pub enum Unit {
     Volt,
     /// Milliseconds.
     Millisecond,
+    /// Seconds.
+    Second,
     /// Tenths of a second.
     DeciSecond,
     /// Tenths of a degree Celsius.
@@ -89,6 +91,7 @@ impl Unit {
             Unit::DeciAmpere => Text::new("×0.1 A", "×0,1 А"),
             Unit::Volt => Text::new("V", "В"),
             Unit::Millisecond => Text::new("ms", "мс"),
+            Unit::Second => Text::new("s", "с"),
             Unit::DeciSecond => Text::new("×0.1 s", "×0,1 с"),
             Unit::DeciCelsius => Text::new("×0.1 °C", "×0,1 °C"),
             Unit::DeciAtmosphere => Text::new("×0.1 atm", "×0,1 атм"),

@@ -165,6 +165,11 @@ const fn position(unit: Unit, default: i32) -> ParamSpec {
     one(unit, -32_767, 32_767, default).on_unit()
 }
 
+/// §D/7 Where an end switch is.
+const fn home(unit: Unit) -> ParamSpec {
+    one(unit, -32_767, 32_767, 0).optional()
+}
+
 /// A speed or a current: one byte in DriveStatus (§3.3).
 const fn byte(unit: Unit, min: i32, default: i32) -> ParamSpec {
     one(unit, min, 255, default).on_unit()
@@ -214,6 +219,7 @@ const TRAJECTORY: ParamSpec = ParamSpec {
 const DRIVE_TYPE: ParamSpec = choice(2, 0).after_restart();
 const MOVE_HOLD: ParamSpec = one(Unit::Millisecond, 0, 10_000, 0).passing();
 const STOP_LAG: ParamSpec = one(Unit::Millisecond, 0, 500, 0).optional();
+const HOMING: ParamSpec = choice(2, 0).after_restart().optional();
 const VALVE_TYPE: ParamSpec = choice(1, 0).after_restart();
 const VALVE_TRAVEL: ParamSpec = one(Unit::Millisecond, 500, 120_000, 12_000).on_unit();
 const TIMEOUT: ParamSpec = one(Unit::Millisecond, 500, 60_000, 3000);
@@ -288,6 +294,18 @@ const MIN_SPEED_SEEN_TEXT: Text = text(
     "MinSpeed as measured in the last move that came to its target.",
     "MinSpeed по последнему перемещению, дошедшему до цели.",
 );
+const HOMING_TEXT: Text = text(
+    "Where the position comes from after a start: 0 from an absolute sensor; 1 from the end switch at the \
+    lower or right end (wider for the nozzle), 2 from the one at the other end: until it has been moved there, \
+    slowly, its position is not known and Limitless is set.",
+    "Откуда известно положение после пуска: 0 — от абсолютного датчика; 1 — от концевого выключателя внизу или \
+    справа (шире для насадка), 2 — от противоположного: пока привод не подведён к нему (на малой скорости), \
+    положение неизвестно и выставлен Limitless.",
+);
+const HOME_POSITION_TEXT: Text = text(
+    "What an absolute position sensor would read where the end switch of Homing closes.",
+    "Показание, которое дал бы абсолютный датчик положения в точке срабатывания выключателя, заданного Homing.",
+);
 const VALVE_TRAVEL_TEXT: Text = text(
     "Longest time of a full opening or closing; a valve that takes longer is reported as faulty.",
     "Наибольшее время полного открытия или закрытия; затвор, не уложившийся в него, считается \
@@ -326,7 +344,7 @@ const CHECK_TEXT: Text = text(
 use Unit::{
     Arcmin, Bits, Centimetre, DeciAmpere, DeciAtmosphere, DeciDegreePerSecond, DeciMillimetre,
     DeciMillimetrePerSecond, DegreePerSecond, DegreePerSecond2, Millimetre, MillimetrePerSecond,
-    MillimetrePerSecond2, Millisecond, Volt,
+    MillimetrePerSecond2, Millisecond, Second, Volt,
 };
 
 params! {
@@ -344,11 +362,15 @@ params! {
         "Регистры, сохранённые при последнем аппаратном отказе; то же, что выдаёт GetCrashData.");
     GeneralInputFaults: GENERAL "InputFaults", one(Bits, 0, i32::MAX, 0).measured(), text(
         "What the inputs contradict, a bit each: 0 water flows though every valve is closed; 1 a \
-        valve is open without flow and pressure; 2 the detector is saturated; 4 to 7 Vertical, Horizontal, Nozzle, Deployer has \
-        turned though it was not fed; 8 to 11 the same drives could not come to rest at the last target.",
+        valve is open without flow and pressure; 2 the detector is saturated; 3 a valve was \
+        closed because nobody has confirmed its water; 4 to 7 Vertical, Horizontal, Nozzle, Deployer has \
+        turned though it was not fed; 8 to 10 the position of Vertical, Horizontal, Nozzle is not known until it is homed; \
+        12 to 15 the same four drives could not come to rest at their last target.",
         "Чему противоречат показания датчиков, по битам: 0 — вода идёт при закрытых затворах; 1 — \
-        затвор открыт, а расхода и давления нет; 2 — извещатель засвечен; 4–7 — привод Vertical, Horizontal, Nozzle, \
-        Deployer двигался без команды; 8–11 — те же приводы не смогли остановиться в последнем заданном положении.");
+        затвор открыт, а расхода и давления нет; 2 — извещатель засвечен; 3 — затвор \
+        закрыт: подачу воды никто не подтвердил; 4–7 — привод Vertical, Horizontal, Nozzle, \
+        Deployer двигался без команды; 8–10 — положение Vertical, Horizontal, Nozzle неизвестно до поиска конца; \
+        12–15 — те же четыре привода не смогли остановиться в последнем заданном положении.");
     GeneralMainVoltageMin: GENERAL "MainVoltageMin", one(Volt, 0, 1000, 18), text(
         "Supply voltage below which BadPower is set.",
         "Напряжение питания, ниже которого выставляется BadPower.");
@@ -363,6 +385,11 @@ params! {
         they are.",
         "Что происходит с затворами при сбросе во время тушения: 0 — закрываются, 1 — остаются как \
         были.");
+    GeneralWaterTimeout: GENERAL "WaterTimeout", one(Second, 0, 86_400, 0).optional(), text(
+        "A valve that is not closed is closed when nobody has confirmed for this time that its water is wanted: by \
+        Open, StartQuench, StartTrajectory, or by setting this parameter; 0 never closes it.",
+        "Незакрытый затвор закрывается, если за это время никто не подтвердил, что вода нужна: запросом Open, \
+        StartQuench, StartTrajectory или установкой этого параметра; 0 — не закрывается.");
     GeneralMoveTimeout: GENERAL "MoveTimeout", one(Millisecond, 0, 60_000, 0), text(
         "A drive stops when Move is not repeated within this time; 0 switches this off.",
         "Привод останавливается, если Move не повторён за это время; 0 — функция выключена.");
@@ -388,6 +415,8 @@ params! {
     VerticalMinSpeed: VERTICAL "MinSpeed", min_speed(DeciDegreePerSecond), MIN_SPEED_TEXT;
     VerticalStopLagSeen: VERTICAL "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
     VerticalMinSpeedSeen: VERTICAL "MinSpeedSeen", min_speed(DeciDegreePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
+    VerticalHoming: VERTICAL "Homing", HOMING, HOMING_TEXT;
+    VerticalHomePosition: VERTICAL "HomePosition", home(Arcmin), HOME_POSITION_TEXT;
 
     HorizontalMinLimit: HORIZONTAL "MinLimit", position(Arcmin, -10_800), MIN_LIMIT_TEXT;
     HorizontalMaxLimit: HORIZONTAL "MaxLimit", position(Arcmin, 10_800), MAX_LIMIT_TEXT;
@@ -403,6 +432,8 @@ params! {
     HorizontalMinSpeed: HORIZONTAL "MinSpeed", min_speed(DeciDegreePerSecond), MIN_SPEED_TEXT;
     HorizontalStopLagSeen: HORIZONTAL "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
     HorizontalMinSpeedSeen: HORIZONTAL "MinSpeedSeen", min_speed(DeciDegreePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
+    HorizontalHoming: HORIZONTAL "Homing", HOMING, HOMING_TEXT;
+    HorizontalHomePosition: HORIZONTAL "HomePosition", home(Arcmin), HOME_POSITION_TEXT;
 
     NozzleMinLimit: NOZZLE "MinLimit", position(Millimetre, 0), MIN_LIMIT_TEXT;
     NozzleMaxLimit: NOZZLE "MaxLimit", position(Millimetre, 60), MAX_LIMIT_TEXT;
@@ -418,6 +449,8 @@ params! {
     NozzleMinSpeed: NOZZLE "MinSpeed", min_speed(DeciMillimetrePerSecond), MIN_SPEED_TEXT;
     NozzleStopLagSeen: NOZZLE "StopLagSeen", STOP_LAG.measured(), STOP_LAG_SEEN_TEXT;
     NozzleMinSpeedSeen: NOZZLE "MinSpeedSeen", min_speed(DeciMillimetrePerSecond).measured(), MIN_SPEED_SEEN_TEXT;
+    NozzleHoming: NOZZLE "Homing", HOMING, HOMING_TEXT;
+    NozzleHomePosition: NOZZLE "HomePosition", home(Millimetre), HOME_POSITION_TEXT;
     NozzleTrvPosition: NOZZLE "TrvPosition", one(Millimetre, -1, 100, -1).on_unit(), text(
         "Position at and below which the nozzle of a mini-robot works as a TRV and TRVEngage is \
         set; -1 when it has none.",

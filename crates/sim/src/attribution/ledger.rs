@@ -64,6 +64,10 @@ pub struct Ledger {
     pub valve_over_ms: [u64; VALVES],
     /// How each valve is being closed.
     closings: [Closing; VALVES],
+    /// §D/8 When somebody has last wanted the water of each valve, or it was last closed.
+    confirmed_ms: [u64; VALVES],
+    /// Its closing for want of that has begun.
+    unconfirmed: [bool; VALVES],
     /// When a fault was last in force at a drive or its unit.
     pub broken_ms: [Option<u64>; AXES],
     /// When a fault was last in force at a valve or its unit.
@@ -107,6 +111,8 @@ impl Ledger {
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
+            confirmed_ms: [now_ms; VALVES],
+            unconfirmed: [false; VALVES],
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
             memory_is_sound: true,
@@ -182,6 +188,12 @@ impl Ledger {
             return self.accepted(asked, &body, asked.to, Status::OK);
         }
         for answer in mine {
+            // §D/8 Who asks for the water wants it, though the valve cannot be opened further.
+            let refused = matches!(answer.status, Status::MODULE_FAULT | Status::DENIED);
+            if record.request == RequestId::OPEN && refused && answer.device == record.device {
+                let index = usize::from(answer.device == SubsystemId::VALVE2);
+                self.confirmed_ms[index] = self.now_ms;
+            }
             let closes = record.request == RequestId::CLOSE || record.request == RequestId::STOP;
             // A faulty valve is told to close all the same, a faulty drive stops.
             let acts =
@@ -221,8 +233,14 @@ impl Ledger {
                 self.moves = [None; AXES];
                 self.start(Program::Wrap, asked, &[]);
             }
-            Body::StartQuench(_) => self.start_deploying(Program::Quench, asked),
-            Body::StartTrajectory(_) => self.start_deploying(Program::Trajectory, asked),
+            Body::StartQuench(_) => {
+                self.confirmed_ms = [self.now_ms; VALVES];
+                self.start_deploying(Program::Quench, asked);
+            }
+            Body::StartTrajectory(_) => {
+                self.confirmed_ms = [self.now_ms; VALVES];
+                self.start_deploying(Program::Trajectory, asked);
+            }
             Body::StartSeek(_) => self.start_deploying(Program::Seek, asked),
             Body::StartJustify => self.start(Program::Justify, asked, &[]),
             Body::SwitchLimits { new_state } => self.switch_limits(by, *new_state),
@@ -237,6 +255,9 @@ impl Ledger {
                     self.set_time(param, ms);
                     if param.name() == "MoveHold" {
                         self.hold(by, ms);
+                    }
+                    if param == Param::GeneralWaterTimeout {
+                        self.confirmed_ms = [self.now_ms; VALVES];
                     }
                 }
             }
@@ -349,7 +370,10 @@ impl Ledger {
         works.retain(|work| work.output == output);
         works.push(Work { output, cause, at_ms, travel_ms });
         match output {
-            ValveOutput::Opening => self.closings[index].open(),
+            ValveOutput::Opening => {
+                self.closings[index].open();
+                self.confirmed_ms[index] = at_ms;
+            }
             _ => self.closings[index].begin(at_ms, travel_ms, true),
         }
     }
@@ -468,6 +492,7 @@ impl Ledger {
                     self.works[valve as usize].clear();
                 }
                 let way = view.outputs.valves[valve as usize];
+                self.unconfirmed[valve as usize] = step.cause == Cause::Rule(Rule::Unconfirmed);
                 if way == ValveOutput::Closing {
                     let travel_ms = self.valve_travel_ms[valve as usize];
                     self.closings[valve as usize].begin_by_rule(self.now_ms, travel_ms);

@@ -8,7 +8,7 @@ use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 
 use super::invariants::is_in_vain;
-use super::ledger::{Ledger, Lock, Move, Start, is_cut_off, is_running, valve_button};
+use super::ledger::{Ledger, Lock, Move, Start, Work, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
 use super::{Bilingual, Output, View};
 use crate::world::STEP_MS;
@@ -250,6 +250,7 @@ fn drive_rule(
         }
         Rule::PowerUp
         | Rule::Blocked
+        | Rule::Unconfirmed
         | Rule::Cold
         | Rule::Warm
         | Rule::NoTemperature
@@ -411,6 +412,11 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
         (Cause::Rule(Rule::Lockout), ValveOutput::Closing) => {
             holds(ledger.lock == Lock::On, "there is no lockout", "блокировки нет")
         }
+        (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => holds(
+            ledger.is_unconfirmed(view, valve),
+            "its water was confirmed, or needs not be",
+            "подача воды подтверждена или не требует подтверждения",
+        ),
         (Cause::Rule(_), ValveOutput::Opening) => {
             no("a rule never opens", "правило никогда не открывает")
         }
@@ -467,10 +473,14 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Arrived => opened && input.open_switch || closed && input.close_switch,
         Rule::Overload => ledger.valve_over_ms[valve as usize] > VALVE_OVERLOAD_MS,
         // Half as much again as TravelTime, for the cold.
-        Rule::Timeout => ledger.works[valve as usize].iter().any(|work| {
-            let travel_ms = u64::from(work.travel_ms);
-            view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
-        }),
+        Rule::Timeout => {
+            let over = |work: &Work| {
+                let travel_ms = u64::from(work.travel_ms);
+                view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
+            };
+            ledger.works[valve as usize].iter().any(over)
+                || step.cause_before == Cause::Rule(Rule::Unconfirmed) && ledger.is_in_vain(valve)
+        }
         Rule::Fault => opened && sticks(ledger, view, valve),
         Rule::Absent => !view.device.has(valve.id()),
         _ => false,

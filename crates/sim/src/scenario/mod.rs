@@ -8,12 +8,13 @@ mod run;
 
 use lafet_device::Source;
 use lafet_device::hal::Key;
+use lafet_device::image::Axis;
 use lafet_proto::flags::Button;
 use lafet_proto::record::Writer;
 use lafet_proto::text;
 
 use crate::condition::Condition;
-use crate::fault::{Fault, Post, button_name};
+use crate::fault::{Fault, Post, axis_name, button_name};
 use crate::fire::FireSpec;
 use crate::flash::{Cut, Torn};
 use crate::sim::Config;
@@ -307,6 +308,11 @@ fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), S
         "nozzle" => number().map(|mm| config.nozzle_mm = mm),
         "wind" => pair().map(|wind| config.wind = wind),
         "gusts" => number().map(|gusts| config.gusts = gusts),
+        "relative" => {
+            let axis = Axis::ALL.into_iter().find(|axis| axis_name(*axis) == rest);
+            axis.map(|axis| config.relative[axis as usize] = true)
+                .ok_or_else(|| "a drive".to_owned())
+        }
         "misalignment" => pair().map(|angles| config.misalignment = angles),
         _ => Err(String::new()),
     };

@@ -39,7 +39,18 @@ impl Ledger {
             let online = !remote || view.inputs.units[valve.unit() as usize].online;
             let input = &view.inputs.valves[valve as usize];
             self.closings[valve as usize].sense(passed_ms, input, online, sound);
+            if input.close_switch {
+                self.confirmed_ms[valve as usize] = view.now_ms;
+            }
         }
+    }
+
+    /// §D/8 Whether a valve has not been closed for WaterTimeout, and nobody has confirmed its water; that it
+    /// is being closed for that goes on.
+    pub fn is_unconfirmed(&self, view: &View<'_>, valve: ValveNo) -> bool {
+        let limit_ms = 1000 * u64::from(view.params.get(Param::GeneralWaterTimeout).unsigned_abs());
+        let over = view.now_ms >= self.confirmed_ms[valve as usize] + limit_ms;
+        self.unconfirmed[valve as usize] || limit_ms > 0 && over
     }
 
     /// Whether a valve has been driven towards closed for all its time, and has not closed.

@@ -149,7 +149,10 @@ fn overruns() -> Box<dyn Wrong> {
 fn moves_in_pause() -> Box<dyn Wrong> {
     let mut last = None;
     drives(move |view, outputs, causes| {
-        let paused = view.told.control & ControlFlags::PAUSED.bits() != 0;
+        let told = ControlFlags::from_bits_retain(view.told.control);
+        let paused = told.contains(ControlFlags::PAUSED);
+        // What has ended is another wrong.
+        last = last.filter(|_| told.contains(ControlFlags::QUENCH));
         let cause = &mut causes.drives[VERTICAL];
         if let Cause::Program(..) = *cause {
             last = Some(*cause);

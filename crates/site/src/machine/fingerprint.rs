@@ -39,6 +39,7 @@ impl Site {
             let engaged = it.engaged.map(|engaged| (engaged, age(it.engaged_at)));
             let refused = it.refused.as_ref().map(|refused| (refused.why, age(refused.at)));
             (it.report, it.seen, it.owner, engaged, it.idle, it.prepared, closing).hash(hash);
+            it.lent.map(|(zone, until)| (zone, until.map(left))).hash(hash);
             (refused, it.found.map(left), it.stored_left.filter(|_| !it.seen)).hash(hash);
         }
         for it in &self.pumps {

@@ -182,6 +182,10 @@ impl Site {
         self.out.persist = true;
         let mut chain = cause.to_vec();
         chain.push(Cause::End(why));
+        // The end of a release closes its monitors.
+        let ended: Vec<usize> = (0..self.monitors.len())
+            .filter(|it| self.monitors[*it].owner.is_some_and(|zone| zones.contains(&zone)))
+            .collect();
         for &zone in &zones {
             let under_way =
                 self.zones[zone].release.is_some() || self.zones[zone].met_since.is_some();
@@ -197,7 +201,8 @@ impl Site {
             }
             self.known_valves(zone);
         }
-        for monitor in self.monitors_of(scope, &zones) {
+        let meant = self.monitors_of(scope, &zones);
+        for monitor in meant.into_iter().filter(|it| !ended.contains(it)) {
             self.shut(monitor, why == Why::Stop || why == Why::Lockout, &chain);
         }
         if let Scope::Monitor(id) = scope

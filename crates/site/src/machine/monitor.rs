@@ -25,8 +25,10 @@ pub(super) struct Monitor {
     pub closing: Option<Closing>,
     /// A person closed or stopped it.
     pub refused: Option<Ended>,
-    /// Water of before the start ends at.
+    /// Water of before the start, or that a person left on, ends at.
     pub found: Option<u64>,
+    /// A person took it from this zone, whose water was to end at this time.
+    pub lent: Option<(usize, Option<u64>)>,
     /// What the stored state allows that water, ms.
     pub stored_left: Option<u64>,
 }
@@ -63,7 +65,13 @@ impl Site {
             monitor.prepared = None;
         }
         if report.authority == Authority::Person && old.authority != Authority::Person && keeps {
-            monitor.owner = None;
+            let until = |zone: usize| self.zones[zone].release.as_ref().and_then(|it| it.until);
+            let lent = monitor.owner.take().map(|zone| (zone, until(zone)));
+            // Found water that a person takes over keeps its end.
+            let zone = self.plan.monitor_zones[index].first().copied();
+            let found = zone.zip(monitor.found).map(|(zone, until)| (zone, Some(until)));
+            monitor.lent = lent.or(found);
+            self.out.persist = true;
             monitor.engaged = None;
             monitor.prepared = None;
             monitor.found = None;
@@ -71,16 +79,38 @@ impl Site {
         }
         if report.reachable && report.valve == Valve::Closed && !report.extinguishing {
             monitor.found = None;
+            monitor.lent = None;
+        }
+        if report.authority != Authority::Person && old.authority == Authority::Person {
+            self.given_back(index);
+        }
+    }
+
+    /// A person gives a monitor back: its release goes on, or what is left of its water.
+    fn given_back(&mut self, index: usize) {
+        let monitor = &self.monitors[index];
+        let Some((zone, until)) = monitor.lent.filter(|_| monitor.owner.is_none()) else { return };
+        let goes_on = self.zones[zone].release.as_ref().is_some_and(|release| release.wet);
+        let monitor = &mut self.monitors[index];
+        monitor.lent = None;
+        if goes_on && monitor.closing.is_none() && monitor.refused.is_none() {
+            monitor.owner = Some(zone);
+        } else if monitor.acts() {
+            monitor.found = until;
         }
     }
 
     /// Water that runs at the start is not ours to stop at once, nor to run for ever.
     fn look_for_water(&mut self, index: usize) {
         let monitor = &self.monitors[index];
-        if !monitor.acts() || monitor.report.authority == Authority::Person {
+        if !monitor.acts() || monitor.owner.is_some() {
             return;
         }
-        if monitor.owner.is_some() {
+        if monitor.report.authority == Authority::Person {
+            // Only water that a person took over from votes has a stored end.
+            let until = monitor.stored_left.map(|left| self.started.saturating_add(left));
+            let zone = self.plan.monitor_zones[index].first().copied();
+            self.monitors[index].lent = zone.filter(|_| until.is_some()).map(|it| (it, until));
             return;
         }
         let zones = &self.plan.monitor_zones[index];
@@ -195,6 +225,7 @@ impl Site {
             monitor.owner = Some(zone);
             monitor.idle = false;
             monitor.found = None;
+            self.out.persist = true;
             working += 1;
             self.busy = true;
             if chosen {
@@ -284,6 +315,7 @@ impl Site {
         monitor.engaged = None;
         monitor.prepared = None;
         monitor.found = None;
+        monitor.lent = None;
         monitor.idle = false;
         if stop {
             self.command(Order::Stop { monitor: self.monitor_id(index) }, cause.to_vec());

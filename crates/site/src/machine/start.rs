@@ -162,7 +162,9 @@ impl Site {
             });
             let stored = StoredMonitor {
                 refused: state.refused.as_ref().map(|it| it.why),
-                water_left_ms: water.or(left(state.found)),
+                water_left_ms: water
+                    .or(left(state.found))
+                    .or(left(state.lent.and_then(|(_, until)| until))),
             };
             (id.clone(), stored)
         });

@@ -22,7 +22,7 @@ fn config() -> Config {
         r#"
         monitors = ["m1", "m2"]
         detector = [
-            { id = "d1", kind = "flame", zones = ["a"], silent_after_s = 2 },
+            { id = "d1", kind = "flame", zones = ["a", "b"], silent_after_s = 2 },
             { id = "d2", kind = "heat", zones = ["a", "b"], silent_after_s = 2 },
             { id = "d3", kind = "flame", zones = ["a", "b"], silent_after_s = 2 },
         ]
@@ -52,7 +52,7 @@ fn config() -> Config {
         valve = "va"
         [[zone]]
         id = "b"
-        votes = "2oo2"
+        votes = "2oo3"
         coincidence_s = 1
         water_max_s = 2
         act_within_s = 300

@@ -163,7 +163,6 @@ impl Oracle {
     /// An event: what is known, and what has to be done at once.
     pub fn event(&mut self, config: &Config, event: &Event) {
         self.close.clear();
-        let zone_of = |id: &str| config.zones.iter().position(|it| it.id == id).unwrap();
         let monitor_of = |id: &str| config.monitors.iter().position(|it| it == id).unwrap();
         let detector_of = |id: &str| config.detectors.iter().position(|it| it.id == id).unwrap();
         match event {
@@ -201,51 +200,58 @@ impl Oracle {
                 barrel.found = found.then(|| barrel.found.unwrap_or(0));
                 barrel.report = *report;
             }
-            Event::Hand { order, .. } => match order {
-                Hand::Mode { zone, mode, for_s } => {
-                    let index = zone_of(zone);
-                    let area = &mut self.areas[index];
-                    if !(mode.is_test() && area.force.is_some_and(|(_, _, wet)| wet)) {
-                        let preset = config.zones[index].return_after_s;
-                        area.mode = *mode;
-                        area.mode_left = match mode {
-                            Mode::Automatic => None,
-                            Mode::Manual | Mode::Off => for_s.or(preset).map(s),
-                            _ => Some(s(for_s.unwrap_or(900))),
-                        };
-                    }
-                }
-                Hand::Hold { zone, on } => {
-                    let area = &mut self.areas[zone_of(zone)];
-                    area.holds = *on && area.force.is_none();
-                }
-                Hand::Abort { zone } => self.no(config, Some(zone_of(zone)), true),
-                Hand::Release { zone } => self.release(zone_of(zone)),
-                Hand::Close(Scope::Monitor(id)) => {
-                    let index = monitor_of(id);
-                    self.barrels[index].refused = Some(0);
-                    self.close.push(index);
-                }
-                Hand::Stop(_) | Hand::Close(_) => self.no(config, None, true),
-                Hand::Lockout { on } => {
-                    self.lockout = *on;
-                    if *on {
-                        self.no(config, None, false);
-                    }
-                }
-                Hand::Reset(_) => {
-                    let water = self.areas.iter().any(|area| area.force.is_some());
-                    if !water && !self.lockout && !self.abort {
-                        self.areas.iter_mut().for_each(|area| area.no = None);
-                        self.barrels.iter_mut().for_each(|barrel| barrel.refused = None);
-                    }
-                }
-                Hand::Bypass { detector, bypass } => {
-                    self.eyes[detector_of(detector)].bypass = *bypass;
-                }
-                Hand::Silence | Hand::Pump { .. } => {}
-            },
+            Event::Hand { order, .. } => self.hand(config, order),
             _ => {}
+        }
+    }
+
+    fn hand(&mut self, config: &Config, order: &Hand) {
+        let zone_of = |id: &str| config.zones.iter().position(|it| it.id == id).unwrap();
+        let monitor_of = |id: &str| config.monitors.iter().position(|it| it == id).unwrap();
+        let detector_of = |id: &str| config.detectors.iter().position(|it| it.id == id).unwrap();
+        match order {
+            Hand::Mode { zone, mode, for_s } => {
+                let index = zone_of(zone);
+                let area = &mut self.areas[index];
+                if !(mode.is_test() && area.force.is_some_and(|(_, _, wet)| wet)) {
+                    let preset = config.zones[index].return_after_s;
+                    area.mode = *mode;
+                    area.mode_left = match mode {
+                        Mode::Automatic => None,
+                        Mode::Manual | Mode::Off => for_s.or(preset).map(s),
+                        _ => Some(s(for_s.unwrap_or(900))),
+                    };
+                }
+            }
+            Hand::Hold { zone, on } => {
+                let area = &mut self.areas[zone_of(zone)];
+                area.holds = *on && area.force.is_none();
+            }
+            Hand::Abort { zone } => self.no(config, Some(zone_of(zone)), true),
+            Hand::Release { zone } => self.release(zone_of(zone)),
+            Hand::Close(Scope::Monitor(id)) => {
+                let index = monitor_of(id);
+                self.barrels[index].refused = Some(0);
+                self.close.push(index);
+            }
+            Hand::Stop(_) | Hand::Close(_) => self.no(config, None, true),
+            Hand::Lockout { on } => {
+                self.lockout = *on;
+                if *on {
+                    self.no(config, None, false);
+                }
+            }
+            Hand::Reset(_) => {
+                let water = self.areas.iter().any(|area| area.force.is_some());
+                if !water && !self.lockout && !self.abort {
+                    self.areas.iter_mut().for_each(|area| area.no = None);
+                    self.barrels.iter_mut().for_each(|barrel| barrel.refused = None);
+                }
+            }
+            Hand::Bypass { detector, bypass } => {
+                self.eyes[detector_of(detector)].bypass = *bypass;
+            }
+            Hand::Silence | Hand::Pump { .. } => {}
         }
     }
 

@@ -228,7 +228,7 @@ impl Oracle {
                 area.holds = *on && area.force.is_none();
             }
             Hand::Abort { zone } => self.no(config, Some(zone_of(zone)), true),
-            Hand::Release { zone } => self.release(zone_of(zone)),
+            Hand::Release { zone } => self.release(config, zone_of(zone)),
             Hand::Close(Scope::Monitor(id)) => {
                 let index = monitor_of(id);
                 self.barrels[index].refused = Some(0);
@@ -277,7 +277,7 @@ impl Oracle {
         }
     }
 
-    fn release(&mut self, zone: usize) {
+    fn release(&mut self, config: &Config, zone: usize) {
         // The abort contact of the tests is for zone 0.
         let pressed = self.abort && zone == 0;
         let area = &mut self.areas[zone];
@@ -290,8 +290,9 @@ impl Oracle {
         }
         (area.no, area.met, area.held, area.holds) = (None, None, 0, false);
         area.force = Some((false, 0, !area.mode.is_test()));
-        for barrel in &mut self.barrels {
-            if barrel.works_for.is_none() && barrel.refused.is_none() {
+        for (barrel, id) in self.barrels.iter_mut().zip(&config.monitors) {
+            let serves = config.zones[zone].monitors.contains(id);
+            if serves && barrel.works_for.is_none() && barrel.refused.is_none() {
                 barrel.closing = None;
             }
         }

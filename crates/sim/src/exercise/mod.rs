@@ -15,7 +15,7 @@ mod file;
 mod log;
 mod picture;
 mod plan;
-mod reader;
+pub mod reader;
 mod recording;
 mod report;
 mod run;
@@ -28,7 +28,7 @@ pub use checks::Check;
 pub use condition::SiteCondition;
 pub use director::Director;
 pub use log::{Counts, Kind, Line};
-pub use picture::svg;
+pub use picture::{canvas, svg};
 pub use plan::{
     Action, ControllerPlan, EventPlan, Exercise, Expectation, FirePlan, Link, Moment, MonitorPlan,
     OperatorLine, Rule, Trigger,

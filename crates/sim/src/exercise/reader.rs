@@ -41,11 +41,14 @@ impl Problem {
 /// The text of a file, for the numbers of its lines.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
+    /// Its name.
     pub file: &'a str,
+    /// Its text.
     pub text: &'a str,
 }
 
 impl Source<'_> {
+    /// A problem at a place of the text.
     pub fn problem(&self, offset: usize, key: String, what: Both) -> Problem {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line = 1 + before.matches('\n').count();
@@ -65,13 +68,16 @@ pub struct Table<'a> {
 /// A value and where it stands.
 #[derive(Clone, Copy)]
 pub struct Item<'a> {
+    /// The value.
     pub value: &'a DeValue<'a>,
+    /// Where it begins in the text, bytes.
     pub offset: usize,
 }
 
 type Read<T> = Result<T, Problem>;
 
 impl<'a> Table<'a> {
+    /// The outermost table.
     pub fn root(source: Source<'a>, table: &'a Spanned<DeTable<'a>>) -> Self {
         Self::new(source, String::new(), table.span().start, table.get_ref())
     }
@@ -105,6 +111,7 @@ impl<'a> Table<'a> {
         Some(Item { value: value.get_ref(), offset: value.span().start })
     }
 
+    /// Whether there is such a key.
     pub fn has(&self, key: &'static str) -> bool {
         self.item(key).is_some()
     }
@@ -157,6 +164,7 @@ impl<'a> Table<'a> {
         table.finish().map(|()| Some(texts))
     }
 
+    /// Text in both languages that has to be there.
     pub fn needed_both(&self, key: &'static str) -> Read<Both> {
         let form = "{ en = \"…\", ru = \"…\" }";
         self.both(key)?.ok_or_else(|| self.missing(key, form, form))
@@ -192,6 +200,7 @@ impl<'a> Table<'a> {
         self.array(key, item.value).map(Some)
     }
 
+    /// Several numbers that have to be there.
     pub fn needed_numbers<const N: usize>(&self, key: &'static str) -> Read<[f64; N]> {
         let what = format!("[{}]", ["…"; N].join(", "));
         self.numbers(key)?.ok_or_else(|| self.missing(key, &what, &what))

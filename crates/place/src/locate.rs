@@ -3,7 +3,7 @@
 //! Gauss and Newton's method from the crossing of the two lines of sight that cross best; the residuals are azimuths
 //! and, where measured, elevations over their standard errors. The covariance is the inverse of the
 //! normal matrix. A bearing that does not belong to the others is left out if the rest still proves
-//! itself (one observation to spare); if it cannot be told which one is wrong, there is no place.
+//! itself (one observation to spare); if it cannot be determined which one is wrong, there is no place.
 
 use std::f64::consts::PI;
 
@@ -144,7 +144,7 @@ fn parallel() -> Problem {
 fn apart() -> Problem {
     Problem::new(
         "the bearings do not meet in one place: either there are several fires or a bearing is wrong, \
-         and it cannot be told which",
+         and it cannot be determined which",
         "пеленги не сходятся в одном месте: очагов несколько либо один из пеленгов ошибочен, и \
          определить какой нельзя",
     )

@@ -38,7 +38,7 @@ pub use recording::{Bar, BarKind, Bounds, Recording, Sample};
 pub use report::{json, text};
 pub use run::{FireFigures, MonitorFigures, Outcome, Run, run};
 pub use shipped::{SHIPPED, Shipped};
-pub use text::{Both, Lang};
+pub use text::{Both, Lang, both};
 
 #[cfg(test)]
 mod tests;

@@ -56,6 +56,31 @@ impl Source<'_> {
     }
 }
 
+/// A file that has been read as TOML.
+pub struct Document<'a> {
+    source: Source<'a>,
+    table: Spanned<DeTable<'a>>,
+}
+
+impl<'a> Document<'a> {
+    /// Reads the text of a file.
+    pub fn parse(file: &'a str, text: &'a str) -> Result<Self, Problem> {
+        let source = Source { file, text };
+        let table = DeTable::parse(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            let message = error.message();
+            let ru = format!("файл не читается как TOML: {message}");
+            source.problem(offset, String::new(), both(format!("no TOML: {message}"), ru))
+        })?;
+        Ok(Self { source, table })
+    }
+
+    /// Its outermost table.
+    pub fn root(&self) -> Table<'_> {
+        Table::root(self.source, &self.table)
+    }
+}
+
 /// A table of the file. It remembers which keys it was asked for, so that others are errors.
 pub struct Table<'a> {
     source: Source<'a>,

@@ -187,10 +187,7 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         tasks.spawn(listening.serve_over(air.clone(), sim.clone()));
     }
     if !burns {
-        out.say(pick(
-            "nothing burns; --fire az=30,range=25 lights a fire 25 m away, 30° to the left",
-            "ничего не горит; --fire az=30,range=25 зажигает очаг в 25 м, на 30° левее",
-        ))?;
+        nothing_burns(out)?;
     }
     tasks.spawn(run_time(sim.clone(), args.speed));
     if let Some(path) = args.flash.clone() {
@@ -208,6 +205,13 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         Err(Ok(Err(error))) => Err(Failure::io(pick("simulator", "имитатор"), error)),
         Err(_) => Err(Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into())),
     }
+}
+
+fn nothing_burns(out: &mut Out) -> Outcome {
+    out.say(pick(
+        "nothing burns; --fire az=30,range=25 lights a fire 25 m away, 30° to the left",
+        "ничего не горит; --fire az=30,range=25 зажигает очаг в 25 м, на 30° левее",
+    ))
 }
 
 #[cfg(unix)]

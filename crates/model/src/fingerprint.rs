@@ -54,6 +54,7 @@ const PARTS: &[Part] = &[
         never: &[
             "smooth_milli",
             "still_ms",
+            "left_ms",
             "rest_ms",
             "waited_ms",
             "kick",
@@ -64,7 +65,6 @@ const PARTS: &[Part] = &[
         ],
         dormant: &[],
     },
-    Part { name: "Inch", rest: None, never: &["left_ms"], dormant: &[] },
     Part { name: "Valve", rest: None, never: &["cause"], dormant: &[] },
     // Its cause follows from where it is moving.
     Part { name: "Deployer", rest: None, never: &["cause"], dormant: &[] },

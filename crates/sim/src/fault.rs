@@ -348,7 +348,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 19 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 12);
+        assert_eq!(names.len(), 4 * 22 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 12);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -97,8 +97,6 @@ enum Phase {
     Run,
     Settle,
     Inch {
-        /// What is left of the pulse.
-        left_ms: u32,
         up: bool,
     },
 }
@@ -120,6 +118,8 @@ pub(crate) struct Arrival {
     /// It is fed more than in the step before, because it does not turn.
     kicked: bool,
     corrections: u8,
+    /// What is left of a pulse.
+    left_ms: u32,
     /// Where it was when it was last seen to move, or when the last pulse began.
     from: i32,
     pulsed: bool,
@@ -158,9 +158,8 @@ impl Arrival {
         means: &Means,
     ) -> Order {
         self.kicked = false;
-        if let Phase::Inch { left_ms, up } = self.phase {
-            let at = (position, way);
-            if let Some(order) = self.inch(dt_ms, (left_ms, up), at, sensed, means) {
+        if let Phase::Inch { up } = self.phase {
+            if let Some(order) = self.inch(dt_ms, up, (position, way), sensed, means) {
                 return order;
             }
             self.settle();
@@ -270,7 +269,8 @@ impl Arrival {
     fn pulse(&mut self, dt_ms: u32, way: i32, means: &Means) -> Order {
         let (speed, up) = (self.least(means), way > 0);
         let whole_ms = way.unsigned_abs() * 10_000 / (speed * means.way_per_tenth());
-        self.phase = Phase::Inch { left_ms: whole_ms.saturating_sub(dt_ms), up };
+        self.phase = Phase::Inch { up };
+        self.left_ms = whole_ms.saturating_sub(dt_ms);
         Order::Pulse(signed(speed, up))
     }
 
@@ -278,12 +278,12 @@ impl Arrival {
     fn inch(
         &mut self,
         dt_ms: u32,
-        (left_ms, up): (u32, bool),
+        up: bool,
         (position, way): (i32, i32),
         sensed: i16,
         means: &Means,
     ) -> Option<Order> {
-        if left_ms == 0 {
+        if self.left_ms == 0 {
             return None;
         }
         let still = sensed.unsigned_abs() <= REST_TENTHS;
@@ -292,7 +292,7 @@ impl Arrival {
             self.kicked = true;
             return Some(self.pulse(dt_ms, way, means));
         }
-        self.phase = Phase::Inch { left_ms: left_ms.saturating_sub(dt_ms), up };
+        self.left_ms = self.left_ms.saturating_sub(dt_ms);
         Some(Order::Pulse(signed(self.least(means), up)))
     }
 }

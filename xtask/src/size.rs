@@ -56,14 +56,14 @@ const LIMITS: [Limit; 5] = [
         board: firmware::EMULATED,
         of: Of::Flash(&[]),
         goal: None,
-        limit: 56 * 1024,
+        limit: 58 * 1024,
     },
     Limit {
         what: "with the emulator's plant and semihosting, RAM with the stack at most",
         board: firmware::EMULATED,
         of: Of::Ram,
-        goal: Some(9 * 1024),
-        limit: 9 * 1024,
+        goal: Some(10 * 1024),
+        limit: 10 * 1024,
     },
 ];
 

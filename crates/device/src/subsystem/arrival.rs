@@ -268,7 +268,8 @@ impl Arrival {
     /// Begins a pulse that is as long as the way to the target.
     fn pulse(&mut self, dt_ms: u32, way: i32, means: &Means) -> Order {
         let (speed, up) = (self.least(means), way > 0);
-        let whole_ms = way.unsigned_abs() * 10_000 / (speed * means.way_per_tenth());
+        let way_per_ms = (speed * means.way_per_tenth()).max(1);
+        let whole_ms = way.unsigned_abs() * 10_000 / way_per_ms;
         self.phase = Phase::Inch { up };
         self.left_ms = whole_ms.saturating_sub(dt_ms);
         Order::Pulse(signed(speed, up))

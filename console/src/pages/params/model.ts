@@ -74,6 +74,8 @@ const PLAIN: Plain = {
   Centimetre: { factor: 0.01, digits: 2, unit: { en: 'm', ru: 'м' } },
   Millisecond: { factor: 0.001, digits: 3, unit: { en: 's', ru: 'с' } },
   Second: { ...AS_IS, unit: { en: 's', ru: 'с' } },
+  DeciDegreePerSecond: { factor: 0.1, digits: 1, unit: { en: '°/s', ru: '°/с' } },
+  DeciMillimetrePerSecond: { factor: 0.1, digits: 1, unit: { en: 'mm/s', ru: 'мм/с' } },
   DeciAmpere: { factor: 0.1, digits: 1, unit: { en: 'A', ru: 'А' } },
   DeciCelsius: { factor: 0.1, digits: 1, unit: { en: '°C', ru: '°C' } },
 };

@@ -173,6 +173,8 @@ impl Run {
         } else if core::mem::take(&mut self.board.erase_failed) {
             // Outputs were inert during the erase; the reset itself does not follow.
             assert_eq!(written[1..], [Outputs::default()], "not inert before an erase");
+        } else if said.has_bad_power && written.len() > 1 {
+            assert_eq!(written[1..], [Outputs::default()], "not inert before an erase in vain");
         } else {
             assert_eq!(written.len(), 1, "driven more than once");
         }
@@ -204,6 +206,7 @@ impl Run {
             match (answer.data, axis) {
                 (Reply::General(status), _) => {
                     said.is_locked = status.flags.contains(GeneralFlags::LOCKED_OUT);
+                    said.has_bad_power = status.flags.contains(GeneralFlags::BAD_POWER);
                 }
                 (Reply::Drive(status), Some(axis)) => {
                     limitless[axis as usize] = status.flags.contains(DriveFlags::LIMITLESS);

@@ -250,6 +250,8 @@ impl Twin {
             return Some(self.board.outputs);
         }
         let Self { device, board, composition, clock_ms, .. } = self;
+        // The emulated chip senses with its first step, not before.
+        board.inputs = Inputs::default();
         *device = Device::power_up(*clock_ms, composition, ADDRESS, None, board);
         self.port = Port::new(Source::ExternalConn);
         self.now_ms = self.clock_ms;

@@ -233,6 +233,9 @@ impl Valve {
             self.rest.stop();
             self.spent = false;
         }
+        if freed && self.tried == Motion::Closing && self.travel.is_running() {
+            self.travel.start(now, self.limit_ms(params));
+        }
         self.rest.poll(now);
         self.watch_current(now, dt_ms, params);
         self.watch_leaving(now, params);

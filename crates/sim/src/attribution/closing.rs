@@ -15,6 +15,17 @@ struct Attempt {
     rest_ms: u64,
 }
 
+/// A step, and TravelTime in it, ms.
+#[derive(Clone, Copy, Debug)]
+pub struct Passing {
+    /// Its end.
+    pub now_ms: u64,
+    /// Since the step before.
+    pub passed_ms: u64,
+    /// Of this valve.
+    pub travel_ms: u32,
+}
+
 /// The closing of a valve.
 #[derive(Clone, Copy, Debug)]
 pub struct Closing {
@@ -37,7 +48,7 @@ impl Default for Closing {
 impl Closing {
     /// Somebody has asked to close, or a rule closes.
     pub fn begin(&mut self, now_ms: u64, travel_ms: u32, asked: bool) {
-        let ms = u64::from(travel_ms) + u64::from(travel_ms / 2);
+        let ms = limit_ms(travel_ms);
         let rest_ms = if asked { ms } else { 0 };
         let (until_ms, rest_ms) = match self.attempt {
             Some(runs) if now_ms < runs.until_ms => {
@@ -67,8 +78,9 @@ impl Closing {
     }
 
     /// What its contacts show, if they can be believed (`sound`), and whether its unit answers. What was in
-    /// vain behind a block or without a unit is tried again.
-    pub fn sense(&mut self, passed_ms: u64, input: &ValveInput, online: bool, sound: bool) {
+    /// vain behind a block or without a unit is tried again, and what still runs has all its time anew.
+    pub fn sense(&mut self, time: Passing, input: &ValveInput, online: bool, sound: bool) {
+        let Passing { now_ms, passed_ms, travel_ms } = time;
         let closed = input.close_switch && sound;
         self.closed_ms = if closed { self.closed_ms + passed_ms } else { 0 };
         let differs = input.blocked != self.blocked;
@@ -79,7 +91,15 @@ impl Closing {
         }
         let was_online = std::mem::replace(&mut self.online, online);
         let back = online && !was_online;
-        if freed || back || self.closed_ms > STABLE_MS {
+        if freed || back {
+            let ms = limit_ms(travel_ms);
+            let runs = self.attempt.filter(|attempt| now_ms <= attempt.until_ms);
+            self.attempt = runs.map(|Attempt { rest_ms, .. }| Attempt {
+                until_ms: now_ms + ms,
+                rest_ms: if rest_ms > 0 { ms } else { 0 },
+            });
+        }
+        if self.closed_ms > STABLE_MS {
             self.attempt = None;
         }
     }
@@ -88,6 +108,11 @@ impl Closing {
     pub fn is_in_vain(&self, now_ms: u64) -> bool {
         self.attempt.is_some_and(|attempt| now_ms >= attempt.until_ms)
     }
+}
+
+/// Half as much again as TravelTime, for the cold.
+fn limit_ms(travel_ms: u32) -> u64 {
+    u64::from(travel_ms) + u64::from(travel_ms / 2)
 }
 
 #[cfg(test)]
@@ -127,6 +152,11 @@ mod tests {
         assert!(!closing.is_in_vain(3999) && closing.is_in_vain(4000), "TravelTime is shorter now");
     }
 
+    /// 10 ms that end then; TravelTime 2 s.
+    const fn step(now_ms: u64) -> Passing {
+        Passing { now_ms, passed_ms: 10, travel_ms: 2000 }
+    }
+
     /// Freed, back or closed, it is tried anew; a blip frees nothing.
     #[test]
     fn a_new_chance() {
@@ -134,27 +164,41 @@ mod tests {
         vain.begin(0, 2000, true);
         let mut blocked = vain;
         for _ in 0..4 {
-            blocked.sense(10, &BLOCKED(true), true, true);
+            blocked.sense(step(3100), &BLOCKED(true), true, true);
         }
         assert!(blocked.is_in_vain(3000));
         for ms in [10, 20, 30, 40] {
             assert!(blocked.is_in_vain(3000), "{ms}");
-            blocked.sense(10, &BLOCKED(false), true, true);
+            blocked.sense(step(3200), &BLOCKED(false), true, true);
         }
         assert!(!blocked.is_in_vain(3000));
         let mut lost = vain;
-        lost.sense(10, &BLOCKED(false), false, true);
+        lost.sense(step(3100), &BLOCKED(false), false, true);
         assert!(lost.is_in_vain(3000));
-        lost.sense(10, &BLOCKED(false), true, true);
+        lost.sense(step(3110), &BLOCKED(false), true, true);
         assert!(!lost.is_in_vain(3000));
         for (sound, still) in [(true, false), (false, true)] {
             let mut closed = vain;
             let mut input = BLOCKED(false);
             input.close_switch = true;
             for _ in 0..4 {
-                closed.sense(10, &input, true, sound);
+                closed.sense(step(3100), &input, true, sound);
             }
             assert_eq!(closed.is_in_vain(3000), still);
+        }
+    }
+
+    /// Freed while it runs, it has all its time from there on, and rests after it as before.
+    #[test]
+    fn freed_on_its_way() {
+        for asked in [false, true] {
+            let mut closing = Closing::default();
+            closing.begin(0, 2000, asked);
+            closing.sense(step(1000), &BLOCKED(false), false, true);
+            closing.sense(step(2000), &BLOCKED(false), true, true);
+            assert!(!closing.is_in_vain(4999) && closing.is_in_vain(5000), "{asked}");
+            closing.begin(5000, 2000, true);
+            assert_eq!(closing.is_in_vain(5000), asked, "it rests");
         }
     }
 }

@@ -78,7 +78,11 @@ impl Invariants {
                 ),
             };
             if lies {
-                self.lie_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms(view, *axis);
+                let lag_ms = match axis {
+                    Axis::Deployer => position_lag_ms(view),
+                    _ => lag_ms(view, *axis),
+                };
+                self.lie_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms;
             }
         }
         // What is less than the meter says, nobody can know.

@@ -409,8 +409,11 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
             "no such button was pressed",
             "кнопку не нажимали",
         ),
+        // Released, what it closes goes on to its end: the safe direction.
         (Cause::Rule(Rule::Lockout), ValveOutput::Closing) => {
-            holds(ledger.lock == Lock::On, "there is no lockout", "блокировки нет")
+            let goes_on = before < 0 && step.cause_before == cause;
+            let condition = ledger.lock == Lock::On || goes_on;
+            holds(condition, "there is no lockout", "блокировки нет")
         }
         (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => holds(
             ledger.is_unconfirmed(view, valve),

@@ -118,6 +118,23 @@ pub(super) fn fold(rng: &mut Rng) -> Vec<Step> {
     steps
 }
 
+/// Water that somebody confirms for a while, and then nobody.
+pub(super) fn leave_open(rng: &mut Rng) -> Vec<Step> {
+    let values = [number(rng, 5, 20)];
+    let (id, values) = (ParamId::of("WaterTimeout"), Ints::Values(&values));
+    let mut steps = vec![
+        step(SubsystemId::DEPLOYER, Body::Deploy, 12_000),
+        step(SubsystemId::GENERAL, Body::SetParam { id, values }, 100),
+    ];
+    for _ in 0..1 + rng.bits() % 3 {
+        steps.push(request(Request::open(SubsystemId::VALVE1), 2_000 + rng.bits() % 6_000));
+    }
+    if let Some(last) = steps.last_mut() {
+        last.ms = 25_000;
+    }
+    steps
+}
+
 /// Align detector and barrel.
 pub(super) fn justify() -> Vec<Step> {
     vec![

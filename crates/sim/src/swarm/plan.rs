@@ -167,6 +167,7 @@ impl Life {
             4 => mission::justify(),
             5..=7 => mission::fold(rng),
             8..=10 => mission::aim(rng),
+            11 => mission::leave_open(rng),
             _ => mission::extinguish(rng, &self.config.fires),
         }
     }

@@ -226,7 +226,8 @@ fn param(rng: &mut Rng, to: SubsystemId) -> (ParamId, Vec<i32>) {
     (spec.id, values.collect())
 }
 
-/// Parameters that say what the monitor is built of, and where it is on the bus.
+/// Parameters that say what the monitor is built of, and where it is on the bus: also that its position
+/// sensors count from where they are switched on, which those of the simulator do not.
 pub(super) fn describes_hardware(param: Param) -> bool {
     matches!(
         param,
@@ -237,6 +238,12 @@ pub(super) fn describes_hardware(param: Param) -> bool {
             | Param::DeployerDriveType
             | Param::Valve1ValveType
             | Param::Valve2ValveType
+            | Param::VerticalHoming
+            | Param::VerticalHomePosition
+            | Param::HorizontalHoming
+            | Param::HorizontalHomePosition
+            | Param::NozzleHoming
+            | Param::NozzleHomePosition
     )
 }
 

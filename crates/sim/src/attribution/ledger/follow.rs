@@ -6,6 +6,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::param::{DriveParam, Param, ValveParam};
 
 use super::{Button, Ledger, View, Work, is_cut_off};
+use crate::attribution::closing::Passing;
 use crate::fault::{Fault, SingleFault, ValveFault};
 
 impl Ledger {
@@ -38,7 +39,12 @@ impl Ledger {
                 .is_some_and(|param| view.params.get(param) == 1);
             let online = !remote || view.inputs.units[valve.unit() as usize].online;
             let input = &view.inputs.valves[valve as usize];
-            self.closings[valve as usize].sense(passed_ms, input, online, sound);
+            let time = Passing {
+                now_ms: view.now_ms,
+                passed_ms,
+                travel_ms: self.valve_travel_ms[valve as usize],
+            };
+            self.closings[valve as usize].sense(time, input, online, sound);
             if input.close_switch {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }

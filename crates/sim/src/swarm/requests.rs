@@ -227,7 +227,7 @@ fn param(rng: &mut Rng, to: SubsystemId) -> (ParamId, Vec<i32>) {
 }
 
 /// Parameters that say what the monitor is built of, and where it is on the bus: also that its position
-/// sensors count from where they are switched on, which those of the simulator do not.
+/// sensors count from where they are switched on, which those of the swarm do not.
 pub(super) fn describes_hardware(param: Param) -> bool {
     matches!(
         param,

@@ -252,8 +252,8 @@ impl Device {
         self.inputs.flow_lps >= FLOWING_LPS
     }
 
-    /// §D/6 What the inputs contradict.
-    pub(crate) fn input_faults(&self) -> i32 {
+    /// §D/6 What the inputs contradict, as the parameter InputFaults of General tells it.
+    pub fn input_faults(&self) -> i32 {
         let mut bits = 0;
         if self.water.is_unasked() {
             bits |= bit::WATER_UNASKED;

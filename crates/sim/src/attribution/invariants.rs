@@ -235,10 +235,10 @@ impl Invariants {
         broken: &mut Vec<(&'static str, Bilingual)>,
     ) {
         for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
-            if ledger.limitless[axis as usize] || !self.believes(axis, view) {
+            if ledger.has_no_limits(axis) || !self.believes(axis, view) {
                 continue;
             }
-            let zero = view.params.drive(axis, DriveParam::ZeroPoint);
+            let zero = view.params.drive(axis, DriveParam::ZeroPoint) - view.offsets[axis as usize];
             let min = f64::from(view.params.drive(axis, DriveParam::MinLimit) + zero);
             let max = f64::from(view.params.drive(axis, DriveParam::MaxLimit) + zero);
             let lag_s = lag_ms(view, axis) as f64 / 1000.0;

@@ -14,6 +14,7 @@ use lafet_proto::{RequestId, Status, SubsystemId};
 use super::answers;
 use super::buttons::{Button, Posts};
 use super::closing::Closing;
+use super::homing::Homings;
 pub use super::grants::{Lock, Move, Start, Work};
 use super::rules::Step;
 use super::view::{View, axis_of};
@@ -53,6 +54,8 @@ pub struct Ledger {
     pub recent: Vec<(Asked, Status)>,
     /// Whether limits are off, by [`Axis`].
     pub limitless: [bool; AXES],
+    /// §D/7 Which positions are known.
+    pub homings: Homings,
     /// When somebody has last aimed by hand.
     manual_ms: Option<u64>,
     /// For how long each drive has drawn more than MaxCurrent, less the time it has not, ms.
@@ -106,6 +109,7 @@ impl Ledger {
             works: [power_up_work(now_ms, 0), power_up_work(now_ms, 0)],
             recent: Vec::new(),
             limitless: [false; AXES],
+            homings: Homings::default(),
             manual_ms: None,
             over_ms: [0; AXES],
             cut_off: [false; AXES],
@@ -140,6 +144,7 @@ impl Ledger {
             move_timeout_ms: self.move_timeout_ms,
             deployer_travel_ms: self.deployer_travel_ms,
             valve_travel_ms: self.valve_travel_ms,
+            homings: Homings { homed: self.homings.homed, ..Homings::default() },
             ..Self::new(now_ms)
         };
     }
@@ -304,7 +309,7 @@ impl Ledger {
     fn moved(&mut self, asked: &Asked, destination: i32) {
         let Some(axis) = axis_of(asked.to) else { return };
         let [.., min, max] = self.past_limits[axis as usize];
-        let limitless = self.limitless[axis as usize];
+        let limitless = self.has_no_limits(axis);
         let target = match limitless {
             true => destination,
             false => destination.min(max.unwrap_or(i32::MAX)).max(min.unwrap_or(i32::MIN)),
@@ -428,8 +433,14 @@ impl Ledger {
         *limitless = off;
     }
 
-    /// Takes over what is sensed in this step, before it is judged.
-    pub(super) fn sense(&mut self, view: &View<'_>) {
+    /// Limits are switched off, or the position they would be judged by is not known.
+    pub fn has_no_limits(&self, axis: Axis) -> bool {
+        self.limitless[axis as usize] || self.homings.is_unknown(axis)
+    }
+
+    /// Takes over what is sensed in this step, before it is judged; says which drives tell wrongly
+    /// whether their position is known.
+    pub(super) fn sense(&mut self, view: &View<'_>) -> Vec<Axis> {
         self.now_ms = view.now_ms;
         // The program runs on when the flash has done its work.
         self.lock_is_stored |= self.lock_is_written;
@@ -466,7 +477,9 @@ impl Ledger {
         }
         self.follow_currents(view);
         self.follow_faults(view);
+        let wrong = self.homings.follow(view);
         (self.before_ms, self.sensed_ms) = (self.sensed_ms, view.now_ms);
+        wrong
     }
 
     /// Takes over what an output has done: what has come to its end is not permitted any more.

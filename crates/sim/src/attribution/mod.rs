@@ -18,6 +18,7 @@ mod answers;
 mod buttons;
 mod closing;
 mod grants;
+mod homing;
 mod invariants;
 pub mod ledger;
 mod output;
@@ -108,7 +109,10 @@ impl Attribution {
     /// Looks at the monitor after a step of its program.
     pub fn check(&mut self, view: &View<'_>) -> Vec<Violation> {
         let mut found = Vec::new();
-        self.ledger.sense(view);
+        for axis in self.ledger.sense(view) {
+            found.push(text::not_homed(view.now_ms, axis));
+        }
+        let view = &View { offsets: self.ledger.homings.offsets(), ..*view };
         for output in Output::all() {
             let (before, after) = (output.value(&self.outputs), output.value(view.outputs));
             self.changes += u64::from(before != after);
@@ -124,6 +128,7 @@ impl Attribution {
             }
             self.ledger.settle(&step, view);
         }
+        self.ledger.homings.settle(view);
         self.invariants.check(&self.ledger, view, &mut found);
         self.ledger.forget(view);
         self.outputs = *view.outputs;

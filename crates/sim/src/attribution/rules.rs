@@ -173,7 +173,8 @@ const fn moves(program: Program, axis: Axis) -> bool {
 /// Position as the monitor counts it.
 fn position(view: &View<'_>, axis: Axis) -> i32 {
     let zero = view.params.drive(axis, DriveParam::ZeroPoint);
-    view.inputs.drives[axis as usize].position.saturating_sub(zero)
+    let homed = view.inputs.drives[axis as usize].position.saturating_add(view.offsets[axis as usize]);
+    homed.saturating_sub(zero)
 }
 
 /// How far it is to where a Move leads: to its destination inside the limits that were in force when
@@ -210,7 +211,7 @@ fn drive_rule(
         Rule::Lockout => ledger.lock == Lock::On,
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
         Rule::Water => axis == Axis::Deployer && !upwards && is_wet(view),
-        Rule::Limit => !ledger.limitless[axis as usize] && is_beyond(view, axis, upwards),
+        Rule::Limit => !ledger.has_no_limits(axis) && is_beyond(view, axis, upwards),
         // The switch there, or the one where it has been told to turn round to.
         Rule::EndSwitch => {
             let at_end = |up: bool| if up { input.max_switch } else { input.min_switch };

@@ -2,10 +2,12 @@
 
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
+use lafet_device::image::Axis;
 use lafet_proto::dictionary::Text;
 
 use super::Violation;
 use super::rules::Step;
+use crate::fault::axis_name;
 
 /// A text in both languages, made while running.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +28,16 @@ pub(super) fn unexplained(at_ms: u64, step: &Step, why: Bilingual) -> Violation 
         ru: format!("{name} {from} → {to} не объясняется причиной «{}»: {}", claimed.ru, why.ru),
     };
     Violation { at_ms, unexplained: true, text }
+}
+
+/// A violation: a drive counts as homed and cannot be.
+pub(super) fn not_homed(at_ms: u64, axis: Axis) -> Violation {
+    let name = axis_name(axis);
+    let text = Bilingual {
+        en: format!("{name} tells wrongly whether its position is known"),
+        ru: format!("{name} неверно сообщает, известно ли положение"),
+    };
+    Violation { at_ms, unexplained: false, text }
 }
 
 /// A cause in words: `quench, started by StartQuench Control (Radio)`.

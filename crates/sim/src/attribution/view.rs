@@ -87,6 +87,8 @@ pub struct View<'a> {
     pub told: Told,
     /// True positions, in the coordinates of the encoders.
     pub positions: [f64; AXES],
+    /// What is added to readings of position sensors that have been homed (§D/7), by [`Axis`].
+    pub offsets: [i32; AXES],
     /// True speeds, arc-minutes or mm per second.
     pub speeds: [f64; AXES],
     /// How fast the drives can go.
@@ -117,6 +119,7 @@ impl<'a> View<'a> {
                 let drive = &world.drives[axis as usize];
                 drive.position - drive.spec.encoder_zero
             }),
+            offsets: [0; AXES],
             speeds: Axis::ALL.map(|axis| world.drives[axis as usize].speed),
             max_speeds: Axis::ALL.map(|axis| world.drives[axis as usize].spec.max_speed),
             deployed: world.deployed(),

@@ -100,6 +100,19 @@ pub(super) fn aim(rng: &mut Rng) -> Vec<Step> {
     steps
 }
 
+/// Deploy, and drive each drive as far as it goes: one whose position sensor counts is homed there.
+pub(super) fn home() -> Vec<Step> {
+    let mut steps = vec![step(SubsystemId::DEPLOYER, Body::Deploy, 11_000)];
+    for (to, destination) in [
+        (SubsystemId::NOZZLE, i16::MAX),
+        (SubsystemId::VERTICAL, -i16::MAX),
+        (SubsystemId::HORIZONTAL, i16::MAX),
+    ] {
+        steps.push(step(to, Body::Move { destination }, 25_000));
+    }
+    steps
+}
+
 /// Fold and unfold with doubts.
 pub(super) fn fold(rng: &mut Rng) -> Vec<Step> {
     let mut steps = Vec::new();

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use lafet_device::image::{Axis, Place, ValveNo};
 use lafet_device::{Composition, Source};
 use lafet_proto::flags::{Button, GeneralFlags};
+use lafet_proto::param::Param;
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, Request, SubsystemId};
 
@@ -28,10 +29,33 @@ const FAULTS_MAX: usize = 6;
 /// How long a reset takes, and a little: requests are sent all the while, ms.
 const RESET_MS: u64 = 400;
 
+/// Its position sensors count from where the program has started: homed at one end or the other, where
+/// the switches of the simulator's drives are.
+const COUNTING: Composition = Composition {
+    name: "counting",
+    settings: &[
+        (Param::VerticalHoming, 1),
+        (Param::VerticalHomePosition, -915),
+        (Param::HorizontalHoming, 2),
+        (Param::HorizontalHomePosition, 10_815),
+        (Param::NozzleHoming, 2),
+        (Param::NozzleHomePosition, 60),
+    ],
+    ..Composition::FULL
+};
+/// Bits of InputFaults: the position of a drive is not known.
+const NOT_HOMED: i32 = 0b111 << 8;
+/// One seed of so many has it in place of its own composition.
+const COUNTING_EACH: u64 = 7;
+
 /// What a seed's world is built from.
 pub fn setting(seed: u64) -> Config {
     let mut rng = Rng::new(seed ^ PLAN_SEED.rotate_left(17));
-    let composition = Composition::ALL[(seed % Composition::ALL.len() as u64) as usize];
+    let counting = seed % COUNTING_EACH == 0;
+    let composition = match counting {
+        true => COUNTING,
+        false => Composition::ALL[(seed % Composition::ALL.len() as u64) as usize],
+    };
     let between = |rng: &mut Rng, min: f64, max: f64| min + (max - min) * rng.unit();
     let fires = (0..rng.bits() % 4)
         .map(|index| FireSpec {
@@ -78,6 +102,7 @@ pub fn setting(seed: u64) -> Config {
         glares,
         walls,
         clock_ms,
+        relative: [counting, counting, counting, false],
         ..Config::default()
     }
 }
@@ -159,7 +184,11 @@ impl Life {
         if locked {
             return mission::lock_out(&mut self.rng);
         }
+        let not_homed = monitor.sim.device().input_faults() & NOT_HOMED != 0;
         let rng = &mut self.rng;
+        if not_homed && rng.chance(0.5) {
+            return mission::home();
+        }
         match rng.bits() % 20 {
             0 => mission::service(&self.config.composition),
             1 => mission::erase(&self.config.composition),

@@ -56,9 +56,10 @@ pub(super) enum Seen {
     Flood,
     Garbage,
     SeveralFaults,
+    Homed,
 }
 
-const SEEN: [&str; 14] = [
+const SEEN: [&str; 15] = [
     "deployed",
     "wrapped again",
     "water at the nozzle",
@@ -73,6 +74,7 @@ const SEEN: [&str; 14] = [
     "flood of frames",
     "garbage before a frame",
     "several faults at once",
+    "homed at an end switch",
 ];
 
 impl Tally {

@@ -128,6 +128,7 @@ pub(super) struct Watched<'l> {
     values: Vec<i16>,
     resets: u32,
     was_deployed: bool,
+    homed: u64,
     clock_ms: u32,
     booted_ms: u64,
     wrong: Option<&'l mut dyn Wrong>,
@@ -153,6 +154,7 @@ impl<'l> Watched<'l> {
             values: Output::all().map(|_| 0).collect(),
             resets: 0,
             was_deployed: sim.world().deployed(),
+            homed: 0,
             clock_ms,
             booted_ms: 0,
             sim,
@@ -277,6 +279,10 @@ impl<'l> Watched<'l> {
         };
         self.note_outputs();
         self.note_world();
+        let homed = self.attribution.ledger().homings.homed;
+        if std::mem::replace(&mut self.homed, homed) != homed {
+            self.tally.see(Seen::Homed);
+        }
         for violation in violations {
             self.tally.unexplained += u64::from(violation.unexplained);
             self.tally.violations += u64::from(!violation.unexplained);

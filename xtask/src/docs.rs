@@ -1,6 +1,6 @@
 //! `cargo xtask docs`: everything generated from the protocol dictionary (the tables of
 //! docs/protocol.md in both languages, the names for C, the copy for the console's tests), the
-//! description of the hub's API, and a check of all links.
+//! description of the hub's API, the picture of the crates, and a check of all links.
 
 use std::process::ExitCode;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::run::{self, StepResult};
 use crate::tables::{self, Page};
-use crate::{TaskResult, c_header, flag, links, pictures, sections, spec};
+use crate::{TaskResult, c_header, crates, flag, links, pictures, sections, spec};
 
 /// The copy of the dictionary for the console's unit tests.
 const DICTIONARY: &str = "console/test/unit/files/dictionary.json";
@@ -97,13 +97,14 @@ fn api() -> Result<String, String> {
     ))
 }
 
-/// The files that are generated as a whole.
-fn copies(schema: &Value) -> Result<[(&'static str, String); 4], String> {
+/// The files that are generated as a whole, and the page with the picture of the crates.
+fn copies(schema: &Value) -> Result<[(&'static str, String); 5], String> {
     Ok([
         (DICTIONARY, lines(schema)),
         (C_HEADER, c_header::header(schema)?),
         (API, api()?),
         (sections::PAGE, spec::page()?),
+        (crates::PAGE, crates::page()?),
     ])
 }
 

@@ -9,6 +9,7 @@ mod ci;
 mod citation;
 mod console;
 mod coverage;
+mod crates;
 mod cuts;
 mod demo;
 mod dissector;

@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
     ("lafet-sim", &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto"]),
     ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
+    ("lafet-site", &["lafet-ballistics"]),
     ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
     ("lafet-capture", &["lafet-proto"]),

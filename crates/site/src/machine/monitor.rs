@@ -1,0 +1,410 @@
+//! Monitors: which one works for which zone, and how each is opened and closed.
+
+use super::zone::Ended;
+use super::{Site, ms};
+use crate::config::ContactKind;
+use crate::event::{Authority, MonitorReport, Scope, Valve};
+use crate::output::{Cause, Entry, Order, Why};
+use crate::state::{Trouble, Withheld};
+
+/// A monitor.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Monitor {
+    pub report: MonitorReport,
+    /// Its valve was reported since the start.
+    pub seen: bool,
+    /// The zone that it works for.
+    pub owner: Option<usize>,
+    /// The zone for which it was last engaged, and whether by votes.
+    pub engaged: Option<(usize, bool)>,
+    pub engaged_at: u64,
+    /// It does not act on its order.
+    pub idle: bool,
+    /// The zone towards which it was last turned.
+    pub prepared: Option<usize>,
+    pub closing: Option<Closing>,
+    /// A person closed or stopped it.
+    pub refused: Option<Ended>,
+    /// Water of before the start, or that a person left on, ends at.
+    pub found: Option<u64>,
+    /// A person took it from this zone, whose water was to end at this time.
+    pub lent: Option<(usize, Option<u64>)>,
+    /// What the stored state allows that water, ms.
+    pub stored_left: Option<u64>,
+}
+
+/// A Close that is not confirmed yet.
+#[derive(Clone, Debug)]
+pub(super) struct Closing {
+    pub since: u64,
+    pub next: u64,
+    pub cause: Vec<Cause>,
+}
+
+impl Monitor {
+    /// It gives water, or is about to.
+    pub(super) fn acts(&self) -> bool {
+        let open = matches!(self.report.valve, Valve::Open | Valve::Moving);
+        open || self.report.extinguishing
+    }
+}
+
+impl Site {
+    pub(super) fn monitor_reports(&mut self, index: usize, report: MonitorReport) {
+        let old = std::mem::replace(&mut self.monitors[index].report, report);
+        let known = report.reachable && report.valve != Valve::Unknown;
+        if known && !self.monitors[index].seen {
+            self.monitors[index].seen = true;
+            self.look_for_water(index);
+        }
+        let keeps = self.rules.person_keeps;
+        let monitor = &mut self.monitors[index];
+        if !report.reachable && old.reachable {
+            // Its order is given again when it answers again.
+            monitor.engaged = None;
+            monitor.prepared = None;
+        }
+        if report.authority == Authority::Person && old.authority != Authority::Person && keeps {
+            let until = |zone: usize| self.zones[zone].release.as_ref().and_then(|it| it.until);
+            let lent = monitor.owner.take().map(|zone| (zone, until(zone)));
+            // Found water that a person takes over keeps its end.
+            let zone = self.plan.monitor_zones[index].first().copied();
+            let found = zone.zip(monitor.found).map(|(zone, until)| (zone, Some(until)));
+            monitor.lent = lent.or(found);
+            self.out.persist = true;
+            monitor.engaged = None;
+            monitor.prepared = None;
+            monitor.found = None;
+            monitor.idle = false;
+        }
+        if report.reachable && report.valve == Valve::Closed && !report.extinguishing {
+            monitor.found = None;
+            monitor.lent = None;
+        }
+        if report.authority != Authority::Person && old.authority == Authority::Person {
+            self.given_back(index);
+        }
+    }
+
+    /// A person gives a monitor back: its release goes on, or what is left of its water.
+    fn given_back(&mut self, index: usize) {
+        let monitor = &self.monitors[index];
+        let Some((zone, until)) = monitor.lent.filter(|_| monitor.owner.is_none()) else { return };
+        let goes_on = self.zones[zone].release.as_ref().is_some_and(|release| release.wet);
+        let monitor = &mut self.monitors[index];
+        monitor.lent = None;
+        if goes_on && monitor.closing.is_none() && monitor.refused.is_none() {
+            monitor.owner = Some(zone);
+        } else if monitor.acts() {
+            monitor.found = until;
+        }
+    }
+
+    /// Water that runs at the start is not ours to stop at once, nor to run for ever.
+    fn look_for_water(&mut self, index: usize) {
+        let monitor = &self.monitors[index];
+        if !monitor.acts() || monitor.owner.is_some() {
+            return;
+        }
+        if monitor.report.authority == Authority::Person {
+            // Only water that a person took over from votes has a stored end.
+            let until = monitor.stored_left.map(|left| self.started.saturating_add(left));
+            let zone = self.plan.monitor_zones[index].first().copied();
+            self.monitors[index].lent = zone.filter(|_| until.is_some()).map(|it| (it, until));
+            return;
+        }
+        let zones = &self.plan.monitor_zones[index];
+        let longest = zones.iter().map(|zone| ms(self.plan.config.zones[*zone].water_max_s)).max();
+        let longest = longest.unwrap_or_default();
+        let left = monitor.stored_left.map_or(longest, |stored| stored.min(longest));
+        let until = self.started.saturating_add(left);
+        self.monitors[index].found = Some(until);
+        let left_ms = until.saturating_sub(self.now);
+        let entry = Entry::WaterFound { monitor: self.monitor_id(index), left_ms };
+        self.record(entry, Vec::new());
+    }
+
+    pub(super) fn prefer(&mut self, zone: usize, monitors: &[String]) {
+        let mut order = Vec::new();
+        for id in monitors.iter().take(self.monitors.len()) {
+            match self.plan.monitor(id) {
+                Some(index) if self.plan.zone_monitors[zone].contains(&index) => {
+                    if !order.contains(&index) {
+                        order.push(index);
+                    }
+                }
+                _ => self.unknown(id),
+            }
+        }
+        self.zones[zone].preferred = order;
+    }
+
+    /// The monitors of a zone, the preferred first.
+    fn in_order(&self, zone: usize) -> Vec<usize> {
+        let mut order = self.zones[zone].preferred.clone();
+        for &index in &self.plan.zone_monitors[zone] {
+            if !order.contains(&index) {
+                order.push(index);
+            }
+        }
+        order
+    }
+
+    /// Why a monitor is not used.
+    pub(super) fn withheld(&self, index: usize) -> Option<Withheld> {
+        let Monitor { report, refused, .. } = &self.monitors[index];
+        if report.lockout || (self.is_locked() && self.rules.lockout_before_hand) {
+            Some(Withheld::Lockout)
+        } else if refused.is_some() {
+            Some(Withheld::Refused)
+        } else if report.authority == Authority::Person && self.rules.person_keeps {
+            Some(Withheld::Person)
+        } else if !report.reachable {
+            Some(Withheld::Unreachable)
+        } else if report.failure {
+            Some(Withheld::Failure)
+        } else {
+            None
+        }
+    }
+
+    pub(super) fn monitors(&mut self) {
+        let released = |site: &Self, zone: &usize, automatic: bool| {
+            let release = site.zones[*zone].release.as_ref();
+            release.is_some_and(|release| release.wet && release.automatic == automatic)
+        };
+        // A release by hand chooses first.
+        for automatic in [false, true] {
+            for zone in 0..self.zones.len() {
+                if released(self, &zone, automatic) {
+                    self.choose(zone, automatic);
+                }
+            }
+        }
+        for index in 0..self.monitors.len() {
+            self.monitor(index);
+        }
+        for zone in 0..self.zones.len() {
+            let wet = released(self, &zone, false) || released(self, &zone, true);
+            let lacks = wet && self.working(zone) == 0;
+            self.trouble(Trouble::NoMonitor, zone, lacks);
+        }
+    }
+
+    /// Monitors that work for a zone as ordered.
+    fn working(&self, zone: usize) -> usize {
+        let works = |index: &usize| {
+            let monitor = &self.monitors[*index];
+            monitor.owner == Some(zone) && !monitor.idle && self.withheld(*index).is_none()
+        };
+        (0..self.monitors.len()).filter(works).count()
+    }
+
+    /// Takes monitors for a released zone, until it has its jets.
+    fn choose(&mut self, zone: usize, automatic: bool) {
+        let order = self.in_order(zone);
+        let jets = self.plan.config.zones[zone].jets.map_or(order.len(), usize::from);
+        let Some(chosen) = self.zones[zone].release.as_ref().map(|it| it.chosen) else { return };
+        if chosen && !self.rules.lost_is_replaced {
+            return;
+        }
+        let mut working = self.working(zone);
+        for index in order {
+            if working >= jets {
+                break;
+            }
+            let monitor = &self.monitors[index];
+            let taken = monitor.owner.is_some_and(|other| {
+                let theirs = self.zones[other].release.as_ref();
+                other == zone || automatic || theirs.is_some_and(|it| !it.automatic)
+            });
+            if taken || monitor.closing.is_some() || self.withheld(index).is_some() {
+                continue;
+            }
+            let monitor = &mut self.monitors[index];
+            monitor.owner = Some(zone);
+            monitor.idle = false;
+            monitor.found = None;
+            self.out.persist = true;
+            working += 1;
+            self.busy = true;
+            if chosen {
+                let (zone, monitor) = (self.zone_id(zone), self.monitor_id(index));
+                self.record(Entry::Replaced { zone, monitor }, Vec::new());
+            }
+        }
+        if let Some(release) = &mut self.zones[zone].release {
+            release.chosen = true;
+        }
+    }
+
+    fn monitor(&mut self, index: usize) {
+        self.monitor_troubles(index);
+        self.refusal_lapses(index);
+        if let Some(until) = self.monitors[index].found
+            && self.due(until)
+        {
+            let cause =
+                [Cause::Found { monitor: self.monitor_id(index) }, Cause::End(Why::Duration)];
+            self.shut(index, false, &cause);
+        }
+        self.water_in_spite(index);
+        if self.monitors[index].closing.is_some() {
+            self.close_again(index);
+            return;
+        }
+        self.trouble(Trouble::NotClosed, index, false);
+        match self.monitors[index].owner {
+            Some(zone) => self.engage(index, zone),
+            None => self.prepare(index),
+        }
+    }
+
+    fn monitor_troubles(&mut self, index: usize) {
+        let MonitorReport { reachable, failure, .. } = self.monitors[index].report;
+        let patience = self.started.saturating_add(self.rules.overdue_ms);
+        let lost = !reachable && (self.monitors[index].seen || self.due(patience));
+        self.trouble(Trouble::MonitorUnreachable, index, lost);
+        self.trouble(Trouble::MonitorFailure, index, failure);
+    }
+
+    /// A no for a monitor lapses like one for its zones.
+    fn refusal_lapses(&mut self, index: usize) {
+        let Some(at) = self.monitors[index].refused.as_ref().map(|it| it.at) else { return };
+        let zones = self.plan.monitor_zones[index].iter();
+        let lapses: Option<Vec<u64>> = zones.map(|zone| self.lapse(*zone, at)).collect();
+        let Some(lapse) = lapses.and_then(|all| all.into_iter().max()) else { return };
+        if self.due(lapse) {
+            self.monitors[index].refused = None;
+            self.out.persist = true;
+            let scope = Scope::Monitor(self.monitor_id(index));
+            self.record(Entry::Lapsed { scope }, Vec::new());
+        }
+    }
+
+    /// Water that comes in spite of a no is closed again: a late order, or a valve that does not hold.
+    /// A person at the monitor is stronger, except against lockout.
+    fn water_in_spite(&mut self, index: usize) {
+        let monitor = &self.monitors[index];
+        let locked = self.is_locked() || monitor.report.lockout;
+        let person = monitor.report.authority == Authority::Person;
+        if monitor.closing.is_some() || !monitor.acts() || (person && !locked) {
+            return;
+        }
+        let zones = &self.plan.monitor_zones[index];
+        let ended = zones.iter().find_map(|zone| {
+            let ended = self.zones[*zone].ended.as_ref().map(|it| it.why);
+            ended.or(self.pressed(*zone, ContactKind::Abort).then_some(Why::Abort))
+        });
+        let why = match (&monitor.refused, ended) {
+            _ if locked => Why::Lockout,
+            (Some(refused), _) => refused.why,
+            (None, Some(why)) if monitor.owner.is_none() => why,
+            _ => return,
+        };
+        self.shut(index, false, &[Cause::End(why)]);
+    }
+
+    /// Closes a monitor now, and again until it is reported closed.
+    pub(super) fn shut(&mut self, index: usize, stop: bool, cause: &[Cause]) {
+        let next = self.now.saturating_add(self.rules.repeat_ms);
+        let monitor = &mut self.monitors[index];
+        let since = monitor.closing.as_ref().map_or(self.now, |it| it.since);
+        monitor.closing = Some(Closing { since, next, cause: cause.to_vec() });
+        monitor.owner = None;
+        monitor.engaged = None;
+        monitor.prepared = None;
+        monitor.found = None;
+        monitor.lent = None;
+        monitor.idle = false;
+        if stop {
+            self.command(Order::Stop { monitor: self.monitor_id(index) }, cause.to_vec());
+        }
+        self.command(Order::Close { monitor: self.monitor_id(index) }, cause.to_vec());
+    }
+
+    /// The first look is a repetition later: a report of before the order does not confirm it.
+    fn close_again(&mut self, index: usize) {
+        let Some(Closing { since, next, cause }) = self.monitors[index].closing.clone() else {
+            return;
+        };
+        let late = self.due(since.saturating_add(self.rules.overdue_ms));
+        self.trouble(Trouble::NotClosed, index, late);
+        if !self.due(next) {
+            return;
+        }
+        let report = self.monitors[index].report;
+        let closed = report.reachable && report.valve == Valve::Closed && !report.extinguishing;
+        if closed || !self.rules.close_repeats {
+            self.monitors[index].closing = None;
+            self.busy = true;
+            return;
+        }
+        if let Some(closing) = &mut self.monitors[index].closing {
+            closing.next = self.now.saturating_add(self.rules.repeat_ms);
+        }
+        let mut chain = cause;
+        chain.push(Cause::Repeated);
+        self.command(Order::Close { monitor: self.monitor_id(index) }, chain);
+    }
+
+    fn engage(&mut self, index: usize, zone: usize) {
+        if self.withheld(index).is_some() {
+            return;
+        }
+        let Some(release) = &self.zones[zone].release else { return };
+        let (automatic, until) = (release.automatic, release.until);
+        let mut cause = release.cause.clone();
+        let within = ms(self.plan.config.zones[zone].act_within_s);
+        let acts = self.monitors[index].acts();
+        if acts {
+            self.monitors[index].idle = false;
+        }
+        let engaged = self.monitors[index].engaged;
+        let same = engaged == Some((zone, automatic));
+        let since = self.monitors[index].engaged_at;
+        let overdue = same && !acts && self.due(since.saturating_add(within));
+        if overdue {
+            self.monitors[index].idle = true;
+            cause.push(Cause::Repeated);
+        }
+        let idle = self.monitors[index].idle;
+        self.trouble(Trouble::MonitorIdle, index, idle);
+        if same && !overdue {
+            return;
+        }
+        self.monitors[index].engaged = Some((zone, automatic));
+        self.monitors[index].engaged_at = self.now;
+        let water_max_ms = until.map(|until| until.saturating_sub(self.now));
+        let (monitor, zone) = (self.monitor_id(index), self.zone_id(zone));
+        self.command(Order::Engage { monitor, zone, water_max_ms }, cause);
+    }
+
+    /// Turns a monitor before the release, and in a test instead of it.
+    fn prepare(&mut self, index: usize) {
+        self.trouble(Trouble::MonitorIdle, index, false);
+        let wants = |zone: &&usize| {
+            let zone = &self.zones[**zone];
+            zone.met_since.is_some() || zone.release.as_ref().is_some_and(|it| !it.wet)
+        };
+        let zone = self.plan.monitor_zones[index].iter().find(wants).copied();
+        let monitor = &self.monitors[index];
+        if zone.is_none() || monitor.prepared == zone {
+            self.monitors[index].prepared = zone;
+            return;
+        }
+        if monitor.acts() || self.withheld(index).is_some() {
+            return;
+        }
+        self.monitors[index].prepared = zone;
+        if let Some(zone) = zone {
+            let since = self.zones[zone].met_since.unwrap_or(self.now);
+            let cause = match &self.zones[zone].release {
+                Some(release) => release.cause.clone(),
+                None => self.vote_causes(&self.tally(zone), since),
+            };
+            let (monitor, zone) = (self.monitor_id(index), self.zone_id(zone));
+            self.command(Order::Prepare { monitor, zone }, cause);
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Zone valves, test outlets and pumps.
+
+use super::{Site, ms};
+use crate::config::{ContactKind, Mode};
+use crate::event::Authority;
+use crate::output::{Cause, Order, Tone};
+use crate::state::Trouble;
+
+/// An output.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Output {
+    /// As last commanded.
+    pub set: Option<Set>,
+    pub set_at: u64,
+    pub next: u64,
+    pub reported: Option<bool>,
+    /// A valve that was opened or refused since the start; before that it stays as found.
+    pub known: bool,
+}
+
+/// What an output was commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Set {
+    On(bool),
+    Tone(Tone),
+}
+
+/// A pump.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pump {
+    /// As last commanded.
+    pub on: Option<bool>,
+    pub started: u64,
+    /// Its pressure was there.
+    pub seen: bool,
+    pub lost_since: Option<u64>,
+    pub failed: bool,
+    /// A person started or stopped it.
+    pub hand: Option<bool>,
+}
+
+impl Site {
+    /// The valves of a zone are not left as found any more.
+    pub(super) fn known_valves(&mut self, zone: usize) {
+        let valves = [self.plan.zone_valve[zone], self.plan.zone_outlet[zone]];
+        for output in valves.into_iter().flatten() {
+            self.outputs[output].known = true;
+        }
+    }
+
+    /// A monitor of the zone where a person has water, unless the zone was ended.
+    fn water_by_hand(&self, zone: usize) -> Option<usize> {
+        let refused = self.zones[zone].ended.is_some()
+            || self.is_locked()
+            || self.pressed(zone, ContactKind::Abort);
+        let mut monitors = self.plan.zone_monitors[zone].iter().copied();
+        let person = |index: &usize| {
+            let monitor = &self.monitors[*index];
+            let theirs = monitor.report.authority == Authority::Person;
+            theirs && monitor.acts() && monitor.closing.is_none()
+        };
+        monitors.find(person).filter(|_| !refused)
+    }
+
+    /// Water that runs, or is to run, in a zone: what causes it.
+    fn water_cause(&self, zone: usize) -> Option<Vec<Cause>> {
+        if let Some(release) = self.zones[zone].release.as_ref().filter(|it| it.wet) {
+            return Some(release.cause.clone());
+        }
+        let monitor = self.water_by_hand(zone)?;
+        Some(vec![Cause::WaterByHand { monitor: self.monitor_id(monitor) }])
+    }
+
+    /// The release of a test that opens the test outlet.
+    fn outlet_cause(&self, zone: usize) -> Option<Vec<Cause>> {
+        let release = self.zones[zone].release.as_ref().filter(|it| !it.wet)?;
+        (self.zones[zone].mode == Mode::TestOutlet).then(|| release.cause.clone())
+    }
+
+    pub(super) fn valves(&mut self) {
+        for zone in 0..self.zones.len() {
+            if let Some(valve) = self.plan.zone_valve[zone] {
+                // Water that was found running keeps the valve as it is.
+                let found = |it: &usize| self.monitors[*it].found.is_some();
+                let found = self.plan.zone_monitors[zone].iter().any(found);
+                let cause = self.water_cause(zone);
+                if cause.is_some() || !found {
+                    self.valve(valve, cause);
+                }
+            }
+            if let Some(outlet) = self.plan.zone_outlet[zone] {
+                let cause = self.outlet_cause(zone);
+                self.valve(outlet, cause);
+            }
+        }
+    }
+
+    fn valve(&mut self, output: usize, open: Option<Vec<Cause>>) {
+        let on = open.is_some();
+        if on {
+            self.outputs[output].known = true;
+        }
+        if self.outputs[output].known {
+            self.drive(output, Set::On(on), open.unwrap_or_default());
+        }
+    }
+
+    /// Commands an output, and repeats it until it is reported where it reports.
+    pub(super) fn drive(&mut self, output: usize, set: Set, mut cause: Vec<Cause>) {
+        let feedback = self.plan.config.outputs[output].feedback;
+        let state = &self.outputs[output];
+        let changed = state.set != Some(set);
+        let (set_at, next) = (state.set_at, state.next);
+        let on = match set {
+            Set::On(on) => on,
+            Set::Tone(tone) => tone != Tone::Off,
+        };
+        let missing = feedback && state.reported != Some(on);
+        let late = missing && !changed && self.due(set_at.saturating_add(self.rules.overdue_ms));
+        self.trouble(Trouble::OutputOverdue, output, late);
+        let again = missing && !changed && self.due(next);
+        if !changed && !again {
+            return;
+        }
+        if again {
+            cause.push(Cause::Repeated);
+        }
+        let state = &mut self.outputs[output];
+        if changed {
+            state.set_at = self.now;
+        }
+        state.set = Some(set);
+        state.next = self.now.saturating_add(self.rules.repeat_ms);
+        let id = self.plan.config.outputs[output].id.clone();
+        let order = match (set, self.plan.config.outputs[output].kind) {
+            (Set::Tone(tone), _) => Order::Sound { output: id, tone },
+            (Set::On(open), crate::config::OutputKind::Valve) => Order::Valve { output: id, open },
+            (Set::On(lit), _) => Order::Lamp { output: id, lit },
+        };
+        self.command(order, cause);
+        if missing || feedback {
+            self.due(self.now.saturating_add(self.rules.repeat_ms));
+        }
+    }
+
+    pub(super) fn pump_by_hand(&mut self, pump: usize, on: bool, cause: &[Cause]) {
+        self.pumps[pump].hand = Some(on);
+        if !on && self.pumps[pump].on != Some(false) {
+            self.set_pump(pump, false, cause.to_vec());
+        }
+    }
+
+    /// After a reset: pumps run by themselves again.
+    pub(super) fn forget_pumps(&mut self) {
+        for pump in &mut self.pumps {
+            pump.hand = None;
+            if pump.on != Some(true) {
+                pump.failed = false;
+            }
+        }
+    }
+
+    /// Stop and lockout of the site: the pumps stop at once.
+    pub(super) fn cut_pumps(&mut self, cause: &[Cause]) {
+        for index in 0..self.pumps.len() {
+            self.pumps[index].hand = None;
+            if self.pumps[index].on != Some(false) {
+                self.set_pump(index, false, cause.to_vec());
+            }
+        }
+        self.pumps_since = None;
+        self.pumps_idle_since = None;
+    }
+
+    fn set_pump(&mut self, index: usize, on: bool, cause: Vec<Cause>) {
+        let now = self.now;
+        let pump = &mut self.pumps[index];
+        pump.on = Some(on);
+        pump.seen = false;
+        pump.lost_since = None;
+        pump.failed = false;
+        if on {
+            pump.started = now;
+        }
+        self.trouble(Trouble::PumpFailed, index, false);
+        let pump = self.plan.config.pumps[index].id.clone();
+        self.command(Order::Pump { pump, on }, cause);
+    }
+
+    /// Why the pumps run, if they are to.
+    fn pumps_cause(&self) -> Option<Vec<Cause>> {
+        let zones = self.plan.zones().filter(|(_, zone)| zone.pumps);
+        let mut causes = zones
+            .filter_map(|(zone, _)| self.water_cause(zone).or_else(|| self.outlet_cause(zone)));
+        causes.next()
+    }
+
+    pub(super) fn pumps(&mut self) {
+        let cause = self.pumps_cause();
+        let wanted = cause.is_some();
+        if wanted {
+            self.pumps_since = Some(self.pumps_since.unwrap_or(self.now));
+            self.pumps_idle_since = None;
+        } else if self.pumps_since.take().is_some() {
+            self.pumps_idle_since = Some(self.now);
+        }
+        let cause = cause.unwrap_or_default();
+        let mut previous = None;
+        let mut waiting = false;
+        // Pumps that failed before it in the row.
+        let mut missing: Vec<usize> = Vec::new();
+        for index in 0..self.pumps.len() {
+            let standby = self.plan.config.pumps[index].standby;
+            let replaces = standby && !missing.is_empty();
+            let asked = self.pumps[index].hand.unwrap_or(wanted && (!standby || replaces));
+            let mut cause = cause.clone();
+            if asked && replaces {
+                let lost = missing.remove(0);
+                cause.push(Cause::InPlaceOf { lost: self.plan.config.pumps[lost].id.clone() });
+            }
+            if self.pumps[index].on == Some(true) {
+                self.watch(index);
+                if asked {
+                    previous = Some(self.pumps[index].started);
+                } else {
+                    self.stop_pump(index);
+                }
+            } else if asked && !waiting {
+                waiting = !self.start_pump(index, previous, cause);
+                previous = Some(self.pumps[index].started).filter(|_| !waiting);
+            }
+            if asked && self.pumps[index].failed && self.rules.pump_is_replaced {
+                missing.push(index);
+            }
+        }
+        let on = |pump: &&Pump| pump.on == Some(true);
+        let running = self.pumps.iter().filter(on).count();
+        let failed = self.pumps.iter().filter(on).all(|pump| pump.failed);
+        self.trouble(Trouble::NoPressure, 0, running > 0 && failed);
+    }
+
+    /// Starts a pump when the one before it has had its time.
+    fn start_pump(&mut self, index: usize, previous: Option<u64>, cause: Vec<Cause>) -> bool {
+        let delay = ms(self.plan.config.pumps[index].start_delay_s);
+        let since = previous.or(self.pumps_since).unwrap_or(self.now);
+        let delay = if self.pumps_since.is_none() && previous.is_none() { 0 } else { delay };
+        if self.rules.pumps_wait && !self.due(since.saturating_add(delay)) {
+            return false;
+        }
+        let cause = if cause.is_empty() { vec![Cause::Shown] } else { cause };
+        self.set_pump(index, true, cause);
+        true
+    }
+
+    fn stop_pump(&mut self, index: usize) {
+        let run_on = ms(self.plan.config.run_on_s);
+        let idle = self.pumps_idle_since.unwrap_or(self.now);
+        if self.pumps[index].hand == Some(false) || self.due(idle.saturating_add(run_on)) {
+            self.set_pump(index, false, Vec::new());
+        }
+    }
+
+    /// Pressure that does not come, or goes, is a failure of the pump.
+    fn watch(&mut self, index: usize) {
+        let Some(gauge) = self.plan.pump_pressure[index] else { return };
+        let timeout = ms(self.plan.config.pumps[index].start_timeout_s);
+        let now = self.now;
+        let pump = &mut self.pumps[index];
+        if self.contacts[gauge].level {
+            pump.seen = true;
+            pump.lost_since = None;
+            pump.failed = false;
+        } else {
+            let from = match pump.seen {
+                true => *pump.lost_since.get_or_insert(now),
+                false => pump.started,
+            };
+            let late = self.due(from.saturating_add(timeout));
+            self.pumps[index].failed |= late;
+        }
+        let failed = self.pumps[index].failed;
+        self.trouble(Trouble::PumpFailed, index, failed);
+    }
+}

@@ -1,0 +1,50 @@
+//! What survives a loss of power: disablements, modes, refusals, and how long water may still run.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::config::Mode;
+use crate::event::Bypass;
+use crate::output::Why;
+
+/// The version that this crate writes and reads.
+pub const VERSION: u32 = 1;
+
+/// What is stored. Times are what was left when it was made: a machine has no clock that survives.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Persisted {
+    /// [`VERSION`].
+    pub version: u32,
+    /// Lockout by command.
+    pub lockout: bool,
+    /// Zones by id.
+    pub zones: BTreeMap<String, StoredZone>,
+    /// Detectors that are masked or disabled.
+    pub detectors: BTreeMap<String, Bypass>,
+    /// Monitors by id.
+    pub monitors: BTreeMap<String, StoredMonitor>,
+}
+
+/// A zone.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoredZone {
+    /// Its mode.
+    pub mode: Mode,
+    /// It returns to automatic after so long, ms.
+    pub returns_in_ms: Option<u64>,
+    /// It was ended and needs a reset.
+    pub ended: Option<Why>,
+}
+
+/// A monitor.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoredMonitor {
+    /// A person closed or stopped it.
+    pub refused: Option<Why>,
+    /// Automatic water may run for so long, ms.
+    pub water_left_ms: Option<u64>,
+}

@@ -1,0 +1,372 @@
+//! The state for a console: everything that a person has to see, in typed form.
+
+use serde::{Deserialize, Serialize};
+
+use crate::config::Mode;
+use crate::event::{Bypass, Condition, Signal};
+use crate::output::{Tone, Why};
+use crate::text::{Both, both};
+
+/// The site as it is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// When, ms.
+    pub at_ms: u64,
+    /// Lockout is on.
+    pub lockout: bool,
+    /// What the sounders of the site sound.
+    pub tone: Tone,
+    /// Zones, in the configured order.
+    pub zones: Vec<ZoneState>,
+    /// Detectors.
+    pub detectors: Vec<DetectorState>,
+    /// Monitors.
+    pub monitors: Vec<MonitorState>,
+    /// Pumps.
+    pub pumps: Vec<PumpState>,
+    /// Troubles, apart from alarms. They stay until a reset, also when they are over.
+    pub troubles: Vec<TroubleState>,
+    /// What is disabled.
+    pub disablements: Vec<Disablement>,
+}
+
+/// A zone.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZoneState {
+    /// Its id.
+    pub zone: String,
+    /// What it does.
+    pub phase: Phase,
+    /// Its mode.
+    pub mode: Mode,
+    /// A switch keeps it in manual.
+    pub switch_manual: bool,
+    /// It returns to automatic after so long, ms.
+    pub returns_in_ms: Option<u64>,
+    /// Detectors that vote.
+    pub votes: Vec<String>,
+    /// Detectors in alarm, with or without a vote.
+    pub alarms: Vec<String>,
+    /// Votes that release; `None`: too many detectors have failed, an alarm releases nothing.
+    pub need: Option<u16>,
+    /// Detectors without a vote.
+    pub unable: Vec<(String, Unable)>,
+    /// It would release by itself if there were votes.
+    pub ready: bool,
+    /// Until the release, ms, if nothing holds it.
+    pub left_ms: Option<u64>,
+    /// Hold that is left, ms.
+    pub hold_left_ms: u64,
+    /// Until automatic water ends, ms.
+    pub water_left_ms: Option<u64>,
+    /// From the condition to the command, ms, of the last release.
+    pub reacted_in_ms: Option<u64>,
+    /// Why it is not released.
+    pub not_released: Vec<NotReleased>,
+    /// Monitors that are engaged for it.
+    pub monitors: Vec<String>,
+}
+
+/// What a zone does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// No detector in alarm.
+    Quiet,
+    /// A detector is in alarm.
+    Alarm,
+    /// Enough votes coincide, not long enough yet.
+    Coincidence,
+    /// The delay runs.
+    Countdown,
+    /// The delay is held.
+    Held,
+    /// Released.
+    Released {
+        /// By votes.
+        automatic: bool,
+        /// With water.
+        wet: bool,
+    },
+    /// Ended, and not ready until a reset.
+    Ended(Why),
+}
+
+/// Why a zone with an alarm is not released.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NotReleased {
+    /// Lockout is on.
+    Lockout,
+    /// An abort contact is pressed.
+    AbortPressed,
+    /// It was ended; a reset is needed.
+    Ended(Why),
+    /// The mode.
+    Mode(Mode),
+    /// Votes are missing.
+    Votes {
+        /// There are.
+        have: u16,
+        /// Are needed.
+        need: u16,
+    },
+    /// The votes are of too few kinds.
+    Kinds,
+    /// Too many detectors have failed.
+    Failed,
+    /// Alarms that were there at the start do not vote.
+    Stale,
+    /// The votes have to coincide for longer.
+    Coincidence,
+    /// The delay runs.
+    Delay,
+    /// The delay is held.
+    Held,
+    /// No monitor can serve it.
+    NoMonitor,
+}
+
+impl NotReleased {
+    /// The text for people.
+    pub fn text(&self) -> Both {
+        match self {
+            Self::Lockout => both("lockout is on", "включена аварийная блокировка"),
+            Self::AbortPressed => both("abort is pressed", "нажата отмена пуска"),
+            Self::Ended(_) => {
+                both("it was ended; reset the zone", "пуск прекращён; выполните сброс зоны")
+            }
+            Self::Mode(_) => {
+                both("the zone is not in automatic", "зона не в автоматическом режиме")
+            }
+            Self::Votes { have, need } => {
+                both(format!("{have} of {need} votes"), format!("голосов {have} из {need}"))
+            }
+            Self::Kinds => both("the votes are of too few kinds", "голоса извещателей одного вида"),
+            Self::Failed => {
+                both("too many detectors have failed", "отказало слишком много извещателей")
+            }
+            Self::Stale => both(
+                "an alarm that was there at the start has no vote",
+                "тревога, существовавшая при запуске, голоса не имеет",
+            ),
+            Self::Coincidence => {
+                both("the votes have to coincide for longer", "голоса должны совпадать дольше")
+            }
+            Self::Delay => both("the delay runs", "идёт задержка"),
+            Self::Held => both("the delay is held", "задержка удерживается"),
+            Self::NoMonitor => {
+                both("no monitor can serve the zone", "зону не может обслужить ни один ствол")
+            }
+        }
+    }
+}
+
+/// Why a detector has no vote.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unable {
+    /// It has not been heard since the start.
+    NeverHeard,
+    /// It is silent.
+    Silent,
+    /// It says so.
+    Condition(Condition),
+    /// Its self-test or its start does not end.
+    TestStuck,
+    /// People masked or disabled it.
+    Bypass(Bypass),
+}
+
+/// A detector.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectorState {
+    /// Its id.
+    pub detector: String,
+    /// What it sees, if it was heard.
+    pub signal: Option<Signal>,
+    /// Why it has no vote.
+    pub unable: Option<Unable>,
+    /// Its alarm was there at the start, so it has no vote until it was quiet once.
+    pub stale: bool,
+}
+
+/// A monitor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MonitorState {
+    /// Its id.
+    pub monitor: String,
+    /// The zone that it is engaged for.
+    pub engaged_for: Option<String>,
+    /// It is being closed: Close is repeated until it is reported closed.
+    pub closing: bool,
+    /// Why it is not used.
+    pub withheld: Option<Withheld>,
+    /// Water that was running at the start goes on for so long at most, ms.
+    pub found_left_ms: Option<u64>,
+}
+
+/// Why a monitor is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Withheld {
+    /// Lockout of the site or its own.
+    Lockout,
+    /// A person closed or stopped it.
+    Refused,
+    /// A person controls it.
+    Person,
+    /// It does not answer.
+    Unreachable,
+    /// It has failed.
+    Failure,
+}
+
+/// A pump.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PumpState {
+    /// Its id.
+    pub pump: String,
+    /// As commanded; `None` before the first command.
+    pub on: Option<bool>,
+    /// Its pressure is there, if it has a contact for it.
+    pub pressure: Option<bool>,
+    /// It has failed.
+    pub failed: bool,
+}
+
+/// A trouble in the list.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TroubleState {
+    /// Which.
+    pub trouble: Trouble,
+    /// Which detector, monitor, ….
+    pub subject: String,
+    /// Since, ms.
+    pub since_ms: u64,
+    /// It is there; else it is over and waits for a reset.
+    pub active: bool,
+}
+
+/// A trouble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Trouble {
+    /// Fault of a detector.
+    DetectorFault,
+    /// A detector is silent.
+    DetectorSilent,
+    /// A window is dirty.
+    DetectorDirty,
+    /// A self-test or a start of a detector does not end.
+    DetectorStuck,
+    /// A path is at fault.
+    Path,
+    /// A release contact was pressed when it was first read.
+    ContactStuck,
+    /// A monitor does not answer.
+    MonitorUnreachable,
+    /// A monitor has failed.
+    MonitorFailure,
+    /// An engaged monitor does not act.
+    MonitorIdle,
+    /// A valve of a monitor is not reported closed.
+    NotClosed,
+    /// An output is not reported as commanded.
+    OutputOverdue,
+    /// A pump gives no pressure.
+    PumpFailed,
+    /// No pump gives pressure.
+    NoPressure,
+    /// A released zone has no monitor.
+    NoMonitor,
+}
+
+impl Trouble {
+    /// The text for people.
+    pub fn text(self) -> Both {
+        match self {
+            Self::DetectorFault => both("fault of a detector", "неисправность извещателя"),
+            Self::DetectorSilent => both("a detector is silent", "извещатель не отвечает"),
+            Self::DetectorDirty => {
+                both("a detector's window is dirty", "загрязнено окно извещателя")
+            }
+            Self::DetectorStuck => both(
+                "a detector's self-test does not end",
+                "самотестирование извещателя не заканчивается",
+            ),
+            Self::Path => both("a line is at fault", "неисправность линии"),
+            Self::ContactStuck => both(
+                "a release contact was pressed when it was first read",
+                "контакт пуска был нажат при первом опросе",
+            ),
+            Self::MonitorUnreachable => both("a monitor does not answer", "ствол не отвечает"),
+            Self::MonitorFailure => both("a monitor has failed", "отказ ствола"),
+            Self::MonitorIdle => {
+                both("a monitor does not act on the order", "ствол не выполняет команду")
+            }
+            Self::NotClosed => {
+                both("a valve is not reported closed", "нет подтверждения закрытия затвора")
+            }
+            Self::OutputOverdue => {
+                both("an output is not reported as commanded", "нет подтверждения выхода")
+            }
+            Self::PumpFailed => both("a pump gives no pressure", "насос не создаёт давления"),
+            Self::NoPressure => both("no pump gives pressure", "ни один насос не создаёт давления"),
+            Self::NoMonitor => {
+                both("no monitor can serve a released zone", "нет ствола для зоны с пуском")
+            }
+        }
+    }
+}
+
+/// Something that is disabled.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Disablement {
+    /// Lockout of the site.
+    Lockout,
+    /// A detector is masked or disabled.
+    Detector {
+        /// Which.
+        detector: String,
+        /// How.
+        bypass: Bypass,
+    },
+    /// A zone is not in automatic.
+    Mode {
+        /// Which.
+        zone: String,
+        /// Its mode; manual also by a switch.
+        mode: Mode,
+        /// It returns after so long, ms.
+        returns_in_ms: Option<u64>,
+    },
+    /// A zone was ended and needs a reset.
+    Ended {
+        /// Which.
+        zone: String,
+        /// Why.
+        why: Why,
+    },
+    /// A monitor was closed or stopped and needs a reset.
+    Monitor {
+        /// Which.
+        monitor: String,
+        /// Why.
+        why: Why,
+    },
+    /// A zone has a delay before the release.
+    Delay {
+        /// Which.
+        zone: String,
+        /// So long, ms.
+        delay_ms: u64,
+    },
+}

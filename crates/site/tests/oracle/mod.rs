@@ -1,0 +1,606 @@
+//! The oracle: what a site may and must do, computed from the events alone.
+//!
+//! It shares the types of events and commands with the machine, and none of its code. It keeps times as ages,
+//! so two histories that make no difference any more are equal.
+
+use lafet_site::config::Reduced;
+use lafet_site::{
+    Authority, Bypass, Condition, Config, Event, Hand, Mode, MonitorReport, Order, Phase, Reaction,
+    Scope, Signal, State, Valve,
+};
+
+/// Older is old.
+const OLD: u64 = 20_000;
+/// A no and a release by hand at this distance are simultaneous.
+const SIMULTANEOUS: u64 = 2000;
+const REPEAT: u64 = 1000;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct Eye {
+    signal: Option<Signal>,
+    condition: Condition,
+    heard: u64,
+    stale: bool,
+    bypass: Bypass,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct Area {
+    mode: Mode,
+    mode_left: Option<u64>,
+    /// A no: its age, and whether a person said it.
+    no: Option<(u64, bool)>,
+    /// Time without alarm or water.
+    quiet: u64,
+    /// Enough votes for so long while nothing else kept the release back.
+    met: Option<u64>,
+    held: u64,
+    holds: bool,
+    /// In force: by votes, and for so long; dry in a test.
+    force: Option<(bool, u64, bool)>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct Barrel {
+    report: MonitorReport,
+    works_for: Option<usize>,
+    refused: Option<u64>,
+    /// Closed so long ago, and not confirmed yet.
+    closing: Option<u64>,
+    /// Water that was ordered by votes or before the start, and works for no zone now, for so long.
+    found: Option<u64>,
+    /// Its water is not a person's.
+    ours: bool,
+    /// The zone from which a person took it.
+    lent: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct Motor {
+    on: Option<u64>,
+    dry: u64,
+}
+
+/// The oracle.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Oracle {
+    eyes: Vec<Eye>,
+    areas: Vec<Area>,
+    barrels: Vec<Barrel>,
+    motors: Vec<Motor>,
+    lockout: bool,
+    abort: bool,
+    pressure: bool,
+    /// Monitors that the last event has to close.
+    close: Vec<usize>,
+}
+
+/// What was seen, so that a machine that does nothing fails too.
+pub type Seen = std::collections::BTreeSet<&'static str>;
+
+fn old(age: &mut u64, by: u64) {
+    *age = (*age + by).min(OLD);
+}
+
+fn s(seconds: u32) -> u64 {
+    u64::from(seconds) * 1000
+}
+
+impl Oracle {
+    pub fn new(config: &Config) -> Self {
+        Self {
+            eyes: vec![Eye::default(); config.detectors.len()],
+            areas: vec![Area::default(); config.zones.len()],
+            barrels: vec![Barrel::default(); config.monitors.len()],
+            motors: vec![Motor::default(); config.pumps.len()],
+            lockout: false,
+            abort: false,
+            pressure: false,
+            close: Vec::new(),
+        }
+    }
+
+    /// The hub starts again: people's decisions stay, what was seen does not.
+    pub fn restart(&mut self) {
+        for eye in &mut self.eyes {
+            *eye = Eye { bypass: eye.bypass, ..Eye::default() };
+        }
+        for area in &mut self.areas {
+            let no = area.no.map(|(_, person)| (0, person));
+            *area = Area { mode: area.mode, mode_left: area.mode_left, no, ..Area::default() };
+        }
+        for barrel in &mut self.barrels {
+            let refused = barrel.refused.map(|_| 0);
+            *barrel = Barrel { refused, ours: barrel.ours, ..Barrel::default() };
+        }
+        self.motors.fill(Motor::default());
+        self.abort = false;
+        self.pressure = false;
+        self.close.clear();
+    }
+
+    /// Time passes.
+    pub fn pass(&mut self, config: &Config, by: u64) {
+        for (eye, it) in self.eyes.iter_mut().zip(&config.detectors) {
+            eye.heard = (eye.heard + by).min(s(it.silent_after_s));
+        }
+        for (zone, area) in self.areas.iter_mut().enumerate() {
+            old(&mut area.quiet, by);
+            if let Some((age, _)) = &mut area.no {
+                old(age, by);
+            }
+            if let Some(met) = &mut area.met {
+                let most = s(config.zones[zone].hold_max_s);
+                let coincided = (*met + by).saturating_sub(s(config.zones[zone].coincidence_s));
+                *met += by;
+                if area.holds {
+                    area.held = (area.held + by.min(coincided)).min(most);
+                }
+            }
+            if let Some((_, age, _)) = &mut area.force {
+                old(age, by);
+            }
+            if let Some(left) = &mut area.mode_left {
+                *left = left.saturating_sub(by);
+                if *left == 0 {
+                    (area.mode, area.mode_left) = (Mode::Automatic, None);
+                }
+            }
+        }
+        for barrel in &mut self.barrels {
+            for age in [&mut barrel.closing, &mut barrel.found, &mut barrel.refused] {
+                age.iter_mut().for_each(|age| old(age, by));
+            }
+        }
+        for motor in &mut self.motors {
+            if let Some(age) = &mut motor.on {
+                old(age, by);
+                if self.pressure { motor.dry = 0 } else { old(&mut motor.dry, by) }
+            }
+        }
+    }
+
+    /// An event: what is known, and what has to be done at once.
+    pub fn event(&mut self, config: &Config, event: &Event) {
+        self.close.clear();
+        let monitor_of = |id: &str| config.monitors.iter().position(|it| it == id).unwrap();
+        let detector_of = |id: &str| config.detectors.iter().position(|it| it.id == id).unwrap();
+        match event {
+            Event::Detector { detector, signal, condition } => {
+                let eye = &mut self.eyes[detector_of(detector)];
+                eye.stale = *signal == Signal::Alarm && (eye.stale || eye.signal.is_none());
+                (eye.signal, eye.condition, eye.heard) = (Some(*signal), *condition, 0);
+            }
+            Event::Contact { input, pressed } if input == "abort" => {
+                if *pressed && !self.abort {
+                    self.no(config, Some(0), true);
+                }
+                self.abort = *pressed;
+            }
+            Event::Contact { pressed, .. } => {
+                self.pressure = *pressed;
+                self.motors.iter_mut().for_each(|motor| motor.dry = 0);
+            }
+            Event::Monitor { monitor, report } => {
+                let barrel = &mut self.barrels[monitor_of(monitor)];
+                let water = report.valve == Valve::Open || report.extinguishing;
+                let person = report.authority == Authority::Person;
+                if person {
+                    barrel.lent = barrel.works_for.take().or(barrel.lent);
+                } else if let Some(zone) = barrel.lent.take() {
+                    let wet = self.areas[zone].force.is_some_and(|(_, _, wet)| wet);
+                    let free = barrel.closing.is_none() && barrel.refused.is_none();
+                    barrel.works_for = Some(zone).filter(|_| wet && free);
+                }
+                if report.reachable && !water {
+                    (barrel.ours, barrel.lent) = (false, None);
+                }
+                let works = barrel.works_for.is_some() || barrel.closing.is_some();
+                let found = water && !person && !works && barrel.ours;
+                barrel.found = found.then(|| barrel.found.unwrap_or(0));
+                barrel.report = *report;
+            }
+            Event::Hand { order, .. } => self.hand(config, order),
+            _ => {}
+        }
+    }
+
+    fn hand(&mut self, config: &Config, order: &Hand) {
+        let zone_of = |id: &str| config.zones.iter().position(|it| it.id == id).unwrap();
+        let monitor_of = |id: &str| config.monitors.iter().position(|it| it == id).unwrap();
+        let detector_of = |id: &str| config.detectors.iter().position(|it| it.id == id).unwrap();
+        match order {
+            Hand::Mode { zone, mode, for_s } => {
+                let index = zone_of(zone);
+                let area = &mut self.areas[index];
+                if !(mode.is_test() && area.force.is_some_and(|(_, _, wet)| wet)) {
+                    let preset = config.zones[index].return_after_s;
+                    area.mode = *mode;
+                    area.mode_left = match mode {
+                        Mode::Automatic => None,
+                        Mode::Manual | Mode::Off => for_s.or(preset).map(s),
+                        _ => Some(s(for_s.unwrap_or(900))),
+                    };
+                }
+            }
+            Hand::Hold { zone, on } => {
+                let area = &mut self.areas[zone_of(zone)];
+                area.holds = *on && area.force.is_none();
+            }
+            Hand::Abort { zone } => self.no(config, Some(zone_of(zone)), true),
+            Hand::Release { zone } => self.release(config, zone_of(zone)),
+            Hand::Close(Scope::Monitor(id)) => {
+                let index = monitor_of(id);
+                self.barrels[index].refused = Some(0);
+                self.close.push(index);
+            }
+            Hand::Stop(_) | Hand::Close(_) => self.no(config, None, true),
+            Hand::Lockout { on } => {
+                self.lockout = *on;
+                if *on {
+                    self.no(config, None, false);
+                }
+            }
+            Hand::Reset(_) => {
+                let water = self.areas.iter().any(|area| area.force.is_some());
+                if !water && !self.lockout && !self.abort {
+                    self.areas.iter_mut().for_each(|area| area.no = None);
+                    self.barrels.iter_mut().for_each(|barrel| barrel.refused = None);
+                }
+            }
+            Hand::Bypass { detector, bypass } => {
+                self.eyes[detector_of(detector)].bypass = *bypass;
+            }
+            Hand::Silence | Hand::Pump { .. } => {}
+        }
+    }
+
+    fn no(&mut self, config: &Config, zone: Option<usize>, latches: bool) {
+        for index in 0..self.areas.len() {
+            if zone.is_none_or(|zone| zone == index) {
+                let area = &mut self.areas[index];
+                if latches || area.force.is_some() || area.met.is_some() {
+                    area.no = Some((0, true));
+                }
+                if area.force.is_some() {
+                    area.quiet = 0;
+                }
+                (area.force, area.met, area.held, area.holds) = (None, None, 0, false);
+                for (monitor, barrel) in self.barrels.iter().enumerate() {
+                    let serves = config.zones[index].monitors.contains(&config.monitors[monitor]);
+                    let elsewhere = barrel.works_for.is_some_and(|it| it != index);
+                    if serves && (zone.is_none() || !elsewhere) {
+                        self.close.push(monitor);
+                    }
+                }
+            }
+        }
+    }
+
+    fn release(&mut self, config: &Config, zone: usize) {
+        // The abort contact of the tests is for zone 0.
+        let pressed = self.abort && zone == 0;
+        let area = &mut self.areas[zone];
+        let just = area.no.is_some_and(|(age, person)| person && age < SIMULTANEOUS);
+        if self.lockout || area.mode == Mode::Off || pressed || just {
+            return;
+        }
+        if area.force.is_some_and(|(automatic, ..)| !automatic) {
+            return;
+        }
+        (area.no, area.met, area.held, area.holds) = (None, None, 0, false);
+        area.force = Some((false, 0, !area.mode.is_test()));
+        for (barrel, id) in self.barrels.iter_mut().zip(&config.monitors) {
+            let serves = config.zones[zone].monitors.contains(id);
+            if serves && barrel.works_for.is_none() && barrel.refused.is_none() {
+                barrel.closing = None;
+            }
+        }
+    }
+
+    fn votes(&self, detector: usize, config: &Config) -> (bool, bool) {
+        let eye = &self.eyes[detector];
+        let silent = eye.heard >= s(config.detectors[detector].silent_after_s);
+        let able = eye.signal.is_some()
+            && !silent
+            && eye.bypass == Bypass::None
+            && eye.condition == Condition::Ready;
+        (able, able && eye.signal == Some(Signal::Alarm) && !eye.stale)
+    }
+
+    fn enough(&self, zone: usize, config: &Config) -> bool {
+        let configured = &config.zones[zone];
+        let members: Vec<usize> = (0..self.eyes.len())
+            .filter(|it| config.detectors[*it].zones.contains(&configured.id))
+            .collect();
+        let failed = members.iter().filter(|it| !self.votes(**it, config).0).count();
+        let need = match failed {
+            0 => configured.votes.need,
+            failed => match configured.when_failed.get(failed - 1) {
+                Some(Reduced::Votes(votes)) => votes.need,
+                _ => return false,
+            },
+        };
+        let votes: Vec<usize> =
+            members.into_iter().filter(|it| self.votes(*it, config).1).collect();
+        let kinds: std::collections::BTreeSet<_> =
+            votes.iter().map(|it| config.detectors[*it].kind).collect();
+        votes.len() >= usize::from(need) && kinds.len() >= usize::from(configured.kinds)
+    }
+
+    /// What follows from votes and time; the zones whose water has to end now.
+    fn conclude(&mut self, config: &Config, seen: &mut Seen) -> Vec<usize> {
+        let mut over = Vec::new();
+        for zone in 0..self.areas.len() {
+            let configured = &config.zones[zone];
+            let enough = self.enough(zone, config);
+            let sees =
+                |eye: &Eye| eye.signal == Some(Signal::Alarm) && eye.bypass != Bypass::Disabled;
+            let mut members = self.eyes.iter().zip(&config.detectors);
+            let alarm = members.any(|(eye, it)| sees(eye) && it.zones.contains(&configured.id));
+            let pressed = self.abort && zone == 0;
+            let locked = self.lockout;
+            let area = &mut self.areas[zone];
+            if alarm || area.force.is_some() {
+                area.quiet = 0;
+            }
+            if let Some((age, _)) = area.no
+                && let Some(after) = configured.return_after_s
+                && !pressed
+                && area.quiet.min(age) >= s(after)
+            {
+                area.no = None;
+                seen.insert("a no lapses");
+            }
+            if let Some((automatic, age, wet)) = area.force {
+                let spent = automatic && age >= s(configured.water_max_s);
+                if spent || (!wet && !area.mode.is_test()) {
+                    area.force = None;
+                    area.no =
+                        (spent && (wet || area.mode.is_test())).then_some((0, false)).or(area.no);
+                    area.quiet = 0;
+                    over.push(zone);
+                    if wet {
+                        seen.insert("greatest duration");
+                    }
+                }
+                continue;
+            }
+            let automatic = area.mode == Mode::Automatic || area.mode.is_test();
+            if !enough || !automatic || pressed || locked || area.no.is_some() {
+                (area.met, area.held) = (None, 0);
+                continue;
+            }
+            let met = *area.met.get_or_insert(0);
+            let from = s(configured.coincidence_s);
+            let holding = area.holds && met >= from && area.held < s(configured.hold_max_s);
+            if holding {
+                seen.insert("hold");
+            }
+            if !holding && met >= from + s(configured.delay_s) + area.held {
+                area.force = Some((true, 0, !area.mode.is_test()));
+                (area.met, area.held, area.holds) = (None, 0, false);
+                seen.insert("release by vote");
+            }
+        }
+        over
+    }
+
+    fn usable(&self, monitor: usize) -> bool {
+        let Barrel { report, refused, .. } = &self.barrels[monitor];
+        let free = report.reachable && !report.failure && !report.lockout;
+        free && refused.is_none() && report.authority != Authority::Person && !self.lockout
+    }
+
+    /// Judges what the machine did.
+    pub fn judge(
+        &mut self,
+        config: &Config,
+        reaction: &Reaction,
+        state: &State,
+        seen: &mut Seen,
+    ) -> Result<(), String> {
+        let over = self.conclude(config, seen);
+        let mut closed = Vec::new();
+        let mut must: Vec<usize> = std::mem::take(&mut self.close);
+        must.extend(
+            (0..self.barrels.len())
+                .filter(|it| self.barrels[*it].works_for.is_some_and(|zone| over.contains(&zone))),
+        );
+        for command in &reaction.commands {
+            let index = |id: &String| config.monitors.iter().position(|it| it == id).unwrap();
+            match &command.order {
+                Order::Engage { monitor, zone, .. } => {
+                    let zone = config.zones.iter().position(|it| it.id == *zone).unwrap();
+                    self.engaged(index(monitor), zone, seen)?;
+                }
+                Order::Close { monitor } => closed.push(index(monitor)),
+                Order::Valve { output, open: true } => self.opened(config, output)?,
+                Order::Pump { pump, on } => {
+                    let pump = config.pumps.iter().position(|it| it.id == *pump).unwrap();
+                    self.pump(config, pump, *on, seen)?;
+                }
+                _ => {}
+            }
+        }
+        for monitor in must {
+            if !closed.contains(&monitor) {
+                return Err(format!("{} is not closed at once", config.monitors[monitor]));
+            }
+        }
+        for (index, barrel) in self.barrels.iter_mut().enumerate() {
+            if closed.contains(&index) {
+                (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
+                barrel.lent = None;
+            }
+            let shut = barrel.report.reachable
+                && barrel.report.valve == Valve::Closed
+                && !barrel.report.extinguishing;
+            if barrel.closing.is_some_and(|age| age >= REPEAT) {
+                if !shut {
+                    return Err(format!("Close of {} is not repeated", config.monitors[index]));
+                }
+                barrel.closing = None;
+            }
+            let longest = config.zones.iter().map(|it| s(it.water_max_s)).max().unwrap();
+            if barrel.found.is_some_and(|age| age > longest) {
+                return Err(format!("water found at {} never ends", config.monitors[index]));
+            }
+        }
+        self.lapse(config);
+        self.served(config)?;
+        self.pumped(config)?;
+        self.shown(state)
+    }
+
+    fn engaged(&mut self, monitor: usize, zone: usize, seen: &mut Seen) -> Result<(), String> {
+        let area = &self.areas[zone];
+        let barrel = self.barrels[monitor];
+        let Some((automatic, _, wet)) = area.force else {
+            let why = if area.no.is_some() { "after a no" } else { "without votes or hand" };
+            return Err(format!("water {why} (zone {zone}, monitor {monitor})"));
+        };
+        if self.lockout || barrel.refused.is_some() {
+            return Err("water in spite of lockout or a refused monitor".to_owned());
+        }
+        if !wet {
+            return Err("water in a test".to_owned());
+        }
+        if barrel.report.authority == Authority::Person {
+            return Err("a person's monitor is taken".to_owned());
+        }
+        if let Some(other) = barrel.works_for.filter(|other| *other != zone) {
+            let theirs = self.areas[other].force.is_some_and(|(automatic, ..)| automatic);
+            if automatic || !theirs {
+                return Err("a monitor is taken from another zone".to_owned());
+            }
+            seen.insert("a hand takes from votes");
+        }
+        seen.insert(if automatic { "water by vote" } else { "water by hand" });
+        if automatic && self.eyes.iter().any(|eye| eye.condition == Condition::Fault) {
+            seen.insert("degraded vote");
+        }
+        let barrel = &mut self.barrels[monitor];
+        (barrel.works_for, barrel.found, barrel.ours) = (Some(zone), None, automatic);
+        Ok(())
+    }
+
+    fn opened(&self, config: &Config, output: &str) -> Result<(), String> {
+        let allowed = config.zones.iter().zip(&self.areas).any(|(zone, area)| {
+            let valve = zone.valve.as_deref() == Some(output);
+            let by_hand = self.barrels.iter().any(|it| it.report.authority == Authority::Person);
+            valve && (area.force.is_some_and(|(_, _, wet)| wet) || (by_hand && area.no.is_none()))
+        });
+        if allowed { Ok(()) } else { Err("a zone valve opens without a release".to_owned()) }
+    }
+
+    fn pump(
+        &mut self,
+        config: &Config,
+        pump: usize,
+        on: bool,
+        seen: &mut Seen,
+    ) -> Result<(), String> {
+        if !on {
+            self.motors[pump] = Motor::default();
+            return Ok(());
+        }
+        let configured = &config.pumps[pump];
+        let wait = s(configured.start_delay_s);
+        let before = &self.motors[..pump];
+        let early = before.iter().filter_map(|it| it.on).any(|age| age < wait);
+        let duty = before.iter().zip(&config.pumps).filter(|(_, it)| !it.standby);
+        let skipped = duty.clone().any(|(it, _)| it.on.is_none());
+        let failed = before.iter().zip(&config.pumps).any(|(motor, it)| {
+            it.pressure.is_some() && motor.on.is_some() && motor.dry >= s(it.start_timeout_s)
+        });
+        if early || skipped || self.lockout {
+            return Err(format!("pump {} starts too early", configured.id));
+        }
+        if configured.standby && !failed {
+            return Err(format!("pump {} replaces nothing", configured.id));
+        }
+        if configured.standby {
+            seen.insert("pump replaced");
+        } else if pump > 0 {
+            seen.insert("pumps in sequence");
+        }
+        self.motors[pump] = Motor { on: Some(0), dry: 0 };
+        Ok(())
+    }
+
+    fn pumped(&self, config: &Config) -> Result<(), String> {
+        let wet = self.areas.iter().any(|area| area.force.is_some_and(|(_, _, wet)| wet));
+        let failed = self.motors.iter().zip(&config.pumps).any(|(motor, it)| {
+            // The standby pump waits for its turn in the row.
+            let timeout = s(it.start_timeout_s + 1);
+            it.pressure.is_some() && motor.on.is_some() && motor.dry >= timeout
+        });
+        let mut standby = self.motors.iter().zip(&config.pumps).filter(|(_, it)| it.standby);
+        if wet && failed && standby.any(|(motor, _)| motor.on.is_none()) {
+            return Err("a failed pump is not replaced".to_owned());
+        }
+        Ok(())
+    }
+
+    /// A refused monitor is free again when its zones were quiet for long enough.
+    fn lapse(&mut self, config: &Config) {
+        for (index, barrel) in self.barrels.iter_mut().enumerate() {
+            let Some(age) = barrel.refused else { continue };
+            let mut zones = config.zones.iter().zip(&self.areas);
+            let all = zones.all(|(zone, area)| {
+                let serves = zone.monitors.contains(&config.monitors[index]);
+                let after = zone.return_after_s.map(s);
+                !serves || after.is_some_and(|after| area.quiet.min(age) >= after)
+            });
+            if all {
+                barrel.refused = None;
+            }
+        }
+    }
+
+    /// Every zone in force has the monitors that it can have.
+    fn served(&self, config: &Config) -> Result<(), String> {
+        for (zone, area) in self.areas.iter().enumerate() {
+            let Some((_, _, true)) = area.force else { continue };
+            let configured = &config.zones[zone];
+            let of_zone: Vec<usize> = (0..self.barrels.len())
+                .filter(|it| configured.monitors.contains(&config.monitors[*it]))
+                .filter(|it| self.usable(*it))
+                .collect();
+            let works = |it: &&usize| self.barrels[**it].works_for == Some(zone);
+            let free = |it: &&usize| {
+                let barrel = &self.barrels[**it];
+                barrel.works_for.is_none() && barrel.closing.is_none()
+            };
+            let have = of_zone.iter().filter(works).count();
+            let could = have + of_zone.iter().filter(free).count();
+            let jets = configured.jets.map_or(of_zone.len(), usize::from);
+            if have < jets.min(could) {
+                return Err(format!("zone {zone} is released and lacks a monitor"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The state says what is.
+    fn shown(&self, state: &State) -> Result<(), String> {
+        for (zone, (area, shown)) in self.areas.iter().zip(&state.zones).enumerate() {
+            if shown.mode != area.mode {
+                return Err(format!("zone {zone} is in {:?}, shown {:?}", area.mode, shown.mode));
+            }
+            let released = matches!(shown.phase, Phase::Released { .. });
+            if released != area.force.is_some() {
+                return Err(format!(
+                    "zone {zone}: in force {:?}, shown {:?}",
+                    area.force, shown.phase
+                ));
+            }
+            let ended = matches!(shown.phase, Phase::Ended(_));
+            if !released && ended != area.no.is_some() {
+                return Err(format!("zone {zone}: no {:?}, shown {:?}", area.no, shown.phase));
+            }
+        }
+        Ok(())
+    }
+}

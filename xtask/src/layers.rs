@@ -10,6 +10,7 @@ use crate::{TaskResult, flag, laws, run};
 const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-proto", &[]),
     ("lafet-ballistics", &[]),
+    ("lafet-place", &["lafet-ballistics"]),
     ("lafet-device", &["lafet-ballistics", "lafet-proto"]),
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
     ("lafet-sim", &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto"]),
@@ -28,6 +29,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-client",
             "lafet-conform",
             "lafet-hub",
+            "lafet-place",
             "lafet-sim",
             "lafet-device",
             "lafet-proto",

@@ -39,6 +39,9 @@
 extern crate std;
 
 mod math;
+mod wind;
+
+pub use wind::{Drift, Spot, Wind};
 
 /// Acceleration of gravity, m/s².
 const GRAVITY: f32 = 9.806_65;
@@ -231,14 +234,19 @@ impl Jet {
         Flight { height: 0.0, slope, slowness: (1.0 + slope * slope) / self.speed2, path: 0.0 }
     }
 
+    /// c(s): drag after a path, 1/m.
+    #[inline(always)]
+    fn drag_after(&self, path: f32) -> f32 {
+        let broken = (path - self.core) * self.breakup;
+        self.drag * math::at_least(math::at_most(broken, 1.0), 0.0)
+    }
+
     /// One step of the midpoint rule over a piece of the way.
     fn advance(&self, flight: &mut Flight, way: f32) {
         let Flight { slope, slowness, .. } = *flight;
         let half = 0.5 * way;
         let path = math::sqrt(1.0 + slope * slope);
-        let broken = (flight.path + half * path - self.core) * self.breakup;
-        let broken = math::at_least(math::at_most(broken, 1.0), 0.0);
-        let drag = self.drag * broken;
+        let drag = self.drag_after(flight.path + half * path);
         let mid = slowness * (1.0 + 2.0 * drag * half * path);
         let mid_slope = slope - GRAVITY * slowness * half;
         let mid_path = math::sqrt(1.0 + mid_slope * mid_slope);
@@ -427,7 +435,13 @@ mod tests {
     }
 
     /// The same law over time, in f64, in steps of half a millisecond: the level range.
-    fn landing(pressure_datm: u16, diameter_mm: f64, wide: f64, elevation: f64, h: f64) -> f64 {
+    pub(crate) fn landing(
+        pressure_datm: u16,
+        diameter_mm: f64,
+        wide: f64,
+        elevation: f64,
+        h: f64,
+    ) -> f64 {
         let pressure_mpa = f64::from(pressure_datm) * 0.010_132_5;
         let speed = 0.97 * (2000.0 * pressure_mpa).sqrt();
         let (bore, pressure) = (diameter_mm / 28.0, pressure_mpa / 0.8);
@@ -452,7 +466,7 @@ mod tests {
         x
     }
 
-    fn radians(arcmin: i32) -> f64 {
+    pub(crate) fn radians(arcmin: i32) -> f64 {
         f64::from(arcmin) / 60.0 * std::f64::consts::PI / 180.0
     }
 

@@ -81,6 +81,12 @@ pub(crate) fn sqrt(x: f32) -> f32 {
     f32::from_bits((root >> 1) + ((126 + exponent / 2) << 23))
 }
 
+/// Square root from a value near it, which must be above zero; two steps of Newton's.
+pub(crate) fn sqrt_near(x: f32, near: f32) -> f32 {
+    let root = 0.5 * (near + x / near);
+    0.5 * (root + x / root)
+}
+
 /// The greater of two numbers; the second where the first is none.
 pub(crate) fn at_least(x: f32, least: f32) -> f32 {
     if x > least { x } else { least }

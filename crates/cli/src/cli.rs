@@ -76,6 +76,8 @@ pub enum Command {
     Doctor(cmd::doctor::DoctorArgs),
     /// Test whether a monitor does what the protocol says
     Conform(Box<cmd::conform::ConformArgs>),
+    /// Compute how many jets reach each square metre of a site
+    Coverage(cmd::coverage::CoverageArgs),
     /// Show the state of the monitor and what its flags mean
     Status(cmd::status::StatusArgs),
     /// Show the state repeatedly

@@ -12,6 +12,7 @@ mod angle;
 mod cli;
 mod cmd;
 mod connect;
+mod coverage;
 mod decode;
 mod demo;
 mod describe;
@@ -86,6 +87,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Completions(args) => cmd::install::run_completions(&args, out),
         Command::Man(args) => cmd::install::run_man(&args, out),
         Command::Schema(args) => cmd::schema::run(&args, out),
+        Command::Coverage(args) => cmd::coverage::run(&args, out),
         Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,

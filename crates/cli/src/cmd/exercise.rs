@@ -251,7 +251,8 @@ fn unknown(name: &str) -> String {
     )
 }
 
-fn write(path: &Path, text: &str) -> Outcome {
+/// Writes a file.
+pub fn write(path: &Path, text: &str) -> Outcome {
     std::fs::write(path, text).map_err(|error| {
         let path = path.display();
         let what = pick(format!("cannot write {path}"), format!("не удаётся записать {path}"));
@@ -259,7 +260,8 @@ fn write(path: &Path, text: &str) -> Outcome {
     })
 }
 
-fn lang() -> exercise::Lang {
+/// The language of a scenario's texts.
+pub fn lang() -> exercise::Lang {
     match current() {
         lafet_client::Lang::En => exercise::Lang::En,
         lafet_client::Lang::Ru => exercise::Lang::Ru,

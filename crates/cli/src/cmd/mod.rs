@@ -7,6 +7,7 @@ pub mod calibrate;
 #[cfg(unix)]
 pub mod chip;
 pub mod conform;
+pub mod coverage;
 pub mod decode;
 pub mod demo;
 pub mod dissector;

@@ -4,10 +4,9 @@ use lafet_device::Source as Interface;
 use lafet_device::composition::Composition;
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::{Answer, Status, text};
-use toml::de::DeTable;
 
 use super::plan::{Exercise, FirePlan, MonitorPlan};
-use super::reader::{Problem, Source, Table};
+use super::reader::{Document, Problem, Table};
 use super::text::{Both, both};
 use super::{scenes, steps};
 use crate::fire::FireSpec;
@@ -23,14 +22,8 @@ pub const FIRES_MAX: usize = 32;
 impl Exercise {
     /// Reads a scenario; `file` is what problems call it.
     pub fn parse(file: &str, text: &str) -> Result<Self, Problem> {
-        let source = Source { file, text };
-        let root = DeTable::parse(text).map_err(|error| {
-            let offset = error.span().map_or(0, |span| span.start);
-            let message = error.message();
-            let ru = format!("файл не читается как TOML: {message}");
-            source.problem(offset, String::new(), both(format!("no TOML: {message}"), ru))
-        })?;
-        let root = Table::root(source, &root);
+        let document = Document::parse(file, text)?;
+        let root = document.root();
         let mut exercise = Self::empty(file);
         exercise.read_head(&root)?;
         exercise.read_weather(&root)?;

@@ -15,7 +15,7 @@ mod file;
 mod log;
 mod picture;
 mod plan;
-mod reader;
+pub mod reader;
 mod recording;
 mod report;
 mod run;
@@ -28,7 +28,7 @@ pub use checks::Check;
 pub use condition::SiteCondition;
 pub use director::Director;
 pub use log::{Counts, Kind, Line};
-pub use picture::svg;
+pub use picture::{canvas, svg};
 pub use plan::{
     Action, ControllerPlan, EventPlan, Exercise, Expectation, FirePlan, Link, Moment, MonitorPlan,
     OperatorLine, Rule, Trigger,
@@ -38,7 +38,7 @@ pub use recording::{Bar, BarKind, Bounds, Recording, Sample};
 pub use report::{json, text};
 pub use run::{FireFigures, MonitorFigures, Outcome, Run, run};
 pub use shipped::{SHIPPED, Shipped};
-pub use text::{Both, Lang};
+pub use text::{Both, Lang, both};
 
 #[cfg(test)]
 mod tests;

@@ -41,15 +41,43 @@ impl Problem {
 /// The text of a file, for the numbers of its lines.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
+    /// Its name.
     pub file: &'a str,
+    /// Its text.
     pub text: &'a str,
 }
 
 impl Source<'_> {
+    /// A problem at a place of the text.
     pub fn problem(&self, offset: usize, key: String, what: Both) -> Problem {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line = 1 + before.matches('\n').count();
         Problem { file: self.file.to_owned(), line, key, what }
+    }
+}
+
+/// A file that has been read as TOML.
+pub struct Document<'a> {
+    source: Source<'a>,
+    table: Spanned<DeTable<'a>>,
+}
+
+impl<'a> Document<'a> {
+    /// Reads the text of a file.
+    pub fn parse(file: &'a str, text: &'a str) -> Result<Self, Problem> {
+        let source = Source { file, text };
+        let table = DeTable::parse(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            let message = error.message();
+            let ru = format!("файл не читается как TOML: {message}");
+            source.problem(offset, String::new(), both(format!("no TOML: {message}"), ru))
+        })?;
+        Ok(Self { source, table })
+    }
+
+    /// Its outermost table.
+    pub fn root(&self) -> Table<'_> {
+        Table::root(self.source, &self.table)
     }
 }
 
@@ -65,13 +93,16 @@ pub struct Table<'a> {
 /// A value and where it stands.
 #[derive(Clone, Copy)]
 pub struct Item<'a> {
+    /// The value.
     pub value: &'a DeValue<'a>,
+    /// Where it begins in the text, bytes.
     pub offset: usize,
 }
 
 type Read<T> = Result<T, Problem>;
 
 impl<'a> Table<'a> {
+    /// The outermost table.
     pub fn root(source: Source<'a>, table: &'a Spanned<DeTable<'a>>) -> Self {
         Self::new(source, String::new(), table.span().start, table.get_ref())
     }
@@ -105,6 +136,7 @@ impl<'a> Table<'a> {
         Some(Item { value: value.get_ref(), offset: value.span().start })
     }
 
+    /// Whether there is such a key.
     pub fn has(&self, key: &'static str) -> bool {
         self.item(key).is_some()
     }
@@ -157,6 +189,7 @@ impl<'a> Table<'a> {
         table.finish().map(|()| Some(texts))
     }
 
+    /// Text in both languages that has to be there.
     pub fn needed_both(&self, key: &'static str) -> Read<Both> {
         let form = "{ en = \"…\", ru = \"…\" }";
         self.both(key)?.ok_or_else(|| self.missing(key, form, form))
@@ -192,6 +225,7 @@ impl<'a> Table<'a> {
         self.array(key, item.value).map(Some)
     }
 
+    /// Several numbers that have to be there.
     pub fn needed_numbers<const N: usize>(&self, key: &'static str) -> Read<[f64; N]> {
         let what = format!("[{}]", ["…"; N].join(", "));
         self.numbers(key)?.ok_or_else(|| self.missing(key, &what, &what))

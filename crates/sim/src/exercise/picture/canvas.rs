@@ -2,13 +2,19 @@
 
 use core::fmt::Write as _;
 
-/// Ink, from strong to faint.
+/// Strong ink.
 pub const INK: &str = "#1c2126";
+/// Soft ink.
 pub const SOFT: &str = "#5b6570";
+/// Faint ink.
 pub const FAINT: &str = "#c9ced4";
+/// Lines of a grid.
 pub const GRID: &str = "#e6e8eb";
+/// The paper.
 pub const PAPER: &str = "#ffffff";
+/// The ground of a plan.
 pub const GROUND: &str = "#f7f7f4";
+/// Tanks and walls.
 pub const STEEL: &str = "#d9dcdf";
 
 /// Okabe and Ito's palette, told apart by everybody; each also has its own dashes.
@@ -20,11 +26,16 @@ pub const MONITORS: [(&str, &str); 6] = [
     ("#1c2126", "5 2"),
     ("#8a7a00", "3 2"),
 ];
+/// Fires, each with dashes too.
 pub const FIRES: [(&str, &str); 4] =
     [("#d55e00", ""), ("#e69f00", "7 3"), ("#8c3a00", "2 3"), ("#b98a00", "9 3 2 3")];
+/// What is good.
 pub const GOOD: &str = "#00785a";
+/// What is bad.
 pub const BAD: &str = "#c03a00";
+/// A cause.
 pub const CAUSE: &str = "#8b939c";
+/// A report.
 pub const TOLD: &str = "#e69f00";
 
 /// Depth of water on the map, l/m², from which each shade begins.
@@ -34,35 +45,46 @@ pub const DEPTHS: [(f64, &str); 5] =
 /// An SVG in the making.
 #[derive(Default)]
 pub struct Canvas {
+    /// The elements so far.
     pub out: String,
 }
 
 /// Where a text stands relative to its point.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
+    /// It begins there.
     Start,
+    /// Its middle is there.
     Middle,
+    /// It ends there.
     End,
 }
 
 /// How a text looks.
 #[derive(Clone, Copy)]
 pub struct Type {
+    /// Height of the letters.
     pub size: f64,
+    /// Colour.
     pub fill: &'static str,
+    /// Where its point is.
     pub anchor: Anchor,
+    /// Whether it is bold.
     pub bold: bool,
 }
 
 impl Type {
+    /// Plain text that begins at its point.
     pub const fn new(size: f64, fill: &'static str) -> Self {
         Self { size, fill, anchor: Anchor::Start, bold: false }
     }
 
+    /// The same in bold.
     pub const fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
+    /// The same with another anchor.
     pub const fn at(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
@@ -70,6 +92,7 @@ impl Type {
 
 impl Canvas {
     // Writing to a String cannot fail, here and below.
+    /// A rectangle: corner, size, attributes.
     pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, style: &str) {
         let _ = writeln!(
             self.out,
@@ -77,6 +100,7 @@ impl Canvas {
         );
     }
 
+    /// A line between two points, with attributes.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
         let ((x1, y1), (x2, y2)) = (from, to);
         let _ = writeln!(
@@ -85,16 +109,19 @@ impl Canvas {
         );
     }
 
+    /// A circle with attributes.
     pub fn circle(&mut self, middle: (f64, f64), radius: f64, style: &str) {
         let (x, y) = middle;
         let _ =
             writeln!(self.out, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {style}/>");
     }
 
+    /// A path by its data, with attributes.
     pub fn path(&mut self, data: &str, style: &str) {
         let _ = writeln!(self.out, "<path d=\"{data}\" {style}/>");
     }
 
+    /// A text at a point.
     pub fn text(&mut self, at: (f64, f64), kind: Type, text: &str) {
         self.styled_text(at, kind, "", text);
     }

@@ -1,6 +1,6 @@
 //! A run as a picture: plan view, verdict, aligned time lines.
 
-mod canvas;
+pub mod canvas;
 mod chart;
 mod plan;
 mod side;

@@ -214,8 +214,9 @@ mod tests {
 
     #[test]
     fn the_example_is_read() {
-        let text = include_str!("../../../../docs/examples/coverage.toml");
-        let Plan { site, area, .. } = parse("coverage.toml", text).unwrap();
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/examples/coverage.toml");
+        let text = std::fs::read_to_string(path).unwrap();
+        let Plan { site, area, .. } = parse("coverage.toml", &text).unwrap();
         assert_eq!((site.monitors.len(), area.winds.len(), area.flowing), (4, 4, 2));
         assert_eq!((site.obstacles.len(), site.keep_outs.len()), (2, 2));
         assert_eq!(site.check(), Ok(()));

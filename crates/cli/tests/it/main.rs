@@ -14,6 +14,7 @@ mod calibrate;
 mod clients;
 mod commands;
 mod conform;
+mod coverage;
 mod decode;
 mod demo;
 mod exercise;

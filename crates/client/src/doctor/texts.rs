@@ -291,7 +291,7 @@ fn speakers_remedy_en(addresses: &[u8]) -> String {
                 a bus controller between."
             .into();
     }
-    "There is a bus controller: no device may transmit without its grant. Reach the monitor \
+    "There is a bus controller: no device may transmit without its token. Reach the monitor \
      through the controller, or switch it off while you work directly."
         .into()
 }

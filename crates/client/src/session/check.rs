@@ -6,7 +6,7 @@
 //!
 //! - before the first frame of a connection, and later from time to time, one with a CRC-32C;
 //! - after requests without answer, one in the present form and one in the other: the monitor may
-//! have been replaced.
+//!   have been replaced.
 //!
 //! Probes are sent only while requests wait to be sent, and Stop, Close and Lockout on never wait
 //! for them: their tries alternate between the forms. An answer is accepted only in a form in which

@@ -5,14 +5,14 @@
 //! is held by a lease, and ends in two ways:
 //!
 //! - **By Stop.** When the lease expires or is released, or the link was lost, Stop is sent until
-//! the Move flag clears.
+//!   the Move flag clears.
 //! - **By itself**, when no Stop comes any more: the program was killed, the cable cut. A monitor
-//! with the parameter MoveHold (ours, §D/4) receives it in the frame of the Move, and again every
-//! [`Hold::repeat`] together with a read of the drive's state: a renewal never moves a drive that
-//! something else has stopped. For any other monitor the motion consists of short steps, each a
-//! Move to a position just ahead, sent only while the drive moves. With limits off such a drive
-//! does not stop at its destination (§3.17): then the motion is refused unless MoveTimeout is set
-//! (§D/4).
+//!   with the parameter MoveHold (ours, §D/4) receives it in the frame of the Move, and again every
+//!   [`Hold::repeat`] together with a read of the drive's state: a renewal never moves a drive that
+//!   something else has stopped. For any other monitor the motion consists of short steps, each a
+//!   Move to a position just ahead, sent only while the drive moves. With limits off such a drive
+//!   does not stop at its destination (§3.17): then the motion is refused unless MoveTimeout is set
+//!   (§D/4).
 //!
 //! ```text
 //!          MoveHold? limits?            accepted           still moving

@@ -7,21 +7,21 @@
 //! of them would be a wrong value without any sign. So (ours):
 //!
 //! - **Suspicion.** For each request id the session remembers when a frame whose answer has not
-//! come was last sent. Answers to frames with different first requests cannot be confused, because
-//! an answer repeats the id of its request (§2). On a connection that outlives programs
-//! ([`super::Config::outlives`]) every request is in doubt for `late_bound` after connecting.
+//!   come was last sent. Answers to frames with different first requests cannot be confused, because
+//!   an answer repeats the id of its request (§2). On a connection that outlives programs
+//!   ([`super::Config::outlives`]) every request is in doubt for `late_bound` after connecting.
 //! - **Tags.** In doubt, a frame has four GetStatus to subsystems that do not exist. By §1 General
-//! answers them with ModuleNotExist *on behalf of the addressee*, so the answer repeats the four
-//! ids: they number the frame. GetStatus changes nothing, so the tag is harmless for any monitor.
-//! 240 unused ids make 240⁴ = 3.3·10⁹ tags; the first one is random, from the operating system, so
-//! that consecutive programs use different numbers. Frames without doubt have no tag. The tag is at
-//! the start, so that its answer always fits the monitor's buffer. After Stop, Close and Lockout on
-//! it is at the end: a monitor that fails on an unknown subsystem has stopped by then.
+//!   answers them with ModuleNotExist *on behalf of the addressee*, so the answer repeats the four
+//!   ids: they number the frame. GetStatus changes nothing, so the tag is harmless for any monitor.
+//!   240 unused ids make 240⁴ = 3.3·10⁹ tags; the first one is random, from the operating system, so
+//!   that consecutive programs use different numbers. Frames without doubt have no tag. The tag is at
+//!   the start, so that its answer always fits the monitor's buffer. After Stop, Close and Lockout on
+//!   it is at the end: a monitor that fails on an unknown subsystem has stopped by then.
 //! - **Question.** While it is not known whether the monitor answers tags, a request that must not
-//! be repeated waits for the answer to a frame that has only the tag. Reads and urgent requests
-//! serve as the question themselves.
+//!   be repeated waits for the answer to a frame that has only the tag. Reads and urgent requests
+//!   serve as the question themselves.
 //! - **Drain.** If the monitor turns out not to answer tags, a suspicious request waits until
-//! `drain_bound` has passed.
+//!   `drain_bound` has passed.
 //!
 //! The property, which tests check with random delays, losses and copies, within a session and over
 //! thousands of them: no answer to another frame is accepted as long as none comes later than the

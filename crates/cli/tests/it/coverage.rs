@@ -1,8 +1,6 @@
 //! `lafet coverage`: table, picture, JSON, and what is refused.
 
-mod support;
-
-use support::Run;
+use crate::support::Run;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/examples/coverage.toml");
 

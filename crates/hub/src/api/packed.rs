@@ -2,8 +2,8 @@
 //!
 //! What never changes is packed once and kept. Of the rest, whole answers to readings are packed, one
 //! at a time: a client that comes meanwhile gets the plain text, so that packing takes one processor at
-//! most. Nothing that changes something is answered packed, nor is what holds a secret: the size of
-//! the size of a packed text shows how much of it repeats (BREACH).
+//! most. Nothing that changes something is answered packed, nor is what holds a secret: the size of a
+//! packed text shows how much of it repeats (BREACH).
 
 use std::io::Write;
 use std::sync::{Arc, OnceLock};
@@ -63,6 +63,16 @@ impl Lasting {
     pub fn json(&self) -> Response {
         self.answer(JSON.1)
     }
+
+    /// What was packed before takes no thread.
+    async fn packed(self) -> Option<Bytes> {
+        let Self { plain, packed } = self;
+        if let Some(packed) = packed.get() {
+            return Some(packed.clone());
+        }
+        let pack = move || packed.get_or_init(|| gzip(&plain, Compression::best())).clone();
+        spawn_blocking(pack).await.ok()
+    }
 }
 
 /// Packs an answer if that is of use.
@@ -82,11 +92,7 @@ pub async fn packed(State(hub): State<Hub>, request: Request, next: Next) -> Res
         return response;
     }
     if let Some(lasting) = response.extensions_mut().remove::<Lasting>() {
-        let pack = move || {
-            let Lasting { plain, packed } = lasting;
-            packed.get_or_init(|| gzip(&plain, Compression::best())).clone()
-        };
-        return with(response.into_parts().0, spawn_blocking(pack).await.ok());
+        return with(response.into_parts().0, lasting.packed().await);
     }
     let whole = response.body().size_hint().exact().is_some_and(|size| SIZES.contains(&size));
     let Ok(_turn) = hub.packing().0.try_acquire() else { return response };

@@ -30,6 +30,8 @@ use crate::access::Kind;
 const BATCH_MAX: usize = 256;
 /// Entries that wait in memory for a disk that takes none; what comes then is given up.
 const WAITING_MAX: u64 = 20_000;
+/// Entries that are verified before others read.
+const VERIFY_MAX: u32 = 200;
 /// Characters of a text that an entry has.
 const TEXT_MAX: usize = 4096;
 /// Pause before what could not be stored is tried again.
@@ -240,25 +242,31 @@ impl Audit {
 
     /// Entries from a number on, for export.
     pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
-        let n = i64::try_from(n).unwrap_or(i64::MAX);
-        self.reads
-            .call(move |db| {
-                let mut query =
-                    db.prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n LIMIT ?2")?;
-                query.query_map(params![n, limit], entry)?.collect()
-            })
-            .await
+        self.reads.call(move |db| from(db, n, limit)).await
     }
 
-    /// Checks the whole chain.
+    /// Checks the whole chain, part by part, so that others can read meanwhile.
     pub async fn verify(&self) -> Result<Verified, StoreError> {
         let mut chain = Chain::default();
         loop {
-            let entries = self.from(chain.next(), 1000).await?;
-            if entries.is_empty() || !entries.iter().all(|entry| chain.add(entry)) {
-                return Ok(chain.result());
+            let (so_far, goes_on) = self.walk(chain, VERIFY_MAX).await?;
+            if !goes_on {
+                return Ok(so_far.result());
             }
+            chain = so_far;
         }
+    }
+
+    /// Walks on along the chain, by so many entries at most, on the thread that reads: what the hub does
+    /// waits for no hash. Then there are more, or this was the end, or an entry is not right.
+    pub async fn walk(&self, mut chain: Chain, most: u32) -> Result<(Chain, bool), StoreError> {
+        self.reads
+            .call(move |db| {
+                let entries = from(db, chain.next(), most)?;
+                let goes_on = !entries.is_empty() && entries.iter().all(|entry| chain.add(entry));
+                Ok((chain, goes_on))
+            })
+            .await
     }
 }
 
@@ -337,6 +345,13 @@ fn bring_up_to_date(db: &Connection) -> Result<(), rusqlite::Error> {
         )?;
     }
     Ok(())
+}
+
+/// Entries from a number on.
+fn from(db: &Connection, n: u64, limit: u32) -> Result<Vec<Entry>, rusqlite::Error> {
+    let n = i64::try_from(n).unwrap_or(i64::MAX);
+    let mut query = db.prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n LIMIT ?2")?;
+    query.query_map(params![n, limit], entry)?.collect()
 }
 
 /// Number and hash of the last entry.

@@ -25,7 +25,7 @@ pub struct Verified {
 }
 
 /// Walks along a chain of entries.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Chain {
     entries: u64,
     head: Option<String>,
@@ -41,6 +41,11 @@ impl Chain {
     /// Number of the entry that comes next.
     pub const fn next(&self) -> u64 {
         self.entries + 1
+    }
+
+    /// The first entry that is not right.
+    pub const fn bad(&self) -> Option<u64> {
+        self.bad
     }
 
     /// Takes the next entry; `false`: it is not the one that was written.

@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
-use crate::store::{self, Act, Chain, Entry, Head, Loss, Mark, StoreError};
+use crate::store::{self, Act, Chain, Head, Loss, Mark, StoreError};
 use crate::sync::lock;
 use crate::text::both;
 
@@ -189,8 +189,8 @@ impl Walk {
         }
         self.rests = None;
         let first = self.chain.next();
-        let entries: Vec<Entry> = match hub.audit().from(first, PIECE).await {
-            Ok(entries) => entries,
+        let (chain, goes_on) = match hub.audit().walk(self.chain.clone(), PIECE).await {
+            Ok(walked) => walked,
             Err(StoreError::Busy) => return,
             // An entry that cannot be read is not the one that was written.
             Err(error) => {
@@ -198,17 +198,18 @@ impl Walk {
                 return self.broken(hub, first);
             }
         };
-        if let Some(bad) = entries.iter().find(|entry| !self.chain.add(entry)) {
-            tracing::error!(entry = bad.n, "an entry of the audit log is not right");
-            return self.broken(hub, self.chain.next());
+        if let Some(bad) = chain.bad() {
+            tracing::error!(entry = bad, "an entry of the audit log is not right");
+            return self.broken(hub, bad);
         }
+        self.chain = chain;
         {
             let mut known = lock(&hub.integrity().chain);
             if known.state != ChainWord::Broken {
                 known.verified = known.verified.max(self.chain.next() - 1);
             }
         }
-        if entries.is_empty() {
+        if !goes_on {
             self.ended(hub, first - 1);
         }
     }

@@ -38,12 +38,23 @@ pub struct Homings {
 }
 
 impl Homings {
+    /// The program begins anew: what counts from there has to be homed again.
+    pub(super) fn powered_up(&self) -> Self {
+        Self { homed: self.homed, ..Self::default() }
+    }
+
+    /// It knows which positions are known.
+    pub(super) const fn has_started(&self) -> bool {
+        self.started
+    }
+
     /// Takes over what is sensed and told; says which drives claim to know their position and cannot.
     pub(super) fn follow(&mut self, view: &View<'_>) -> Vec<Axis> {
         if !self.started {
             self.started = true;
-            self.drives = Axis::ALL
-                .map(|axis| Homing::starting(axis, view.params, &view.inputs.drives[axis as usize]));
+            self.drives = Axis::ALL.map(|axis| {
+                Homing::starting(axis, view.params, &view.inputs.drives[axis as usize])
+            });
         }
         let bits = view.device.input_faults();
         let mut wrong = Vec::new();

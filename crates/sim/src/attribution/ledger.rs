@@ -14,8 +14,8 @@ use lafet_proto::{RequestId, Status, SubsystemId};
 use super::answers;
 use super::buttons::{Button, Posts};
 use super::closing::Closing;
-use super::homing::Homings;
 pub use super::grants::{Lock, Move, Start, Work};
+use super::homing::Homings;
 use super::rules::Step;
 use super::view::{View, axis_of};
 use super::{Bilingual, Output, Told};
@@ -144,7 +144,7 @@ impl Ledger {
             move_timeout_ms: self.move_timeout_ms,
             deployer_travel_ms: self.deployer_travel_ms,
             valve_travel_ms: self.valve_travel_ms,
-            homings: Homings { homed: self.homings.homed, ..Homings::default() },
+            homings: self.homings.powered_up(),
             ..Self::new(now_ms)
         };
     }
@@ -477,9 +477,27 @@ impl Ledger {
         }
         self.follow_currents(view);
         self.follow_faults(view);
+        let first = !self.homings.has_started();
         let wrong = self.homings.follow(view);
+        if first {
+            self.free_early_moves(view);
+        }
         (self.before_ms, self.sensed_ms) = (self.sensed_ms, view.now_ms);
         wrong
+    }
+
+    /// A Move that was accepted before the first step of a drive whose position is not known.
+    fn free_early_moves(&mut self, view: &View<'_>) {
+        for (axis, granted) in Axis::ALL.into_iter().zip(&mut self.moves) {
+            if let Some(granted) = granted
+                && self.homings.is_unknown(axis)
+            {
+                let at = i32::from(view.told.positions[axis as usize]);
+                granted.limitless = true;
+                granted.target = granted.destination;
+                granted.runs = Some(granted.destination > at);
+            }
+        }
     }
 
     /// Takes over what an output has done: what has come to its end is not permitted any more.

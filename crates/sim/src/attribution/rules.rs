@@ -173,7 +173,8 @@ const fn moves(program: Program, axis: Axis) -> bool {
 /// Position as the monitor counts it.
 fn position(view: &View<'_>, axis: Axis) -> i32 {
     let zero = view.params.drive(axis, DriveParam::ZeroPoint);
-    let homed = view.inputs.drives[axis as usize].position.saturating_add(view.offsets[axis as usize]);
+    let homed =
+        view.inputs.drives[axis as usize].position.saturating_add(view.offsets[axis as usize]);
     homed.saturating_sub(zero)
 }
 
@@ -212,10 +213,11 @@ fn drive_rule(
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
         Rule::Water => axis == Axis::Deployer && !upwards && is_wet(view),
         Rule::Limit => !ledger.has_no_limits(axis) && is_beyond(view, axis, upwards),
-        // The switch there, or the one where it has been told to turn round to.
+        // The switch there, or the one where it has been told to turn round to, or from where it has come.
         Rule::EndSwitch => {
             let at_end = |up: bool| if up { input.max_switch } else { input.min_switch };
-            at_end(upwards) || at_end(!upwards) && may_go(ledger, view, axis, !upwards)
+            let rests = has_arrived(ledger, view, step, axis);
+            at_end(upwards) || at_end(!upwards) && (rests || may_go(ledger, view, axis, !upwards))
         }
         Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
         Rule::CutOff => is_cut_off(input.current_da.into(), max_current),
@@ -243,11 +245,12 @@ fn drive_rule(
         }
         Rule::Refused => {
             let busy = [Program::Seek, Program::Justify];
-            matches!(step.cause_before, Cause::Button(_))
-                && (!is_working(ledger, view)
-                    || busy.iter().any(|program| is_running(*program, &view.told))
-                    || ledger.starts.iter().any(|start| busy.contains(&start.program))
-                    || is_broken(ledger, view, axis, step.before))
+            let was =
+                matches!(step.cause_before, Cause::Button(_)) || ledger.buttons.was_held(axis);
+            was && (!is_working(ledger, view)
+                || busy.iter().any(|program| is_running(*program, &view.told))
+                || ledger.starts.iter().any(|start| busy.contains(&start.program))
+                || is_broken(ledger, view, axis, step.before))
         }
         Rule::PowerUp
         | Rule::Blocked
@@ -482,8 +485,7 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
                 let travel_ms = u64::from(work.travel_ms);
                 view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
             };
-            ledger.works[valve as usize].iter().any(over)
-                || step.cause_before == Cause::Rule(Rule::Unconfirmed) && ledger.is_in_vain(valve)
+            ledger.works[valve as usize].iter().any(over) || closed && ledger.is_in_vain(valve)
         }
         Rule::Fault => opened && sticks(ledger, view, valve),
         Rule::Absent => !view.device.has(valve.id()),

@@ -45,7 +45,11 @@ impl Ledger {
                 travel_ms: self.valve_travel_ms[valve as usize],
             };
             self.closings[valve as usize].sense(time, input, online, sound);
-            if input.close_switch {
+            // Who has it opened has confirmed its water then, and not when it leaves its switch.
+            let works = &self.works[valve as usize];
+            let opens = works.iter().any(|work| work.output == ValveOutput::Opening);
+            let sound = !input.open_switch && !input.close_sensor_fault;
+            if self.closings[valve as usize].is_closed() && sound && !opens {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }
         }

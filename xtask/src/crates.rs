@@ -22,8 +22,8 @@ pub fn page() -> Result<String, String> {
         let (_, after) = rest.split_once(END)?;
         Some((before, after))
     });
-    let (before, after) =
-        between.ok_or_else(|| format!("{PAGE}: the marks of the picture of the crates are missing"))?;
+    let (before, after) = between
+        .ok_or_else(|| format!("{PAGE}: the marks of the picture of the crates are missing"))?;
     let picture = picture(&needs(&metadata::workspace()?));
     Ok(format!("{before}{BEGIN}{picture}{END}{after}"))
 }
@@ -77,10 +77,7 @@ mod tests {
     fn arrows() {
         let needs = of(&[("hub", &["client", "proto"]), ("client", &["proto"]), ("proto", &[])]);
         let picture = picture(&needs);
-        assert_eq!(
-            picture,
-            "```mermaid\ngraph TD\n  client --> proto\n  hub --> client\n```\n"
-        );
+        assert_eq!(picture, "```mermaid\ngraph TD\n  client --> proto\n  hub --> client\n```\n");
         assert!(leads(&needs, "hub", "proto") && !leads(&needs, "proto", "hub"));
     }
 }

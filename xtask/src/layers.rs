@@ -1,5 +1,6 @@
 //! `cargo xtask layers`: the dependencies between the crates, and the laws that text can show.
 
+use std::collections::BTreeSet;
 use std::process::ExitCode;
 
 use crate::metadata::{self, Kind, Package};
@@ -45,6 +46,10 @@ const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("lafet-hub", &["lafet-sim", "lafet-device"]),
 ];
 
+/// Says of each direct dependency what it is for.
+const LIST: &str = "docs/design.md";
+const SECTION: &str = "What it depends on";
+
 pub fn layers(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     check().map(|()| ExitCode::SUCCESS)
@@ -55,6 +60,7 @@ pub fn check() -> run::StepResult {
     let packages = metadata::workspace()?;
     let mut problems = wrong_arrows(&packages);
     problems.extend(laws::broken()?);
+    problems.extend(unlisted(&packages, &run::read(LIST)?));
     run::verdict("broken laws", &problems)?;
     println!("   {} crates, dependencies and laws are as listed", packages.len());
     Ok(())
@@ -81,6 +87,23 @@ fn wrong_arrows(packages: &[Package]) -> Vec<String> {
     problems
 }
 
+/// Dependencies on other people's packages that the list lacks, and rows of it that nobody needs.
+fn unlisted(packages: &[Package], list: &str) -> Vec<String> {
+    let ours = |name: &str| packages.iter().any(|package| package.name == name);
+    let all = packages.iter().flat_map(|package| &package.dependencies);
+    let needed: BTreeSet<&str> =
+        all.map(|dependency| dependency.name.as_str()).filter(|name| !ours(name)).collect();
+    let section = list.split("\n## ").find(|part| part.starts_with(SECTION)).unwrap_or_default();
+    let row = |line: &'_ str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    let listed: BTreeSet<String> = section.lines().filter_map(row).collect();
+    let lacks = needed.iter().filter(|name| !listed.contains(**name));
+    let spare = listed.iter().filter(|name| !needed.contains(name.as_str()));
+    lacks
+        .map(|name| format!("{LIST}: `{name}` is not in the table of “{SECTION}”"))
+        .chain(spare.map(|name| format!("{LIST}: no crate depends on `{name}`: delete its row")))
+        .collect()
+}
+
 fn row<'a>(table: &[(&str, &'a [&'a str])], name: &str) -> Option<&'a [&'a str]> {
     table.iter().find(|(from, _)| *from == name).map(|(_, to)| *to)
 }
@@ -105,6 +128,28 @@ mod tests {
                 .collect(),
         };
         wrong_arrows(&names.iter().map(package).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn every_dependency_has_its_row() {
+        let package = |name: &str, to: &[&str]| Package {
+            name: name.into(),
+            version: String::new(),
+            licence: None,
+            source: None,
+            rust_version: None,
+            dependencies: to
+                .iter()
+                .map(|name| Dependency { name: (*name).into(), kind: Kind::Dev })
+                .collect(),
+        };
+        let packages = [package("lafet", &["lafet-proto", "clap"]), package("lafet-proto", &[])];
+        let list =
+            "# Why\n\n## What it depends on\n\n| `clap` | arguments |\n\n## Next\n| `tar` |\n";
+        assert_eq!(unlisted(&packages, list), [""; 0]);
+        let spare = list.replace("| arguments |", "| arguments |\n| `url` | addresses |");
+        assert_eq!(unlisted(&packages, &spare).len(), 1);
+        assert!(unlisted(&packages, "# Why")[0].contains("`clap`"));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! `cargo xtask spec`: checks that every section of the protocol document has code and a test.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 
 use crate::citation::{citations, lies_within};
-use crate::sections::{self, Row};
+use crate::sections::{self, Own, Row};
 use crate::source::{self, File};
 use crate::{TaskResult, flag, run};
 
@@ -12,6 +12,8 @@ const SPEC: &str = "crates/conform/src/spec.txt";
 const SCENARIOS: &str = "conformance/scenarios";
 /// Crates whose product code implements the document's own sections.
 const IMPLEMENTATION: [&str; 2] = ["proto", "device"];
+/// Where the files are that bear the number of a section.
+const IN: [&str; 2] = ["crates/proto/src/", "crates/device/src/"];
 /// Columns of the printed table.
 const TITLE_WIDTH: usize = 44;
 const PLACE_WIDTH: usize = 44;
@@ -43,7 +45,7 @@ pub fn page() -> Result<String, String> {
             tests: files(section, Use::Test),
         })
         .collect();
-    Ok(sections::page(&rows))
+    Ok(sections::page(&matrix.own(), &rows))
 }
 
 /// The file of a place, relative to the root.
@@ -59,7 +61,9 @@ pub fn check() -> run::StepResult {
 }
 
 fn report(matrix: &Matrix) -> run::StepResult {
-    run::verdict("holes in the matrix § × code × test", &matrix.holes())?;
+    let mut holes = matrix.holes();
+    holes.extend(matrix.without_files());
+    run::verdict("holes in the matrix § × code × test", &holes)?;
     println!("   {}", matrix.totals());
     Ok(())
 }
@@ -92,17 +96,24 @@ struct Mention {
 struct Matrix {
     sections: Vec<Section>,
     mentions: Vec<Mention>,
+    /// Files of proto, device and the scenarios, relative to the root.
+    files: Vec<String>,
 }
 
 fn matrix() -> Result<Matrix, String> {
     let sections = sections_of(&run::read(SPEC)?)?;
-    let mut mentions: Vec<Mention> = source::workspace()?.iter().flat_map(in_rust).collect();
+    let workspace = source::workspace()?;
+    let mut mentions: Vec<Mention> = workspace.iter().flat_map(in_rust).collect();
+    let own = |path: &&str| IN.iter().any(|folder| path.starts_with(folder));
+    let paths = workspace.iter().map(|file| file.path.as_str());
+    let mut files: Vec<String> = paths.filter(own).map(String::from).collect();
     let folder = run::root().join(SCENARIOS);
     for path in source::files_under(&folder, "txt")? {
         let path = source::relative(&path);
         mentions.extend(in_scenario(&path, &run::read(&path)?));
+        files.push(path);
     }
-    Ok(Matrix { sections, mentions })
+    Ok(Matrix { sections, mentions, files })
 }
 
 fn sections_of(text: &str) -> Result<Vec<Section>, String> {
@@ -168,6 +179,65 @@ impl Matrix {
         let fits = |m: &&Mention| m.usage == usage || (around && m.usage == Use::CodeAround);
         let mine = self.mentions.iter().filter(|m| m.id == id).filter(fits);
         mine.map(|mention| mention.place.as_str()).collect()
+    }
+
+    /// The requests, §3.1 to §3.21, and the flags, §3.3.1 to §3.3.10, with their files.
+    fn own(&self) -> Vec<Own> {
+        let numbered = |id: &str| id.starts_with("§3.") && !id.contains('/');
+        self.sections
+            .iter()
+            .filter(|section| numbered(&section.id))
+            .map(|it| self.own_of(it))
+            .collect()
+    }
+
+    fn own_of(&self, section: &Section) -> Own {
+        let id = &section.id;
+        let named = |folder: &str| {
+            let files = self.files.iter().filter(|file| file.starts_with(folder));
+            let mine = files.filter(|file| sections::number_of(file).as_ref() == Some(id));
+            mine.cloned().collect::<Vec<String>>()
+        };
+        let cited = |usage: Use, folders: &[&str]| {
+            let statement =
+                |it: &str| it.strip_prefix(id.as_str()).is_some_and(|r| r.starts_with('/'));
+            let mine = self.mentions.iter().filter(|it| it.id == *id || statement(&it.id));
+            let files = mine.filter(|it| it.usage == usage).map(|it| file_of(&it.place));
+            files
+                .filter(|file| folders.iter().any(|folder| file.starts_with(folder)))
+                .collect::<BTreeSet<String>>()
+        };
+        let [proto, device] = IN;
+        let mut executes = named(device);
+        let request = id.matches('.').count() == 1;
+        if !request || !executes.is_empty() {
+            let mut more = cited(Use::Code, &[device]);
+            more.retain(|file| !executes.contains(file));
+            executes.extend(more);
+        }
+        Own {
+            id: id.clone(),
+            title: section.title.split(':').next().unwrap_or_default().into(),
+            proto: named(proto).into_iter().collect(),
+            device: executes,
+            scenarios: named(SCENARIOS).into_iter().collect(),
+            tests: cited(Use::Test, &["crates/proto/", "crates/device/"]),
+        }
+    }
+
+    /// Requests and flags without a file of their own, and files of a number that there is not.
+    fn without_files(&self) -> Vec<String> {
+        let mut holes = Vec::new();
+        for own in self.own() {
+            holes.extend(own.missing().into_iter().map(|what| format!("{}: {what}", own.id)));
+        }
+        for file in &self.files {
+            let Some(id) = sections::number_of(file) else { continue };
+            if !self.sections.iter().any(|section| section.id == id) {
+                holes.push(format!("{file}: {id} is not in {SPEC}"));
+            }
+        }
+        holes
     }
 
     /// Sections that lack something, and citations of sections that do not exist.
@@ -260,7 +330,8 @@ mod tests {
             mentions.extend(in_rust(&file));
         }
         mentions.extend(in_scenario("conformance/scenarios/3.01-move.txt", scenario));
-        Matrix { sections: sections_of(SECTIONS).unwrap(), mentions }
+        let files = rust.iter().map(|(path, _)| (*path).into()).collect();
+        Matrix { sections: sections_of(SECTIONS).unwrap(), mentions, files }
     }
 
     #[test]
@@ -284,6 +355,42 @@ mod tests {
                 "§3.99: not in crates/conform/src/spec.txt, yet cited by device/src/a.rs:2",
             ]
         );
+    }
+
+    /// §3.3.4 has flags, which any file of the device may set; a request needs a file of its number.
+    #[test]
+    fn a_section_without_its_files_is_a_hole() {
+        let rust = [
+            ("crates/proto/src/status/s3_03_04_drives.rs", "//! §3.3.4\n"),
+            ("crates/device/src/subsystem/drive.rs", "// §3.3.4/1\n"),
+            ("crates/device/src/execute/s3_04_getparam.rs", "//! §3.4\n"),
+            ("crates/device/tests/it/drive.rs", "//! §3.3.4/2\n"),
+        ];
+        let mut matrix = matrix(&rust, "");
+        matrix
+            .mentions
+            .iter_mut()
+            .filter(|it| it.id == "§3.3.4/2")
+            .for_each(|it| it.usage = Use::Test);
+        let unknown = "crates/device/src/execute/s3_04_getparam.rs: §3.4 is not in crates/conform/src/spec.txt";
+        assert_eq!(matrix.without_files(), ["§3.3.4: no scenario of its number", unknown]);
+        matrix.sections.push(Section {
+            id: "§3.4".into(),
+            title: "GetParam: a".into(),
+            label: "read".into(),
+        });
+        matrix.files.push("conformance/scenarios/3.03.04-drives.txt".into());
+        assert_eq!(
+            matrix.without_files(),
+            [
+                "§3.4: no file of its number in crates/proto/src",
+                "§3.4: no scenario of its number",
+                "§3.4: no test in crates/proto or crates/device",
+            ]
+        );
+        let own = matrix.own();
+        assert_eq!(own[0].device, ["crates/device/src/subsystem/drive.rs"]);
+        assert_eq!((own[1].id.as_str(), own[1].title.as_str()), ("§3.4", "GetParam"));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use lafet_proto::flags::{
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Quench, Sector, Seek};
+use lafet_proto::status::Limits;
 use lafet_proto::{Ints, ParamId, Request, Status, SubsystemId};
 
 const CONTROL: SubsystemId = SubsystemId::CONTROL;
@@ -176,6 +177,31 @@ fn limits_off_for_all() {
             assert!(rig.drive_flags(axis).contains(DriveFlags::LIMITLESS), "{axis:?}");
         }
     }
+}
+
+/// §3.7/1, §1/5 Each drive answers its limits, and to All and Motors all of them do, in chain order.
+#[test]
+fn limits_are_told() {
+    let mut rig = Rig::deployed();
+    let drives = [DEPLOYER, SubsystemId::NOZZLE, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
+    let each = drives.map(|drive| {
+        let [answer] = &rig.ask(drive, Body::RetrieveLimits)[..] else { panic!("{drive}") };
+        assert_eq!(
+            (answer.from, answer.status, answer.data.len()),
+            (drive, Status::OK, Limits::SIZE)
+        );
+        answer.data.clone()
+    });
+    let nozzle = Limits::from_bytes(each[1].as_slice().try_into().unwrap());
+    assert_eq!(nozzle, Limits { min: 0, max: 60 });
+    for to in [SubsystemId::ALL, SubsystemId::MOTORS] {
+        let answers = rig.ask(to, Body::RetrieveLimits);
+        assert_eq!(answers.iter().map(|answer| answer.from).collect::<Vec<_>>(), drives);
+        assert!(answers.iter().map(|answer| &answer.data).eq(&each), "{to}");
+    }
+    let valve = rig.one(SubsystemId::VALVE1, Body::RetrieveLimits);
+    assert_eq!(valve, (SubsystemId::VALVE1, Status::WRONG_REQUEST));
+    assert!(rig.is_still());
 }
 
 /// §1/6 What may not be broadcast is WrongRequest from General, to All and to Motors, and does nothing.

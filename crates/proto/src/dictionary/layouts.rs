@@ -2,12 +2,14 @@
 //! types, such as dissectors, recorders and bindings.
 
 use super::Text;
-use crate::id::{ParamId, RequestId, SubsystemId};
+use crate::id::{RequestId, SubsystemId};
 use crate::param::Unit;
-use crate::status::{
-    ButtonsStatus, ConnStatus, ControlStatus, DeployerStatus, DetectorStatus, DriveStatus,
-    GeneralStatus, Hotbed, Limits, ThermoStatus, ValveStatus, fault,
+use crate::request::{
+    bus, s3_01_move, s3_03_getstatus, s3_04_getparam, s3_05_setparam, s3_06_correction_table,
+    s3_08_open, s3_09_close, s3_14_quench, s3_15_trajectory, s3_16_seek, s3_17_switch_limits,
+    s3_18_lockout, s3_19_clean_flash, s3_20_crash_data, s3_21_hotbeds,
 };
+use crate::status::Limits;
 
 /// Type of a field; all are little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -147,16 +149,19 @@ pub(crate) const fn names<const N: usize>(mut fields: &[Field]) -> [&'static str
 /// Structures that the data of a request can have: the first that fits applies.
 pub const fn of_request(request: RequestId) -> &'static [Layout] {
     match request {
-        RequestId::MOVE => &[MOVE],
-        RequestId::GET_PARAM => &[PARAM_ID],
-        RequestId::SET_PARAM => &[PARAM],
-        RequestId::SETUP_CORRECTION_TABLE => &[CORRECTIONS],
-        RequestId::OPEN | RequestId::CLOSE | RequestId::LOCKOUT | RequestId::CLEAN_FLASH => &[KEY],
-        RequestId::START_QUENCH => &[QUENCH_PROGRAM, QUENCH_FULL, QUENCH_CORRECTED],
-        RequestId::START_TRAJECTORY => &[TRAJECTORY_POINTS, TRAJECTORY_STORED],
-        RequestId::START_SEEK => &[SEEK],
-        RequestId::SWITCH_LIMITS => &[SWITCH_LIMITS],
-        RequestId::GET_LOG => &[LOG_RANGE],
+        RequestId::MOVE => s3_01_move::LAYOUTS,
+        RequestId::GET_PARAM => s3_04_getparam::LAYOUTS,
+        RequestId::SET_PARAM => s3_05_setparam::LAYOUTS,
+        RequestId::SETUP_CORRECTION_TABLE => s3_06_correction_table::LAYOUTS,
+        RequestId::OPEN => s3_08_open::LAYOUTS,
+        RequestId::CLOSE => s3_09_close::LAYOUTS,
+        RequestId::START_QUENCH => s3_14_quench::LAYOUTS,
+        RequestId::START_TRAJECTORY => s3_15_trajectory::LAYOUTS,
+        RequestId::START_SEEK => s3_16_seek::LAYOUTS,
+        RequestId::SWITCH_LIMITS => s3_17_switch_limits::LAYOUTS,
+        RequestId::LOCKOUT => s3_18_lockout::LAYOUTS,
+        RequestId::CLEAN_FLASH => s3_19_clean_flash::LAYOUTS,
+        RequestId::GET_LOG => &[bus::LOG_RANGE],
         _ => &[EMPTY],
     }
 }
@@ -165,28 +170,14 @@ pub const fn of_request(request: RequestId) -> &'static [Layout] {
 /// applies.
 pub const fn of_answer(request: RequestId, from: SubsystemId) -> &'static [Layout] {
     match request {
-        RequestId::GET_STATUS => of_status(from),
-        RequestId::GET_PARAM | RequestId::SET_PARAM | RequestId::GET_HOTBED => &[HOTBEDS, PARAM],
+        RequestId::GET_STATUS => s3_03_getstatus::of_status(from),
+        RequestId::GET_PARAM | RequestId::SET_PARAM | RequestId::GET_HOTBED => {
+            &[s3_21_hotbeds::HOTBEDS, s3_05_setparam::PARAM]
+        }
         RequestId::RETRIEVE_LIMITS => &[Limits::LAYOUT],
-        RequestId::GET_CRASH_DATA => &[fault::CORTEX_M3, fault::ARM7TDMI],
-        RequestId::GET_NETWORK_STATUS => &[NETWORK],
-        RequestId::GET_LOG => &[LOG],
-        _ => &[],
-    }
-}
-
-const fn of_status(from: SubsystemId) -> &'static [Layout] {
-    match from {
-        SubsystemId::GENERAL => &[GeneralStatus::LAYOUT],
-        SubsystemId::CLIMATICS => &[ThermoStatus::LAYOUT],
-        SubsystemId::VERTICAL | SubsystemId::HORIZONTAL => &[DriveStatus::LAYOUT],
-        SubsystemId::NOZZLE => &[NOZZLE_STATUS],
-        SubsystemId::DEPLOYER => &[DeployerStatus::LAYOUT],
-        SubsystemId::VALVE1 | SubsystemId::VALVE2 => &[ValveStatus::LAYOUT],
-        SubsystemId::CONTROL => &[ControlStatus::LAYOUT],
-        SubsystemId::DETECTOR => &[DetectorStatus::LAYOUT],
-        SubsystemId::EXTERNAL_CONN | SubsystemId::RADIO => &[ConnStatus::LAYOUT],
-        SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => &[ButtonsStatus::LAYOUT],
+        RequestId::GET_CRASH_DATA => &[s3_20_crash_data::CORTEX_M3, s3_20_crash_data::ARM7TDMI],
+        RequestId::GET_NETWORK_STATUS => &[bus::NETWORK],
+        RequestId::GET_LOG => &[bus::LOG],
         _ => &[],
     }
 }
@@ -206,133 +197,6 @@ pub(crate) use fields;
 
 const EMPTY: Layout = Layout::plain("Empty", &[]);
 
-const MOVE: Layout = Layout::plain(
-    "Move",
-    fields! { destination I16 None "Destination, arc-minutes (nozzle: mm)" "Цель, угл. мин (насадок: мм)"; },
-);
-const PARAM_ID: Layout =
-    Layout::plain("ParamId", fields! { id ParamId None "Parameter" "Параметр"; });
-const KEY: Layout =
+/// The data of the four requests that a key confirms.
+pub(crate) const KEY: Layout =
     Layout::plain("Key", fields! { key Key Bits "Key that confirms" "Ключ подтверждения"; });
-const SWITCH_LIMITS: Layout = Layout::plain(
-    "SwitchLimits",
-    fields! { new_state U16 Choice "0 off, 1 on, 2 reject" "0 выключить, 1 включить, 2 отменить"; },
-);
-const LOG_RANGE: Layout = Layout::plain(
-    "LogRange",
-    fields! {
-        first U16 None "First line" "Первая строка";
-        count U16 None "Number of lines" "Число строк";
-    },
-);
-const PARAM: Layout = Layout {
-    name: "Param",
-    fields: PARAM_ID.fields,
-    repeated: fields! { value I32 None "Value" "Значение"; },
-    times: (0, usize::MAX),
-    prefix: &[],
-};
-const CORRECTION: &[Field] =
-    fields! { correction I8 Degree "Correction of the elevation" "Поправка угла подъёма"; };
-const CORRECTIONS: Layout = Layout {
-    name: "Corrections",
-    fields: fields! { first U8 DeciAtmosphere "Pressure of the first correction" "Давление первой поправки"; },
-    repeated: CORRECTION,
-    times: (1, usize::MAX),
-    prefix: &[],
-};
-const QUENCH_PROGRAM: Layout = Layout::plain(
-    "QuenchProgram",
-    fields! {
-        program I16 None "Stored program, 0–7" "Хранимая программа, 0–7";
-        centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
-        centre_v I16 Arcmin "Centre, vertical" "Центр по вертикали";
-        nozzle I16 Millimetre "Nozzle position" "Положение насадка";
-    },
-);
-const QUENCH_FULL: Layout = Layout::plain(
-    "QuenchFull",
-    fields! {
-        centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
-        centre_v I16 Arcmin "Centre, vertical" "Центр по вертикали";
-        nozzle I16 Millimetre "Nozzle position" "Положение насадка";
-        width I16 Arcmin "Width of the sector" "Ширина сектора";
-        height I16 Arcmin "Height of the sector" "Высота сектора";
-        step I8 Degree "Step between lines" "Шаг между строками";
-        distance I8 Metre "Distance to the fire" "Расстояние до очага";
-    },
-);
-const QUENCH_CORRECTED: Layout = Layout {
-    name: "QuenchCorrected",
-    fields: QUENCH_FULL.fields.split_at(6).0,
-    repeated: CORRECTION,
-    times: (2, usize::MAX),
-    prefix: &[],
-};
-const TRAJECTORY: &[Field] = fields! {
-    mode U8 Choice "0 points, 1 stored trajectories" "0 точки, 1 хранимые траектории";
-    flags U8 Bits "Bit 0 ballistics, bit 1 repeat" "Бит 0 баллистика, бит 1 повтор";
-    count U8 None "How many" "Количество";
-};
-const TRAJECTORY_POINTS: Layout = Layout {
-    name: "TrajectoryPoints",
-    fields: TRAJECTORY,
-    repeated: fields! {
-        horizontal I16 Arcmin "Line of sight, horizontal" "Линия визирования по горизонтали";
-        vertical I16 Arcmin "Line of sight, vertical" "Линия визирования по вертикали";
-        distance U8 Metre "Distance" "Расстояние";
-        dwell U8 DeciSecond "Time to stay" "Время задержки";
-    },
-    times: (1, usize::MAX),
-    prefix: &[0],
-};
-const TRAJECTORY_STORED: Layout = Layout {
-    name: "TrajectoryStored",
-    fields: TRAJECTORY,
-    repeated: fields! { trajectory U8 None "Stored trajectory, 0–7" "Хранимая траектория, 0–7"; },
-    times: (1, usize::MAX),
-    prefix: &[1],
-};
-const SEEK: Layout = Layout::plain(
-    "Seek",
-    fields! {
-        start_h I16 Arcmin "One end, horizontal" "Один край по горизонтали";
-        end_h I16 Arcmin "Other end, horizontal" "Другой край по горизонтали";
-        start_v I16 Arcmin "One end, vertical" "Один край по вертикали";
-        end_v I16 Arcmin "Other end, vertical" "Другой край по вертикали";
-        analyse I16 Choice "1 measure each fire spot in a second pass" "1 измерить каждый очаг загорания вторым проходом";
-    },
-);
-
-/// The fields of a drive in the units of the nozzle.
-const NOZZLE: [Field; 4] = match DriveStatus::LAYOUT.fields {
-    [flags, position, current, speed] => [
-        *flags,
-        Field { unit: Unit::Millimetre, ..*position },
-        *current,
-        Field { unit: Unit::MillimetrePerSecond, ..*speed },
-    ],
-    _ => panic!("the state of a drive has four fields"),
-};
-const NOZZLE_STATUS: Layout = Layout::plain("NozzleStatus", &NOZZLE);
-const HOTBEDS: Layout = Layout {
-    name: "Hotbeds",
-    fields: PARAM_ID.fields,
-    repeated: Hotbed::LAYOUT.fields,
-    times: (0, Hotbed::MAX),
-    prefix: &ParamId::HOTBEDS.0.to_le_bytes(),
-};
-const NETWORK: Layout = Layout {
-    name: "NetworkStatus",
-    fields: &[],
-    repeated: fields! { present U8 Bits "Eight addresses, a bit each" "Восемь адресов, по биту"; },
-    times: (32, 32),
-    prefix: &[],
-};
-const LOG: Layout = Layout {
-    name: "Log",
-    fields: LOG_RANGE.fields,
-    repeated: fields! { line U8 Bits "Byte of a line" "Байт строки"; },
-    times: (0, usize::MAX),
-    prefix: &[],
-};

@@ -2,6 +2,12 @@
 
 use super::Text;
 use crate::id::{RequestId, SubsystemId};
+use crate::request::{
+    bus, s3_01_move, s3_02_stop, s3_03_getstatus, s3_04_getparam, s3_05_setparam,
+    s3_06_correction_table, s3_07_retrieve_limits, s3_08_open, s3_09_close, s3_10_deploy,
+    s3_11_wrap, s3_12_restart, s3_13_justify, s3_14_quench, s3_15_trajectory, s3_16_seek,
+    s3_17_switch_limits, s3_18_lockout, s3_19_clean_flash, s3_20_crash_data, s3_21_hotbeds,
+};
 
 /// Source of what is known about a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,144 +41,30 @@ pub struct RequestInfo {
     pub meaning: Text,
 }
 
-macro_rules! requests {
-    ($($konst:ident $name:literal $section:literal $origin:ident [$($to:ident)*],
-       $title_en:literal, $title_ru:literal, $meaning_en:literal, $meaning_ru:literal;)+) => {
-        /// Every request of §3, in the order of its sections, then the bus controller's services.
-        pub static REQUESTS: [RequestInfo; [$($name),+].len()] = [$(RequestInfo {
-            id: RequestId::$konst,
-            name: $name,
-            section: $section,
-            origin: Origin::$origin,
-            addressees: &[$(SubsystemId::$to),*],
-            title: Text::new($title_en, $title_ru),
-            meaning: Text::new($meaning_en, $meaning_ru),
-        }),+];
-    };
-}
-
-requests! {
-    MOVE "Move" "3.1" Read [VERTICAL HORIZONTAL NOZZLE DEPLOYER],
-        "Move a drive",
-        "Переместить привод",
-        "The drive goes to a position, or to its limit if that is nearer.",
-        "Привод движется в заданную точку либо до предела, если он ближе.";
-    STOP "Stop" "3.2" Read
-        [ALL VALVE1 VALVE2 VERTICAL HORIZONTAL NOZZLE DEPLOYER DETECTOR CONTROL],
-        "Stop",
-        "Остановить",
-        "The subsystem breaks off what it does; All stops everything that moves.",
-        "Подсистема прекращает операцию; All останавливает всё, что движется.";
-    GET_STATUS "GetStatus" "3.3" Read [],
-        "Read the state",
-        "Запросить состояние",
-        "Flags and measured values of the subsystem.",
-        "Флаги и измеренные величины подсистемы.";
-    GET_PARAM "GetParam" "3.4" Read [],
-        "Read a parameter",
-        "Прочитать параметр",
-        "The current value of a parameter.",
-        "Текущее значение параметра.";
-    SET_PARAM "SetParam" "3.5" Read [],
-        "Set a parameter",
-        "Установить параметр",
-        "Checks the value and queues it for the non-volatile memory.",
-        "Проверяет значение и ставит его в очередь на запись в ЭНОЗУ.";
-    SETUP_CORRECTION_TABLE "SetupCorrectionTable" "3.6" Ours [CONTROL],
-        "Store the correction table",
-        "Записать таблицу поправок",
-        "Corrections of the elevation by pressure, one for each 0.1 atm.",
-        "Поправки угла подъёма от давления, по одной на каждые 0,1 атм.";
-    RETRIEVE_LIMITS "RetrieveLimits" "3.7" Read
-        [ALL MOTORS VERTICAL HORIZONTAL NOZZLE DEPLOYER],
-        "Read the limits",
-        "Запросить пределы",
-        "The limits of travel of a drive.",
-        "Пределы перемещения привода.";
-    OPEN "Open" "3.8" Read [VALVE1 VALVE2],
-        "Open a valve",
-        "Открыть затвор",
-        "Opens the valve; the key confirms.",
-        "Открывает затвор; ключ служит подтверждением.";
-    CLOSE "Close" "3.9" Read [VALVE1 VALVE2],
-        "Close a valve",
-        "Закрыть затвор",
-        "Closes the valve; the key confirms.",
-        "Закрывает затвор; ключ служит подтверждением.";
-    DEPLOY "Deploy" "3.10" Read [DEPLOYER],
-        "Deploy",
-        "Развернуть",
-        "Brings the monitor to the working position.",
-        "Переводит ствол в рабочее положение.";
-    WRAP "Wrap" "3.11" Read [DEPLOYER],
-        "Stow",
-        "Свернуть",
-        "Brings the monitor to the standby position.",
-        "Переводит ствол в дежурное положение.";
-    RESTART "Restart" "3.12" Read [ALL],
-        "Restart",
-        "Перезапустить",
-        "Ends all operations, answers, and starts the program again.",
-        "Завершает все операции, отвечает и запускает программу заново.";
-    START_JUSTIFY "StartJustify" "3.13" Read [DETECTOR],
-        "Align barrel and detector",
-        "Юстировка ствола и датчика",
-        "Measures the angle between the barrel and the detector.",
-        "Измеряет угол между стволом и датчиком.";
-    START_QUENCH "StartQuench" "3.14" Read [CONTROL],
-        "Start extinguishing",
-        "Начать тушение",
-        "The jet scans a sector; the valves are left as they are.",
-        "Струя орошает заданную область; состояние затворов не меняется.";
-    START_TRAJECTORY "StartTrajectory" "3.15" Ours [CONTROL],
-        "Extinguish along trajectories",
-        "Тушение по траекториям",
-        "The jet follows points given in the request or stored trajectories.",
-        "Струя идёт по точкам из запроса или по записанным траекториям.";
-    START_SEEK "StartSeek" "3.16" Read [DETECTOR],
-        "Search for fire",
-        "Поиск очага",
-        "The detector searches a sector for fire spots.",
-        "Датчик ищет очаги загорания в заданном секторе.";
-    SWITCH_LIMITS "SwitchLimits" "3.17" Read
-        [ALL MOTORS VERTICAL HORIZONTAL NOZZLE DEPLOYER],
-        "Switch the limits",
-        "Контроль пределов",
-        "Switches the control of the limits off or on, or rejects their change.",
-        "Выключает или включает контроль пределов либо отменяет их изменение.";
-    LOCKOUT "Lockout" "3.18" Read [ALL],
-        "Emergency lockout",
-        "Аварийная блокировка",
-        "Stops everything and closes the valves until it is released.",
-        "Останавливает всё и закрывает затворы до снятия блокировки.";
-    CLEAN_FLASH "CleanFlash" "3.19" Read [GENERAL],
-        "Erase the memory",
-        "Очистить ЭНОЗУ",
-        "Erases all parameters and resets the main unit; the key confirms.",
-        "Стирает все параметры и сбрасывает главный модуль; ключ служит подтверждением.";
-    GET_CRASH_DATA "GetCrashData" "3.20" Read [GENERAL ALL],
-        "Read crash data",
-        "Данные об отказе",
-        "Registers saved at the last hardware fault.",
-        "Регистры, сохранённые при последнем аппаратном отказе.";
-    GET_HOTBED "GetHotbed" "3.21" Read [DETECTOR],
-        "Read the fire spots",
-        "Запросить очаги загорания",
-        "The fire spots found by the last search, as in GetParam Hotbeds.",
-        "Очаги загорания, найденные последним поиском, как в GetParam Hotbeds.";
-    ACCESS_GRANTED "AccessGranted" "bus" Observed [GENERAL],
-        "Access to the bus",
-        "Доступ к магистрали",
-        "The bus controller lets an active device send one frame.",
-        "Контроллер магистрали разрешает активному устройству отправить один кадр.";
-    GET_NETWORK_STATUS "GetNetworkStatus" "bus" Observed [GENERAL],
-        "Devices on the bus",
-        "Устройства на магистрали",
-        "The addresses that answer on the bus.",
-        "Адреса, отвечающие на магистрали.";
-    GET_LOG "GetLog" "bus" Observed [GENERAL],
-        "Log of the bus",
-        "Журнал магистрали",
-        "Lines of the controller's log of control requests.",
-        "Строки журнала запросов управления, который ведёт контроллер.";
-}
+/// Every request of §3, in the order of its sections, then the bus controller's services.
+pub static REQUESTS: [RequestInfo; 24] = [
+    s3_01_move::INFO,
+    s3_02_stop::INFO,
+    s3_03_getstatus::INFO,
+    s3_04_getparam::INFO,
+    s3_05_setparam::INFO,
+    s3_06_correction_table::INFO,
+    s3_07_retrieve_limits::INFO,
+    s3_08_open::INFO,
+    s3_09_close::INFO,
+    s3_10_deploy::INFO,
+    s3_11_wrap::INFO,
+    s3_12_restart::INFO,
+    s3_13_justify::INFO,
+    s3_14_quench::INFO,
+    s3_15_trajectory::INFO,
+    s3_16_seek::INFO,
+    s3_17_switch_limits::INFO,
+    s3_18_lockout::INFO,
+    s3_19_clean_flash::INFO,
+    s3_20_crash_data::INFO,
+    s3_21_hotbeds::INFO,
+    bus::ACCESS_GRANTED,
+    bus::GET_NETWORK_STATUS,
+    bus::GET_LOG,
+];

@@ -3,11 +3,6 @@ use std::collections::BTreeSet;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
-/// The constants of a bit set beside its dictionary.
-pub trait Constants {
-    const CONSTANTS: &'static [(&'static str, u32)];
-}
-
 fn check(class: &FlagClass, constants: &[(&str, u32)]) {
     assert_eq!(class.flags.len(), constants.len());
     let mut seen = 0;

@@ -28,20 +28,25 @@ macro_rules! structure {
 
         impl $name {
             /// Its fields, with units and texts.
-            pub const LAYOUT: Layout = Layout::plain(stringify!($name), &[
-                $(Field {
-                    name: stringify!($word),
-                    kind: Kind::Flags,
-                    unit: Unit::Bits,
-                    text: Text::new("Flags", "Флаги"),
-                },)?
-                $(Field {
-                    name: stringify!($field),
-                    kind: structure!(@kind $type),
-                    unit: Unit::$unit,
-                    text: Text::new($en, $ru),
-                },)*
-            ]);
+            pub const LAYOUT: $crate::dictionary::layouts::Layout = {
+                use $crate::dictionary::Text;
+                use $crate::dictionary::layouts::{Field, Kind, Layout};
+                use $crate::param::Unit;
+                Layout::plain(stringify!($name), &[
+                    $(Field {
+                        name: stringify!($word),
+                        kind: Kind::Flags,
+                        unit: Unit::Bits,
+                        text: Text::new("Flags", "Флаги"),
+                    },)?
+                    $(Field {
+                        name: stringify!($field),
+                        kind: $crate::status::structure!(@kind $type),
+                        unit: Unit::$unit,
+                        text: Text::new($en, $ru),
+                    },)*
+                ])
+            };
             /// Bytes on the wire.
             pub const SIZE: usize = Self::LAYOUT.size();
 
@@ -49,9 +54,9 @@ macro_rules! structure {
             #[inline]
             pub const fn from_bytes(bytes: [u8; Self::SIZE]) -> Self {
                 let rest = bytes.as_slice();
-                $(let ($word, rest) = structure::take(rest);)?
-                $(let ($field, rest) = structure::take(rest);)*
-                structure::end(rest);
+                $(let ($word, rest) = $crate::status::structure::take(rest);)?
+                $(let ($field, rest) = $crate::status::structure::take(rest);)*
+                $crate::status::structure::end(rest);
                 Self {
                     $($word: $flags::from_bits_retain(u32::from_le_bytes($word)),)?
                     $($field: $type::from_le_bytes($field),)*
@@ -63,9 +68,9 @@ macro_rules! structure {
             pub const fn to_bytes(self) -> [u8; Self::SIZE] {
                 let mut bytes = [0; Self::SIZE];
                 let rest: &mut [u8] = &mut bytes;
-                $(let rest = structure::put(rest, self.$word.bits().to_le_bytes());)?
-                $(let rest = structure::put(rest, self.$field.to_le_bytes());)*
-                structure::end(rest);
+                $(let rest = $crate::status::structure::put(rest, self.$word.bits().to_le_bytes());)?
+                $(let rest = $crate::status::structure::put(rest, self.$field.to_le_bytes());)*
+                $crate::status::structure::end(rest);
                 bytes
             }
         }
@@ -76,9 +81,11 @@ macro_rules! structure {
     (@kind i32) => { Kind::I32 };
 }
 
+pub(crate) use structure;
+
 /// The first N bytes and the rest. `SIZE` is the sum of all fields, so there are enough.
 #[inline(always)]
-pub(super) const fn take<const N: usize>(bytes: &[u8]) -> ([u8; N], &[u8]) {
+pub(crate) const fn take<const N: usize>(bytes: &[u8]) -> ([u8; N], &[u8]) {
     match bytes.split_first_chunk() {
         Some((first, rest)) => (*first, rest),
         None => ([0; N], &[]),
@@ -87,7 +94,7 @@ pub(super) const fn take<const N: usize>(bytes: &[u8]) -> ([u8; N], &[u8]) {
 
 /// Writes the first N bytes; returns the rest.
 #[inline(always)]
-pub(super) const fn put<const N: usize>(bytes: &mut [u8], value: [u8; N]) -> &mut [u8] {
+pub(crate) const fn put<const N: usize>(bytes: &mut [u8], value: [u8; N]) -> &mut [u8] {
     match bytes.split_first_chunk_mut() {
         Some((first, rest)) => {
             *first = value;
@@ -99,6 +106,6 @@ pub(super) const fn put<const N: usize>(bytes: &mut [u8], value: [u8; N]) -> &mu
 
 /// The end of the structure: no bytes may be left.
 #[inline(always)]
-pub(super) const fn end(rest: &[u8]) {
+pub(crate) const fn end(rest: &[u8]) {
     debug_assert!(rest.is_empty());
 }

@@ -4,42 +4,42 @@ use super::error::{ParseError, Wanted};
 
 /// A word and its offset in the text.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Token<'t> {
-    pub(super) text: &'t str,
-    pub(super) column: usize,
+pub(crate) struct Token<'t> {
+    pub(crate) text: &'t str,
+    pub(crate) column: usize,
 }
 
 /// The words of a text without its comment.
-pub(super) struct Tokens<'t> {
+pub(crate) struct Tokens<'t> {
     text: &'t str,
     at: usize,
 }
 
 impl<'t> Tokens<'t> {
-    pub(super) fn new(text: &'t str) -> Self {
+    pub(crate) fn new(text: &'t str) -> Self {
         let text = text.split('#').next().unwrap_or_default();
         Self { text: text.trim_end(), at: 0 }
     }
 
-    pub(super) fn peek(&self) -> Option<Token<'t>> {
+    pub(crate) fn peek(&self) -> Option<Token<'t>> {
         let rest = self.text.get(self.at..)?;
         let word = rest.split_whitespace().next()?;
         let space = rest.len() - rest.trim_start().len();
         Some(Token { text: word, column: self.at.saturating_add(space) })
     }
 
-    pub(super) fn next(&mut self) -> Option<Token<'t>> {
+    pub(crate) fn next(&mut self) -> Option<Token<'t>> {
         let token = self.peek()?;
         self.at = token.column.saturating_add(token.text.len());
         Some(token)
     }
 
     /// The next word; an error if there is none.
-    pub(super) fn need(&mut self, expected: Wanted) -> Result<Token<'t>, ParseError> {
+    pub(crate) fn need(&mut self, expected: Wanted) -> Result<Token<'t>, ParseError> {
         self.next().ok_or(self.at_end(expected))
     }
 
-    pub(super) fn missing(&self, what: &'static str) -> ParseError {
+    pub(crate) fn missing(&self, what: &'static str) -> ParseError {
         self.at_end(Wanted::Missing(what))
     }
 
@@ -49,19 +49,19 @@ impl<'t> Tokens<'t> {
 }
 
 impl<'t> Token<'t> {
-    pub(super) const fn error(self, expected: Wanted) -> ParseError {
+    pub(crate) const fn error(self, expected: Wanted) -> ParseError {
         ParseError { column: self.column, len: self.text.len(), expected, suggestion: None }
     }
 
     /// Splits `key=value`.
-    pub(super) fn pair(self) -> Option<(&'t str, Token<'t>)> {
+    pub(crate) fn pair(self) -> Option<(&'t str, Token<'t>)> {
         let (key, value) = self.text.split_once('=')?;
         let column = self.column.saturating_add(key.len() + 1);
         Some((key, Token { text: value, column }))
     }
 
     /// The parts between commas.
-    pub(super) fn items(self) -> impl Iterator<Item = Token<'t>> {
+    pub(crate) fn items(self) -> impl Iterator<Item = Token<'t>> {
         let mut column = self.column;
         self.text.split(',').map(move |text| {
             let token = Token { text, column };
@@ -71,7 +71,7 @@ impl<'t> Token<'t> {
     }
 
     /// A number within a range, decimal or hexadecimal.
-    pub(super) fn number<T: TryFrom<i64>>(
+    pub(crate) fn number<T: TryFrom<i64>>(
         self,
         what: &'static str,
         (min, max): (i64, i64),
@@ -83,7 +83,7 @@ impl<'t> Token<'t> {
     }
 
     /// A parameter's value; hexadecimal also as a pattern of 32 bits.
-    pub(super) fn int32(self, what: &'static str) -> Result<i32, ParseError> {
+    pub(crate) fn int32(self, what: &'static str) -> Result<i32, ParseError> {
         match hex(self.text) {
             Some(bits) => Ok(bits.cast_signed()),
             None => self.number(what, (i64::from(i32::MIN), i64::from(i32::MAX))),
@@ -91,7 +91,7 @@ impl<'t> Token<'t> {
     }
 
     /// Exactly N parts between commas.
-    pub(super) fn split<const N: usize>(
+    pub(crate) fn split<const N: usize>(
         self,
         what: &'static str,
     ) -> Result<[Token<'t>; N], ParseError> {
@@ -107,7 +107,7 @@ impl<'t> Token<'t> {
     }
 
     /// Exactly N numbers between commas.
-    pub(super) fn numbers<const N: usize>(
+    pub(crate) fn numbers<const N: usize>(
         self,
         what: &'static str,
         range: (i64, i64),
@@ -120,7 +120,7 @@ impl<'t> Token<'t> {
     }
 
     /// Stores a value with its place; the same key twice is an error.
-    pub(super) fn set<T>(
+    pub(crate) fn set<T>(
         self,
         slot: &mut Option<(T, Token<'t>)>,
         value: T,
@@ -133,7 +133,7 @@ impl<'t> Token<'t> {
 }
 
 impl ParseError {
-    pub(super) const fn or_suggest(self, suggestion: Option<&'static str>) -> Self {
+    pub(crate) const fn or_suggest(self, suggestion: Option<&'static str>) -> Self {
         Self { suggestion, ..self }
     }
 }
@@ -143,7 +143,7 @@ fn integer(word: &str) -> Option<i64> {
 }
 
 /// `0x` and up to eight digits.
-pub(super) fn hex(word: &str) -> Option<u32> {
+pub(crate) fn hex(word: &str) -> Option<u32> {
     let digits = word.strip_prefix("0x").or(word.strip_prefix("0X"))?;
     // The standard library would also accept a sign.
     let all = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
@@ -151,19 +151,19 @@ pub(super) fn hex(word: &str) -> Option<u32> {
 }
 
 /// The data of a request while they are read.
-pub(super) struct Buffer<'b> {
+pub(crate) struct Buffer<'b> {
     bytes: &'b mut [u8],
     len: usize,
     limit: usize,
 }
 
 impl<'b> Buffer<'b> {
-    pub(super) const fn new(bytes: &'b mut [u8], limit: usize) -> Self {
+    pub(crate) const fn new(bytes: &'b mut [u8], limit: usize) -> Self {
         Self { bytes, len: 0, limit }
     }
 
     /// Appends the bytes of a word.
-    pub(super) fn push(&mut self, bytes: &[u8], token: Token<'_>) -> Result<(), ParseError> {
+    pub(crate) fn push(&mut self, bytes: &[u8], token: Token<'_>) -> Result<(), ParseError> {
         let end = self.len.saturating_add(bytes.len());
         match self.bytes.get_mut(self.len..end) {
             Some(place) if end <= self.limit => place.copy_from_slice(bytes),
@@ -173,7 +173,7 @@ impl<'b> Buffer<'b> {
         Ok(())
     }
 
-    pub(super) fn finish(self) -> &'b [u8] {
+    pub(crate) fn finish(self) -> &'b [u8] {
         let bytes: &'b [u8] = self.bytes;
         bytes.get(..self.len).unwrap_or_default()
     }

@@ -27,10 +27,10 @@
 //! An answer is `addressee request → status (who answered instead): data`.
 
 mod answer;
-mod error;
-mod fields;
-mod parse;
-mod request;
+pub(crate) mod error;
+pub(crate) mod fields;
+pub(crate) mod parse;
+pub(crate) mod request;
 
 pub use answer::{AnswerText, Exchange, Measured};
 pub use error::{ParseError, Wanted, nearest};
@@ -67,7 +67,7 @@ fn write_param(f: &mut fmt::Formatter<'_>, subsystem: SubsystemId, id: ParamId) 
 }
 
 /// Writes items with a separator between them.
-fn write_list<T: fmt::Display>(
+pub(crate) fn write_list<T: fmt::Display>(
     f: &mut fmt::Formatter<'_>,
     separator: &str,
     items: impl IntoIterator<Item = T>,

@@ -1,10 +1,14 @@
 //! Text form of requests.
 
-use super::{Hex, find_param, write_list, write_param, write_request};
-use crate::id::{SubsystemId, key};
+use super::{Hex, find_param, write_param, write_request};
+use crate::id::SubsystemId;
 use crate::param::Unit;
 use crate::record::Record;
-use crate::request::{Body, LimitsState, Path, Quench, Request, Sector, Trajectory};
+use crate::request::{
+    Body, Request, bus, s3_01_move, s3_04_getparam, s3_05_setparam, s3_06_correction_table,
+    s3_08_open, s3_09_close, s3_14_quench, s3_15_trajectory, s3_16_seek, s3_17_switch_limits,
+    s3_18_lockout, s3_19_clean_flash,
+};
 use crate::{Ints, ParamId};
 use core::fmt::{self, Display};
 
@@ -42,36 +46,21 @@ impl Display for RequestText<'_> {
 
 fn write_data(f: &mut fmt::Formatter<'_>, to: SubsystemId, body: &Body<'_>) -> fmt::Result {
     match *body {
-        Body::Move { destination } => write!(f, " {destination}"),
-        Body::GetParam { id } => write_values(f, to, id, Ints::Values(&[])),
-        Body::SetParam { id, values } => write_values(f, to, id, values),
+        Body::Move { destination } => s3_01_move::write(f, destination),
+        Body::GetParam { id } => s3_04_getparam::write(f, to, id),
+        Body::SetParam { id, values } => s3_05_setparam::write(f, to, id, values),
         Body::SetupCorrectionTable { first, corrections } => {
-            write!(f, " first={first} corrections=")?;
-            write_list(f, ",", corrections.iter())
+            s3_06_correction_table::write(f, first, corrections)
         }
-        Body::Open { key } => write_key(f, key, key::OPEN),
-        Body::Close { key } => write_key(f, key, key::CLOSE),
-        Body::CleanFlash { key } => write_key(f, key, key::CLEAN_FLASH),
-        Body::StartQuench(quench) => write_quench(f, &quench),
-        Body::StartTrajectory(trajectory) => write_trajectory(f, &trajectory),
-        Body::StartSeek(seek) => {
-            write!(f, " {} {} {} {}", seek.start_h, seek.end_h, seek.start_v, seek.end_v)?;
-            match seek.analyse {
-                0 => Ok(()),
-                1 => f.write_str(" analyse"),
-                other => write!(f, " analyse={other}"),
-            }
-        }
-        Body::SwitchLimits { new_state } => match LimitsState::from_wire(new_state) {
-            Some(LimitsState::Off) => f.write_str(" off"),
-            Some(LimitsState::On) => f.write_str(" on"),
-            Some(LimitsState::Reject) => f.write_str(" reject"),
-            None => write!(f, " state={new_state}"),
-        },
-        Body::Lockout { key: key::ENABLE } => f.write_str(" on"),
-        Body::Lockout { key: key::DISABLE } => f.write_str(" off"),
-        Body::Lockout { key } => write!(f, " key={key:#06x}"),
-        Body::GetLog { first, count } => write!(f, " first={first} count={count}"),
+        Body::Open { key } => s3_08_open::write(f, key),
+        Body::Close { key } => s3_09_close::write(f, key),
+        Body::StartQuench(quench) => s3_14_quench::write(f, &quench),
+        Body::StartTrajectory(trajectory) => s3_15_trajectory::write(f, &trajectory),
+        Body::StartSeek(seek) => s3_16_seek::write(f, &seek),
+        Body::SwitchLimits { new_state } => s3_17_switch_limits::write(f, new_state),
+        Body::Lockout { key } => s3_18_lockout::write(f, key),
+        Body::CleanFlash { key } => s3_19_clean_flash::write(f, key),
+        Body::GetLog { first, count } => bus::write_log(f, first, count),
         Body::Unknown { .. }
         | Body::Stop
         | Body::GetStatus
@@ -88,11 +77,12 @@ fn write_data(f: &mut fmt::Formatter<'_>, to: SubsystemId, body: &Body<'_>) -> f
 }
 
 /// The key is left out if it is the one of the document.
-fn write_key(f: &mut fmt::Formatter<'_>, key: u16, implied: u16) -> fmt::Result {
+pub(crate) fn write_key(f: &mut fmt::Formatter<'_>, key: u16, implied: u16) -> fmt::Result {
     if key == implied { Ok(()) } else { write!(f, " key={key:#06x}") }
 }
 
-fn write_values(
+/// A parameter and its values.
+pub(crate) fn write_values(
     f: &mut fmt::Formatter<'_>,
     to: SubsystemId,
     id: ParamId,
@@ -104,44 +94,4 @@ fn write_values(
     values
         .iter()
         .try_for_each(|value| if bits { write!(f, " {value:#x}") } else { write!(f, " {value}") })
-}
-
-fn write_quench(f: &mut fmt::Formatter<'_>, quench: &Quench<'_>) -> fmt::Result {
-    match *quench {
-        Quench::Program { program, centre_h, centre_v, nozzle } => {
-            write!(f, " program={program} centre={centre_h},{centre_v} nozzle={nozzle}")
-        }
-        Quench::Full { sector, distance } => {
-            write_sector(f, &sector)?;
-            write!(f, " distance={distance}")
-        }
-        Quench::Corrected { sector, corrections } => {
-            write_sector(f, &sector)?;
-            f.write_str(" corrections=")?;
-            write_list(f, ",", corrections.iter())
-        }
-    }
-}
-
-fn write_sector(f: &mut fmt::Formatter<'_>, sector: &Sector) -> fmt::Result {
-    let Sector { centre_h, centre_v, nozzle, width, height, step } = sector;
-    write!(f, " centre={centre_h},{centre_v} nozzle={nozzle} sector={width},{height} step={step}")
-}
-
-fn write_trajectory(f: &mut fmt::Formatter<'_>, trajectory: &Trajectory<'_>) -> fmt::Result {
-    if trajectory.ballistics {
-        f.write_str(" ballistics")?;
-    }
-    if trajectory.repeat {
-        f.write_str(" repeat")?;
-    }
-    match trajectory.path {
-        Path::Stored(numbers) => {
-            f.write_str(" stored=")?;
-            write_list(f, ",", numbers)
-        }
-        Path::Points(points) => points.iter().try_for_each(|p| {
-            write!(f, " point={},{},{},{}", p.horizontal, p.vertical, p.distance, p.dwell)
-        }),
-    }
 }

@@ -1,6 +1,41 @@
 //! §3.3.3 «Флаги состояния Climatics»: the same three things for each heated node.
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
+
+structure! {
+    /// Climate inside the monitor (§3.3, §3.3.3), 16 bytes.
+    ThermoStatus [flags: ClimaticsFlags] {
+        horizontal i16 DeciCelsius "Temperature of the traverse drive" "Температура привода горизонтального перемещения";
+        vertical i16 DeciCelsius "Temperature of the elevation drive" "Температура привода вертикального перемещения";
+        nozzle i16 DeciCelsius "Temperature of the nozzle drive" "Температура привода насадка";
+        deployer i16 DeciCelsius "Temperature of the deployment drive" "Температура привода развёртывания";
+        housing i16 DeciCelsius "Temperature of the housing" "Температура корпуса";
+        humidity u16 Percent "Humidity in the housing" "Влажность в корпусе";
+    }
+}
+
+flag_class! {
+    /// §3.3.3 Climatics.
+    ClimaticsFlags "3.3.3";
+    HORIZONTAL_HEAT = 16 "HorizontalHeat" Info HORIZONTAL_HEAT;
+    VERTICAL_HEAT = 17 "VerticalHeat" Info VERTICAL_HEAT;
+    NOZZLE_HEAT = 18 "NozzleHeat" Info NOZZLE_HEAT;
+    DEPLOYER_HEAT = 19 "DeployerHeat" Info DEPLOYER_HEAT;
+    BOX_HEAT = 20 "BoxHeat" Info BOX_HEAT;
+    HORIZONTAL_FAULT = 21 "HorizontalFault" Warning HORIZONTAL_FAULT;
+    VERTICAL_FAULT = 22 "VerticalFault" Warning VERTICAL_FAULT;
+    NOZZLE_FAULT = 23 "NozzleFault" Warning NOZZLE_FAULT;
+    DEPLOYER_FAULT = 24 "DeployerFault" Warning DEPLOYER_FAULT;
+    BOX_FAULT = 25 "BoxFault" Warning BOX_FAULT;
+    HORIZONTAL_SENSOR_FAULT = 26 "HorizontalSensorFault" Warning HORIZONTAL_SENSOR_FAULT;
+    VERTICAL_SENSOR_FAULT = 27 "VerticalSensorFault" Warning VERTICAL_SENSOR_FAULT;
+    NOZZLE_SENSOR_FAULT = 28 "NozzleSensorFault" Warning NOZZLE_SENSOR_FAULT;
+    DEPLOYER_SENSOR_FAULT = 29 "DeployerSensorFault" Warning DEPLOYER_SENSOR_FAULT;
+    BOX_SENSOR_FAULT = 30 "BoxSensorFault" Warning BOX_SENSOR_FAULT;
+    HUMIDITY_SENSOR_FAULT = 31 "HumiditySensorFault" Warning HUMIDITY_SENSOR_FAULT;
+}
 
 const fn heat(meaning: [&'static str; 2]) -> Words {
     words(
@@ -49,61 +84,61 @@ const fn sensor(meaning: [&'static str; 2]) -> Words {
     )
 }
 
-pub const HORIZONTAL_HEAT: Words = heat([
+const HORIZONTAL_HEAT: Words = heat([
     "The heating of the traverse drive is on.",
     "Включён подогрев привода горизонтального перемещения.",
 ]);
-pub const VERTICAL_HEAT: Words = heat([
+const VERTICAL_HEAT: Words = heat([
     "The heating of the elevation drive is on.",
     "Включён подогрев привода вертикального перемещения.",
 ]);
-pub const NOZZLE_HEAT: Words =
+const NOZZLE_HEAT: Words =
     heat(["The heating of the nozzle's drive is on.", "Включён подогрев привода насадка."]);
-pub const DEPLOYER_HEAT: Words = heat([
+const DEPLOYER_HEAT: Words = heat([
     "The heating of the deployment drive is on.",
     "Включён подогрев привода поворотного узла.",
 ]);
-pub const BOX_HEAT: Words = heat([
+const BOX_HEAT: Words = heat([
     "The heating of the housing or cabinet is on.",
     "Включён подогрев внутри корпуса или шкафа управления.",
 ]);
-pub const HORIZONTAL_FAULT: Words = fault([
+const HORIZONTAL_FAULT: Words = fault([
     "The heating of the traverse drive is faulty.",
     "Неисправен подогрев привода горизонтального перемещения.",
 ]);
-pub const VERTICAL_FAULT: Words = fault([
+const VERTICAL_FAULT: Words = fault([
     "The heating of the elevation drive is faulty.",
     "Неисправен подогрев привода вертикального перемещения.",
 ]);
-pub const NOZZLE_FAULT: Words =
+const NOZZLE_FAULT: Words =
     fault(["The heating of the nozzle's drive is faulty.", "Неисправен подогрев привода насадка."]);
-pub const DEPLOYER_FAULT: Words = fault([
+const DEPLOYER_FAULT: Words = fault([
     "The heating of the deployment drive is faulty.",
     "Неисправен подогрев привода поворотного узла.",
 ]);
-pub const BOX_FAULT: Words = fault([
+const BOX_FAULT: Words = fault([
     "The heating of the housing or cabinet is faulty.",
     "Неисправен подогрев в корпусе или шкафу управления.",
 ]);
-pub const HORIZONTAL_SENSOR_FAULT: Words = sensor([
+const HORIZONTAL_SENSOR_FAULT: Words = sensor([
     "The temperature sensor of the traverse drive is faulty.",
     "Неисправен датчик температуры привода горизонтального перемещения.",
 ]);
-pub const VERTICAL_SENSOR_FAULT: Words = sensor([
+const VERTICAL_SENSOR_FAULT: Words = sensor([
     "The temperature sensor of the elevation drive is faulty.",
     "Неисправен датчик температуры привода вертикального перемещения.",
 ]);
-pub const NOZZLE_SENSOR_FAULT: Words = sensor([
+const NOZZLE_SENSOR_FAULT: Words = sensor([
     "The temperature sensor of the nozzle is faulty.",
     "Неисправен датчик температуры насадка.",
 ]);
-pub const DEPLOYER_SENSOR_FAULT: Words = sensor([
+const DEPLOYER_SENSOR_FAULT: Words = sensor([
     "The temperature sensor of the deployment drive is faulty.",
     "Неисправен датчик температуры поворотного узла.",
 ]);
-pub const BOX_SENSOR_FAULT: Words = sensor([
+const BOX_SENSOR_FAULT: Words = sensor([
     "The temperature sensor in the housing or cabinet is faulty.",
     "Неисправен датчик температуры в корпусе или шкафу управления.",
 ]);
-pub const HUMIDITY_SENSOR_FAULT: Words =
+const HUMIDITY_SENSOR_FAULT: Words =
     sensor(["The humidity sensor is faulty.", "Неисправен датчик влажности."]);

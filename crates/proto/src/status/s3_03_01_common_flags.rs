@@ -1,8 +1,14 @@
 //! §3.3.1 «Общие флаги состояния»: bits 0–15, the same for every subsystem.
 
-use super::{Words, words};
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const CONFIG_FAULT: Words = words(
+flag_class! {
+    /// §3.3.1 What the status words of all subsystems have in common.
+    CommonFlags "3.3.1";
+}
+
+pub(crate) const CONFIG_FAULT: Words = words(
     [
         "The configuration could not be read from the non-volatile memory.",
         "Конфигурация не прочитана из ЭНОЗУ.",
@@ -20,7 +26,7 @@ pub const CONFIG_FAULT: Words = words(
         замените плату управления.",
     ],
 );
-pub const CONFIG_INVALID: Words = words(
+pub(crate) const CONFIG_INVALID: Words = words(
     [
         "Some parameters of the configuration have values that are not allowed.",
         "Некоторые параметры конфигурации имеют недопустимые значения.",
@@ -38,7 +44,7 @@ pub const CONFIG_INVALID: Words = words(
         SetParam отвечает IncompleteConfig.",
     ],
 );
-pub const CONFIG_WRITE_FAULT: Words = words(
+pub(crate) const CONFIG_WRITE_FAULT: Words = words(
     ["Writing to the store of parameters failed.", "Ошибка записи в хранилище параметров."],
     [
         "The flash is worn out or its supply sagged while it was written; the new value is lost at \
@@ -53,7 +59,7 @@ pub const CONFIG_WRITE_FAULT: Words = words(
         управления.",
     ],
 );
-pub const CONN_LOST: Words = words(
+pub(crate) const CONN_LOST: Words = words(
     [
         "The connection to the unit that carries out the requests is lost.",
         "Потеряна связь с исполнительным устройством.",
@@ -71,7 +77,7 @@ pub const CONN_LOST: Words = words(
         исправный, чтобы отличить его отказ от отказа линии.",
     ],
 );
-pub const BAD_POWER: Words = words(
+pub(crate) const BAD_POWER: Words = words(
     [
         "The supply voltage is outside the permitted range.",
         "Напряжение питания вне допустимого диапазона.",
@@ -89,7 +95,7 @@ pub const BAD_POWER: Words = words(
         движении; проверьте MainVoltageMin и MainVoltageMax.",
     ],
 );
-pub const REMOTE_PA_INCOMPLETE: Words = words(
+pub(crate) const REMOTE_PA_INCOMPLETE: Words = words(
     [
         "Access to the remote unit's parameters: the data came incomplete.",
         "Обращение к параметрам удалённого устройства: неполные данные.",
@@ -107,7 +113,7 @@ pub const REMOTE_PA_INCOMPLETE: Words = words(
         программ.",
     ],
 );
-pub const REMOTE_PA_BAD_ID: Words = words(
+pub(crate) const REMOTE_PA_BAD_ID: Words = words(
     [
         "Access to the remote unit's parameters: the unit does not know the identifier.",
         "Обращение к параметрам удалённого устройства: неверный идентификатор.",
@@ -123,7 +129,7 @@ pub const REMOTE_PA_BAD_ID: Words = words(
         "Сверьте установленный блок с DriveType или ValveType; обновите его программу.",
     ],
 );
-pub const REMOTE_PA_BAD_VAL: Words = words(
+pub(crate) const REMOTE_PA_BAD_VAL: Words = words(
     [
         "Access to the remote unit's parameters: the unit refused the value.",
         "Обращение к параметрам удалённого устройства: неверное значение.",
@@ -139,7 +145,7 @@ pub const REMOTE_PA_BAD_VAL: Words = words(
         "Прочитайте параметр и задайте значение в собственном диапазоне блока.",
     ],
 );
-pub const REMOTE_PA_ERROR: Words = words(
+pub(crate) const REMOTE_PA_ERROR: Words = words(
     [
         "Access to the remote unit's parameters: internal error of the unit.",
         "Обращение к параметрам удалённого устройства: внутренняя ошибка.",
@@ -153,7 +159,7 @@ pub const REMOTE_PA_ERROR: Words = words(
         "Выключите и включите блок и повторите; если ошибка остаётся, замените блок.",
     ],
 );
-pub const RESTARTING: Words = words(
+pub(crate) const RESTARTING: Words = words(
     ["The subsystem waits for the restart.", "Подсистема ожидает перезапуска."],
     ["Restart was accepted.", "Принят запрос Restart."],
     [
@@ -162,7 +168,7 @@ pub const RESTARTING: Words = words(
         подайте питание.",
     ],
 );
-pub const INTERNAL_FAULT: Words = words(
+pub(crate) const INTERNAL_FAULT: Words = words(
     ["The subsystem cannot control its device.", "Ошибка управления устройством."],
     [
         "A driver, relay or input of the board does not obey; for Control, a drive failed during \
@@ -177,7 +183,7 @@ pub const INTERNAL_FAULT: Words = words(
         затем замените плату.",
     ],
 );
-pub const WDT_FAULT: Words = words(
+pub(crate) const WDT_FAULT: Words = words(
     [
         "The remote unit was reset by its watchdog.",
         "Был нештатный сброс программы удалённого устройства по сторожевому таймеру.",
@@ -194,7 +200,7 @@ pub const WDT_FAULT: Words = words(
         вместе с версией программы.",
     ],
 );
-pub const PROTOCOL_FAULT: Words = words(
+pub(crate) const PROTOCOL_FAULT: Words = words(
     ["The exchange with the unit breaks its protocol.", "Ошибка протокола связи с устройством."],
     [
         "Noise on the internal bus, two units with one address, or a unit of another version.",
@@ -206,7 +212,7 @@ pub const PROTOCOL_FAULT: Words = words(
         "Отключайте блоки по одному; проверьте терминаторы и версию программы блока.",
     ],
 );
-pub const DISABLED: Words = words(
+pub(crate) const DISABLED: Words = words(
     [
         "The subsystem is deactivated and does not hinder the others.",
         "Подсистема деактивирована и не влияет на работу остальных.",
@@ -220,7 +226,7 @@ pub const DISABLED: Words = words(
         "Ничего, если так задумано; иначе включите её параметром Chain и перезапустите.",
     ],
 );
-pub const TERMINATED: Words = words(
+pub(crate) const TERMINATED: Words = words(
     ["The subsystem has ended its work.", "Подсистема завершила свою работу."],
     [
         "All operations were closed before a restart or an update of the program.",
@@ -231,7 +237,7 @@ pub const TERMINATED: Words = words(
         "Дождитесь перезапуска; если его нет, снимите и подайте питание.",
     ],
 );
-pub const RESERVED: Words = words(
+pub(crate) const RESERVED: Words = words(
     ["Reserved by the document.", "Зарезервировано документом."],
     [
         "A program newer than the document, or corrupted data.",

@@ -1,6 +1,28 @@
-//! §3.20 Registers saved at a hardware fault.
+//! §3.20 GetCrashData: the registers saved at the last hardware fault. No data.
 
+use super::{Body, none};
 use crate::dictionary::layouts::{Layout, fields, names};
+use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::{DecodeError, RequestId, SubsystemId};
+
+/// Its entry in the dictionary.
+pub(crate) const INFO: RequestInfo = RequestInfo {
+    id: RequestId::GET_CRASH_DATA,
+    name: "GetCrashData",
+    section: "3.20",
+    origin: Origin::Read,
+    addressees: &[SubsystemId::GENERAL, SubsystemId::ALL],
+    title: Text::new("Read crash data", "Данные об отказе"),
+    meaning: Text::new(
+        "Registers saved at the last hardware fault.",
+        "Регистры, сохранённые при последнем аппаратном отказе.",
+    ),
+};
+
+#[inline(always)]
+pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {
+    none(data, Body::GetCrashData)
+}
 
 /// Registers saved at a hardware fault (§3.20): 20 words, 80 bytes on Cortex-M3.
 ///

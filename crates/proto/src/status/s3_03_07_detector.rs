@@ -1,8 +1,28 @@
 //! §3.3.7 «Флаги состояния Detector».
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const SEARCHING: Words = words(
+structure! {
+    /// State of Detector (§3.3, §3.3.7), 4 bytes.
+    DetectorStatus [flags: DetectorFlags] {}
+}
+
+flag_class! {
+    /// §3.3.7 Detector.
+    DetectorFlags "3.3.7";
+    SEARCHING = 16 "Searching" Info SEARCHING;
+    FOUND = 17 "Found" Alarm FOUND;
+    DEVICE_FAULT = 18 "DeviceFault" Alarm DEVICE_FAULT;
+    CANCELED = 19 "Canceled" Notice CANCELED;
+    BAD_SECTOR = 20 "BadSector" Warning BAD_SECTOR;
+    JUSTIFYING = 21 "Justifying" Info JUSTIFYING;
+    JUSTIFIED = 22 "Justified" Info JUSTIFIED;
+    DIRTY_LENS = 23 "DirtyLens" Warning DIRTY_LENS;
+}
+
+const SEARCHING: Words = words(
     ["A search for fire spots is going on.", "Идёт поиск очага загорания."],
     ["StartSeek was accepted.", "Принят запрос StartSeek."],
     [
@@ -10,7 +30,7 @@ pub const SEARCHING: Words = words(
         "Ничего; до завершения Move и Open отклоняются; прервать можно Stop Detector.",
     ],
 );
-pub const FOUND: Words = words(
+const FOUND: Words = words(
     ["One or more fire spots are found.", "Обнаружен один или несколько очагов загорания."],
     [
         "A fire; or the sun, welding, an open furnace or hot machinery brighter than Threshold.",
@@ -23,7 +43,7 @@ pub const FOUND: Words = words(
         яркого.",
     ],
 );
-pub const DEVICE_FAULT: Words = words(
+const DEVICE_FAULT: Words = words(
     ["The fire detector is faulty.", "Неисправен датчик обнаружения очага загорания."],
     [
         "No answer from the detector, its self-test failed, or alignment could not find its \
@@ -37,7 +57,7 @@ pub const DEVICE_FAULT: Words = words(
         ствол не находит очаги сам.",
     ],
 );
-pub const CANCELED: Words = words(
+const CANCELED: Words = words(
     ["The search was cancelled.", "Поиск очага загорания отменён."],
     [
         "Stop Detector, Stop All, Lockout, or a drive that failed on the way.",
@@ -50,7 +70,7 @@ pub const CANCELED: Words = words(
         неполным.",
     ],
 );
-pub const BAD_SECTOR: Words = words(
+const BAD_SECTOR: Words = words(
     ["The sector of the search is wrong.", "Неверный сектор поиска очага загорания."],
     [
         "StartSeek gave a sector outside the limits of Horizontal or Vertical.",
@@ -61,7 +81,7 @@ pub const BAD_SECTOR: Words = words(
         "Сравните сектор с RetrieveLimits; углы задаются в минутах, а не в градусах.",
     ],
 );
-pub const JUSTIFYING: Words = words(
+const JUSTIFYING: Words = words(
     [
         "Barrel and detector are being aligned.",
         "Осуществляется юстировка системы ствол — \
@@ -74,7 +94,7 @@ pub const JUSTIFYING: Words = words(
         Detector.",
     ],
 );
-pub const JUSTIFIED: Words = words(
+const JUSTIFIED: Words = words(
     [
         "The alignment of barrel and detector ended well.",
         "Юстировка системы ствол — датчик успешно завершена.",
@@ -85,7 +105,7 @@ pub const JUSTIFIED: Words = words(
         "Ничего; результат — в JustifyHorizontal и JustifyVertical.",
     ],
 );
-pub const DIRTY_LENS: Words = words(
+const DIRTY_LENS: Words = words(
     ["The detector's window is dirty.", "Загрязнено стекло датчика."],
     [
         "Dust, soot, foam, oil mist, ice or paint on the window; the detector sees less than it \

@@ -1,8 +1,27 @@
 //! §3.3.2 «Флаги состояния General».
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const PRESSURE_SENSOR_BREAK: Words = words(
+structure! {
+    /// State of the monitor as a whole (§3.3, §3.3.2), 10 bytes.
+    GeneralStatus [flags: GeneralFlags] {
+        main_voltage u16 Volt "Supply voltage" "Напряжение питания";
+        pressure u16 DeciAtmosphere "Pressure of water or foam" "Давление воды или пены";
+        flowrate u16 LitrePerSecond "Flow" "Расход";
+    }
+}
+
+flag_class! {
+    /// §3.3.2 General.
+    GeneralFlags "3.3.2";
+    PRESSURE_SENSOR_BREAK = 16 "PressureSensorBreak" Warning PRESSURE_SENSOR_BREAK;
+    PRESSURE_SENSOR_SHORT = 17 "PressureSensorShort" Warning PRESSURE_SENSOR_SHORT;
+    LOCKED_OUT = 18 "LockedOut" Warning LOCKED_OUT;
+}
+
+const PRESSURE_SENSOR_BREAK: Words = words(
     ["The circuit of the pressure sensor is open.", "Обрыв цепи датчика давления."],
     [
         "Less than 4 mA flow: a broken or loose wire, a corroded connector, a dead sensor, or none \
@@ -16,7 +35,7 @@ pub const PRESSURE_SENSOR_BREAK: Words = words(
         "Измерьте ток петли и 24 В на датчике; пока давление неизвестно, баллистика наводит прямо.",
     ],
 );
-pub const PRESSURE_SENSOR_SHORT: Words = words(
+const PRESSURE_SENSOR_SHORT: Words = words(
     ["The circuit of the pressure sensor is shorted.", "Короткое замыкание цепи датчика давления."],
     [
         "More than 20 mA flow: water in the connector, a pinched cable, or a failed sensor.",
@@ -29,7 +48,7 @@ pub const PRESSURE_SENSOR_SHORT: Words = words(
         замыкание в кабеле.",
     ],
 );
-pub const LOCKED_OUT: Words = words(
+const LOCKED_OUT: Words = words(
     [
         "The emergency lockout is on: nothing moves and control requests are answered Denied.",
         "Включена аварийная блокировка: движения нет, на команды управления выдаётся Denied.",

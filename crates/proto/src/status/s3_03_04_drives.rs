@@ -1,8 +1,42 @@
 //! §3.3.4 «Флаги состояния Vertical, Horizontal, Nozzle»; bits 16–27 are the Deployer's too.
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const MOVE: Words = words(
+// The document calls the current "temperature" and comments it as the current.
+structure! {
+    /// State of Vertical, Horizontal or Nozzle (§3.3, §3.3.4), 8 bytes. The units are those of an axis;
+    /// the nozzle has mm and mm/s.
+    DriveStatus [flags: DriveFlags] {
+        position i16 Arcmin "Position" "Положение";
+        current u8 DeciAmpere "Motor current" "Ток двигателя";
+        speed u8 DegreePerSecond "Speed that is set" "Заданная скорость";
+    }
+}
+
+flag_class! {
+    /// §3.3.4 Vertical, Horizontal, Nozzle.
+    DriveFlags "3.3.4";
+    MOVE = 16 "Move" Info MOVE;
+    POSITION_WAY_FAULT = 17 "PositionWayFault" Alarm POSITION_WAY_FAULT;
+    AMPERAGE_OVERLOAD = 18 "AmperageOverload" Warning AMPERAGE_OVERLOAD;
+    POS_ENCODER_FAULT = 19 "PosEncoderFault" Alarm POS_ENCODER_FAULT;
+    SPEED_ENCODER_FAULT = 20 "SpeedEncoderFault" Alarm SPEED_ENCODER_FAULT;
+    MOTOR_BROKEN = 21 "MotorBroken" Alarm MOTOR_BROKEN;
+    SPEED_WAY_FAULT = 22 "SpeedWayFault" Alarm SPEED_WAY_FAULT;
+    LIMITLESS = 23 "Limitless" Warning LIMITLESS;
+    MIN_LIMIT_REACHED = 24 "MinLimitReached" Info MIN_LIMIT_REACHED;
+    MAX_LIMIT_REACHED = 25 "MaxLimitReached" Info MAX_LIMIT_REACHED;
+    ABSOLUTE_MIN_LIMIT_REACHED = 26 "AbsoluteMinLimitReached" Notice
+        ABSOLUTE_MIN_LIMIT_REACHED;
+    ABSOLUTE_MAX_LIMIT_REACHED = 27 "AbsoluteMaxLimitReached" Notice
+        ABSOLUTE_MAX_LIMIT_REACHED;
+    SPEED_SLOW_AMP = 28 "SpeedSlowAmp" Notice SPEED_SLOW_AMP;
+    TRV_ENGAGE = 29 "TRVEngage" Info TRV_ENGAGE;
+}
+
+pub(crate) const MOVE: Words = words(
     ["The drive is moving.", "Привод в движении."],
     [
         "Move, a button, a program of extinguishing, a search or the deployment drives it.",
@@ -10,7 +44,7 @@ pub const MOVE: Words = words(
     ],
     ["Nothing; Stop ends it.", "Ничего; остановить можно запросом Stop."],
 );
-pub const POSITION_WAY_FAULT: Words = words(
+pub(crate) const POSITION_WAY_FAULT: Words = words(
     [
         "The position sensor is connected the wrong way round.",
         "Неверное подключение датчика \
@@ -29,7 +63,7 @@ pub const POSITION_WAY_FAULT: Words = words(
         нулевую точку и пределы.",
     ],
 );
-pub const AMPERAGE_OVERLOAD: Words = words(
+pub(crate) const AMPERAGE_OVERLOAD: Words = words(
     [
         "The drive drew too much current and was stopped; the flag goes 3 s after the stop.",
         "Перегрузка по току, привод остановлен; флаг снимается через 3 секунды после остановки.",
@@ -47,7 +81,7 @@ pub const AMPERAGE_OVERLOAD: Words = words(
         приводом, прежде чем повышать MaxCurrent.",
     ],
 );
-pub const POS_ENCODER_FAULT: Words = words(
+pub(crate) const POS_ENCODER_FAULT: Words = words(
     ["The position sensor is faulty.", "Неисправность датчика положения."],
     [
         "The motor runs and the position does not change: sensor unplugged, broken cable, coupling \
@@ -62,7 +96,7 @@ pub const POS_ENCODER_FAULT: Words = words(
         ремонта проверьте нулевую точку.",
     ],
 );
-pub const SPEED_ENCODER_FAULT: Words = words(
+pub(crate) const SPEED_ENCODER_FAULT: Words = words(
     ["The speed sensor is faulty.", "Неисправность датчика скорости."],
     [
         "No pulses from the motor's sensor while it runs: broken wire, wet plug, failed sensor, or \
@@ -77,7 +111,7 @@ pub const SPEED_ENCODER_FAULT: Words = words(
         иначе проверьте разъём и питание датчика.",
     ],
 );
-pub const MOTOR_BROKEN: Words = words(
+pub(crate) const MOTOR_BROKEN: Words = words(
     ["The circuit of the motor is faulty.", "Неисправность цепи двигателя."],
     [
         "Voltage is applied and no current flows: broken cable, worn brushes, a burnt winding, a \
@@ -92,7 +126,7 @@ pub const MOTOR_BROKEN: Words = words(
         кабеле; при наличии маховика наводите вручную.",
     ],
 );
-pub const SPEED_WAY_FAULT: Words = words(
+pub(crate) const SPEED_WAY_FAULT: Words = words(
     [
         "The speed sensor is connected the wrong way round.",
         "Неверное подключение датчика \
@@ -111,7 +145,7 @@ pub const SPEED_WAY_FAULT: Words = words(
         влево.",
     ],
 );
-pub const LIMITLESS: Words = words(
+pub(crate) const LIMITLESS: Words = words(
     [
         "The control of the limits of travel is off.",
         "Включён режим без контроля пределов перемещений.",
@@ -127,7 +161,7 @@ pub const LIMITLESS: Words = words(
         SwitchLimits с включением или отменой.",
     ],
 );
-pub const MIN_LIMIT_REACHED: Words = words(
+pub(crate) const MIN_LIMIT_REACHED: Words = words(
     [
         "The lower or right limit is reached (for the nozzle, the wide one).",
         "Достигнут нижний или правый предел (для насадка — предел «шире»).",
@@ -138,7 +172,7 @@ pub const MIN_LIMIT_REACHED: Words = words(
         "Ничего; если предел слишком близко, измените MinLimit.",
     ],
 );
-pub const MAX_LIMIT_REACHED: Words = words(
+pub(crate) const MAX_LIMIT_REACHED: Words = words(
     [
         "The upper or left limit is reached (for the nozzle, the narrow one).",
         "Достигнут верхний или левый предел (для насадка — предел «уже»).",
@@ -161,7 +195,7 @@ const ABSOLUTE_REMEDY: [&str; 2] = [
     "Отведите привод; если положение не соответствует месту, задайте нулевую точку заново; \
         если датчик остаётся замкнут, проверьте его.",
 ];
-pub const ABSOLUTE_MIN_LIMIT_REACHED: Words = words(
+pub(crate) const ABSOLUTE_MIN_LIMIT_REACHED: Words = words(
     [
         "The limit switch at the lower or right end is closed.",
         "Достигнуто ограничение датчика конечного положения (низ или право).",
@@ -169,7 +203,7 @@ pub const ABSOLUTE_MIN_LIMIT_REACHED: Words = words(
     ABSOLUTE_CAUSE,
     ABSOLUTE_REMEDY,
 );
-pub const ABSOLUTE_MAX_LIMIT_REACHED: Words = words(
+pub(crate) const ABSOLUTE_MAX_LIMIT_REACHED: Words = words(
     [
         "The limit switch at the upper or left end is closed.",
         "Достигнуто ограничение датчика конечного положения (верх или лево).",
@@ -177,7 +211,7 @@ pub const ABSOLUTE_MAX_LIMIT_REACHED: Words = words(
     ABSOLUTE_CAUSE,
     ABSOLUTE_REMEDY,
 );
-pub const SPEED_SLOW_AMP: Words = words(
+pub(crate) const SPEED_SLOW_AMP: Words = words(
     [
         "The drive goes slower because its current is high.",
         "Действует режим снижения скорости привода при перегрузке.",
@@ -192,7 +226,7 @@ pub const SPEED_SLOW_AMP: Words = words(
         "Обычно ничего; если так и без воды, и в тепле — смажьте или отремонтируйте редуктор.",
     ],
 );
-pub const TRV_ENGAGE: Words = words(
+pub(crate) const TRV_ENGAGE: Words = words(
     [
         "The nozzle of the mini-robot works as a TRV (finely sprayed water).",
         "Мини-робот: включён режим ТРВ насадка (тонкораспылённая вода).",

@@ -1,8 +1,28 @@
 //! §3.3.5 «Флаги состояния Valve1, Valve2».
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const OPENING: Words = words(
+structure! {
+    /// State of Valve1 or Valve2 (§3.3, §3.3.5), 4 bytes.
+    ValveStatus [flags: ValveFlags] {}
+}
+
+flag_class! {
+    /// §3.3.5 Valve1, Valve2.
+    ValveFlags "3.3.5";
+    OPENING = 16 "Opening" Info OPENING;
+    CLOSING = 17 "Closing" Info CLOSING;
+    AMPERAGE_OVERLOAD = 18 "AmperageOverload" Alarm AMPERAGE_OVERLOAD;
+    BLOCKED = 19 "Blocked" Warning BLOCKED;
+    OPEN_SENSOR_FAULT = 20 "OpenSensorFault" Warning OPEN_SENSOR_FAULT;
+    CLOSE_SENSOR_FAULT = 21 "CloseSensorFault" Warning CLOSE_SENSOR_FAULT;
+    OPEN = 22 "Open" Info OPEN;
+    CLOSED = 23 "Closed" Info CLOSED;
+}
+
+const OPENING: Words = words(
     ["The valve is opening.", "Затвор открывается."],
     ["Open, or the button of the post.", "Запрос Open или кнопка поста."],
     [
@@ -10,7 +30,7 @@ pub const OPENING: Words = words(
         "Ничего; если дольше TravelTime — затвор заклинил или неисправен его датчик.",
     ],
 );
-pub const CLOSING: Words = words(
+const CLOSING: Words = words(
     ["The valve is closing.", "Затвор закрывается."],
     [
         "Close, Lockout, a reset, or the button of the post.",
@@ -22,7 +42,7 @@ pub const CLOSING: Words = words(
         "Ничего; если дольше TravelTime — затвор заклинил или неисправен его датчик.",
     ],
 );
-pub const AMPERAGE_OVERLOAD: Words = words(
+const AMPERAGE_OVERLOAD: Words = words(
     [
         "The valve's motor drew too much current and was stopped.",
         "Перегрузка двигателя затвора по \
@@ -41,7 +61,7 @@ pub const AMPERAGE_OVERLOAD: Words = words(
         маховиком и очистите седло.",
     ],
 );
-pub const BLOCKED: Words = words(
+const BLOCKED: Words = words(
     ["The hardware interlock of the valve is on.", "Включена аппаратная блокировка затвора."],
     [
         "The local/remote switch of the valve's unit is on local, the handwheel is engaged, or an \
@@ -56,7 +76,7 @@ pub const BLOCKED: Words = words(
         с затвором работают люди.",
     ],
 );
-pub const OPEN_SENSOR_FAULT: Words = words(
+const OPEN_SENSOR_FAULT: Words = words(
     ["The sensor of the open position is faulty.", "Неисправность датчика положения «Открыто»."],
     [
         "It did not close within TravelTime, or it and the other end's sensor are closed together: \
@@ -71,7 +91,7 @@ pub const OPEN_SENSOR_FAULT: Words = words(
         нет — освободите затвор.",
     ],
 );
-pub const CLOSE_SENSOR_FAULT: Words = words(
+const CLOSE_SENSOR_FAULT: Words = words(
     ["The sensor of the closed position is faulty.", "Неисправность датчика положения «Закрыто»."],
     [
         "It did not close within TravelTime, or it and the other end's sensor are closed together: \
@@ -86,7 +106,7 @@ pub const CLOSE_SENSOR_FAULT: Words = words(
         не закрыт, перекройте линию вручную.",
     ],
 );
-pub const OPEN: Words = words(
+const OPEN: Words = words(
     ["The valve is open: the agent may flow.", "Затвор открыт: подаётся огнетушащее вещество."],
     ["It was opened.", "Затвор был открыт."],
     [
@@ -96,7 +116,7 @@ pub const OPEN: Words = words(
         задвижку.",
     ],
 );
-pub const CLOSED: Words = words(
+const CLOSED: Words = words(
     ["The valve is closed.", "Затвор закрыт."],
     [
         "It was closed, or the monitor has just been switched on.",

@@ -1,8 +1,20 @@
 //! §3.3.9 «Флаги состояния ExternalConn, Radio»: ConnLost has a meaning of its own.
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const CONN_LOST: Words = words(
+structure! {
+    /// State of ExternalConn or Radio (§3.3, §3.3.9), 4 bytes.
+    ConnStatus [flags: ConnFlags] {}
+}
+
+flag_class! {
+    /// §3.3.9 ExternalConn, Radio: no flags of their own; ConnLost means that no client controls.
+    ConnFlags "3.3.9", ConnLost Notice CONN_LOST, width 1;
+}
+
+const CONN_LOST: Words = words(
     [
         "No client has controlled the monitor through this interface lately (3 s by default).",
         "По этому интерфейсу никто не управлял стволом (по умолчанию 3 секунды).",

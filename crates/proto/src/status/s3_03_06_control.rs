@@ -1,8 +1,30 @@
 //! §3.3.6 «Флаги состояния Control» with its notes 1–5 on trajectories.
 
-use super::{Words, words};
+use super::structure;
+use crate::flags::flag_class;
+use crate::flags::words::{Words, words};
 
-pub const QUENCH: Words = words(
+structure! {
+    /// State of Control (§3.3, §3.3.6), 4 bytes.
+    ControlStatus [flags: ControlFlags] {}
+}
+
+flag_class! {
+    /// §3.3.6 Control.
+    ControlFlags "3.3.6";
+    QUENCH = 16 "Quench" Info QUENCH;
+    OUTSIDE_LIMITS = 17 "OutsideLimits" Warning OUTSIDE_LIMITS;
+    MODE_FAULT = 18 "ModeFault" Warning MODE_FAULT;
+    PAUSED = 19 "Paused" Notice PAUSED;
+    TRAJECTORY_PRESSURE_FAULT = 20 "TrajectoryPressureFault" Warning
+        TRAJECTORY_PRESSURE_FAULT;
+    TRAJECTORY_RANGE_FAULT = 21 "TrajectoryRangeFault" Warning TRAJECTORY_RANGE_FAULT;
+    TRAJECTORY_ANGLE_FAULT = 22 "TrajectoryAngleFault" Warning TRAJECTORY_ANGLE_FAULT;
+    TRAJECTORY_CRC_FAULT = 23 "TrajectoryCRCFault" Warning TRAJECTORY_CRC_FAULT;
+    TRAJECTORY = 24 "Trajectory" Info TRAJECTORY;
+}
+
+const QUENCH: Words = words(
     ["A program of extinguishing is running.", "Выполняется программа тушения."],
     ["StartQuench or StartTrajectory was accepted.", "Принят StartQuench или StartTrajectory."],
     [
@@ -10,7 +32,7 @@ pub const QUENCH: Words = words(
         "Ничего; Move корректирует наводку, Stop Control завершает и не трогает затворы.",
     ],
 );
-pub const OUTSIDE_LIMITS: Words = words(
+const OUTSIDE_LIMITS: Words = words(
     [
         "The sector is wholly or partly outside the limits of travel.",
         "Сектор тушения полностью или частично вне пределов.",
@@ -28,7 +50,7 @@ pub const OUTSIDE_LIMITS: Words = words(
         другим стволом.",
     ],
 );
-pub const MODE_FAULT: Words = words(
+const MODE_FAULT: Words = words(
     [
         "The program cannot run in the present state of the monitor.",
         "Программа тушения не может выполняться в текущем состоянии ствола.",
@@ -46,7 +68,7 @@ pub const MODE_FAULT: Words = words(
         снова.",
     ],
 );
-pub const PAUSED: Words = words(
+const PAUSED: Words = words(
     [
         "The program waits while the operator corrects the aim.",
         "Программа приостановлена для корректировки оператором.",
@@ -58,7 +80,7 @@ pub const PAUSED: Words = words(
         достигнутой точки.",
     ],
 );
-pub const TRAJECTORY_PRESSURE_FAULT: Words = words(
+const TRAJECTORY_PRESSURE_FAULT: Words = words(
     [
         "The pressure does not suit ballistics; the monitor aims straight with the narrowest jet.",
         "Показания давления не подходят для баллистики; прямая наводка на самой узкой струе.",
@@ -75,7 +97,7 @@ pub const TRAJECTORY_PRESSURE_FAULT: Words = words(
         датчика у General.",
     ],
 );
-pub const TRAJECTORY_RANGE_FAULT: Words = words(
+const TRAJECTORY_RANGE_FAULT: Words = words(
     [
         "The point is too far for the jet; the monitor aims straight with the narrowest jet.",
         "Слишком далеко для баллистических возможностей ствола; прямая наводка на самой узкой \
@@ -92,7 +114,7 @@ pub const TRAJECTORY_RANGE_FAULT: Words = words(
         близкий ствол.",
     ],
 );
-pub const TRAJECTORY_ANGLE_FAULT: Words = words(
+const TRAJECTORY_ANGLE_FAULT: Words = words(
     [
         "The elevation that ballistics ask for is too high; the monitor aims straight with the \
         narrowest jet.",
@@ -109,7 +131,7 @@ pub const TRAJECTORY_ANGLE_FAULT: Words = words(
         ствол.",
     ],
 );
-pub const TRAJECTORY_CRC_FAULT: Words = words(
+const TRAJECTORY_CRC_FAULT: Words = words(
     [
         "The structure with the ballistic data is damaged.",
         "Структура с данными баллистики повреждена.",
@@ -125,7 +147,7 @@ pub const TRAJECTORY_CRC_FAULT: Words = words(
         "Отправьте SetupCorrectionTable заново; если флаг вернётся, замените плату управления.",
     ],
 );
-pub const TRAJECTORY: Words = words(
+const TRAJECTORY: Words = words(
     ["Extinguishing along trajectories is active.", "Активно тушение по траекториям."],
     ["StartTrajectory was accepted.", "Принят запрос StartTrajectory."],
     ["Nothing; Stop Control ends it.", "Ничего; завершить можно Stop Control."],

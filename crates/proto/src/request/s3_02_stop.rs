@@ -1,0 +1,34 @@
+//! §3.2 Stop: a subsystem breaks off what it does. No data.
+
+use super::{Body, none};
+use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::{DecodeError, RequestId, SubsystemId};
+
+/// Its entry in the dictionary.
+pub(crate) const INFO: RequestInfo = RequestInfo {
+    id: RequestId::STOP,
+    name: "Stop",
+    section: "3.2",
+    origin: Origin::Read,
+    addressees: &[
+        SubsystemId::ALL,
+        SubsystemId::VALVE1,
+        SubsystemId::VALVE2,
+        SubsystemId::VERTICAL,
+        SubsystemId::HORIZONTAL,
+        SubsystemId::NOZZLE,
+        SubsystemId::DEPLOYER,
+        SubsystemId::DETECTOR,
+        SubsystemId::CONTROL,
+    ],
+    title: Text::new("Stop", "Остановить"),
+    meaning: Text::new(
+        "The subsystem breaks off what it does; All stops everything that moves.",
+        "Подсистема прекращает операцию; All останавливает всё, что движется.",
+    ),
+};
+
+#[inline(always)]
+pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {
+    none(data, Body::Stop)
+}

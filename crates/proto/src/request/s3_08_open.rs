@@ -1,0 +1,46 @@
+//! §3.8 Open: opens a valve.
+
+use super::{Body, exact};
+use crate::dictionary::layouts::{KEY, Layout};
+use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::id::key;
+use crate::record::{Data, NoRoom};
+use crate::text::fields::Tokens;
+use crate::text::parse::{self, Parsed};
+use crate::text::request::write_key;
+use crate::{DecodeError, RequestId, SubsystemId};
+use core::fmt;
+
+/// Its entry in the dictionary.
+pub(crate) const INFO: RequestInfo = RequestInfo {
+    id: RequestId::OPEN,
+    name: "Open",
+    section: "3.8",
+    origin: Origin::Read,
+    addressees: &[SubsystemId::VALVE1, SubsystemId::VALVE2],
+    title: Text::new("Open a valve", "Открыть затвор"),
+    meaning: Text::new(
+        "Opens the valve; the key confirms.",
+        "Открывает затвор; ключ служит подтверждением.",
+    ),
+};
+
+/// Its data.
+pub(crate) const LAYOUTS: &[Layout] = &[KEY];
+
+#[inline(always)]
+pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {
+    Ok(Body::Open { key: u16::from_le_bytes(exact(data)?) })
+}
+
+pub(super) fn encode(key: u16, data: &mut Data<'_>) -> Result<(), NoRoom> {
+    data.put_u16(key)
+}
+
+pub(crate) fn parse(tokens: &mut Tokens<'_>) -> Parsed<Body<'static>> {
+    Ok(Body::Open { key: parse::key(tokens, key::OPEN)? })
+}
+
+pub(crate) fn write(f: &mut fmt::Formatter<'_>, key: u16) -> fmt::Result {
+    write_key(f, key, key::OPEN)
+}

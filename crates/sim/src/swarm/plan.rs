@@ -10,6 +10,7 @@ use lafet_proto::{Ints, ParamId, Request, SubsystemId};
 
 use super::LIFE_MS;
 use super::mission::{self, Step};
+use super::pairs::Pair;
 use super::requests::{frame, payload, pick};
 use super::tally::Seen;
 use super::watched::Watched;
@@ -30,6 +31,9 @@ const RESET_MS: u64 = 400;
 
 /// What a seed's world is built from.
 pub fn setting(seed: u64) -> Config {
+    if let Some(pair) = Pair::of(seed) {
+        return pair.setting();
+    }
     let mut rng = Rng::new(seed ^ PLAN_SEED.rotate_left(17));
     let composition = Composition::ALL[(seed % Composition::ALL.len() as u64) as usize];
     let between = |rng: &mut Rng, min: f64, max: f64| min + (max - min) * rng.unit();

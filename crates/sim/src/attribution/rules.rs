@@ -117,7 +117,10 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
         Cause::Button(post) => {
             // One that is held for the other way brakes first.
             let held = ledger.buttons.holds(post, axis, after > 0)
-                || !grows && ledger.buttons.holds(post, axis, after <= 0);
+                || !grows && ledger.buttons.holds(post, axis, after <= 0)
+                // The other post holds it on: it takes over a step before that shows.
+                || ledger.is_asked_by_button(axis, after > 0)
+                    && ledger.buttons.held_before(post, axis, after > 0);
             holds(held, "no such button is held", "кнопка не нажата")
         }
         Cause::Rule(_) if grows => {
@@ -211,10 +214,12 @@ fn drive_rule(
         Rule::NotDeployed => axis != Axis::Deployer && !is_working(ledger, view),
         Rule::Water => axis == Axis::Deployer && !upwards && is_wet(view),
         Rule::Limit => !ledger.limitless[axis as usize] && is_beyond(view, axis, upwards),
-        // The switch there, or the one where it has been told to turn round to.
+        // The switch there, or the one where it has been told to turn round to; at its target it has
+        // nowhere to go any more.
         Rule::EndSwitch => {
             let at_end = |up: bool| if up { input.max_switch } else { input.min_switch };
-            at_end(upwards) || at_end(!upwards) && may_go(ledger, view, axis, !upwards)
+            let turns = may_go(ledger, view, axis, !upwards);
+            at_end(upwards) || at_end(!upwards) && (turns || has_arrived(ledger, view, step, axis))
         }
         Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
         Rule::CutOff => is_cut_off(input.current_da.into(), max_current),

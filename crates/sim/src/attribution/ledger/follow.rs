@@ -55,7 +55,9 @@ impl Ledger {
                 travel_ms: self.valve_travel_ms[valve as usize],
             };
             self.closings[valve as usize].sense(time, input, online, sound);
-            if input.close_switch && sound {
+            let works = &self.works[valve as usize];
+            let opens = works.iter().any(|work| work.output == ValveOutput::Opening);
+            if input.close_switch && sound && !opens {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }
         }

@@ -99,9 +99,14 @@ impl Closing {
                 rest_ms: if rest_ms > 0 { ms } else { 0 },
             });
         }
-        if self.closed_ms > STABLE_MS {
+        if self.is_closed() {
             self.attempt = None;
         }
+    }
+
+    /// It has shown closed for long enough to be believed.
+    pub const fn is_closed(&self) -> bool {
+        self.closed_ms > STABLE_MS
     }
 
     /// Its time is over, and the valve has not closed.

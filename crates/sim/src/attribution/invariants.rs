@@ -44,6 +44,8 @@ pub struct Invariants {
     unasked_ms: u64,
     folded_ms: u64,
     wet_ms: [u64; VALVES],
+    /// Valves that have opened by themselves and are not closed yet.
+    opened: [bool; VALVES],
     /// Water got in while nobody could know.
     excused: bool,
     /// One report of each kind until it ends.
@@ -102,9 +104,13 @@ impl Invariants {
         let stuck = ValveNo::ALL.into_iter().any(|valve| is_stuck(view, valve));
         let unknown =
             stuck && view.inputs.flow_lps < FLOWING_LPS || !self.believes(Axis::Deployer, view);
-        // What opens by itself, no output can hold.
-        let opens = |fault: &Fault| matches!(fault, Fault::Valve(_, ValveFault::OpenRelay));
-        self.excused = view.flooded && (self.excused || unknown || view.faults.iter().any(opens));
+        // What opens by itself, no output can hold; it stays open until it is closed.
+        for (valve, opened) in ValveNo::ALL.into_iter().zip(&mut self.opened) {
+            let opens = view.faults.contains(&Fault::Valve(valve, ValveFault::OpenRelay));
+            *opened = opens || *opened && view.wet[valve as usize];
+        }
+        let opened = self.opened.contains(&true);
+        self.excused = view.flooded && (self.excused || unknown || opened);
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
         self.unasked_ms = if is_unasked(view) { self.unasked_ms + STEP_MS } else { 0 };
         for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {

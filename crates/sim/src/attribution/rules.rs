@@ -247,7 +247,7 @@ fn drive_rule(
         }
         Rule::Refused => {
             let busy = [Program::Seek, Program::Justify];
-            matches!(step.cause_before, Cause::Button(_))
+            (matches!(step.cause_before, Cause::Button(_)) || ledger.buttons.was_held(axis))
                 && (!is_working(ledger, view)
                     || busy.iter().any(|program| is_running(*program, &view.told))
                     || ledger.starts.iter().any(|start| busy.contains(&start.program))

@@ -57,7 +57,7 @@ impl Ledger {
             self.closings[valve as usize].sense(time, input, online, sound);
             let works = &self.works[valve as usize];
             let opens = works.iter().any(|work| work.output == ValveOutput::Opening);
-            if input.close_switch && sound && !opens {
+            if self.closings[valve as usize].is_closed() && !opens {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }
         }

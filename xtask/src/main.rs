@@ -218,12 +218,13 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "swarm",
-        arguments: "--hours N | --minutes N | --seeds A..B [--from SEED] [--threads N]",
+        arguments: "--hours N | --minutes N | --seeds A..B | --pairs N [--from SEED] [--threads N]",
         about: "random lives of simulated monitors; every change of an output must be explained",
         details: "Seeds × profiles × faults × requests on all cores, each step under the check of \
                   lafet_sim::attribution. Fails on an output without a valid cause, on a broken \
                   invariant, and in a run of 600 seeds or more on a behaviour never seen. A \
-                  failure names its seed: lafet sim --replay SEED shows it.",
+                  failure names its seed: lafet sim --replay SEED shows it. With --pairs each pair of \
+                  faults is in force together in a short life of its own, in N rounds.",
         run: swarm::swarm,
     },
     Task {

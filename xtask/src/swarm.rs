@@ -7,15 +7,18 @@ use crate::run::{StepResult, cargo, show};
 
 /// The run for CI: enough seeds to see every behaviour, in at most two minutes.
 const SHORT: [&str; 4] = ["--seeds", "0..600", "--minutes", "2"];
+/// Every pair of faults once.
+const PAIRS: [&str; 2] = ["--pairs", "1"];
 
 pub fn swarm(arguments: &[String]) -> TaskResult {
     let status = command(arguments).status().map_err(|e| format!("cannot run cargo: {e}"))?;
     Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The short run of `cargo xtask ci`.
+/// The short runs of `cargo xtask ci`.
 pub fn check() -> StepResult {
-    show(&mut command(&SHORT.map(String::from)))
+    show(&mut command(&SHORT.map(String::from)))?;
+    show(&mut command(&PAIRS.map(String::from)))
 }
 
 fn command(arguments: &[String]) -> std::process::Command {

@@ -1,7 +1,8 @@
 //! Runs the swarm on all cores and prints what was seen: `cargo xtask swarm`.
 //!
 //! `--seeds A..B`, `--minutes N` or `--hours N`; `--from SEED` begins elsewhere than at 0,
-//! `--threads N` uses fewer cores. Fails when something must never happen has happened, and when
+//! `--threads N` uses fewer cores. `--pairs N` is N rounds of short lives with two faults each, in
+//! which every pair of faults has its own. Fails when something must never happen has happened, and when
 //! something that must happen has not been seen in a run of at least [`WITNESS_SEEDS`] seeds.
 
 use std::collections::BTreeMap;
@@ -12,10 +13,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use lafet_sim::swarm::{Outcome, Tally, run};
+use lafet_sim::swarm::{Outcome, PAIRS_SEED, Tally, pairs, run};
 
 /// From so many seeds on everything must have been witnessed.
 const WITNESS_SEEDS: u64 = 600;
+/// Of these everything must have been witnessed in a round of pairs.
+const WITNESS_PAIRS: [&str; 4] = ["fault ", "output ", "profile ", "several faults at once"];
+/// Most rounds of pairs.
+const ROUNDS_MAX: u64 = 1_000;
 /// A run ends after so many failures: more say nothing new.
 const FAILURES_MAX: usize = 20;
 /// Time between two lines of progress.
@@ -26,6 +31,7 @@ struct Plan {
     to: u64,
     time: Option<Duration>,
     threads: usize,
+    pairs: bool,
 }
 
 fn main() -> ExitCode {
@@ -41,7 +47,7 @@ fn main() -> ExitCode {
 
 fn plan(arguments: &[String]) -> Result<Plan, String> {
     let cores = thread::available_parallelism().map_or(1, usize::from);
-    let mut plan = Plan { from: 0, to: u64::MAX, time: None, threads: cores };
+    let mut plan = Plan { from: 0, to: u64::MAX, time: None, threads: cores, pairs: false };
     let mut bounded = false;
     let mut rest = arguments.iter();
     while let Some(name) = rest.next() {
@@ -58,6 +64,11 @@ fn plan(arguments: &[String]) -> Result<Plan, String> {
                 }
                 bounded = true;
             }
+            "--pairs" => {
+                let rounds = value.parse().ok().filter(|n| (1..=ROUNDS_MAX).contains(n));
+                (plan.from, plan.pairs, bounded) = (PAIRS_SEED, true, true);
+                plan.to = PAIRS_SEED + pairs() * rounds.ok_or_else(wrong)?;
+            }
             "--minutes" | "--hours" => {
                 let unit = if name == "--hours" { 3600.0 } else { 60.0 };
                 plan.time = Some(Duration::from_secs_f64(number().ok_or_else(wrong)? * unit));
@@ -72,7 +83,7 @@ fn plan(arguments: &[String]) -> Result<Plan, String> {
     }
     match bounded {
         true => Ok(plan),
-        false => Err("one of --seeds A..B, --minutes N, --hours N is wanted".into()),
+        false => Err("one of --seeds A..B, --pairs N, --minutes N, --hours N is wanted".into()),
     }
 }
 
@@ -162,11 +173,15 @@ fn report(
     if std::io::stderr().is_terminal() {
         eprintln!();
     }
-    let missing = tally.missing();
-    let all = tally.witnessed().count();
+    let counts = |name: &str| !plan.pairs || WITNESS_PAIRS.iter().any(|it| name.starts_with(it));
+    let missing: Vec<&str> = tally.missing().into_iter().filter(|name| counts(name)).collect();
+    let all = tally.witnessed().filter(|(name, _)| counts(name)).count();
+    let together = if plan.pairs { pairs().min(tally.seeds) } else { 0 };
     let speed = tally.virtual_ms as f64 / 1000.0 / took.as_secs_f64() / plan.threads as f64;
     let rows = [
         ("seeds", format!("{} from {}", tally.seeds, plan.from)),
+        ("pairs of faults", together.to_string()),
+        ("steps of the program", tally.steps.to_string()),
         ("virtual hours", format!("{:.1}", hours(tally.virtual_ms))),
         ("frames, all answered", tally.frames.to_string()),
         ("requests in them", tally.requests.to_string()),
@@ -193,7 +208,7 @@ fn report(
     for outcome in failures.values() {
         println!("FAILED {}", outcome.failure_text().unwrap_or_default());
     }
-    let enough = tally.seeds >= WITNESS_SEEDS;
+    let enough = tally.seeds >= if plan.pairs { pairs() } else { WITNESS_SEEDS };
     let idle = enough && !missing.is_empty();
     if failures.is_empty() && !idle { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -15,6 +15,10 @@ pub enum Fault {
     Valve(ValveNo, ValveFault),
     /// A temperature sensor answers nothing: `vertical-temperature`.
     Temperature(Place),
+    /// It shows what it showed when the fault came: `vertical-temperature-frozen`.
+    TemperatureFrozen(Place),
+    /// It shows 0.1 °C more each second: `vertical-temperature-drift`.
+    TemperatureDrift(Place),
     /// A heater's circuit is broken: `box-heater`.
     Heater(Place),
     /// A remote unit on the internal bus: `nozzle-unit-offline`.
@@ -75,6 +79,8 @@ named! {
         EncoderFast "encoder-fast",
         /// The position has jumped, by 20 ° or 15 mm.
         EncoderJump "encoder-jump",
+        /// Each reading of the position is off by up to 2' or 1 mm, at random.
+        EncoderNoise "encoder-noise",
         /// The position sensor diagnoses itself as faulty.
         EncoderFault "encoder-fault",
         /// The speed sensor reads nought.
@@ -99,6 +105,8 @@ named! {
     ValveFault {
         /// The motor circuit is open: it stays where it is and draws nothing.
         MotorOpen "motor-open",
+        /// The relay that opens is welded: it opens, whatever is driven, until its own end switch cuts it.
+        OpenRelay "open-relay",
         /// The plug is stuck: it stays where it is and draws the stall current.
         Jam "jam",
         /// The circuit of the switch "open" is broken or shorted.
@@ -169,6 +177,14 @@ named! {
         PressureBreak "pressure-break",
         /// The loop of the pressure sensor is shorted: 28 mA.
         PressureShort "pressure-short",
+        /// The loop of the pressure sensor stays at what it was.
+        PressureFrozen "pressure-frozen",
+        /// The loop of the pressure sensor loses 20 µA each second.
+        PressureDrift "pressure-drift",
+        /// The flow meter stays at what it was.
+        FlowFrozen "flow-frozen",
+        /// The flow meter shows 1 l/s more each five seconds.
+        FlowDrift "flow-drift",
         /// The pump gives nothing.
         PumpOff "pump-off",
         /// The pump gives a quarter of its pressure.
@@ -177,6 +193,10 @@ named! {
         VoltageLow "voltage-low",
         /// The supply voltage is a third too high.
         VoltageHigh "voltage-high",
+        /// The supply gives way for 200 ms when a motor starts.
+        SupplyDip "supply-dip",
+        /// The supply gives way as long as a motor runs.
+        SupplySag "supply-sag",
         /// The humidity sensor answers nothing.
         Humidity "humidity",
         /// The fire detector does not answer.
@@ -200,8 +220,14 @@ impl Fault {
         let valves = ValveNo::ALL
             .iter()
             .flat_map(|&v| ValveFault::ALL.iter().map(move |&f| Self::Valve(v, f)));
-        let places =
-            Place::ALL.iter().flat_map(|&place| [Self::Temperature(place), Self::Heater(place)]);
+        let places = Place::ALL.iter().flat_map(|&place| {
+            [
+                Self::Temperature(place),
+                Self::TemperatureFrozen(place),
+                Self::TemperatureDrift(place),
+                Self::Heater(place),
+            ]
+        });
         let units =
             UNITS.iter().flat_map(|&u| UnitFault::ALL.iter().map(move |&f| Self::Unit(u, f)));
         let buttons = Post::ALL.iter().flat_map(|&post| {
@@ -219,6 +245,8 @@ impl Fault {
             Self::Drive(axis, fault) => format!("{}-{}", axis_name(axis), fault.name()),
             Self::Valve(valve, fault) => format!("{}-{}", valve_name(valve), fault.name()),
             Self::Temperature(place) => format!("{}-temperature", place_name(place)),
+            Self::TemperatureFrozen(place) => format!("{}-temperature-frozen", place_name(place)),
+            Self::TemperatureDrift(place) => format!("{}-temperature-drift", place_name(place)),
             Self::Heater(place) => format!("{}-heater", place_name(place)),
             Self::Unit(unit, fault) => format!("{}-unit-{}", unit_name(unit), fault.name()),
             Self::Button(post, button, fault) => {
@@ -348,7 +376,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 22 + 2 * 9 + 5 * 2 + 6 * 9 + 2 * 8 * 2 + 12);
+        assert_eq!(names.len(), 4 * 23 + 2 * 10 + 5 * 4 + 6 * 9 + 2 * 8 * 2 + 18);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

@@ -56,6 +56,8 @@ pub struct Config {
     pub glares: Vec<Glare>,
     /// What hides fires from the detector.
     pub walls: Vec<Wall>,
+    /// True positions at the start, by axis.
+    pub start: [f64; AXES],
     /// Drives whose position sensor counts from where the program has started, by axis; no remote units.
     pub relative: [bool; AXES],
     /// The monitor's clock at power-up, ms: near 2³² it soon wraps.
@@ -87,6 +89,7 @@ impl Default for Config {
             misalignment: world.detector.misalignment,
             glares: Vec::new(),
             walls: Vec::new(),
+            start: world.start,
             relative: [false; AXES],
             clock_ms: 0,
             flash: None,
@@ -111,6 +114,7 @@ impl Config {
         config.fires.clone_from(&self.fires);
         config.ambient_c = self.ambient_c;
         config.wind = self.wind;
+        config.start = self.start;
         config.gusts = self.gusts;
         config.nozzle_mm = self.nozzle_mm;
         config.detector.misalignment = self.misalignment;

@@ -3,7 +3,7 @@
 //! State: opening s, 0 closed … 1 open. The motor moves it by dt/travel_time per step, and it stays
 //! where it is when the motor is off. Free area as a part of the full one: f(s) = sin²(π·s/2), a
 //! ball valve. Motor current: 1.5 A running, 3 A while leaving the seat (s < 0.05), 8 A against the
-//! end or jammed, with a lag of 50 ms. The switches close in the last 0.5 % of the travel. Figures
+//! end or jammed (its own end switch cuts it when its relay is welded), with a lag of 50 ms. The switches close in the last 0.5 % of the travel. Figures
 //! ours.
 
 use lafet_device::image::{ValveInput, ValveNo, ValveOutput};
@@ -40,7 +40,9 @@ impl Valve {
     pub fn step(&mut self, command: ValveOutput, dt_s: f64, faults: &Faults) {
         let dead = faults.valve(self.number, ValveFault::MotorOpen)
             || faults.valve(self.number, ValveFault::Blocked);
+        let welded = faults.valve(self.number, ValveFault::OpenRelay);
         let direction = match command {
+            _ if welded && !dead => 1.0,
             ValveOutput::Opening if !dead => 1.0,
             ValveOutput::Closing if !dead => -1.0,
             _ => 0.0,
@@ -48,7 +50,7 @@ impl Valve {
         let jam = faults.valve(self.number, ValveFault::Jam);
         let at_end =
             (direction > 0.0 && self.opening >= 1.0) || (direction < 0.0 && self.opening <= 0.0);
-        let aim = if direction == 0.0 {
+        let aim = if direction == 0.0 || welded && self.opening >= 1.0 {
             0.0
         } else if jam || at_end {
             STALL_A
@@ -145,6 +147,13 @@ mod tests {
             assert_eq!(sensed.current_da == 80, fault == ValveFault::Jam);
             assert_eq!(sensed.blocked, fault == ValveFault::Blocked);
         }
+        let mut faults = Faults::default();
+        faults.inject(Fault::Valve(ValveNo::Valve1, ValveFault::OpenRelay));
+        let mut welded = Valve::new(ValveNo::Valve1, 4.0);
+        run(&mut welded, ValveOutput::Off, 500, &faults);
+        assert!(welded.opening == 1.0 && welded.current_a == 0.0, "{welded:?}");
+        run(&mut welded, ValveOutput::Closing, 500, &faults);
+        assert!(welded.opening == 1.0 && welded.current_a == 0.0, "{welded:?}");
         let mut faults = Faults::default();
         faults.inject(Fault::Valve(ValveNo::Valve1, ValveFault::CloseSwitch));
         let sensed = Valve::new(ValveNo::Valve1, 4.0).sense(&faults);

@@ -26,7 +26,9 @@ use crate::flash::Flash;
 use crate::gust::Gusts;
 use crate::jet::{Jet, Landing};
 use crate::nozzle::MONITOR;
+use crate::power::Power;
 use crate::rng::Rng;
+use crate::sensor::Sensors;
 use crate::unit::{POLL_MS, RemoteUnit};
 use crate::valve::Valve;
 use crate::water::Water;
@@ -148,6 +150,8 @@ pub struct World {
     applied: Outputs,
     sensed: Inputs,
     contacts: Contacts,
+    sensors: Sensors,
+    power: Power,
     airborne: Airborne,
     events: Events,
     /// Water that has landed on a site's ground; `None` where the ground is the world's own.
@@ -190,6 +194,8 @@ impl World {
             applied: Outputs::default(),
             sensed: Inputs::default(),
             contacts: Contacts::default(),
+            sensors: Sensors::default(),
+            power: Power::default(),
             airborne: Airborne::default(),
             events: Events::default(),
             landed: config.shared_ground.then(Vec::new),
@@ -361,6 +367,9 @@ impl World {
         for (valve, output) in self.valves.iter_mut().zip(self.applied.valves) {
             valve.step(output, dt_s, &self.faults);
         }
+        let drives = self.drives.iter().map(|drive| drive.current_a);
+        let valves = self.valves.iter().map(|valve| valve.current_a);
+        self.power.step(self.now_ms, drives.chain(valves));
         let areas = [self.valves[0].free_area(), self.valves[1].free_area()];
         self.water.step(areas, dt_s, &self.faults);
         if self.now_ms.is_multiple_of(SLOW_MS) {
@@ -510,9 +519,11 @@ impl World {
         }
         self.sensed.places = self.climate.sense(self.applied.heaters, faults);
         self.sensed.humidity_percent = self.climate.humidity_percent(faults);
-        self.sensed.main_voltage_dv = self.climate.voltage_dv();
+        let voltage_dv = self.climate.voltage_dv();
+        self.sensed.main_voltage_dv = self.power.voltage_dv(self.now_ms, voltage_dv, faults);
         self.sensed.pressure_ua = self.water.loop_ua(&mut self.rng, &self.faults);
         self.sensed.flow_lps = libm::round(self.water.flow_lps) as u16;
+        self.sensors.spoil(self.now_ms, freshness, &mut self.sensed, &mut self.rng, &self.faults);
         self.sense_buttons();
     }
 

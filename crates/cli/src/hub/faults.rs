@@ -25,12 +25,19 @@ fn group(fault: Fault) -> &'static str {
     match fault {
         Fault::Drive(axis, _) => axis_name(axis),
         Fault::Valve(valve, _) => valve_name(valve),
-        Fault::Temperature(place) | Fault::Heater(place) => place_name(place),
+        Fault::Temperature(place)
+        | Fault::TemperatureFrozen(place)
+        | Fault::TemperatureDrift(place)
+        | Fault::Heater(place) => place_name(place),
         Fault::Unit(unit, _) => unit_name(unit),
         Fault::Button(post, ..) => post.name(),
         Fault::Single(fault) => match fault {
             SingleFault::PressureBreak
             | SingleFault::PressureShort
+            | SingleFault::PressureFrozen
+            | SingleFault::PressureDrift
+            | SingleFault::FlowFrozen
+            | SingleFault::FlowDrift
             | SingleFault::PumpOff
             | SingleFault::PumpWeak => "water",
             SingleFault::DetectorDead | SingleFault::DetectorSaturated | SingleFault::DirtyLens => {
@@ -66,6 +73,13 @@ fn words(fault: Fault) -> Both {
         Fault::Temperature(_) => {
             of(("Temperature sensor does not answer", "Датчик температуры не отвечает"))
         }
+        Fault::TemperatureFrozen(_) => {
+            of(("Temperature reading does not change", "Показание температуры не меняется"))
+        }
+        Fault::TemperatureDrift(_) => of((
+            "Temperature reading drifts up, 0.1 °C a second",
+            "Показание температуры уходит вверх, 0,1 °C в секунду",
+        )),
         Fault::Heater(_) => of(("Heater's circuit is broken", "Обрыв цепи обогревателя")),
         Fault::Unit(_, fault) => of(unit(fault)),
         Fault::Button(_, button, fault) => {
@@ -114,6 +128,9 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::EncoderJump => {
             ("Position has jumped by 20° or 15 mm", "Положение скачком изменилось на 20° или 15 мм")
         }
+        DriveFault::EncoderNoise => {
+            ("Position is noisy, ±2′ or ±1 mm", "Шум датчика положения, ±2′ или ±1 мм")
+        }
         DriveFault::EncoderFault => {
             ("Position sensor reports a fault", "Датчик положения сообщает о неисправности")
         }
@@ -144,6 +161,9 @@ const fn drive(fault: DriveFault) -> Words {
 const fn valve(fault: ValveFault) -> Words {
     match fault {
         ValveFault::MotorOpen => ("Motor circuit is broken", "Обрыв цепи двигателя"),
+        ValveFault::OpenRelay => {
+            ("Relay is welded: opens by itself", "Реле приварилось: открывается само")
+        }
         ValveFault::Jam => ("Plug is stuck", "Заклинило"),
         ValveFault::OpenSwitch => {
             ("Circuit of the switch «open» is broken", "Неисправна цепь датчика «открыт»")
@@ -199,12 +219,32 @@ const fn single(fault: SingleFault) -> Words {
         SingleFault::PressureShort => {
             ("Pressure sensor: short circuit", "Датчик давления: замыкание")
         }
+        SingleFault::PressureFrozen => {
+            ("Pressure reading does not change", "Показание давления не меняется")
+        }
+        SingleFault::PressureDrift => (
+            "Pressure sensor drifts down, 20 µA a second",
+            "Датчик давления уходит вниз, 20 мкА в секунду",
+        ),
+        SingleFault::FlowFrozen => {
+            ("Flow reading does not change", "Показание расхода не меняется")
+        }
+        SingleFault::FlowDrift => (
+            "Flow meter drifts up, 1 l/s in five seconds",
+            "Расходомер уходит вверх, 1 л/с за пять секунд",
+        ),
         SingleFault::PumpOff => ("The pump gives nothing", "Насос не работает"),
         SingleFault::PumpWeak => {
             ("The pump gives a quarter of its pressure", "Насос даёт четверть давления")
         }
         SingleFault::VoltageLow => ("Supply voltage a third too low", "Питание ниже на треть"),
         SingleFault::VoltageHigh => ("Supply voltage a third too high", "Питание выше на треть"),
+        SingleFault::SupplyDip => {
+            ("Supply dips for 0.2 s when a motor starts", "Провал питания 0,2 с при пуске привода")
+        }
+        SingleFault::SupplySag => {
+            ("Supply sags as long as a motor runs", "Просадка питания, пока работает двигатель")
+        }
         SingleFault::Humidity => {
             ("Humidity sensor does not answer", "Датчик влажности не отвечает")
         }

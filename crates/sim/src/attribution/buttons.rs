@@ -51,6 +51,12 @@ impl Posts {
         index(post).is_some_and(|post| self.0[post][if up { more } else { less }].held)
     }
 
+    /// Whether a button of this post asked for this direction of a drive in the step before.
+    pub fn held_before(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
+        let Some((more, less)) = buttons_of(axis) else { return false };
+        index(post).is_some_and(|post| self.0[post][if up { more } else { less }].held_before)
+    }
+
     /// Whether a button of this drive is held, or was in the step before.
     pub fn was_held(&self, axis: Axis) -> bool {
         let Some((more, less)) = buttons_of(axis) else { return false };

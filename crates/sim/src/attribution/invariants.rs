@@ -4,7 +4,8 @@
 //! `max-switch` of the deployer, `encoder-…` of a drive) cannot be seen through, so what depends on
 //! it is not judged while it lies, nor for the step in which it tells the truth again. A remote unit
 //! is seen through its bus, which is polled every 20 ms and counts as online until it has been silent
-//! for 100 ms: what is told of it may be [`REMOTE_LAG_MS`] old. A contact is believed when it has lasted
+//! for 100 ms: what is told of it may be [`REMOTE_LAG_MS`] old. A noisy encoder is off by what the noise
+//! is at most. A contact is believed when it has lasted
 //! (§D/6): [`CONTACT_LAG_MS`], [`SHAKEN_LAG_MS`]. Everything else is judged in the very
 //! step in which it is sensed: the program acts on no older inputs.
 
@@ -17,6 +18,7 @@ use lafet_proto::param::{DriveParam, Param, ValveParam};
 use super::ledger::{Ledger, Lock};
 use super::{Bilingual, View, Violation};
 use crate::fault::{DriveFault, Fault, ValveFault, axis_name, valve_name};
+use crate::sensor::noise_counts;
 use crate::world::STEP_MS;
 
 /// Allowance of the guard beyond a limit, and what the encoder rounds off, arc-minutes or mm.
@@ -25,6 +27,9 @@ const LIMIT_ALLOWANCE: f64 = 2.5;
 const REMOTE_LAG_MS: u64 = 120;
 /// §D/6 From this flow on water flows, l/s.
 const FLOWING_LPS: u16 = 2;
+/// §D/6 Water that flows though every valve says closed is told when it has lasted for three seconds; their
+/// contacts are believed a little later.
+const UNASKED_MS: u64 = 3_100;
 /// How much later a contact is believed: 30 ms, and a step.
 const CONTACT_LAG_MS: u64 = 40;
 /// How much later one that bounces and blips is: a bounce and a blip, each waited for.
@@ -33,8 +38,14 @@ const SHAKEN_LAG_MS: u64 = 130;
 #[derive(Clone, Debug, Default)]
 pub struct Invariants {
     lie_until_ms: [u64; AXES],
+    /// Until then a position may be one that was noisy.
+    noisy_until_ms: [u64; AXES],
+    /// For how long water has been sensed to flow though every valve was sensed as closed.
+    unasked_ms: u64,
     folded_ms: u64,
     wet_ms: [u64; VALVES],
+    /// Valves that have opened by themselves and are not closed yet.
+    opened: [bool; VALVES],
     /// Water got in while nobody could know.
     excused: bool,
     /// One report of each kind until it ends.
@@ -50,6 +61,7 @@ impl Invariants {
         self.folding(view, &mut broken);
         self.lockout(ledger, view, &mut broken);
         self.limits(ledger, view, &mut broken);
+        self.unasked(ledger, view, &mut broken);
         self.reported.retain(|kind| broken.iter().any(|(other, _)| other == kind));
         for (kind, text) in broken {
             if !self.reported.contains(&kind) {
@@ -62,6 +74,9 @@ impl Invariants {
     fn follow(&mut self, view: &View<'_>) {
         for fault in view.faults {
             let Fault::Drive(axis, fault) = fault else { continue };
+            if *fault == DriveFault::EncoderNoise {
+                self.noisy_until_ms[*axis as usize] = view.now_ms + STEP_MS + lag_ms(view, *axis);
+            }
             let lies = match axis {
                 // A runaway leaves the working position by itself, whatever is driven.
                 Axis::Deployer => matches!(
@@ -89,8 +104,15 @@ impl Invariants {
         let stuck = ValveNo::ALL.into_iter().any(|valve| is_stuck(view, valve));
         let unknown =
             stuck && view.inputs.flow_lps < FLOWING_LPS || !self.believes(Axis::Deployer, view);
-        self.excused = view.flooded && (self.excused || unknown);
+        // What opens by itself, no output can hold; it stays open until it is closed.
+        for (valve, opened) in ValveNo::ALL.into_iter().zip(&mut self.opened) {
+            let opens = view.faults.contains(&Fault::Valve(valve, ValveFault::OpenRelay));
+            *opened = opens || *opened && view.wet[valve as usize];
+        }
+        let opened = self.opened.contains(&true);
+        self.excused = view.flooded && (self.excused || unknown || opened);
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
+        self.unasked_ms = if is_unasked(view) { self.unasked_ms + STEP_MS } else { 0 };
         for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {
             *ms = if wet { *ms + STEP_MS } else { 0 };
         }
@@ -227,6 +249,32 @@ impl Invariants {
         }
     }
 
+    /// §D/6: water that flows though every valve says closed is told, at each of them.
+    fn unasked(
+        &self,
+        ledger: &Ledger,
+        view: &View<'_>,
+        broken: &mut Vec<(&'static str, Bilingual)>,
+    ) {
+        let lasts_ms = self.unasked_ms.min(view.now_ms - ledger.powered_ms);
+        let untold = |valve: ValveNo| {
+            let told = ValveFlags::from_bits_retain(view.told.valves[valve as usize]);
+            view.device.has(valve.id()) && !told.contains(ValveFlags::CLOSE_SENSOR_FAULT)
+        };
+        if lasts_ms > UNASKED_MS
+            && let Some(valve) = ValveNo::ALL.into_iter().find(|valve| untold(*valve))
+        {
+            let name = valve_name(valve);
+            broken.push((
+                "unasked",
+                Bilingual {
+                    en: format!("{name} tells nothing of water that flows though it says closed"),
+                    ru: format!("{name} не сообщает о воде, текущей через закрытый затвор"),
+                },
+            ));
+        }
+    }
+
     /// §3.17, §D/5: no drive is driven further out of its limits while they are on.
     fn limits(
         &self,
@@ -242,7 +290,9 @@ impl Invariants {
             let min = f64::from(view.params.drive(axis, DriveParam::MinLimit) + zero);
             let max = f64::from(view.params.drive(axis, DriveParam::MaxLimit) + zero);
             let lag_s = lag_ms(view, axis) as f64 / 1000.0;
-            let allowance = LIMIT_ALLOWANCE + view.speeds[axis as usize].abs() * lag_s;
+            let is_noisy = view.now_ms <= self.noisy_until_ms[axis as usize];
+            let noise = if is_noisy { f64::from(noise_counts(axis)) } else { 0.0 };
+            let allowance = LIMIT_ALLOWANCE + noise + view.speeds[axis as usize].abs() * lag_s;
             let (at, speed) =
                 (view.positions[axis as usize], view.outputs.drives[axis as usize].speed_tenths);
             let beyond = speed > 0 && at > max + allowance || speed < 0 && at < min - allowance;
@@ -260,6 +310,15 @@ impl Invariants {
             }
         }
     }
+}
+
+/// Every valve of the monitor is sensed as closed, and water flows.
+fn is_unasked(view: &View<'_>) -> bool {
+    let mut valves =
+        ValveNo::ALL.into_iter().filter(|valve| view.device.has(valve.id())).peekable();
+    valves.peek().is_some()
+        && valves.all(|valve| view.inputs.valves[valve as usize].close_switch)
+        && view.inputs.flow_lps >= FLOWING_LPS
 }
 
 /// §D/1: all off until the sensors have settled.

@@ -75,6 +75,8 @@ pub struct Ledger {
     pub broken_ms: [Option<u64>; AXES],
     /// When a fault was last in force at a valve or its unit.
     pub valve_broken_ms: [Option<u64>; VALVES],
+    /// Until then the monitor may have seen water that lets it doubt what its valves say.
+    doubts_until_ms: u64,
     memory_is_sound: bool,
     /// The button posts.
     pub buttons: Posts,
@@ -119,6 +121,7 @@ impl Ledger {
             unconfirmed: [false; VALVES],
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
+            doubts_until_ms: 0,
             memory_is_sound: true,
             buttons: Posts::default(),
             told: Told::default(),

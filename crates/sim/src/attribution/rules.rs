@@ -117,7 +117,10 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
         Cause::Button(post) => {
             // One that is held for the other way brakes first.
             let held = ledger.buttons.holds(post, axis, after > 0)
-                || !grows && ledger.buttons.holds(post, axis, after <= 0);
+                || !grows && ledger.buttons.holds(post, axis, after <= 0)
+                // The other post holds it on: it takes over a step before that shows.
+                || ledger.is_asked_by_button(axis, after > 0)
+                    && ledger.buttons.held_before(post, axis, after > 0);
             holds(held, "no such button is held", "кнопка не нажата")
         }
         Cause::Rule(_) if grows => {

@@ -3,14 +3,14 @@
 
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Causes, Program, Rule};
-use lafet_device::image::{Axis, Outputs, ValveOutput};
+use lafet_device::image::{Axis, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_proto::flags::Button;
 use lafet_proto::record::Writer;
 use lafet_proto::text;
 use lafet_proto::{RequestId, SubsystemId};
 
 use super::{Attribution, Told, View, Violation};
-use crate::fault::{DriveFault, Fault, Post};
+use crate::fault::{DriveFault, Fault, Post, ValveFault};
 use crate::sim::{Config, Sim};
 
 struct Bench {
@@ -86,6 +86,20 @@ const MOVE: Asked =
 
 fn claim(cause: Cause) -> impl Fn(&mut Outputs, &mut Causes) {
     move |_, causes| causes.drives[Axis::Horizontal as usize] = cause
+}
+
+/// Water flows though both valves say closed: told it is fine, untold it is found.
+#[test]
+fn untold_water_is_found() {
+    let mut bench = Bench::deployed();
+    let stuck = Fault::Valve(ValveNo::Valve1, ValveFault::CloseStuck);
+    bench.sim.world_mut().inject(stuck);
+    bench.ask("Open Valve1");
+    bench.is_fine(10_000);
+    let told = Told { valves: [0; VALVES], ..Told::ask(&mut bench.sim) };
+    bench.sim.tick();
+    let found = bench.check.check(&View::of(&bench.sim, told));
+    assert!(found.iter().any(|it| it.text.en.contains("tells nothing of water")), "{found:?}");
 }
 
 /// The witness: all kinds of causes, and nothing to object to.

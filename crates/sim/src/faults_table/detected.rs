@@ -83,6 +83,8 @@ fn kind_of(fault: Fault) -> String {
         Fault::Drive(_, fault) => format!("DRIVE-{}", fault.name()),
         Fault::Valve(_, fault) => format!("VALVE-{}", fault.name()),
         Fault::Temperature(_) => "PLACE-temperature".to_owned(),
+        Fault::TemperatureFrozen(_) => "PLACE-temperature-frozen".to_owned(),
+        Fault::TemperatureDrift(_) => "PLACE-temperature-drift".to_owned(),
         Fault::Heater(_) => "PLACE-heater".to_owned(),
         Fault::Unit(_, fault) => format!("PART-unit-{}", fault.name()),
         Fault::Button(_, _, fault) => format!("POST-BUTTON-{}", fault.name()),

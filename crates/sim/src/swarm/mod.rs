@@ -3,14 +3,17 @@
 //!
 //! A seed is a whole life of a monitor: what it is built of, what burns, the wind, the clock near
 //! its wrap, what operators, adversaries, buttons, faults and power cuts do. The same seed gives
-//! the same life, so a failure is replayed by its number: `lafet sim --replay SEED`.
+//! the same life, so a failure is replayed by its number: `lafet sim --replay SEED`. From
+//! [`PAIRS_SEED`] on a seed is a short life with two faults, of which each pair has its own.
 
 mod mission;
+mod pairs;
 mod plan;
 mod requests;
 mod tally;
 mod watched;
 
+pub use pairs::{PAIRS_SEED, pair, pairs};
 pub use plan::setting;
 pub use requests::frame;
 pub use tally::Tally;
@@ -19,10 +22,11 @@ pub use watched::{Entry, Log, Wrong};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::attribution::Violation;
+use pairs::Pair;
 use plan::Life;
 use watched::Watched;
 
-/// Virtual time of one seed, ms.
+/// Virtual time of one seed, ms; the lives of pairs of faults are shorter.
 pub const LIFE_MS: u64 = 300_000;
 
 /// How a seed ended.
@@ -63,7 +67,10 @@ pub fn run_wrong(seed: u64, wrong: &mut dyn Wrong) -> Outcome {
 
 fn live<'l>(seed: u64, wrong: Option<&'l mut dyn Wrong>, log: &'l mut dyn Log) -> Outcome {
     let mut watched = Watched::new(seed, wrong, log);
-    let lived = catch_unwind(AssertUnwindSafe(|| Life::new(seed).live(&mut watched)));
+    let lived = catch_unwind(AssertUnwindSafe(|| match Pair::of(seed) {
+        Some(mut pair) => pair.live(&mut watched),
+        None => Life::new(seed).live(&mut watched),
+    }));
     if lived.is_err() {
         watched.panicked();
     }

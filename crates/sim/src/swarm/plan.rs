@@ -11,6 +11,7 @@ use lafet_proto::{Ints, ParamId, Request, SubsystemId};
 
 use super::LIFE_MS;
 use super::mission::{self, Step};
+use super::pairs::Pair;
 use super::requests::{frame, payload, pick};
 use super::tally::Seen;
 use super::watched::Watched;
@@ -50,6 +51,9 @@ const COUNTING_EACH: u64 = 7;
 
 /// What a seed's world is built from.
 pub fn setting(seed: u64) -> Config {
+    if let Some(pair) = Pair::of(seed) {
+        return pair.setting();
+    }
     let mut rng = Rng::new(seed ^ PLAN_SEED.rotate_left(17));
     let counting = seed % COUNTING_EACH == 0;
     let composition = match counting {

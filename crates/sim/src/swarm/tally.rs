@@ -17,6 +17,8 @@ pub struct Tally {
     pub seeds: u64,
     /// Virtual time, ms.
     pub virtual_ms: u64,
+    /// Steps of the monitor's program.
+    pub steps: u64,
     /// Frames that were delivered and answered.
     pub frames: u64,
     /// Requests in them.
@@ -93,6 +95,7 @@ impl Tally {
         Self {
             seeds: 1,
             virtual_ms: 0,
+            steps: 0,
             frames: 0,
             requests: 0,
             changes: 0,
@@ -107,6 +110,7 @@ impl Tally {
     pub fn add(&mut self, other: &Self) {
         self.seeds += other.seeds;
         self.virtual_ms += other.virtual_ms;
+        self.steps += other.steps;
         self.frames += other.frames;
         self.requests += other.requests;
         self.changes += other.changes;

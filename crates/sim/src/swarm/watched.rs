@@ -258,6 +258,7 @@ impl<'l> Watched<'l> {
     /// One step, and the check of it.
     pub fn tick(&mut self) {
         self.sim.tick();
+        self.tally.steps += u64::from(!self.sim.stood_still());
         let now_ms = self.sim.now_ms();
         let reset = self.sim.resets() != self.resets;
         if reset {

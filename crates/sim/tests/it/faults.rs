@@ -11,11 +11,14 @@ use lafet_sim::scenario::Failure;
 /// Faults that show later than after a second, for the reason that the file gives: a valve between
 /// its switches, and a deployment, can only be late when their time is over; a lossy unit is lost by
 /// chance; water that flows has to last.
-const LATE: [&str; 5] = [
+const LATE: [&str; 8] = [
     "Vertical ConnLost",
     "Deployer InternalFault",
     "Valve1 CloseSensorFault",
     "Valve2 CloseSensorFault",
+    "Valve1 CloseSensorFault",
+    "Valve2 CloseSensorFault",
+    "Valve1 CloseSensorFault",
     "Valve1 OpenSensorFault",
 ];
 

@@ -2,6 +2,7 @@
 
 mod arrival;
 mod ballistics;
+mod disturbed;
 mod faults;
 mod flash_use;
 mod power_cuts;

@@ -1,7 +1,10 @@
 //! The swarm in short: some lives without a violation, and what must be witnessed in them. The long
 //! form is `cargo xtask swarm`.
 
-use lafet_sim::swarm::{Tally, run};
+use std::collections::HashSet;
+
+use lafet_sim::fault::Fault;
+use lafet_sim::swarm::{PAIRS_SEED, Tally, pair, pairs, run};
 
 /// As many as take a few seconds in the profile of tests.
 const SEEDS: u64 = 50;
@@ -72,6 +75,52 @@ fn nothing_forbidden_happens_and_everything_possible_does() {
     assert!(WITNESSED.iter().all(|name| all.witnessed().any(|(known, _)| known == *name)));
 }
 
+/// Lives with two faults at once, in the profile of tests.
+const PAIRS: u64 = 400;
+
+/// A round has each pair once, of two different faults, and so has the next; no other seed is such a life.
+#[test]
+fn a_round_has_every_pair() {
+    let faults = Fault::all().count() as u64;
+    assert_eq!(pairs(), faults * (faults - 1) / 2);
+    let mut seen = HashSet::new();
+    for life in 0..pairs() {
+        let [first, second] = pair(PAIRS_SEED + life).expect("a life of two faults");
+        assert!(first != second && seen.insert(format!("{} {}", first.name(), second.name())));
+        if life < PAIRS {
+            assert_eq!(pair(PAIRS_SEED + pairs() + life), Some([first, second]));
+        }
+    }
+    assert_eq!(seen.len() as u64, pairs());
+    assert_eq!((pair(0), pair(PAIRS_SEED - 1)), (None, None));
+}
+
+/// Two faults at once explain no motion and open no water. All pairs: `cargo xtask swarm --pairs 1`.
+#[test]
+fn pairs_of_faults() {
+    let mut all: Option<Tally> = None;
+    // Of the longer lives some, too.
+    let second_round = (0..PAIRS / 8).map(|life| pairs() + life);
+    for life in (0..PAIRS).chain(second_round) {
+        let outcome = run(PAIRS_SEED + life, &mut ());
+        if let Some(failure) = outcome.failure_text() {
+            panic!("{failure}");
+        }
+        match &mut all {
+            Some(all) => all.add(&outcome.tally),
+            none => *none = Some(outcome.tally),
+        }
+    }
+    let all = all.unwrap();
+    assert_eq!((all.seeds, all.unexplained, all.violations), (PAIRS + PAIRS / 8, 0, 0));
+    assert!(all.steps > 150_000 && all.changes > 10_000, "{} {}", all.steps, all.changes);
+    let count = |name| all.witnessed().find(|(known, _)| *known == name).map(|(_, count)| count);
+    assert!(count("several faults at once") >= Some(all.seeds));
+    for name in ["rule fault", "rule overload", "rule end-switch", "water at the nozzle"] {
+        assert!(count(name) > Some(0), "never witnessed: {name}");
+    }
+}
+
 /// The same seed is the same life.
 #[test]
 fn a_seed_is_a_life() {
@@ -81,4 +130,6 @@ fn a_seed_is_a_life() {
     };
     assert_eq!(figures(4), figures(4));
     assert_ne!(figures(4), figures(9));
+    assert_eq!(figures(PAIRS_SEED), figures(PAIRS_SEED));
+    assert_ne!(figures(PAIRS_SEED), figures(PAIRS_SEED + pairs()));
 }

@@ -9,6 +9,9 @@ use super::{Button, Ledger, View, Work, is_cut_off};
 use crate::attribution::closing::Passing;
 use crate::fault::{Fault, SingleFault, ValveFault};
 
+/// §D/6 What water has shown of the valves is believed for so long after it has ended, ms.
+const DOUBT_MS: u64 = 3_100;
+
 impl Ledger {
     /// What is asked for while the outputs are still inert may be done afterwards.
     pub(super) fn note_early_buttons(&mut self) {
@@ -32,8 +35,15 @@ impl Ledger {
 
     pub(super) fn follow_valves(&mut self, view: &View<'_>) {
         let passed_ms = view.now_ms - self.sensed_ms;
-        let stuck = |valve| view.faults.contains(&Fault::Valve(valve, ValveFault::CloseStuck));
-        let sound = !ValveNo::ALL.into_iter().any(stuck);
+        // Water against the valves: a contact or a flow meter that lies.
+        let lies = |fault: &Fault| {
+            let meter = [SingleFault::FlowFrozen, SingleFault::FlowDrift].map(Fault::Single);
+            matches!(fault, Fault::Valve(_, ValveFault::CloseStuck)) || meter.contains(fault)
+        };
+        if view.faults.iter().any(lies) {
+            self.doubts_until_ms = view.now_ms + DOUBT_MS;
+        }
+        let sound = view.now_ms >= self.doubts_until_ms;
         for valve in ValveNo::ALL {
             let remote = Param::of_valve(valve.id(), ValveParam::ValveType)
                 .is_some_and(|param| view.params.get(param) == 1);

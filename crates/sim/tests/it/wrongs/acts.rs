@@ -1,6 +1,7 @@
 //! Outputs that are not what the device gives.
 
 use lafet_device::cause::{Cause, Causes, Rule};
+use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{Axis, DriveOutput, Outputs, ValveOutput};
 use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags};
 use lafet_proto::param::{DriveParam, Param};
@@ -261,8 +262,8 @@ fn comes_back() -> Box<dyn Wrong> {
 }
 
 fn hastens() -> Box<dyn Wrong> {
-    drives(|_, outputs, causes| {
-        if causes.valves[0] == Cause::Rule(Rule::Inert) {
+    drives(|view, outputs, causes| {
+        if view.now_ms < u64::from(SETTLE_MS) {
             outputs.valves[0] = ValveOutput::Closing;
             causes.valves[0] = Cause::Rule(Rule::PowerUp);
         }

@@ -41,7 +41,7 @@ pub mod scenario;
 pub mod sim;
 pub mod site;
 pub mod swarm;
-
+pub mod throw;
 pub mod unit;
 pub mod validation;
 pub mod valve;

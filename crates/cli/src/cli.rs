@@ -78,6 +78,8 @@ pub enum Command {
     Conform(Box<cmd::conform::ConformArgs>),
     /// Compute how many jets reach each square metre of a site
     Coverage(cmd::coverage::CoverageArgs),
+    /// Compute how far a jet throws, with its band of uncertainty
+    Throw(cmd::throw::ThrowArgs),
     /// Show the state of the monitor and what its flags mean
     Status(cmd::status::StatusArgs),
     /// Show the state repeatedly

@@ -18,7 +18,7 @@
 //!
 //! The shape of the model (core without drag, then drops in air that they carry along) is known
 //! from the literature; its constants are ours, fitted to the published throws that
-//! docs/physics.md lists. Valid for 0.2–1.2 MPa and 12–50 mm, with more doubt for w > 0.
+//! docs/physics.md lists. They cover 0.2–2 MPa and 12–73 mm; w > 0 is more uncertain.
 
 use crate::nozzle::{self, Family};
 use crate::water::DENSITY;
@@ -202,6 +202,16 @@ impl Jet {
         libm::hypot(at[0], at[1])
     }
 
+    /// How high the big lumps go, m above the ground: the top of the outermost water.
+    pub fn top_m(&self) -> f64 {
+        let size = LUMPS[LUMPS.len() - 1];
+        let core_s = self.lump(size).core_m / self.exit_mps().max(1e-3);
+        let apex_s = self.exit_mps() * libm::sin(self.elevation) / GRAVITY;
+        let mut top = self.core(apex_s.min(core_s).max(0.0)).at[2];
+        self.fly(size, &mut |motion| top = top.max(motion.at[2]));
+        top
+    }
+
     /// Where the middle of the water is after a time: way on the ground and height above it, m.
     pub fn after(&self, time_s: f64) -> (f64, f64) {
         let lump = self.lump(LUMPS[LUMPS.len() / 2]);
@@ -247,6 +257,11 @@ impl Jet {
 
     /// The lumps of one size, from the nozzle to the ground.
     fn fall(&self, size: (f64, f64)) -> Motion {
+        self.fly(size, &mut |_| ())
+    }
+
+    /// The same; what is seen of them after the core, step by step.
+    fn fly(&self, size: (f64, f64), see: &mut dyn FnMut(&Motion)) -> Motion {
         let lump = self.lump(size);
         let up = self.exit_mps() * libm::sin(self.elevation);
         let ground_s =
@@ -266,6 +281,7 @@ impl Jet {
                 return Motion { at, v: next.v, time_s: motion.time_s + STEP_S * part };
             }
             motion = next;
+            see(&motion);
         }
         motion
     }
@@ -379,6 +395,18 @@ mod tests {
         let short = (landing.at.0 - landing.along_m * 1.01, landing.at.1);
         assert!(!landing.covers(short));
         assert!(landing.covers((landing.at.0, landing.at.1 + landing.across_m * 0.99)));
+    }
+
+    /// The top: of a parabola while the core holds together, below it once the water has broken up.
+    #[test]
+    fn top() {
+        let short = Jet { height_m: 0.0, ..jet(0.8, 3.0) };
+        let up = 38.80 * 3_f64.to_radians().sin();
+        assert!((short.top_m() - up * up / 2.0 / GRAVITY).abs() < 0.01, "{}", short.top_m());
+        assert_eq!(jet(0.8, -20.0).top_m(), 1.5);
+        let steep = jet(0.8, 60.0);
+        let free = 1.5 + (38.80 * 60_f64.to_radians().sin()).powi(2) / 2.0 / GRAVITY;
+        assert!((0.4 * free..0.8 * free).contains(&steep.top_m()), "{}", steep.top_m());
     }
 
     /// The way of the middle lumps ends where they land.

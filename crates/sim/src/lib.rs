@@ -43,7 +43,7 @@ mod sensor;
 pub mod sim;
 pub mod site;
 pub mod swarm;
-
+pub mod throw;
 pub mod unit;
 pub mod validation;
 pub mod valve;

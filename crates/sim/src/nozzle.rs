@@ -31,6 +31,8 @@ pub struct Family {
 
 /// Nozzles of monitors, set from solid jet to spray.
 pub const MONITOR: Family = Family { name: "monitor", discharge: 0.812, velocity: 0.97, lump: 5.6 };
+/// Monitors whose outermost water lands where their makers state the reach (`validation::reach`).
+pub const MAKERS: Family = Family { name: "monitor by its makers", lump: 3.3, ..MONITOR };
 /// Smooth-bore hand nozzles.
 pub const SMOOTH_BORE: Family =
     Family { name: "smooth bore", discharge: 0.97, velocity: 0.97, lump: 10.5 };
@@ -49,6 +51,11 @@ impl Family {
     /// Flow, l/s.
     pub fn flow_lps(&self, nozzle_mm: f64, pressure_mpa: f64) -> f64 {
         self.k(nozzle_mm) * libm::sqrt(pressure_mpa)
+    }
+
+    /// Outlet that lets a flow through at a pressure, mm.
+    pub fn outlet_mm(&self, flow_lps: f64, pressure_mpa: f64) -> f64 {
+        libm::sqrt(flow_lps / self.flow_lps(1.0, pressure_mpa))
     }
 
     /// Pressure that makes a flow, MPa.
@@ -105,6 +112,7 @@ mod tests {
     fn monitor() {
         assert!((MONITOR.flow_lps(28.0, 0.8) - 20.0).abs() < 0.01);
         assert!((MONITOR.pressure_mpa(28.0, 20.0) - 0.8).abs() < 0.001);
+        assert!((MONITOR.outlet_mm(20.0, 0.8) - 28.0).abs() < 0.01);
         assert!((MONITOR.exit_mps(0.8) - 38.80).abs() < 0.001);
         assert_eq!((width(60.0), width(0.0), width(-5.0)), (0.0, 1.0, 1.0));
         assert!((half_angle(30.0).to_degrees() - 18.0).abs() < 1e-9);

@@ -34,6 +34,7 @@ pub mod shell;
 pub mod sim;
 pub mod status;
 pub mod teach;
+pub mod throw;
 pub mod top;
 pub mod tune;
 pub mod watch;

@@ -102,7 +102,8 @@ fn percent(share: f64) -> String {
     pick(format!("{percent:.1} %"), comma(format!("{percent:.1} %")))
 }
 
-fn comma(text: String) -> String {
+/// Decimals with a comma.
+pub fn comma(text: String) -> String {
     let mut before = ' ';
     let mut result = String::new();
     let mut letters = text.chars().peekable();

@@ -129,6 +129,11 @@ fn every_output_is_as_described() {
         ("decode", vec!["decode", "ff c0 01 81 4d 0d 00 02 a0 ab aa ac c0"]),
         ("decode", vec!["replay", &recording, "--speed", "0"]),
         ("calibrate", vec!["calibrate", "--outlet", "28"]),
+        ("throw", vec!["throw", "--flow", "20", "--pressure", "0.8", "--elevation", "30"]),
+        (
+            "throw",
+            vec!["throw", "--kind=smooth", "--outlet=19", "--pressure=4bar", "--elevation=5..9"],
+        ),
         ("tests", vec!["conform", "--list"]),
         ("script", vec!["completions", "bash"]),
         ("page", vec!["man"]),
@@ -161,7 +166,7 @@ fn every_shape_is_seen(shapes: Shapes) {
     let seen = shapes.seen.into_inner().unwrap();
     for shape in shapes.root["$defs"].as_object().unwrap().keys() {
         assert!(PAGE.contains(&format!("`{shape}`")), "docs/json.md does not name `{shape}`");
-        let part = ["hex", "state", "states", "device", "frame", "noise", "summary"];
+        let part = ["hex", "state", "states", "device", "frame", "noise", "summary", "figure"];
         let elsewhere = ["justify", "limits-teach", "listening"];
         let known = seen.contains(shape)
             || part.contains(&shape.as_str())

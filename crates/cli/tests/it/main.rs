@@ -32,6 +32,7 @@ mod scan;
 mod server;
 mod shell;
 mod teach;
+mod throw;
 mod top;
 mod try_next;
 mod tune;

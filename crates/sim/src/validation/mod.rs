@@ -8,8 +8,10 @@ mod bench;
 mod breakup;
 mod effective;
 mod gusts;
+mod measured;
 mod notes;
 mod plant;
+mod reach;
 mod search;
 mod throws;
 
@@ -22,6 +24,10 @@ pub fn page() -> Vec<Named> {
         ("flow", throws::flow()),
         ("breakup", breakup::table()),
         ("throws", throws::throws()),
+        ("reach", reach::rows()),
+        ("reach-measured", reach::nozzles()),
+        ("reach-cross", reach::cross()),
+        ("reach-summary", reach::summary()),
         ("effective", effective::table()),
         ("ranges", throws::ranges()),
         ("spray", throws::spray()),

@@ -100,8 +100,7 @@ fn throw_rows() -> Vec<Throw> {
         Throw { source: "hand nozzle [given]", jet, metres, at_least: false }
     };
     let monitor = |lps: f64, pressure_mpa: f64, metres: f64, at_least: bool| {
-        // The outlet that lets this flow through at this pressure.
-        let nozzle_mm = 28.0 * libm::sqrt(lps / MONITOR.flow_lps(28.0, pressure_mpa));
+        let nozzle_mm = MONITOR.outlet_mm(lps, pressure_mpa);
         let jet = Jet::solid(pressure_mpa, nozzle_mm, angle);
         Throw { source: "monitor [given]", jet, metres, at_least }
     };
@@ -211,7 +210,7 @@ const TORCHES: [(f64, f64, f64, f64); 4] = [
 /// Farthest drops of a jet of so many l/s whose cone has a whole angle, 30° up: far end of its
 /// footprint, m, and the middle.
 fn farthest(lps: f64, pressure_mpa: f64, cone_deg: f64) -> (Jet, f64, f64) {
-    let nozzle_mm = 28.0 * libm::sqrt(lps / MONITOR.flow_lps(28.0, pressure_mpa));
+    let nozzle_mm = MONITOR.outlet_mm(lps, pressure_mpa);
     let solid = Jet::solid(pressure_mpa, nozzle_mm, 30_f64.to_radians());
     let jet = Jet { spray_mm: spray_mm(cone_deg), ..solid };
     let landing = jet.landing();

@@ -242,12 +242,12 @@ impl Hub {
             let authority = lock(&station.authority);
             authority.holder().is_some_and(|(seat, _)| seat.seat == caller.seat.seat)
         };
-        let whole = matches!(
-            request.to(),
-            SubsystemId::ALL | SubsystemId::CONTROL | SubsystemId::VALVE1 | SubsystemId::VALVE2
-        );
+        // Closing the foam valve by hand is no word about the water.
+        let mut aims = zones.config.aims.values().filter(|aim| aim.monitor == station.id());
+        let outlet = aims.any(|aim| aim.outlet() == request.to());
+        let whole = outlet || matches!(request.to(), SubsystemId::ALL | SubsystemId::CONTROL);
         let order = match request.id() {
-            RequestId::CLOSE => Hand::Close(scope),
+            RequestId::CLOSE if outlet => Hand::Close(scope),
             RequestId::LOCKOUT => Hand::Stop(scope),
             RequestId::STOP if whole && !holds() => Hand::Stop(scope),
             _ => return,

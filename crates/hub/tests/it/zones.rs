@@ -147,6 +147,12 @@ async fn a_stowed_monitor_is_deployed_before_its_valve_opens() {
     })
     .await;
     assert!(status().is_set(SubsystemId::CONTROL, "Quench"));
+    // The other valve is not that of the water.
+    site.post("", "/api/monitors/M1/close", json!({ "valve": "Valve2" })).await;
+    assert!(stays(Duration::from_millis(700), || is_open(&site, "M1")).await);
+    site.post("", "/api/monitors/M1/close", json!({ "valve": "Valve1" })).await;
+    until("it closes", || is_closed(&site, "M1")).await;
+    assert_eq!(state(&site).await["monitors"][0]["withheld"], "refused");
 }
 
 /// The best of some tries: the machine of the tests has other work too.

@@ -22,7 +22,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-capture", &["lafet-proto"]),
     // Its tests have their own link code, because the tester relies on no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
-    ("lafet-hub", &["lafet-ballistics", "lafet-capture", "lafet-client", "lafet-proto"]),
+    (
+        "lafet-hub",
+        &["lafet-ballistics", "lafet-capture", "lafet-client", "lafet-proto", "lafet-site"],
+    ),
     (
         "lafet",
         &[

@@ -134,6 +134,51 @@ impl ApiError {
         Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
     }
 
+    /// 404: no zones are configured.
+    pub fn no_zones() -> Self {
+        let text = both(
+            "No zones are configured. See docs/installation.md.",
+            "Зоны не настроены. См. docs/installation.ru.md.",
+        );
+        Self::new(StatusCode::NOT_FOUND, "no_zones", text)
+    }
+
+    /// 404: there is no detector of this id.
+    pub fn no_detector(id: &str) -> Self {
+        let id = shown(id);
+        let text = both(
+            format!("There is no detector {id}. Add it to the configuration, or correct the name."),
+            format!("Извещателя {id} нет. Добавьте его в конфигурацию или исправьте имя."),
+        );
+        Self::new(StatusCode::NOT_FOUND, "no_detector", text)
+    }
+
+    /// The zone controller refuses: 404 for an unknown name, else 409.
+    pub fn zone_refused(why: lafet_site::Refusal) -> Self {
+        let status = match why {
+            lafet_site::Refusal::Unknown => StatusCode::NOT_FOUND,
+            _ => StatusCode::CONFLICT,
+        };
+        Self::new(status, "zone_refused", why.text().into())
+    }
+
+    /// 409: an order that was withdrawn before it was sent.
+    pub fn void() -> Self {
+        let text =
+            both("The order was withdrawn before it was sent.", "Команда отозвана до отправки.");
+        Self::new(StatusCode::CONFLICT, "void", text)
+    }
+
+    /// 400: the id has to be repeated.
+    pub fn confirm_needed(id: &str) -> Self {
+        let id = shown(id);
+        let text = both(
+            format!("This needs \"confirm\": \"{id}\", so that it is not done by mistake."),
+            format!("Нужно \"confirm\": \"{id}\", чтобы это не сделали по ошибке."),
+        );
+        Self::new(StatusCode::BAD_REQUEST, "confirm_needed", text)
+    }
+
     /// 404: no such resource.
     pub fn not_found() -> Self {
         let text = both(

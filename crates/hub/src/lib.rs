@@ -8,6 +8,7 @@
 //!             │      ├─ control: authority, beats, jogs
 //!             │      ├─ alarms
 //!             │      ├─ store: audit, history, events; access: users, sessions, tokens
+//!             │      ├─ zones: the zone controller (lafet-site), its detectors and orders
 //!             │      └─ recording, simulation, site
 //!             └─ publish: topics, of which the latest value wins; messages
 //! ```
@@ -34,10 +35,13 @@ pub mod store;
 mod sync;
 pub mod text;
 mod words;
+mod zones;
 
 pub use api::{description, messages};
 pub use clock::{Clock, ManualTime};
-pub use config::{Config, MonitorConfig, Overrides, Problem, RecordingConfig, TlsConfig};
+pub use config::{
+    Config, MonitorConfig, Overrides, Problem, RecordingConfig, TlsConfig, ZonesConfig,
+};
 pub use error::ApiError;
 pub use hub::Hub;
 pub use publish::topics;

@@ -35,6 +35,12 @@ impl Both {
     }
 }
 
+impl From<lafet_site::Both> for Both {
+    fn from(text: lafet_site::Both) -> Self {
+        both(text.en, text.ru)
+    }
+}
+
 impl From<Text> for Both {
     fn from(text: Text) -> Self {
         both(text.en, text.ru)

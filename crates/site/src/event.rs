@@ -64,6 +64,7 @@ pub enum Event {
 /// What a detector sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = DetectorSignal))]
 pub enum Signal {
     /// Nothing.
     #[default]
@@ -77,6 +78,7 @@ pub enum Signal {
 /// Whether a detector can see.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = DetectorCondition))]
 pub enum Condition {
     /// It can.
     #[default]
@@ -158,6 +160,7 @@ pub enum Valve {
 /// A person's command. Who may give which one is for the caller to check.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneHand))]
 pub enum Hand {
     /// Another mode.
     Mode {
@@ -218,6 +221,7 @@ pub enum Hand {
 /// What a command is for.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneScope))]
 pub enum Scope {
     /// Everything.
     Site,
@@ -230,6 +234,7 @@ pub enum Scope {
 /// What people withhold from a detector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = DetectorBypass))]
 pub enum Bypass {
     /// Nothing.
     #[default]

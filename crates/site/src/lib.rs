@@ -71,6 +71,6 @@ pub use output::{Cause, Command, Entry, Order, Reaction, Record, Refusal, Tone, 
 pub use persisted::{Persisted, StoredMonitor, StoredZone, VERSION};
 pub use state::{
     DetectorState, Disablement, MonitorState, NotReleased, Phase, PumpState, State, Trouble,
-    TroubleState, Unable, Withheld, ZoneState,
+    TroubleState, Unable, Voteless, Withheld, ZoneState,
 };
 pub use text::{Both, both};

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::Mode;
 use crate::event::{Bypass, Condition, Hand, Scope, Signal};
 use crate::state::{Trouble, Unable};
+use crate::text::{Both, both};
 
 /// The answer to an event or a step.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +39,7 @@ pub struct Command {
 /// What a command orders.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneOrder))]
 pub enum Order {
     /// Deploy and turn towards the fire of a zone, without water.
     Prepare {
@@ -100,6 +102,7 @@ pub enum Order {
     Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize,
 )]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneTone))]
 pub enum Tone {
     /// Nothing.
     #[default]
@@ -119,6 +122,7 @@ pub enum Tone {
 /// A link of the chain of causes.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneCause))]
 pub enum Cause {
     /// A detector voted, since this time.
     Vote {
@@ -182,6 +186,7 @@ pub enum Cause {
 /// Why water or a countdown ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneEnd))]
 pub enum Why {
     /// Lockout.
     Lockout,
@@ -220,6 +225,7 @@ pub struct Record {
 /// What happened.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneEntry))]
 pub enum Entry {
     /// The machine started.
     Started {
@@ -369,6 +375,7 @@ pub enum Entry {
 /// Why a command of a hand was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneRefusal))]
 pub enum Refusal {
     /// Lockout is on.
     Lockout,
@@ -390,4 +397,52 @@ pub enum Refusal {
     Range,
     /// A contact that says the opposite is still pressed.
     StillPressed,
+}
+
+impl Refusal {
+    /// The text for people.
+    pub fn text(self) -> Both {
+        match self {
+            Self::Lockout => both(
+                "Lockout is on. Release it first.",
+                "Включена аварийная блокировка. Сначала снимите её.",
+            ),
+            Self::Off => both(
+                "The zone is switched off. Set another mode first.",
+                "Зона отключена. Сначала задайте другой режим.",
+            ),
+            Self::AbortPressed => both(
+                "An abort contact is pressed. Release it first.",
+                "Нажат контакт отмены пуска. Сначала отпустите его.",
+            ),
+            Self::JustRefused => both(
+                "A Stop, Close or abort came at the same time. Try again after 2 s.",
+                "Одновременно пришёл Stop, Close или отмена. Повторите через 2 с.",
+            ),
+            Self::Released => both(
+                "The zone is released. End the release first.",
+                "В зоне выполнен пуск. Сначала прекратите его.",
+            ),
+            Self::TooLate => both(
+                "It is too late: the zone is released already. Abort ends it.",
+                "Поздно: пуск уже выполнен. Его прекращает отмена.",
+            ),
+            Self::NoHold => {
+                both("The zone has no hold.", "Удержание в этой зоне не предусмотрено.")
+            }
+            Self::Unknown => {
+                both("The name is not configured.", "Такого имени в конфигурации нет.")
+            }
+            Self::Range => both(
+                "The value is out of range: a test lasts 1 to 3600 s, another mode 1 to 604800 s; a test of the \
+                 outlet needs a test outlet.",
+                "Значение вне диапазона: испытание длится от 1 до 3600 с, другой режим — от 1 до 604800 с; \
+                 испытание выпуска требует испытательного выпуска.",
+            ),
+            Self::StillPressed => both(
+                "A contact that says the opposite is still pressed.",
+                "Ещё нажат контакт с противоположным действием.",
+            ),
+        }
+    }
 }

@@ -10,6 +10,7 @@ use crate::text::{Both, both};
 /// The site as it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZonesState))]
 pub struct State {
     /// When, ms.
     pub at_ms: u64,
@@ -34,6 +35,7 @@ pub struct State {
 /// A zone.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct ZoneState {
     /// Its id.
     pub zone: String,
@@ -52,7 +54,7 @@ pub struct ZoneState {
     /// Votes that release; `None`: too many detectors have failed, an alarm releases nothing.
     pub need: Option<u16>,
     /// Detectors without a vote.
-    pub unable: Vec<(String, Unable)>,
+    pub unable: Vec<Voteless>,
     /// It would release by itself if there were votes.
     pub ready: bool,
     /// Until the release, ms, if nothing holds it.
@@ -72,6 +74,7 @@ pub struct ZoneState {
 /// What a zone does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZonePhase))]
 pub enum Phase {
     /// No detector in alarm.
     Quiet,
@@ -97,6 +100,7 @@ pub enum Phase {
 /// Why a zone with an alarm is not released.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneNotReleased))]
 pub enum NotReleased {
     /// Lockout is on.
     Lockout,
@@ -164,9 +168,21 @@ impl NotReleased {
     }
 }
 
+/// A detector without a vote.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = DetectorVoteless))]
+pub struct Voteless {
+    /// Its id.
+    pub detector: String,
+    /// Why.
+    pub why: Unable,
+}
+
 /// Why a detector has no vote.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = DetectorUnable))]
 pub enum Unable {
     /// It has not been heard since the start.
     NeverHeard,
@@ -183,6 +199,7 @@ pub enum Unable {
 /// A detector.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct DetectorState {
     /// Its id.
     pub detector: String,
@@ -197,6 +214,7 @@ pub struct DetectorState {
 /// A monitor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneMonitorState))]
 pub struct MonitorState {
     /// Its id.
     pub monitor: String,
@@ -213,6 +231,7 @@ pub struct MonitorState {
 /// Why a monitor is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneWithheld))]
 pub enum Withheld {
     /// Lockout of the site or its own.
     Lockout,
@@ -229,6 +248,7 @@ pub enum Withheld {
 /// A pump.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub struct PumpState {
     /// Its id.
     pub pump: String,
@@ -243,6 +263,7 @@ pub struct PumpState {
 /// A trouble in the list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneTroubleState))]
 pub struct TroubleState {
     /// Which.
     pub trouble: Trouble,
@@ -257,6 +278,7 @@ pub struct TroubleState {
 /// A trouble.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneTrouble))]
 pub enum Trouble {
     /// Fault of a detector.
     DetectorFault,
@@ -329,6 +351,7 @@ impl Trouble {
 /// Something that is disabled.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneDisablement))]
 pub enum Disablement {
     /// Lockout of the site.
     Lockout,

@@ -3,7 +3,7 @@
 use lafet_site::{
     Authority, Bypass, Condition, Config, Entry, Event, Hand, Mode, MonitorReport, NotReleased,
     Order, PathFault, Phase, Reaction, Refusal, Scope, Signal, Site, Tone, Trouble, Unable, Valve,
-    Why,
+    Voteless, Why,
 };
 
 const HALL: &str = r#"
@@ -290,7 +290,8 @@ fn failed_silent_dirty_and_masked_detectors_alarm_without_release() {
         assert!(!water.iter().any(|(_, order)| order.starts_with("Engage")), "{condition:?}");
         let state = &hall.site.state().zones[0];
         assert_eq!((state.need, state.ready, state.phase), (None, false, Phase::Alarm));
-        assert_eq!(state.unable, [("heat".to_owned(), Unable::Condition(condition))]);
+        let why = Unable::Condition(condition);
+        assert_eq!(state.unable, [Voteless { detector: "heat".to_owned(), why }]);
         assert!(state.not_released.contains(&NotReleased::Failed));
     }
     let mut hall = Hall::new();

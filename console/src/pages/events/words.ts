@@ -76,6 +76,9 @@ function actWords(act: Act, what: string): string {
     }
     case 'sim':
       return simWords(act.act);
+    case 'zone':
+    case 'zone_order':
+      return what;
     case 'end':
       return t('events.end');
     case 'clock_step':

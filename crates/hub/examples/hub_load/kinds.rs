@@ -124,6 +124,12 @@ fn body(name: &str) -> Option<Value> {
         "/api/alarms/shelve" | "/api/alarms/unshelve" => {
             json!({ "id": "x", "minutes": 1, "reason": "x" })
         }
+        "/api/detectors/{id}" => json!({ "signal": "alarm" }),
+        "/api/detectors/{id}/bypass" => json!({ "bypass": "masked" }),
+        "/api/zones/{id}/hold" => json!({ "on": true }),
+        "/api/zones/{id}/release" => json!({ "confirm": "1" }),
+        "/api/zones/{id}/mode" => json!({ "mode": "manual" }),
+        path if path.starts_with("/api/zones/") => json!({}),
         "/api/recordings" => json!({ "seconds": 1 }),
         "/api/recordings/upload" => json!("no recording"),
         path if path.starts_with("/api/sim/") => json!({ "speed": 1, "on": true }),

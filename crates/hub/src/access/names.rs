@@ -6,8 +6,8 @@ use crate::text::{Both, both};
 
 /// Longest name, characters.
 const NAME_MAX: usize = 64;
-/// Names under which the hub itself, and a hub without login, are in the audit log.
-const RESERVED: [&str; 2] = ["hub", "demo"];
+/// Names under which the hub itself, its zone controller, and a hub without login are in the audit log.
+const RESERVED: [&str; 3] = ["hub", "zones", "demo"];
 
 /// What is wrong with a new name, beside those that there are.
 pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Option<Both> {

@@ -19,6 +19,7 @@ mod session;
 mod sim;
 mod state;
 mod ws;
+mod zones;
 
 use std::sync::LazyLock;
 
@@ -81,6 +82,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(session::routes())
         .merge(monitors::routes())
         .merge(jets::routes())
+        .merge(zones::routes())
         .merge(records::routes())
         .merge(past::routes())
         .merge(recordings::routes())

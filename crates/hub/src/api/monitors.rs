@@ -347,14 +347,30 @@ impl Hub {
     /// The same urgent request to every monitor at the same time, with what is known of each soon
     /// after: the worst one does not keep back what the others have answered.
     pub async fn everywhere(&self, caller: &Caller, request: &MonitorRequest) -> OfAll {
-        let join = |station: &Arc<Station>| {
-            (station.id().to_owned(), self.urgent(caller, station, request))
-        };
-        let all: Vec<(String, Joined)> = self.stations().iter().map(join).collect();
+        let all = self.overtake_everywhere(caller, request);
         let each = all
             .into_iter()
             .map(async |(monitor, mut joined)| (monitor, OfOne::new(joined.soon().await)));
         futures_util::future::join_all(each).await.into_iter().collect()
+    }
+
+    /// An urgent request to every monitor; then it is a no for all zones.
+    pub fn overtake_everywhere(
+        &self,
+        caller: &Caller,
+        request: &MonitorRequest,
+    ) -> Vec<(String, Joined)> {
+        let mut is_news = false;
+        let mut join = |station: &Arc<Station>| {
+            let (joined, news) = self.overtake(caller, station, request);
+            is_news |= news;
+            (station.id().to_owned(), joined)
+        };
+        let all = self.stations().iter().map(&mut join).collect();
+        if is_news {
+            self.refuse_everywhere(caller);
+        }
+        all
     }
 
     /// A beat, or the end, of a motion that is held.

@@ -43,7 +43,19 @@ impl Hub {
         request: MonitorRequest,
         confirm: Option<&str>,
     ) -> Result<Outcome, ApiError> {
-        self.send(caller, station, request, confirm, false).await
+        self.send(caller, station, request, confirm, Terms::default()).await
+    }
+
+    /// The same; right before it is sent `valid` is asked whether it still is to be.
+    pub async fn command_while(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        valid: Arc<dyn Fn() -> bool + Send + Sync>,
+    ) -> Result<Outcome, ApiError> {
+        let terms = Terms { valid: Some(valid), ..Terms::default() };
+        self.send(caller, station, request, None, terms).await
     }
 
     /// Sets a parameter, and waits until it is stored.
@@ -57,7 +69,8 @@ impl Hub {
             let text = both("Only SetParam is waited for.", "Ожидается только SetParam.");
             return Err(ApiError::bad_request(text));
         }
-        self.send(caller, station, request, None, true).await
+        let terms = Terms { save: true, ..Terms::default() };
+        self.send(caller, station, request, None, terms).await
     }
 
     async fn send(
@@ -66,7 +79,7 @@ impl Hub {
         station: &Arc<Station>,
         request: MonitorRequest,
         confirm: Option<&str>,
-        save: bool,
+        terms: Terms,
     ) -> Result<Outcome, ApiError> {
         let began = Instant::now();
         if request.need().urgent {
@@ -86,7 +99,7 @@ impl Hub {
         let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
         let run =
             tokio::spawn(
-                async move { hub.carry_out(&caller, &station, request, save, began).await },
+                async move { hub.carry_out(&caller, &station, request, terms, began).await },
             );
         run.await.unwrap_or_else(|_| Err(ApiError::from(&lafet_client::Error::Closed)))
     }
@@ -114,12 +127,7 @@ impl Hub {
             held.map_err(|refusal| ApiError::authority(station.id(), refusal))?;
         }
         if needs.confirm && confirm != Some(station.id()) {
-            let id = station.id();
-            let text = both(
-                format!("This needs \"confirm\": \"{id}\", so that it is not done by mistake."),
-                format!("Нужно \"confirm\": \"{id}\", чтобы это не сделали по ошибке."),
-            );
-            return Err(ApiError::new(axum::http::StatusCode::BAD_REQUEST, "confirm_needed", text));
+            return Err(ApiError::confirm_needed(station.id()));
         }
         Ok(())
     }
@@ -139,7 +147,7 @@ impl Hub {
         caller: &Caller,
         station: &Arc<Station>,
         request: MonitorRequest,
-        save: bool,
+        terms: Terms,
         began: Instant,
     ) -> Result<Outcome, ApiError> {
         let reads = request.need().role == Role::Observer;
@@ -150,7 +158,12 @@ impl Hub {
             let mut note = self.audit().note(record.about(&request.act()));
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
-        let sent = self.send_now(station, request, save, began).await;
+        if terms.valid.as_ref().is_some_and(|valid| !valid()) {
+            let record = self.record(caller, station.id(), request.text(), "void");
+            drop(self.audit().note(record.about(&request.act())));
+            return Err(ApiError::void());
+        }
+        let sent = self.send_now(station, request, terms.save, began).await;
         let request = &sent.noted.request;
         tracing::info!(user = %caller.principal.user, from = %caller.seat.from, monitor = station.id(),
             request = %request.text(), outcome = %sent.noted.outcome, "command");
@@ -327,6 +340,15 @@ struct Effect<'a> {
     at_ms: Option<u64>,
     stale: bool,
     state: BTreeMap<&'static str, &'a Subsystem>,
+}
+
+/// On which terms a request is sent.
+#[derive(Clone, Default)]
+struct Terms {
+    /// A parameter's value is waited for until it is stored.
+    save: bool,
+    /// Asked right before it is sent whether it still is to be.
+    valid: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
 }
 
 /// A request that was sent: what its client gets, and what is noted.

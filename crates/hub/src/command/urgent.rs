@@ -124,15 +124,29 @@ impl Joined {
 
 impl Hub {
     /// Sends an urgent request, or joins the equal one that waits. It is carried out whether or not
-    /// the result is waited for.
+    /// the result is waited for, and is a no for the zones of the monitor.
     pub fn urgent(
         &self,
         caller: &Caller,
         station: &Arc<Station>,
         request: &MonitorRequest,
     ) -> Joined {
+        let (joined, news) = self.overtake(caller, station, request);
+        if news {
+            self.refuse_for_zones(caller, station, request);
+        }
+        joined
+    }
+
+    /// The same for the wire alone; and whether it is more than a repetition of the same client.
+    pub fn overtake(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+    ) -> (Joined, bool) {
         if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
-            return self.refused_as_ended(caller, station, request);
+            return (self.refused_as_ended(caller, station, request), false);
         }
         self.counts().commands.fetch_add(1, Ordering::Relaxed);
         let (now_ms, session) = (self.clock().now_ms(), caller.seat.seat.clone());
@@ -141,9 +155,11 @@ impl Hub {
         let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
         let batch = slot.waits.get_or_insert_with(Batch::new);
         let outcome = batch.outcome.subscribe();
+        let mut news = false;
         if let Some((_, repeats)) = slot.noted.get_mut(&session) {
             repeats.again(now_ms);
         } else if slot.noted.len() < CALLERS_MAX {
+            news = true;
             slot.noted.insert(session.clone(), (caller.clone(), Repeats::default()));
             batch.callers.push(caller.clone());
             if slot.resting {
@@ -155,7 +171,18 @@ impl Hub {
         if !busy {
             tokio::spawn(run(self.clone(), station.clone(), request.clone()));
         }
-        Joined { outcome, session }
+        (Joined { outcome, session }, news)
+    }
+
+    /// Sends an urgent request once more, without an entry of its own: its first one was noted.
+    pub fn overtake_again(&self, station: &Arc<Station>, request: &MonitorRequest) {
+        let mut slots = lock(&station.urgent.0);
+        let busy = slots.contains_key(request.buf());
+        let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
+        slot.waits.get_or_insert_with(Batch::new);
+        if !busy {
+            tokio::spawn(run(self.clone(), station.clone(), request.clone()));
+        }
     }
 }
 

@@ -64,6 +64,7 @@ pub fn check(
     let listen = check.listen(&read, overrides);
     let login = *read.server.login.get_ref();
     check.exposure(&read, listen);
+    let zones = check.zones(&read);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -98,6 +99,7 @@ pub fn check(
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
         site: site(&read.monitor, read.tank, read.wall),
+        zones,
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,

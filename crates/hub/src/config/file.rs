@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::PathBuf;
 
+use lafet_site::config::{Contact, Detector, Output, Pump, Zone};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::zones::Aim;
 use super::{Problem, words};
 use crate::access::Role;
 use crate::site::{Tank, Wall};
@@ -25,6 +27,12 @@ pub struct File {
     pub monitor: Vec<Spanned<Monitor>>,
     pub tank: Vec<Spanned<Tank>>,
     pub wall: Vec<Spanned<Wall>>,
+    pub detector: Vec<Spanned<Detector>>,
+    pub zone: Vec<Spanned<Zone>>,
+    pub aim: Vec<Spanned<Aim>>,
+    pub input: Vec<Spanned<Contact>>,
+    pub output: Vec<Spanned<Output>>,
+    pub pump: Vec<Spanned<Pump>>,
 }
 
 #[derive(Debug, Deserialize)]

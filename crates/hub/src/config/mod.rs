@@ -5,6 +5,7 @@ mod file;
 mod monitors;
 mod places;
 mod words;
+mod zones;
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -17,6 +18,7 @@ use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
+pub use zones::{Aim, Outlet, ZonesConfig};
 
 /// Default address of the listener.
 pub const LISTEN: &str = "127.0.0.1:8480";
@@ -60,6 +62,8 @@ pub struct Config {
     pub monitors: Vec<MonitorConfig>,
     /// The map of the site, as the API publishes it.
     pub site: Option<Site>,
+    /// The zones; `None`: the hub releases nothing by itself.
+    pub zones: Option<ZonesConfig>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
@@ -138,6 +142,7 @@ impl Default for Config {
             monitors: Vec::new(),
             warnings: Vec::new(),
             site: None,
+            zones: None,
             simulation: false,
             demo: false,
         }

@@ -3,11 +3,12 @@
 use crate::text::{Both, both};
 
 /// Kinds of values: as serde says it, English, Russian.
-const KINDS: [[&str; 3]; 15] = [
+const KINDS: [[&str; 3]; 16] = [
     ["a string", "a text in quotes", "текст в кавычках"],
     ["a boolean", "true or false", "true или false"],
     ["a sequence", "a list: [[…]] or […]", "список: [[…]] или […]"],
     ["a map", "a table", "таблица"],
+    ["i16", "a whole number", "целое число"],
     ["u16", "a whole number from 0", "целое число от 0"],
     ["u32", "a whole number from 0", "целое число от 0"],
     ["u64", "a whole number from 0", "целое число от 0"],
@@ -44,6 +45,12 @@ pub fn of(said: &str) -> Both {
     }
     if said.starts_with("duplicate key") || said.starts_with("duplicate field") {
         return both("This is given twice.", "Это указано дважды.");
+    }
+    if let Some((votes, _)) = said.split_once(" is no vote: ") {
+        return both(
+            format!("{votes} is no vote: write 2oo3 for two of three detectors."),
+            format!("{votes} — не число голосов: напишите 2oo3, то есть два из трёх извещателей."),
+        );
     }
     let wrong =
         said.strip_prefix("invalid type: ").or_else(|| said.strip_prefix("invalid value: "));

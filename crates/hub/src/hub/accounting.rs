@@ -6,6 +6,7 @@ use super::{Caller, Hub};
 use crate::publish::messages::Message;
 use crate::store::{Act, Record};
 use crate::text::Both;
+use crate::zones::ZONES;
 
 impl Hub {
     /// Notes an event and sends it to every client.
@@ -30,7 +31,7 @@ impl Hub {
             what: what.to_owned(),
             outcome: outcome.to_owned(),
             details: Value::Object(Map::new()),
-            kind: (caller.via != "hub").then_some(caller.principal.kind),
+            kind: (!matches!(caller.via, "hub" | ZONES)).then_some(caller.principal.kind),
             act: None,
         }
     }

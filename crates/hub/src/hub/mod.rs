@@ -37,6 +37,7 @@ use crate::site::Site;
 use crate::store::integrity::Integrity;
 use crate::store::{self, Audit, Events, History, StoreError};
 use crate::sync::lock;
+use crate::zones::Zones;
 
 pub use caller::Caller;
 pub use counts::Counts;
@@ -91,6 +92,7 @@ struct Parts {
 
     stations: Mutex<Arc<BTreeMap<String, Arc<Station>>>>,
     site: Mutex<Option<Site>>,
+    zones: Option<Zones>,
     simulation: OnceLock<Box<dyn Simulation>>,
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
@@ -157,6 +159,7 @@ impl Hub {
             dictionary: Lasting::new(dictionary.to_string()),
             stations: Mutex::new(Arc::new(stations)),
             site: Mutex::new(config.site.clone()),
+            zones: Zones::open(&config)?,
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
@@ -368,6 +371,11 @@ impl Hub {
     /// The dictionary of the protocol, as JSON.
     pub fn dictionary(&self) -> &Lasting {
         &self.0.dictionary
+    }
+
+    /// The zones, if there are any.
+    pub(crate) fn zones(&self) -> Option<&Zones> {
+        self.0.zones.as_ref()
     }
 
     /// The simulation behind the monitors, if there is one.

@@ -48,6 +48,8 @@ const ALL_EVERY_MS: u64 = 1000;
 pub fn start(hub: &Hub) {
     hub.own();
     tokio::spawn(keep(hub.clone()));
+    tokio::spawn(crate::zones::run(hub.clone()));
+    tokio::spawn(crate::zones::store(hub.clone()));
     tokio::spawn(crate::store::integrity::run(hub.clone()));
     tokio::spawn(crate::publish::broadcast::run(hub.clone()));
 }

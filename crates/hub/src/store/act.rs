@@ -131,6 +131,20 @@ pub enum Act {
         /// The action.
         act: crate::simulation::Act,
     },
+    /// Something that the zone controller has decided.
+    Zone {
+        /// What has happened.
+        entry: lafet_site::Entry,
+        /// Why; empty where the entry says it.
+        cause: Vec<lafet_site::Cause>,
+    },
+    /// An order of the zone controller to a monitor; the requests to the monitor follow it.
+    ZoneOrder {
+        /// The order.
+        order: lafet_site::Order,
+        /// Why, from the first cause to the last.
+        cause: Vec<lafet_site::Cause>,
+    },
     /// The hub has ended.
     End,
     /// The date has stepped.

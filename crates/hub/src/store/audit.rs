@@ -61,7 +61,7 @@ pub struct Record {
     pub role: String,
     /// IP address of the client.
     pub from: String,
-    /// `ws`, `http`, or `hub` by itself.
+    /// `ws`, `http`, or `hub` or its `zones` by itself.
     pub via: String,
     /// Id of the seat.
     pub seat: String,

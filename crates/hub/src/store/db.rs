@@ -44,6 +44,9 @@ pub enum StoreError {
     /// Files of the state are lost or changed, and that is not accepted.
     #[error("{}", .0.iter().map(|it| it.both().en).collect::<Vec<_>>().join(" "))]
     Lost(Vec<Loss>),
+    /// The stored state of the zones does not fit.
+    #[error("{0}")]
+    Zones(String),
     /// Others have business in the folder.
     #[error("{} can be written by other users of this machine and holds what is not the hub's", .0.display())]
     Shared(std::path::PathBuf),

@@ -19,3 +19,4 @@ mod roles;
 mod simulation;
 mod state;
 mod stream;
+mod zones;

@@ -34,9 +34,8 @@ impl Bus {
     }
 
     /// Starts monitors 1, 2 … and the port that they share.
-    pub async fn start(count: u8) -> (Self, SocketAddr) {
+    pub async fn start(count: u8, composition: Composition) -> (Self, SocketAddr) {
         let sim = |address| {
-            let composition = Composition::REMOTE;
             let mut sim = Sim::new(SimConfig { composition, address, ..SimConfig::default() });
             sim.advance_ms(200);
             sim
@@ -108,7 +107,16 @@ impl Site {
     }
 
     pub async fn at(monitors: u8, clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
-        let (bus, place) = Bus::start(monitors).await;
+        Self::of((monitors, Composition::REMOTE), clock, change).await
+    }
+
+    /// With monitors of a composition.
+    pub async fn of(
+        (monitors, composition): (u8, Composition),
+        clock: Clock,
+        change: impl FnOnce(&mut Config),
+    ) -> Self {
+        let (bus, place) = Bus::start(monitors, composition).await;
         let monitor = |number: u8| MonitorConfig {
             id: format!("M{number}"),
             name: text::both(format!("M{number}"), format!("М{number}")),

@@ -62,6 +62,7 @@ pub struct Detector {
 /// What a detector senses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = DetectorKind))]
 pub enum Kind {
     /// Flame: UV, IR.
     Flame,
@@ -144,6 +145,7 @@ pub struct Zone {
 /// Mode of a zone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneMode))]
 pub enum Mode {
     /// Votes and hands release.
     #[default]

@@ -6,7 +6,7 @@ use crate::event::Bypass;
 use crate::output::Why;
 use crate::state::{
     DetectorState, Disablement, MonitorState, NotReleased, Phase, PumpState, State, TroubleState,
-    ZoneState,
+    Voteless, ZoneState,
 };
 
 impl Site {
@@ -57,7 +57,9 @@ impl Site {
         let tally = self.tally(zone);
         let id = |index: &usize| config.detectors[*index].id.clone();
         let detectors = &self.plan.zone_detectors[zone];
-        let unable = detectors.iter().filter_map(|it| Some((id(it), self.unable(*it)?)));
+        let unable = detectors
+            .iter()
+            .filter_map(|it| Some(Voteless { detector: id(it), why: self.unable(*it)? }));
         let owned = |index: &usize| self.monitors[*index].owner == Some(zone);
         let monitors = (0..self.monitors.len()).filter(owned);
         let held_now = state.held_since.map_or(0, |since| self.now.saturating_sub(since));

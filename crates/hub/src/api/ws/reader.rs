@@ -202,11 +202,7 @@ impl Reader {
             Err(error) => return self.answer(id, Err(error)).await,
         };
         let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
-        let join = |station: &Arc<Station>| {
-            let joined = self.hub.urgent(&self.caller, station, &request);
-            (station.id().to_owned(), joined)
-        };
-        let all: Vec<(String, Joined)> = self.hub.stations().iter().map(join).collect();
+        let all = self.hub.overtake_everywhere(&self.caller, &request);
         let answers = self.answers.clone();
         tokio::spawn(async move {
             let _turn = turn;

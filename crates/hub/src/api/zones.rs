@@ -1,0 +1,261 @@
+//! Zones: their state, reports of detectors, orders of people.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use lafet_site::config::Kind;
+use lafet_site::{Bypass, Condition, Hand, Mode, Scope, Signal};
+use serde::Deserialize;
+use utoipa::ToSchema;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+use super::guard::{Body, Lenient, Urgent};
+use crate::access::{Role, Standing};
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::text::both;
+use crate::zones::view::{Reported, ZonesView};
+
+pub fn routes() -> OpenApiRouter<Hub> {
+    OpenApiRouter::new()
+        .routes(routes!(zones))
+        .routes(routes!(report_detector))
+        .routes(routes!(bypass_detector))
+        .routes(routes!(hold_zone))
+        .routes(routes!(abort_zone))
+        .routes(routes!(release_zone))
+        .routes(routes!(set_zone_mode))
+        .routes(routes!(reset_zone))
+        .routes(routes!(reset_zones))
+        .routes(routes!(lock_zones))
+        .routes(routes!(unlock_zones))
+}
+
+/// What a detector sees now.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct DetectorReport {
+    /// What it sees.
+    signal: Signal,
+    /// Whether it can see; left out: it can.
+    #[serde(default)]
+    condition: Condition,
+    /// What it senses: has to be as configured, if it is given.
+    kind: Option<Kind>,
+    /// Bearing of what it sees, degrees clockwise from north, 0 to 360.
+    bearing_deg: Option<f64>,
+    /// Elevation of what it sees, degrees, −90 to 90.
+    elevation_deg: Option<f64>,
+    /// How sure it is, 0 to 1.
+    quality: Option<f64>,
+}
+
+/// Whether a detector is masked or disabled.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct DetectorBypassing {
+    /// What is withheld from it.
+    bypass: Bypass,
+}
+
+/// Holds the delay before a release.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZoneHold {
+    /// Hold; it has to be repeated every few seconds, and ends 10 s after the last time.
+    on: bool,
+}
+
+/// Releases a zone.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZoneRelease {
+    /// The zone's id once more.
+    confirm: Option<String>,
+}
+
+/// Another mode of a zone.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZoneModeChange {
+    /// The mode.
+    mode: Mode,
+    /// It returns to automatic after so long, s; left out: as configured, a test after 900 s.
+    for_s: Option<u32>,
+}
+
+/// The zones as they are.
+#[utoipa::path(get, path = "/api/zones",
+    responses((status = 200, body = ZonesView), (status = 401), (status = 404)))]
+async fn zones(State(hub): State<Hub>, _: Caller) -> Result<Json<ZonesView>, ApiError> {
+    Ok(Json(hub.zones_view()?))
+}
+
+/// Takes what a detector sees now.
+#[utoipa::path(post, path = "/api/detectors/{id}", params(("id" = String, Path)), request_body = DetectorReport,
+    responses((status = 204), (status = 400), (status = 401), (status = 403), (status = 404)))]
+async fn report_detector(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(id): Path<String>,
+    Body(report): Body<DetectorReport>,
+) -> Result<axum::http::StatusCode, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    let kind = hub.detector_kind(&id)?;
+    report.check(kind)?;
+    let DetectorReport { signal, condition, bearing_deg, elevation_deg, quality, .. } = report;
+    let (at_ms, by) = (hub.clock().now_ms(), caller.principal.user.clone());
+    let reported = Reported { at_ms, by, signal, condition, bearing_deg, elevation_deg, quality };
+    hub.detector_reports(&caller, &id, reported)?;
+    Ok(axum::http::StatusCode::NO_CONTENT)
+}
+
+impl DetectorReport {
+    fn check(&self, kind: Kind) -> Result<(), ApiError> {
+        if self.kind.is_some_and(|given| given != kind) {
+            return Err(ApiError::bad_request(both(
+                "kind is not that of the configuration. Correct hub.toml, or the detector that reports here.",
+                "kind не такой, как в конфигурации. Исправьте hub.toml или извещатель, который сообщает сюда.",
+            )));
+        }
+        let within = |value: Option<f64>, least: f64, most: f64| {
+            value.is_none_or(|value| (least..=most).contains(&value))
+        };
+        let fine = within(self.bearing_deg, 0.0, 360.0)
+            && within(self.elevation_deg, -90.0, 90.0)
+            && within(self.quality, 0.0, 1.0);
+        match fine {
+            true => Ok(()),
+            false => Err(ApiError::bad_request(both(
+                "bearing_deg is 0…360, elevation_deg −90…90, quality 0…1.",
+                "bearing_deg — 0…360, elevation_deg — −90…90, quality — 0…1.",
+            ))),
+        }
+    }
+}
+
+/// Masks or disables a detector, or ends that.
+#[utoipa::path(post, path = "/api/detectors/{id}/bypass", params(("id" = String, Path)),
+    request_body = DetectorBypassing, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409)))]
+async fn bypass_detector(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(detector): Path<String>,
+    Body(DetectorBypassing { bypass }): Body<DetectorBypassing>,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Engineer)?;
+    hub.order_zones(&caller, Hand::Bypass { detector, bypass }).map(Json)
+}
+
+/// Holds the delay before a release, or lets it go on.
+#[utoipa::path(post, path = "/api/zones/{id}/hold", params(("id" = String, Path)), request_body = ZoneHold,
+    responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404),
+    (status = 409)))]
+async fn hold_zone(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(zone): Path<String>,
+    Body(ZoneHold { on }): Body<ZoneHold>,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.order_zones(&caller, Hand::Hold { zone, on }).map(Json)
+}
+
+/// Ends countdown and water of a zone. Open to every role.
+#[utoipa::path(post, path = "/api/zones/{id}/abort", params(("id" = String, Path)),
+    request_body = Option<Object>, responses((status = 200, body = ZonesView), (status = 401), (status = 404),
+    (status = 409)))]
+async fn abort_zone(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+    Path(zone): Path<String>,
+    _: Lenient,
+) -> Result<Json<ZonesView>, ApiError> {
+    not_ended(&caller)?;
+    hub.order_zones(&caller, Hand::Abort { zone }).map(Json)
+}
+
+/// Releases a zone by hand: no votes are needed.
+#[utoipa::path(post, path = "/api/zones/{id}/release", params(("id" = String, Path)),
+    request_body = ZoneRelease, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409)))]
+async fn release_zone(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(zone): Path<String>,
+    Body(ZoneRelease { confirm }): Body<ZoneRelease>,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.known_zones()?;
+    if confirm.as_deref() != Some(&zone) {
+        return Err(ApiError::confirm_needed(&zone));
+    }
+    hub.order_zones(&caller, Hand::Release { zone }).map(Json)
+}
+
+/// Sets the mode of a zone.
+#[utoipa::path(post, path = "/api/zones/{id}/mode", params(("id" = String, Path)),
+    request_body = ZoneModeChange, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
+    (status = 403), (status = 404), (status = 409)))]
+async fn set_zone_mode(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(zone): Path<String>,
+    Body(ZoneModeChange { mode, for_s }): Body<ZoneModeChange>,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Engineer)?;
+    hub.order_zones(&caller, Hand::Mode { zone, mode, for_s }).map(Json)
+}
+
+/// Makes a zone that was ended, and its monitors that were stopped, ready again.
+#[utoipa::path(post, path = "/api/zones/{id}/reset", params(("id" = String, Path)),
+    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
+async fn reset_zone(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(zone): Path<String>,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.order_zones(&caller, Hand::Reset(Scope::Zone(zone))).map(Json)
+}
+
+/// Makes all zones and monitors ready again, and forgets troubles that are over.
+#[utoipa::path(post, path = "/api/zones/reset",
+    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
+async fn reset_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.order_zones(&caller, Hand::Reset(Scope::Site)).map(Json)
+}
+
+/// Locks all zones: nothing of them opens. Open to every role.
+#[utoipa::path(post, path = "/api/zones/lock", request_body = Option<Object>,
+    responses((status = 200, body = ZonesView), (status = 401), (status = 404), (status = 409)))]
+async fn lock_zones(
+    State(hub): State<Hub>,
+    Urgent(caller): Urgent,
+    _: Lenient,
+) -> Result<Json<ZonesView>, ApiError> {
+    not_ended(&caller)?;
+    hub.order_zones(&caller, Hand::Lockout { on: true }).map(Json)
+}
+
+/// Releases the lockout of the zones.
+#[utoipa::path(post, path = "/api/zones/unlock",
+    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
+async fn unlock_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.order_zones(&caller, Hand::Lockout { on: false }).map(Json)
+}
+
+fn at_least(caller: &Caller, role: Role) -> Result<(), ApiError> {
+    if caller.principal.role < role { Err(ApiError::role(role)) } else { Ok(()) }
+}
+
+/// Who was signed out by others does not shut the water of a fire.
+fn not_ended(caller: &Caller) -> Result<(), ApiError> {
+    match caller.principal.standing {
+        Standing::Ended => Err(ApiError::ended()),
+        Standing::Good | Standing::Expired => Ok(()),
+    }
+}

@@ -1,0 +1,363 @@
+//! The zone controller of the installation, [`lafet_site::Site`], run for real.
+//!
+//! ```text
+//!  reports, hands ─▶ take ───┐                    ┌─▶ orders: monitors, under a session of its own
+//!  a person's Stop ─▶ refuse ─┼─▶ Site ─▶ Reaction ─┼─▶ notes: audit log, events
+//!  each 50 ms ─▶ turn ───────┘                    └─▶ stored, published
+//! ```
+//!
+//! The machine is behind one lock. Who reports something or orders a no has it carried out in the same call:
+//! nothing waits in a queue. One task looks at the monitors and steps the machine at its deadlines; another
+//! one stores what has to survive.
+
+mod line;
+mod notes;
+mod orders;
+mod stored;
+pub mod view;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_proto::{RequestId, SubsystemId};
+use lafet_site::{Entry, Event, Hand, Persisted, Phase, Reaction, Record, Scope, Site};
+use tokio::sync::Notify;
+use tokio::time::{sleep, timeout};
+
+use crate::command::request::MonitorRequest;
+use crate::config::{Config, ZonesConfig};
+use crate::control::authority::{HTTP_LOST, Now};
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
+use crate::store::StoreError;
+use crate::sync::lock;
+use line::Line;
+use stored::Stored;
+use view::Reported;
+
+/// User, session and way of the zone controller in the audit log and in authorities.
+pub const ZONES: &str = "zones";
+/// The monitors are looked at this often.
+const LOOK: Duration = Duration::from_millis(50);
+/// A state in which a time runs is published this often, and news not more often than this.
+const PUBLISH: Duration = Duration::from_secs(1);
+const PUBLISH_NEWS: Duration = Duration::from_millis(100);
+/// What is left of times is stored this often.
+const STORE: Duration = Duration::from_secs(5);
+/// Pause before what the disk did not take is tried again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// What was not stored before the hub ends is waited for so long.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// The zones of a hub.
+#[derive(Debug)]
+pub struct Zones {
+    config: ZonesConfig,
+    machine: Mutex<Machine>,
+    stored: Stored,
+    /// A deadline may have changed.
+    wake: Notify,
+    /// What survives has changed.
+    changed: Notify,
+}
+
+/// The machine, and what the hub keeps for it.
+#[derive(Debug)]
+struct Machine {
+    site: Site,
+    lines: BTreeMap<String, Line>,
+    /// Holds by zone: until when each counts unless it is renewed.
+    holds: BTreeMap<String, Now>,
+    /// The latest report of each detector.
+    reported: BTreeMap<String, Reported>,
+    /// What the start has recorded, until the hub is there to note it.
+    first: Option<Reaction>,
+    looked: Now,
+    published: Now,
+    /// Something has happened since it was published.
+    news: bool,
+}
+
+impl Zones {
+    /// The zones that are configured, with what was stored of them.
+    pub fn open(config: &Config) -> Result<Option<Self>, StoreError> {
+        let Some(zones) = config.zones.clone() else { return Ok(None) };
+        let (stored, persisted) = Stored::open(config.data.as_deref())?;
+        let (site, first) =
+            Site::new(zones.site.clone(), 0, persisted.as_ref()).map_err(|problems| {
+                let texts: Vec<String> = problems.iter().map(ToString::to_string).collect();
+                StoreError::Zones(texts.join(" "))
+            })?;
+        let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
+        let machine = Machine {
+            site,
+            lines: lines.collect(),
+            holds: BTreeMap::new(),
+            reported: BTreeMap::new(),
+            first: Some(first),
+            looked: Now::ZERO,
+            published: Now::ZERO,
+            news: true,
+        };
+        let machine = Mutex::new(machine);
+        let (wake, changed) = (Notify::new(), Notify::new());
+        Ok(Some(Self { config: zones, machine, stored, wake, changed }))
+    }
+
+    fn persisted(&self) -> Persisted {
+        lock(&self.machine).site.persisted()
+    }
+}
+
+/// Steps the machine until the hub ends.
+pub async fn run(hub: Hub) {
+    let Some(zones) = hub.zones() else { return };
+    let mut shutdown = hub.shutdown();
+    loop {
+        let pause = hub.turn(zones);
+        tokio::select! {
+            () = sleep(pause) => {}
+            () = zones.wake.notified() => {}
+            () = shutdown.requested() => return,
+        }
+    }
+}
+
+/// Stores what has to survive until the hub ends.
+pub async fn store(hub: Hub) {
+    let Some(zones) = hub.zones() else { return };
+    let (mut last, mut failing) = (None, false);
+    let mut shutdown = hub.shutdown();
+    loop {
+        let now = zones.persisted();
+        if last.as_ref() != Some(&now) {
+            let written = zones.stored.write(&now).await;
+            if written.is_err() != failing {
+                failing = written.is_err();
+                hub.event(None, &notes::storing(failing));
+            }
+            match written {
+                Ok(()) => last = Some(now),
+                Err(error) => tracing::error!(%error, "the state of the zones is not stored"),
+            }
+        }
+        tokio::select! {
+            () = sleep(if failing { AGAIN } else { STORE }) => {}
+            () = zones.changed.notified(), if !failing => {}
+            () = shutdown.requested() => break,
+        }
+    }
+    _ = timeout(FAREWELL, zones.stored.write(&zones.persisted())).await;
+}
+
+impl Hub {
+    /// The zones, for a request that needs them.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones in the configuration.
+    pub fn known_zones(&self) -> Result<&Zones, ApiError> {
+        self.zones().ok_or_else(ApiError::no_zones)
+    }
+
+    /// The zones as they are.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones in the configuration.
+    pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
+        Ok(lock(&self.known_zones()?.machine).view())
+    }
+
+    /// What a detector senses.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones, or without such a detector in the configuration.
+    pub fn detector_kind(&self, id: &str) -> Result<lafet_site::config::Kind, ApiError> {
+        let detectors = &self.known_zones()?.config.site.detectors;
+        let found = detectors.iter().find(|it| it.id == id);
+        found.map(|it| it.kind).ok_or_else(|| ApiError::no_detector(id))
+    }
+
+    /// Carries out a person's order.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones or for a name that is not configured, 409 with the reason of the machine.
+    pub fn order_zones(&self, caller: &Caller, order: Hand) -> Result<view::ZonesView, ApiError> {
+        let zones = self.known_zones()?;
+        let held = match &order {
+            Hand::Hold { zone, on } => Some((zone.clone(), *on)),
+            _ => None,
+        };
+        let by = caller.principal.user.clone();
+        let mut machine = lock(&zones.machine);
+        let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
+        let refused = records.into_iter().find_map(|record| match record.entry {
+            Entry::Refused { why, .. } => Some(why),
+            _ => None,
+        });
+        match (refused, held) {
+            (Some(why), _) => return Err(ApiError::zone_refused(why)),
+            // Its holder has to come back: one that is gone holds nothing.
+            (None, Some((zone, true))) => _ = machine.holds.insert(zone, self.now() + HTTP_LOST),
+            (None, Some((zone, false))) => _ = machine.holds.remove(&zone),
+            (None, None) => {}
+        }
+        Ok(machine.view())
+    }
+
+    /// Takes the report of a detector.
+    pub(crate) fn detector_reports(
+        &self,
+        caller: &Caller,
+        detector: &str,
+        reported: Reported,
+    ) -> Result<(), ApiError> {
+        let zones = self.known_zones()?;
+        let event = Event::Detector {
+            detector: detector.to_owned(),
+            signal: reported.signal,
+            condition: reported.condition,
+        };
+        let mut machine = lock(&zones.machine);
+        machine.reported.insert(detector.to_owned(), reported);
+        self.take(zones, &mut machine, caller, &event);
+        Ok(())
+    }
+
+    /// A Stop, Close or Lockout of a person is a no for its monitor. Stop of a drive ends a motion by
+    /// hand and is none; nor is Stop by the client that holds the monitor and works with it.
+    pub fn refuse_for_zones(&self, caller: &Caller, station: &Station, request: &MonitorRequest) {
+        let Some(zones) = self.zones() else { return };
+        let serves = zones.config.site.monitors.iter().any(|id| id == station.id());
+        if !serves || matches!(caller.via, "hub" | ZONES) {
+            return;
+        }
+        let scope = Scope::Monitor(station.id().to_owned());
+        let holds = || {
+            let authority = lock(&station.authority);
+            authority.holder().is_some_and(|(seat, _)| seat.seat == caller.seat.seat)
+        };
+        // Closing the foam valve by hand is no word about the water.
+        let mut aims = zones.config.aims.values().filter(|aim| aim.monitor == station.id());
+        let outlet = aims.any(|aim| aim.outlet() == request.to());
+        let whole = outlet || matches!(request.to(), SubsystemId::ALL | SubsystemId::CONTROL);
+        let order = match request.id() {
+            RequestId::CLOSE if outlet => Hand::Close(scope),
+            RequestId::LOCKOUT => Hand::Stop(scope),
+            RequestId::STOP if whole && !holds() => Hand::Stop(scope),
+            _ => return,
+        };
+        self.refuse(zones, caller, order);
+    }
+
+    /// Stop or Lockout of every monitor is a no for the whole site.
+    pub fn refuse_everywhere(&self, caller: &Caller) {
+        if let Some(zones) = self.zones() {
+            self.refuse(zones, caller, Hand::Stop(Scope::Site));
+        }
+    }
+
+    fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand) {
+        let by = caller.principal.user.clone();
+        self.take(zones, &mut lock(&zones.machine), caller, &Event::Hand { by, order });
+    }
+
+    /// Gives an event to the machine and carries out what follows from it.
+    fn take(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        caller: &Caller,
+        event: &Event,
+    ) -> Vec<Record> {
+        let reaction = machine.site.handle(ms(self.now()), event);
+        zones.wake.notify_one();
+        machine.news = true;
+        self.carry(zones, machine, caller, reaction)
+    }
+
+    /// Carries out a reaction: what closes first, then what is noted of it.
+    fn carry(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        caller: &Caller,
+        reaction: Reaction,
+    ) -> Vec<Record> {
+        let Reaction { commands, records, persist } = reaction;
+        for command in &commands {
+            self.carry_order(zones, machine, command);
+        }
+        commands.iter().for_each(|command| self.note_order(command));
+        records.iter().for_each(|record| self.note_entry(caller, record));
+        machine.news |= !commands.is_empty() || !records.is_empty();
+        if persist {
+            zones.changed.notify_one();
+        }
+        records
+    }
+
+    /// Looks at the monitors, lets time pass, publishes; returns how long nothing is due.
+    fn turn(&self, zones: &Zones) -> Duration {
+        let mut guard = lock(&zones.machine);
+        let (machine, caller) = (&mut *guard, Caller::zones());
+        if let Some(first) = machine.first.take() {
+            self.carry(zones, machine, &caller, first);
+        }
+        let now = self.now();
+        let looks = now >= machine.looked + LOOK;
+        if looks {
+            machine.looked = now;
+            self.look_at_lines(zones, machine);
+            self.end_holds(zones, machine, now);
+        }
+        let reaction = machine.site.step(ms(self.now()));
+        self.carry(zones, machine, &caller, reaction);
+        if looks {
+            self.give_back(machine);
+        }
+        self.publish_zones(machine, now);
+        let due = machine.site.next_deadline().map(Duration::from_millis);
+        let due = due.map_or(LOOK, |due| due.saturating_sub(self.now()));
+        // A millisecond is the grain of the machine.
+        due.clamp(Duration::from_millis(1), LOOK)
+    }
+
+    /// A hold that its holder has not renewed is over.
+    fn end_holds(&self, zones: &Zones, machine: &mut Machine, now: Now) {
+        let over = |until: &Now| *until <= now;
+        let gone: Vec<String> =
+            machine.holds.iter().filter(|it| over(it.1)).map(|it| it.0.clone()).collect();
+        for zone in gone {
+            machine.holds.remove(&zone);
+            let event = Event::Hand { by: ZONES.into(), order: Hand::Hold { zone, on: false } };
+            self.take(zones, machine, &Caller::zones(), &event);
+        }
+    }
+
+    fn publish_zones(&self, machine: &mut Machine, now: Now) {
+        let pause = if machine.news { PUBLISH_NEWS } else { PUBLISH };
+        if now < machine.published + pause {
+            return;
+        }
+        let view = machine.view();
+        let runs = view.state.zones.iter().any(|zone| zone.phase != Phase::Quiet);
+        if std::mem::take(&mut machine.news) || runs {
+            self.topics().set(ZONES, &view);
+        }
+        machine.published = now;
+    }
+}
+
+/// A moment as the machine has it.
+fn ms(at: Now) -> u64 {
+    u64::try_from(at.as_millis()).unwrap_or(u64::MAX)
+}
+
+/// Asked right before an order is sent.
+type Valid = Arc<dyn Fn() -> bool + Send + Sync>;

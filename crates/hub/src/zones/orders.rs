@@ -1,0 +1,304 @@
+//! Orders of the machine, on the way of every other request to a monitor.
+//!
+//! What closes goes at once, as a person's Stop does. What opens or turns takes the authority of the monitor
+//! first, and is asked again right before each request is sent whether it still holds: a later order for the
+//! monitor makes it void, and so does the time that the machine gave it.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use lafet_proto::SubsystemId;
+use lafet_site::{Cause, Command, Order, Phase};
+use tokio::time::sleep;
+
+use super::{Machine, Valid, ZONES, Zones};
+use crate::access::{Kind, Principal, Role, Standing};
+use crate::command::request::MonitorRequest;
+use crate::config::Aim;
+use crate::control::authority::Seat;
+use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
+use crate::store::Act;
+use crate::sync::lock;
+
+/// Pause before a request that was not accepted is sent again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// Pause between two looks at a monitor that is being deployed.
+const LOOK: Duration = Duration::from_millis(50);
+/// What was started in time goes on for so long at most: a monitor deploys meanwhile.
+const GOES_ON: Duration = Duration::from_secs(60);
+
+impl Caller {
+    /// The zone controller.
+    pub fn zones() -> Self {
+        let seat = Seat {
+            user: ZONES.into(),
+            role: Role::Operator,
+            seat: ZONES.into(),
+            from: String::new(),
+            // It gives authority back by itself.
+            live: true,
+        };
+        let principal = Principal {
+            user: ZONES.into(),
+            role: Role::Operator,
+            kind: Kind::Demo,
+            key: ZONES.into(),
+            csrf: String::new(),
+            expires_ms: 0,
+            standing: Standing::Good,
+        };
+        Self { principal, seat, via: ZONES }
+    }
+}
+
+impl Hub {
+    /// Carries out an order; those for what has no driver are refused in the configuration.
+    pub(super) fn carry_order(&self, zones: &Zones, machine: &mut Machine, command: &Command) {
+        let (Order::Prepare { monitor, .. }
+        | Order::Engage { monitor, .. }
+        | Order::Close { monitor }
+        | Order::Stop { monitor }) = &command.order
+        else {
+            return;
+        };
+        let Some(line) = machine.lines.get_mut(monitor) else { return };
+        line.latest.store(command.number, Ordering::SeqCst);
+        if let Some(task) = line.task.take() {
+            task.abort();
+        }
+        let Ok(station) = self.station(monitor) else { return };
+        match &command.order {
+            Order::Close { .. } => self.send_urgent_orders(&station, &closing(&station), command),
+            Order::Stop { .. } => {
+                let stop = [MonitorRequest::stop(SubsystemId::ALL)];
+                self.send_urgent_orders(&station, &stop, command);
+            }
+            Order::Prepare { zone, .. } | Order::Engage { zone, .. } => {
+                let key = (zone.clone(), monitor.clone());
+                let Some(aim) = zones.config.aims.get(&key).cloned() else { return };
+                let opening = Opening {
+                    hub: self.clone(),
+                    station,
+                    aim,
+                    opens: matches!(command.order, Order::Engage { .. }),
+                    latest: line.latest.clone(),
+                    number: command.number,
+                    not_after: command.not_after_ms.map(Duration::from_millis),
+                };
+                line.task = Some(tokio::spawn(opening.run()).abort_handle());
+            }
+            _ => {}
+        }
+    }
+
+    fn send_urgent_orders(
+        &self,
+        station: &Arc<Station>,
+        requests: &[Result<MonitorRequest, crate::error::ApiError>],
+        command: &Command,
+    ) {
+        for request in requests.iter().flatten() {
+            match command.cause.last() {
+                // Repeated each second until it is confirmed: the log has the first one.
+                Some(Cause::Repeated) => self.overtake_again(station, request),
+                _ => drop(self.overtake(&Caller::zones(), station, request)),
+            }
+        }
+    }
+
+    /// Gives monitors back that no zone needs, and to who asks for them.
+    pub(super) fn give_back(&self, machine: &Machine) {
+        let state = machine.site.state();
+        let counts = |phase| matches!(phase, Phase::Coincidence | Phase::Countdown | Phase::Held);
+        let counting = state.zones.iter().any(|zone| counts(zone.phase));
+        for monitor in &state.monitors {
+            let Ok(station) = self.station(&monitor.monitor) else { continue };
+            let (holds, asked) = {
+                let authority = lock(&station.authority);
+                let holds = authority.holder().is_some_and(|(seat, _)| seat.seat == ZONES);
+                (holds, authority.request().is_some())
+            };
+            let task = machine.lines.get(&monitor.monitor).and_then(|line| line.task.as_ref());
+            let busy = task.is_some_and(|task| !task.is_finished());
+            let needs = monitor.engaged_for.is_some() || monitor.closing || counting || busy;
+            let action = match (holds, asked, needs) {
+                (true, true, _) => "grant",
+                (true, false, false) => "release",
+                _ => continue,
+            };
+            _ = self.change_authority(&Caller::zones(), &station, action, None);
+        }
+    }
+
+    /// Notes an order with its causes; the request to the monitor has its own entries.
+    pub(super) fn note_order(&self, command: &Command) {
+        let monitor = match &command.order {
+            Order::Prepare { monitor, .. }
+            | Order::Engage { monitor, .. }
+            | Order::Close { monitor }
+            | Order::Stop { monitor } => monitor,
+            _ => return,
+        };
+        if command.cause.last() == Some(&Cause::Repeated) {
+            return;
+        }
+        let what = format!("zones: {}", super::notes::word_of(&command.order));
+        let act = Act::ZoneOrder { order: command.order.clone(), cause: command.cause.clone() };
+        let record = self.record(&Caller::zones(), monitor, &what, "ordered");
+        drop(self.audit().note(record.about(&act)));
+    }
+}
+
+/// The requests that end water: valves, and the program that aims.
+fn closing(station: &Station) -> Vec<Result<MonitorRequest, crate::error::ApiError>> {
+    let status = station.status();
+    let valves = match &status.valves()[..] {
+        [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
+        valves => valves.to_vec(),
+    };
+    let mut requests: Vec<_> = valves.into_iter().map(MonitorRequest::close).collect();
+    requests.push(MonitorRequest::stop(SubsystemId::CONTROL));
+    requests
+}
+
+/// An order that opens or turns, while it is carried out.
+struct Opening {
+    hub: Hub,
+    station: Arc<Station>,
+    aim: Aim,
+    /// With water.
+    opens: bool,
+    latest: Arc<std::sync::atomic::AtomicU64>,
+    number: u64,
+    /// Time of the hub after which it is not started any more.
+    not_after: Option<Duration>,
+}
+
+impl Opening {
+    async fn run(self) {
+        let caller = Caller::zones();
+        if self.hub.change_authority(&caller, &self.station, "take", None).is_err() {
+            // A person holds it: the machine hears so.
+            return;
+        }
+        let accepted = match (self.opens, self.is_deployed()) {
+            (true, _) => self.insist(&self.aim.quench(), self.in_time()).await,
+            (false, false) => self.insist("Deploy Deployer", self.in_time()).await,
+            (false, true) => true,
+        };
+        if !accepted {
+            return;
+        }
+        let goes_on = self.goes_on();
+        while !self.is_deployed() {
+            if !goes_on() {
+                return;
+            }
+            sleep(LOOK).await;
+        }
+        if self.opens {
+            self.insist(&format!("Open {}", self.aim.outlet()), goes_on).await;
+            return;
+        }
+        for request in self.aim.turn() {
+            if !self.insist(&request, goes_on.clone()).await {
+                return;
+            }
+        }
+    }
+
+    /// Sends a request until it is accepted, or the order is void; whether it was accepted.
+    async fn insist(&self, request: &str, valid: Valid) -> bool {
+        while valid() {
+            let Ok(request) = MonitorRequest::parse(request) else { return false };
+            let sent = self
+                .hub
+                .command_while(&Caller::zones(), &self.station, request, valid.clone())
+                .await;
+            match sent {
+                Ok(outcome) if outcome.ok => return true,
+                Ok(_) => {}
+                Err(error) => {
+                    let monitor = self.station.id();
+                    tracing::warn!(monitor, code = error.code, "an order of the zones");
+                    // A person has the monitor now.
+                    if error.code == "no_authority" {
+                        return false;
+                    }
+                }
+            }
+            sleep(AGAIN).await;
+        }
+        false
+    }
+
+    /// While it may be started.
+    fn in_time(&self) -> Valid {
+        let (hub, not_after) = (self.hub.clone(), self.not_after);
+        self.while_latest(move || not_after.is_none_or(|until| hub.now() <= until))
+    }
+
+    /// While what was started may go on: the monitor answers, and the time is not over.
+    fn goes_on(&self) -> Valid {
+        let (hub, station) = (self.hub.clone(), self.station.clone());
+        let until = hub.now() + GOES_ON;
+        self.while_latest(move || hub.now() <= until && station.health() == "up")
+    }
+
+    fn while_latest(&self, more: impl Fn() -> bool + Send + Sync + 'static) -> Valid {
+        let (latest, number) = (self.latest.clone(), self.number);
+        Arc::new(move || latest.load(Ordering::SeqCst) == number && more())
+    }
+
+    fn is_deployed(&self) -> bool {
+        let status = self.station.status();
+        let has = status.bits(SubsystemId::DEPLOYER).is_some();
+        !has || status.is_set(SubsystemId::DEPLOYER, "Deployed")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::text::both;
+    use crate::{Clock, Config, MonitorConfig};
+
+    #[tokio::test]
+    async fn an_order_that_is_void_is_not_sent() {
+        let monitor = MonitorConfig {
+            id: "M1".into(),
+            name: both("M1", "M1"),
+            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
+            poll_ms: 200,
+        };
+        let config = Config { monitors: vec![monitor], ..Config::default() };
+        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+        let station = hub.station("M1").unwrap();
+        for (is_valid, code) in [(false, "void"), (true, "not_connected")] {
+            let request = MonitorRequest::parse("Open Valve1").unwrap();
+            let valid: Valid = Arc::new(move || is_valid);
+            let sent = hub.command_while(&Caller::hub(), &station, request, valid).await;
+            assert_eq!(sent.unwrap_err().code, code);
+        }
+    }
+
+    #[tokio::test]
+    async fn the_zone_controller_commands_nothing_that_it_does_not_hold() {
+        let name = both("M1", "M1");
+        let endpoint = "tcp://127.0.0.1:1?addr=1".parse().unwrap();
+        let monitor = MonitorConfig { id: "M1".into(), name, endpoint, poll_ms: 200 };
+        let config = Config { monitors: vec![monitor], ..Config::default() };
+        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+        let station = hub.station("M1").unwrap();
+        let open = || MonitorRequest::parse("Open Valve1").unwrap();
+        let refused = hub.command(&Caller::zones(), &station, open(), None).await;
+        assert_eq!(refused.unwrap_err().code, "no_authority");
+        hub.change_authority(&Caller::zones(), &station, "take", None).unwrap();
+        let sent = hub.command(&Caller::zones(), &station, open(), None).await;
+        assert_eq!(sent.unwrap_err().code, "not_connected");
+    }
+}

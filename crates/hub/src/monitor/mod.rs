@@ -1,5 +1,6 @@
 //! The monitors: their links, states, programs and what is published of them.
 
+mod described;
 pub mod link_series;
 pub mod owner;
 pub mod program;

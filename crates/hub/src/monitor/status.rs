@@ -11,6 +11,7 @@ use lafet_proto::{RequestId, SubsystemId};
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::described::States;
 use crate::text::{Both, both};
 use crate::words::Severity;
 
@@ -32,7 +33,7 @@ pub struct Status {
     #[schema(required)]
     pub resumes_ms: Option<u64>,
     /// The subsystems that the monitor consists of.
-    #[schema(value_type = BTreeMap<String, Object>)]
+    #[schema(value_type = States)]
     pub subsystems: Subsystems,
 }
 

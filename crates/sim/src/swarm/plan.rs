@@ -55,7 +55,7 @@ pub fn setting(seed: u64) -> Config {
         return pair.setting();
     }
     let mut rng = Rng::new(seed ^ PLAN_SEED.rotate_left(17));
-    let counting = seed % COUNTING_EACH == 0;
+    let counting = seed.is_multiple_of(COUNTING_EACH);
     let composition = match counting {
         true => COUNTING,
         false => Composition::ALL[(seed % Composition::ALL.len() as u64) as usize],

@@ -487,7 +487,8 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
                 view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
             };
             ledger.works[valve as usize].iter().any(over)
-                || step.cause_before == Cause::Rule(Rule::Unconfirmed) && ledger.is_in_vain(valve)
+                // Closed for one reason after another, it has its time once.
+                || step.before < 0 && ledger.is_in_vain(valve)
         }
         Rule::Fault => opened && sticks(ledger, view, valve),
         Rule::Absent => !view.device.has(valve.id()),

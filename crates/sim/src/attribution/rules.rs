@@ -488,7 +488,9 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
                 let travel_ms = u64::from(work.travel_ms);
                 view.now_ms.saturating_sub(work.at_ms) >= travel_ms + travel_ms / 2
             };
-            ledger.works[valve as usize].iter().any(over) || closed && ledger.is_in_vain(valve)
+            ledger.works[valve as usize].iter().any(over)
+                // Closed for one reason after another, it has its time once.
+                || step.before < 0 && ledger.is_in_vain(valve)
         }
         Rule::Fault => opened && sticks(ledger, view, valve),
         Rule::Absent => !view.device.has(valve.id()),

@@ -166,6 +166,20 @@ export interface components {
             /** @enum {string} */
             type: "sim";
         } | {
+            /** @description Why; empty where the entry says it. */
+            cause: components["schemas"]["ZoneCause"][];
+            /** @description What has happened. */
+            entry: components["schemas"]["ZoneEntry"];
+            /** @enum {string} */
+            type: "zone";
+        } | {
+            /** @description Why, from the first cause to the last. */
+            cause: components["schemas"]["ZoneCause"][];
+            /** @description The order. */
+            order: components["schemas"]["ZoneOrder"];
+            /** @enum {string} */
+            type: "zone_order";
+        } | {
             /** @enum {string} */
             type: "end";
         } | {
@@ -364,7 +378,7 @@ export interface components {
             seat: string;
             /** @description Name of the user. */
             user: string;
-            /** @description `ws`, `http`, or `hub` by itself. */
+            /** @description `ws`, `http`, or `hub` or its `zones` by itself. */
             via: string;
             /** @description The action, in words. */
             what: string;
@@ -436,6 +450,21 @@ export interface components {
              */
             min: number;
         };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        ButtonsStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "LeftButtonState=Pressed" | "LeftButtonState=Short" | "LeftButtonState=Open" | "RightButtonState=Pressed" | "RightButtonState=Short" | "RightButtonState=Open" | "UpButtonState=Pressed" | "UpButtonState=Short" | "UpButtonState=Open" | "DownButtonState=Pressed" | "DownButtonState=Short" | "DownButtonState=Open" | "WideButtonState=Pressed" | "WideButtonState=Short" | "WideButtonState=Open" | "NarrowButtonState=Pressed" | "NarrowButtonState=Short" | "NarrowButtonState=Open" | "OpenButtonState=Pressed" | "OpenButtonState=Short" | "OpenButtonState=Open" | "CloseButtonState=Pressed" | "CloseButtonState=Short" | "CloseButtonState=Open")[];
+            severity: components["schemas"]["Severity"];
+        };
         /** @description What can be simulated, and what runs. */
         Catalogue: {
             /** @description The faults that can be injected. */
@@ -493,12 +522,42 @@ export interface components {
              */
             reach_m: number | null;
         };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        ConnStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved")[];
+            severity: components["schemas"]["Severity"];
+        };
         /** @description The authority over a monitor. */
         Control: {
             holder: components["schemas"]["Holder"] | null;
             request: components["schemas"]["Asking"] | null;
             /** @description Whether it is held. */
             state: components["schemas"]["ControlWord"];
+        };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        ControlStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Quench" | "OutsideLimits" | "ModeFault" | "Paused" | "TrajectoryPressureFault" | "TrajectoryRangeFault" | "TrajectoryAngleFault" | "TrajectoryCRCFault" | "Trajectory")[];
+            severity: components["schemas"]["Severity"];
         };
         /**
          * @description Whether a monitor is held.
@@ -541,6 +600,36 @@ export interface components {
             /** @description What to do. */
             remedy: components["schemas"]["Both"];
         };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        DeployerStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /**
+             * Format: int64
+             * @description Motor current, ×0.1 A.
+             */
+            current?: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Move" | "PositionWayFault" | "AmperageOverload" | "PosEncoderFault" | "SpeedEncoderFault" | "MotorBroken" | "SpeedWayFault" | "Limitless" | "MinLimitReached" | "MaxLimitReached" | "AbsoluteMinLimitReached" | "AbsoluteMaxLimitReached" | "Deployed" | "Deploying" | "Wrapped" | "Wrapping")[];
+            /**
+             * Format: int64
+             * @description Position, '.
+             */
+            position?: number;
+            severity: components["schemas"]["Severity"];
+            /**
+             * Format: int64
+             * @description Speed that is set, °/s.
+             */
+            speed?: number;
+        };
         /** @description What else is known of an error; each code has its own. */
         Details: {
             /** @description `refused`: what the monitor answered. */
@@ -576,6 +665,122 @@ export interface components {
             suggestion?: string | null;
         };
         /**
+         * @description What people withhold from a detector.
+         * @enum {string}
+         */
+        DetectorBypass: "none" | "masked" | "disabled";
+        /** @description Whether a detector is masked or disabled. */
+        DetectorBypassing: {
+            /** @description What is withheld from it. */
+            bypass: components["schemas"]["DetectorBypass"];
+        };
+        /**
+         * @description Whether a detector can see.
+         * @enum {string}
+         */
+        DetectorCondition: "ready" | "dirty" | "fault" | "masked" | "self_test" | "starting";
+        /**
+         * @description What a detector senses.
+         * @enum {string}
+         */
+        DetectorKind: "flame" | "heat" | "line_heat" | "smoke" | "picture" | "gas" | "panel" | "other";
+        /** @description What a detector sees now. */
+        DetectorReport: {
+            /**
+             * Format: double
+             * @description Bearing of what it sees, degrees clockwise from north, 0 to 360.
+             */
+            bearing_deg?: number | null;
+            /** @description Whether it can see; left out: it can. */
+            condition?: components["schemas"]["DetectorCondition"];
+            /**
+             * Format: double
+             * @description Elevation of what it sees, degrees, −90 to 90.
+             */
+            elevation_deg?: number | null;
+            kind?: components["schemas"]["DetectorKind"] | null;
+            /**
+             * Format: double
+             * @description How sure it is, 0 to 1.
+             */
+            quality?: number | null;
+            /** @description What it sees. */
+            signal: components["schemas"]["DetectorSignal"];
+        };
+        /** @description What a detector has reported last. */
+        DetectorReported: {
+            /**
+             * Format: int64
+             * @description When, ms since 1970.
+             */
+            at_ms: number;
+            /**
+             * Format: double
+             * @description Bearing of what it sees, degrees clockwise from north.
+             */
+            bearing_deg?: number | null;
+            /** @description User or token that reported it. */
+            by: string;
+            /** @description Whether it can see. */
+            condition: components["schemas"]["DetectorCondition"];
+            /**
+             * Format: double
+             * @description Elevation of what it sees, degrees.
+             */
+            elevation_deg?: number | null;
+            /**
+             * Format: double
+             * @description How sure it is, 0 to 1.
+             */
+            quality?: number | null;
+            /** @description What it sees. */
+            signal: components["schemas"]["DetectorSignal"];
+        };
+        /**
+         * @description What a detector sees.
+         * @enum {string}
+         */
+        DetectorSignal: "quiet" | "pre_alarm" | "alarm";
+        /** @description A detector. */
+        DetectorState: {
+            /** @description Its id. */
+            detector: string;
+            signal?: components["schemas"]["DetectorSignal"] | null;
+            /** @description Its alarm was there at the start, so it has no vote until it was quiet once. */
+            stale: boolean;
+            unable?: components["schemas"]["DetectorUnable"] | null;
+        };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        DetectorStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Searching" | "Found" | "DeviceFault" | "Canceled" | "BadSector" | "Justifying" | "Justified" | "DirtyLens")[];
+            severity: components["schemas"]["Severity"];
+        };
+        /** @description Why a detector has no vote. */
+        DetectorUnable: "never_heard" | "silent" | {
+            /** @description It says so. */
+            condition: components["schemas"]["DetectorCondition"];
+        } | "test_stuck" | {
+            /** @description People masked or disabled it. */
+            bypass: components["schemas"]["DetectorBypass"];
+        };
+        /** @description A detector without a vote. */
+        DetectorVoteless: {
+            /** @description Its id. */
+            detector: string;
+            /** @description Why. */
+            why: components["schemas"]["DetectorUnable"];
+        };
+        /**
          * @description Direction of a frame.
          * @enum {string}
          */
@@ -596,6 +801,36 @@ export interface components {
             total_bytes: number | null;
             /** Format: int64 */
             users_bytes: number | null;
+        };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        DriveStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /**
+             * Format: int64
+             * @description Motor current, ×0.1 A.
+             */
+            current?: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Move" | "PositionWayFault" | "AmperageOverload" | "PosEncoderFault" | "SpeedEncoderFault" | "MotorBroken" | "SpeedWayFault" | "Limitless" | "MinLimitReached" | "MaxLimitReached" | "AbsoluteMinLimitReached" | "AbsoluteMaxLimitReached" | "SpeedSlowAmp" | "TRVEngage")[];
+            /**
+             * Format: int64
+             * @description Position, '.
+             */
+            position?: number;
+            severity: components["schemas"]["Severity"];
+            /**
+             * Format: int64
+             * @description Speed that is set, °/s.
+             */
+            speed?: number;
         };
         /** @description An entry of the log. */
         Entry: components["schemas"]["AuditRecord"] & {
@@ -680,6 +915,36 @@ export interface components {
              * @description Speed at the nozzle, m/s.
              */
             speed_mps: number;
+        };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        GeneralStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "PressureSensorBreak" | "PressureSensorShort" | "LockedOut")[];
+            /**
+             * Format: int64
+             * @description Flow, l/s.
+             */
+            flowrate?: number;
+            /**
+             * Format: int64
+             * @description Supply voltage, V.
+             */
+            main_voltage?: number;
+            /**
+             * Format: int64
+             * @description Pressure of water or foam, ×0.1 atm.
+             */
+            pressure?: number;
+            severity: components["schemas"]["Severity"];
         };
         /** @description Whether the hub is well. */
         Health: {
@@ -1206,6 +1471,36 @@ export interface components {
              */
             now_ms: number;
         };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        NozzleStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /**
+             * Format: int64
+             * @description Motor current, ×0.1 A.
+             */
+            current?: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Move" | "PositionWayFault" | "AmperageOverload" | "PosEncoderFault" | "SpeedEncoderFault" | "MotorBroken" | "SpeedWayFault" | "Limitless" | "MinLimitReached" | "MaxLimitReached" | "AbsoluteMinLimitReached" | "AbsoluteMaxLimitReached" | "SpeedSlowAmp" | "TRVEngage")[];
+            /**
+             * Format: int64
+             * @description Position, mm.
+             */
+            position?: number;
+            severity: components["schemas"]["Severity"];
+            /**
+             * Format: int64
+             * @description Speed that is set, mm/s.
+             */
+            speed?: number;
+        };
         /** @description What one of several monitors has answered. */
         OfOne: components["schemas"]["Outcome"] | components["schemas"]["Failed"] | {
             /** @description Always true. */
@@ -1349,6 +1644,17 @@ export interface components {
              * @description Date of the hub, ms since 1970.
              */
             now_ms: number;
+        };
+        /** @description A pump. */
+        PumpState: {
+            /** @description It has failed. */
+            failed: boolean;
+            /** @description As commanded; `None` before the first command. */
+            on?: boolean | null;
+            /** @description Its pressure is there, if it has a contact for it. */
+            pressure?: boolean | null;
+            /** @description Its id. */
+            pump: string;
         };
         /** @description Values of series over time. */
         Read: {
@@ -2041,14 +2347,29 @@ export interface components {
             /** @description It was not to be had since. */
             stale: boolean;
             /** @description The subsystems that the monitor consists of. */
-            subsystems: {
-                [key: string]: Record<string, unknown>;
-            };
+            subsystems: components["schemas"]["Subsystems"];
         };
         /** @description The monitors of which a client is sent every change. */
         Subscribed: {
             /** @description Ids of the monitors; null: all. */
             monitors: string[] | null;
+        };
+        /** @description The states of the subsystems that a monitor has, by name. */
+        Subsystems: {
+            Buttons?: components["schemas"]["ButtonsStatus"];
+            Climatics?: components["schemas"]["ThermoStatus"];
+            Control?: components["schemas"]["ControlStatus"];
+            Deployer?: components["schemas"]["DeployerStatus"];
+            Detector?: components["schemas"]["DetectorStatus"];
+            ExtButtons?: components["schemas"]["ButtonsStatus"];
+            ExternalConn?: components["schemas"]["ConnStatus"];
+            General?: components["schemas"]["GeneralStatus"];
+            Horizontal?: components["schemas"]["DriveStatus"];
+            Nozzle?: components["schemas"]["NozzleStatus"];
+            Radio?: components["schemas"]["ConnStatus"];
+            Valve1?: components["schemas"]["ValveStatus"];
+            Valve2?: components["schemas"]["ValveStatus"];
+            Vertical?: components["schemas"]["DriveStatus"];
         };
         /** @description Whether to switch on or off. */
         Switch: {
@@ -2073,6 +2394,51 @@ export interface components {
             height: number;
             /** @description Name of the tank. */
             name: string;
+        };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        ThermoStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /**
+             * Format: int64
+             * @description Temperature of the deployment drive, ×0.1 °C.
+             */
+            deployer?: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "HorizontalHeat" | "VerticalHeat" | "NozzleHeat" | "DeployerHeat" | "BoxHeat" | "HorizontalFault" | "VerticalFault" | "NozzleFault" | "DeployerFault" | "BoxFault" | "HorizontalSensorFault" | "VerticalSensorFault" | "NozzleSensorFault" | "DeployerSensorFault" | "BoxSensorFault" | "HumiditySensorFault")[];
+            /**
+             * Format: int64
+             * @description Temperature of the traverse drive, ×0.1 °C.
+             */
+            horizontal?: number;
+            /**
+             * Format: int64
+             * @description Temperature of the housing, ×0.1 °C.
+             */
+            housing?: number;
+            /**
+             * Format: int64
+             * @description Humidity in the housing, %.
+             */
+            humidity?: number;
+            /**
+             * Format: int64
+             * @description Temperature of the nozzle drive, ×0.1 °C.
+             */
+            nozzle?: number;
+            severity: components["schemas"]["Severity"];
+            /**
+             * Format: int64
+             * @description Temperature of the elevation drive, ×0.1 °C.
+             */
+            vertical?: number;
         };
         /** @description A token, without its secret. */
         Token: {
@@ -2143,6 +2509,21 @@ export interface components {
         Values: {
             values: number[];
         };
+        /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
+        ValveStatus: {
+            /** @description Fields whose values are not to be believed, and the flags that say so. */
+            bad?: {
+                [key: string]: string;
+            };
+            /**
+             * Format: int64
+             * @description The status word (§3.3).
+             */
+            bits: number;
+            /** @description The flags that are set. */
+            flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Opening" | "Closing" | "AmperageOverload" | "Blocked" | "OpenSensorFault" | "CloseSensorFault" | "Open" | "Closed")[];
+            severity: components["schemas"]["Severity"];
+        };
         /** @description What came out of a check of the chain. */
         Verified: {
             /**
@@ -2188,6 +2569,658 @@ export interface components {
             /** Format: int64 */
             seconds: number;
         };
+        /** @description A link of the chain of causes. */
+        ZoneCause: {
+            /** @description A detector voted, since this time. */
+            vote: {
+                /** @description The detector. */
+                detector: string;
+                /**
+                 * Format: int64
+                 * @description Since, ms.
+                 */
+                since_ms: number;
+            };
+        } | {
+            /** @description So many votes were enough, since this time. */
+            enough: {
+                /**
+                 * Format: int32
+                 * @description Votes that were needed.
+                 */
+                need: number;
+                /**
+                 * Format: int64
+                 * @description Since, ms.
+                 */
+                since_ms: number;
+            };
+        } | {
+            /** @description The delay, and how long it was held. */
+            delay: {
+                /**
+                 * Format: int64
+                 * @description Delay, ms.
+                 */
+                delay_ms: number;
+                /**
+                 * Format: int64
+                 * @description Held, ms.
+                 */
+                held_ms: number;
+            };
+        } | {
+            /** @description A person's command. */
+            hand: {
+                /** @description Who. */
+                by: string;
+            };
+        } | {
+            /** @description A contact. */
+            contact: {
+                /** @description Which. */
+                input: string;
+            };
+        } | {
+            /** @description A release that was under way. */
+            release: {
+                /**
+                 * Format: int64
+                 * @description Number of its record.
+                 */
+                record: number;
+            };
+        } | {
+            /** @description The end of something. */
+            end: components["schemas"]["ZoneEnd"];
+        } | "repeated" | {
+            /** @description In place of a monitor or a pump that is lost. */
+            in_place_of: {
+                /** @description Its id. */
+                lost: string;
+            };
+        } | {
+            /** @description Water of a person at this monitor. */
+            water_by_hand: {
+                /** @description The monitor. */
+                monitor: string;
+            };
+        } | {
+            /** @description Water that was running at the start. */
+            found: {
+                /** @description The monitor. */
+                monitor: string;
+            };
+        } | "shown";
+        /** @description Something that is disabled. */
+        ZoneDisablement: "lockout" | {
+            /** @description A detector is masked or disabled. */
+            detector: {
+                /** @description How. */
+                bypass: components["schemas"]["DetectorBypass"];
+                /** @description Which. */
+                detector: string;
+            };
+        } | {
+            /** @description A zone is not in automatic. */
+            mode: {
+                /** @description Its mode; manual also by a switch. */
+                mode: components["schemas"]["ZoneMode"];
+                /**
+                 * Format: int64
+                 * @description It returns after so long, ms.
+                 */
+                returns_in_ms?: number | null;
+                /** @description Which. */
+                zone: string;
+            };
+        } | {
+            /** @description A zone was ended and needs a reset. */
+            ended: {
+                /** @description Why. */
+                why: components["schemas"]["ZoneEnd"];
+                /** @description Which. */
+                zone: string;
+            };
+        } | {
+            /** @description A monitor was closed or stopped and needs a reset. */
+            monitor: {
+                /** @description Which. */
+                monitor: string;
+                /** @description Why. */
+                why: components["schemas"]["ZoneEnd"];
+            };
+        } | {
+            /** @description A zone has a delay before the release. */
+            delay: {
+                /**
+                 * Format: int64
+                 * @description So long, ms.
+                 */
+                delay_ms: number;
+                /** @description Which. */
+                zone: string;
+            };
+        };
+        /**
+         * @description Why water or a countdown ended.
+         * @enum {string}
+         */
+        ZoneEnd: "lockout" | "stop" | "close" | "abort" | "duration" | "quiet" | "test_over" | "votes" | "mode";
+        /** @description What happened. */
+        ZoneEntry: {
+            /** @description The machine started. */
+            started: {
+                /** @description Things of the stored state that are not configured any more. */
+                dropped: string[];
+            };
+        } | {
+            /** @description A detector changed. */
+            detector: {
+                /** @description Whether it can. */
+                condition: components["schemas"]["DetectorCondition"];
+                /** @description Which. */
+                detector: string;
+                /** @description What it sees. */
+                signal: components["schemas"]["DetectorSignal"];
+                unable?: components["schemas"]["DetectorUnable"] | null;
+            };
+        } | {
+            /** @description The votes of a zone are enough. */
+            enough: {
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description The delay runs. */
+            countdown: {
+                /**
+                 * Format: int64
+                 * @description Delay, ms.
+                 */
+                delay_ms: number;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description A countdown, or the time before it, ended without water. */
+            cancelled: {
+                /** @description Why. */
+                why: components["schemas"]["ZoneEnd"];
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description The delay is held or goes on. */
+            held: {
+                /**
+                 * Format: int64
+                 * @description Hold that is left, ms.
+                 */
+                left_ms: number;
+                /** @description Held. */
+                on: boolean;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description A zone is released. */
+            released: {
+                /** @description By votes. */
+                automatic: boolean;
+                /**
+                 * Format: int64
+                 * @description When the condition was met: votes and times, or the hand; ms.
+                 */
+                condition_at_ms: number;
+                /** @description With water. */
+                wet: boolean;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description The release ended. */
+            ended: {
+                /** @description Why. */
+                why: components["schemas"]["ZoneEnd"];
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description A no. */
+            no: {
+                /** @description What it is for. */
+                scope: components["schemas"]["ZoneScope"];
+                /** @description Which. */
+                why: components["schemas"]["ZoneEnd"];
+            };
+        } | {
+            /** @description A no lapsed, because its zones were quiet long enough. */
+            lapsed: {
+                /** @description What it was for. */
+                scope: components["schemas"]["ZoneScope"];
+            };
+        } | {
+            /** @description A person's command was refused. */
+            refused: {
+                /** @description The command. */
+                order: components["schemas"]["ZoneHand"];
+                /** @description Why. */
+                why: components["schemas"]["ZoneRefusal"];
+            };
+        } | {
+            /** @description A release station was refused. */
+            station_refused: {
+                /** @description The contact. */
+                input: string;
+                /** @description Why. */
+                why: components["schemas"]["ZoneRefusal"];
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description A zone has another mode. */
+            mode: {
+                /** @description The mode. */
+                mode: components["schemas"]["ZoneMode"];
+                /**
+                 * Format: int64
+                 * @description It returns to automatic after so long, ms.
+                 */
+                returns_in_ms?: number | null;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Lockout. */
+            lockout: {
+                /** @description On. */
+                on: boolean;
+            };
+        } | {
+            /** @description A detector is masked, disabled or neither. */
+            bypass: {
+                /** @description How. */
+                bypass: components["schemas"]["DetectorBypass"];
+                /** @description The detector. */
+                detector: string;
+            };
+        } | {
+            /** @description A reset. */
+            reset: components["schemas"]["ZoneScope"];
+        } | "silenced" | {
+            /** @description A trouble began or is over. */
+            trouble: {
+                /** @description It is there. */
+                active: boolean;
+                /** @description Which one of them. */
+                subject: string;
+                /** @description Which. */
+                trouble: components["schemas"]["ZoneTrouble"];
+            };
+        } | {
+            /** @description Water was running when the hub started. */
+            water_found: {
+                /**
+                 * Format: int64
+                 * @description It goes on for so long at most, ms.
+                 */
+                left_ms: number;
+                /** @description The monitor. */
+                monitor: string;
+            };
+        } | {
+            /** @description A monitor is used in place of another. */
+            replaced: {
+                /** @description The monitor that is used now. */
+                monitor: string;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description An event named something that is not configured. */
+            unknown: {
+                /** @description The name. */
+                name: string;
+            };
+        };
+        /** @description A person's command. Who may give which one is for the caller to check. */
+        ZoneHand: {
+            /** @description Another mode. */
+            mode: {
+                /**
+                 * Format: int32
+                 * @description It returns to automatic after so long, s; without it after `return_after_s` of the zone.
+                 *     A test always returns: after 900 s, 3600 s at most.
+                 */
+                for_s?: number | null;
+                /** @description The mode. */
+                mode: components["schemas"]["ZoneMode"];
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Holds the delay, or lets it go on. */
+            hold: {
+                /** @description Hold. */
+                on: boolean;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Ends countdown and water of a zone. */
+            abort: {
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Releases a zone. */
+            release: {
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Closes. */
+            close: components["schemas"]["ZoneScope"];
+        } | {
+            /** @description Stops motion, and closes. */
+            stop: components["schemas"]["ZoneScope"];
+        } | {
+            /** @description Withdraws a no that is over, forgets troubles that are over. */
+            reset: components["schemas"]["ZoneScope"];
+        } | {
+            /** @description Lockout of the site. */
+            lockout: {
+                /** @description On. */
+                on: boolean;
+            };
+        } | {
+            /** @description Masks or disables a detector. */
+            bypass: {
+                /** @description How. */
+                bypass: components["schemas"]["DetectorBypass"];
+                /** @description The detector. */
+                detector: string;
+            };
+        } | "silence" | {
+            /** @description Starts or stops a pump. */
+            pump: {
+                /** @description Start. */
+                on: boolean;
+                /** @description The pump. */
+                pump: string;
+            };
+        };
+        /** @description Holds the delay before a release. */
+        ZoneHold: {
+            /** @description Hold; it has to be repeated every few seconds, and ends 10 s after the last time. */
+            on: boolean;
+        };
+        /**
+         * @description Mode of a zone.
+         * @enum {string}
+         */
+        ZoneMode: "automatic" | "manual" | "off" | "test_dry" | "test_outlet";
+        /** @description Another mode of a zone. */
+        ZoneModeChange: {
+            /**
+             * Format: int32
+             * @description It returns to automatic after so long, s; left out: as configured, a test after 900 s.
+             */
+            for_s?: number | null;
+            /** @description The mode. */
+            mode: components["schemas"]["ZoneMode"];
+        };
+        /** @description A monitor. */
+        ZoneMonitorState: {
+            /** @description It is being closed: Close is repeated until it is reported closed. */
+            closing: boolean;
+            /** @description The zone that it is engaged for. */
+            engaged_for?: string | null;
+            /**
+             * Format: int64
+             * @description Water that was running at the start goes on for so long at most, ms.
+             */
+            found_left_ms?: number | null;
+            /** @description Its id. */
+            monitor: string;
+            withheld?: components["schemas"]["ZoneWithheld"] | null;
+        };
+        /** @description Why a zone with an alarm is not released. */
+        ZoneNotReleased: "lockout" | "abort_pressed" | {
+            /** @description It was ended; a reset is needed. */
+            ended: components["schemas"]["ZoneEnd"];
+        } | {
+            /** @description The mode. */
+            mode: components["schemas"]["ZoneMode"];
+        } | {
+            /** @description Votes are missing. */
+            votes: {
+                /**
+                 * Format: int32
+                 * @description There are.
+                 */
+                have: number;
+                /**
+                 * Format: int32
+                 * @description Are needed.
+                 */
+                need: number;
+            };
+        } | "kinds" | "failed" | "stale" | "coincidence" | "delay" | "held" | "no_monitor";
+        /** @description What a command orders. */
+        ZoneOrder: {
+            /** @description Deploy and turn towards the fire of a zone, without water. */
+            prepare: {
+                /** @description The monitor. */
+                monitor: string;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Aim at the fire of a zone and open. */
+            engage: {
+                /** @description The monitor. */
+                monitor: string;
+                /**
+                 * Format: int64
+                 * @description The monitor closes after so long by itself, ms; `None`: a hand ends it.
+                 */
+                water_max_ms?: number | null;
+                /** @description The zone. */
+                zone: string;
+            };
+        } | {
+            /** @description Close the valve; an Engage that waits is void. */
+            close: {
+                /** @description The monitor. */
+                monitor: string;
+            };
+        } | {
+            /** @description Stop all motion and programs. */
+            stop: {
+                /** @description The monitor. */
+                monitor: string;
+            };
+        } | {
+            /** @description Start or stop. */
+            pump: {
+                /** @description Start. */
+                on: boolean;
+                /** @description The pump. */
+                pump: string;
+            };
+        } | {
+            /** @description Open or shut. */
+            valve: {
+                /** @description Open. */
+                open: boolean;
+                /** @description The output. */
+                output: string;
+            };
+        } | {
+            /** @description Sound. */
+            sound: {
+                /** @description The output. */
+                output: string;
+                /** @description What. */
+                tone: components["schemas"]["ZoneTone"];
+            };
+        } | {
+            /** @description Light. */
+            lamp: {
+                /** @description Lit. */
+                lit: boolean;
+                /** @description The output. */
+                output: string;
+            };
+        };
+        /** @description What a zone does. */
+        ZonePhase: "quiet" | "alarm" | "coincidence" | "countdown" | "held" | {
+            /** @description Released. */
+            released: {
+                /** @description By votes. */
+                automatic: boolean;
+                /** @description With water. */
+                wet: boolean;
+            };
+        } | {
+            /** @description Ended, and not ready until a reset. */
+            ended: components["schemas"]["ZoneEnd"];
+        };
+        /**
+         * @description Why a command of a hand was refused.
+         * @enum {string}
+         */
+        ZoneRefusal: "lockout" | "off" | "abort_pressed" | "just_refused" | "released" | "too_late" | "no_hold" | "unknown" | "range" | "still_pressed";
+        /** @description Releases a zone. */
+        ZoneRelease: {
+            /** @description The zone's id once more. */
+            confirm?: string | null;
+        };
+        /** @description What a command is for. */
+        ZoneScope: "site" | {
+            /** @description A zone. */
+            zone: string;
+        } | {
+            /** @description A monitor. */
+            monitor: string;
+        };
+        /** @description A zone. */
+        ZoneState: {
+            /** @description Detectors in alarm, with or without a vote. */
+            alarms: string[];
+            /**
+             * Format: int64
+             * @description Hold that is left, ms.
+             */
+            hold_left_ms: number;
+            /**
+             * Format: int64
+             * @description Until the release, ms, if nothing holds it.
+             */
+            left_ms?: number | null;
+            /** @description Its mode. */
+            mode: components["schemas"]["ZoneMode"];
+            /** @description Monitors that are engaged for it. */
+            monitors: string[];
+            /**
+             * Format: int32
+             * @description Votes that release; `None`: too many detectors have failed, an alarm releases nothing.
+             */
+            need?: number | null;
+            /** @description Why it is not released. */
+            not_released: components["schemas"]["ZoneNotReleased"][];
+            /** @description What it does. */
+            phase: components["schemas"]["ZonePhase"];
+            /**
+             * Format: int64
+             * @description From the condition to the command, ms, of the last release.
+             */
+            reacted_in_ms?: number | null;
+            /** @description It would release by itself if there were votes. */
+            ready: boolean;
+            /**
+             * Format: int64
+             * @description It returns to automatic after so long, ms.
+             */
+            returns_in_ms?: number | null;
+            /** @description A switch keeps it in manual. */
+            switch_manual: boolean;
+            /** @description Detectors without a vote. */
+            unable: components["schemas"]["DetectorVoteless"][];
+            /** @description Detectors that vote. */
+            votes: string[];
+            /**
+             * Format: int64
+             * @description Until automatic water ends, ms.
+             */
+            water_left_ms?: number | null;
+            /** @description Its id. */
+            zone: string;
+        };
+        /**
+         * @description What a sounder sounds, the most urgent last.
+         * @enum {string}
+         */
+        ZoneTone: "off" | "trouble" | "alarm" | "released" | "countdown" | "held";
+        /**
+         * @description A trouble.
+         * @enum {string}
+         */
+        ZoneTrouble: "detector_fault" | "detector_silent" | "detector_dirty" | "detector_stuck" | "path" | "contact_stuck" | "monitor_unreachable" | "monitor_failure" | "monitor_idle" | "not_closed" | "output_overdue" | "pump_failed" | "no_pressure" | "no_monitor";
+        /** @description A trouble in the list. */
+        ZoneTroubleState: {
+            /** @description It is there; else it is over and waits for a reset. */
+            active: boolean;
+            /**
+             * Format: int64
+             * @description Since, ms.
+             */
+            since_ms: number;
+            /** @description Which detector, monitor, …. */
+            subject: string;
+            /** @description Which. */
+            trouble: components["schemas"]["ZoneTrouble"];
+        };
+        /**
+         * @description Why a monitor is not used.
+         * @enum {string}
+         */
+        ZoneWithheld: "lockout" | "refused" | "person" | "unreachable" | "failure";
+        /** @description The site as it is. */
+        ZonesState: {
+            /**
+             * Format: int64
+             * @description When, ms.
+             */
+            at_ms: number;
+            /** @description Detectors. */
+            detectors: components["schemas"]["DetectorState"][];
+            /** @description What is disabled. */
+            disablements: components["schemas"]["ZoneDisablement"][];
+            /** @description Lockout is on. */
+            lockout: boolean;
+            /** @description Monitors. */
+            monitors: components["schemas"]["ZoneMonitorState"][];
+            /** @description Pumps. */
+            pumps: components["schemas"]["PumpState"][];
+            /** @description What the sounders of the site sound. */
+            tone: components["schemas"]["ZoneTone"];
+            /** @description Troubles, apart from alarms. They stay until a reset, also when they are over. */
+            troubles: components["schemas"]["ZoneTroubleState"][];
+            /** @description Zones, in the configured order. */
+            zones: components["schemas"]["ZoneState"][];
+        };
+        /** @description The zones, their detectors and monitors. Times of `state` count from the start of the hub. */
+        ZonesView: {
+            /** @description The latest report of each detector since the start. */
+            reported: {
+                [key: string]: components["schemas"]["DetectorReported"];
+            };
+            /** @description As the zone controller has it. */
+            state: components["schemas"]["ZonesState"];
+        };
     };
     responses: never;
     parameters: never;
@@ -2213,18 +3246,34 @@ export type AuthorityChange = components['schemas']['AuthorityChange'];
 export type Basis = components['schemas']['Basis'];
 export type Both = components['schemas']['Both'];
 export type Bounds = components['schemas']['Bounds'];
+export type ButtonsStatus = components['schemas']['ButtonsStatus'];
 export type Catalogue = components['schemas']['Catalogue'];
 export type ChainState = components['schemas']['ChainState'];
 export type ChainWord = components['schemas']['ChainWord'];
 export type Clients = components['schemas']['Clients'];
 export type Computed = components['schemas']['Computed'];
+export type ConnStatus = components['schemas']['ConnStatus'];
 export type Control = components['schemas']['Control'];
+export type ControlStatus = components['schemas']['ControlStatus'];
 export type ControlWord = components['schemas']['ControlWord'];
 export type Crash = components['schemas']['Crash'];
 export type CrashBit = components['schemas']['CrashBit'];
+export type DeployerStatus = components['schemas']['DeployerStatus'];
 export type Details = components['schemas']['Details'];
+export type DetectorBypass = components['schemas']['DetectorBypass'];
+export type DetectorBypassing = components['schemas']['DetectorBypassing'];
+export type DetectorCondition = components['schemas']['DetectorCondition'];
+export type DetectorKind = components['schemas']['DetectorKind'];
+export type DetectorReport = components['schemas']['DetectorReport'];
+export type DetectorReported = components['schemas']['DetectorReported'];
+export type DetectorSignal = components['schemas']['DetectorSignal'];
+export type DetectorState = components['schemas']['DetectorState'];
+export type DetectorStatus = components['schemas']['DetectorStatus'];
+export type DetectorUnable = components['schemas']['DetectorUnable'];
+export type DetectorVoteless = components['schemas']['DetectorVoteless'];
 export type DirectionWord = components['schemas']['DirectionWord'];
 export type Disk = components['schemas']['Disk'];
+export type DriveStatus = components['schemas']['DriveStatus'];
 export type Entry = components['schemas']['Entry'];
 export type ErrorBody = components['schemas']['ErrorBody'];
 export type Event = components['schemas']['Event'];
@@ -2233,6 +3282,7 @@ export type Failed = components['schemas']['Failed'];
 export type Fault = components['schemas']['Fault'];
 export type FieldValue = components['schemas']['FieldValue'];
 export type Flight = components['schemas']['Flight'];
+export type GeneralStatus = components['schemas']['GeneralStatus'];
 export type Health = components['schemas']['Health'];
 export type Hello = components['schemas']['Hello'];
 export type HistoryState = components['schemas']['HistoryState'];
@@ -2265,6 +3315,7 @@ export type NewUser = components['schemas']['NewUser'];
 export type NoJet = components['schemas']['NoJet'];
 export type Note = components['schemas']['Note'];
 export type Now = components['schemas']['Now'];
+export type NozzleStatus = components['schemas']['NozzleStatus'];
 export type OfOne = components['schemas']['OfOne'];
 export type Outcome = components['schemas']['Outcome'];
 export type ParamValue = components['schemas']['ParamValue'];
@@ -2276,6 +3327,7 @@ export type Priority = components['schemas']['Priority'];
 export type Program = components['schemas']['Program'];
 export type Progress = components['schemas']['Progress'];
 export type Published = components['schemas']['Published'];
+export type PumpState = components['schemas']['PumpState'];
 export type Read = components['schemas']['Read'];
 export type Readiness = components['schemas']['Readiness'];
 export type ReadinessReason = components['schemas']['ReadinessReason'];
@@ -2321,16 +3373,41 @@ export type StateFault = components['schemas']['StateFault'];
 export type StateFile = components['schemas']['StateFile'];
 export type Status = components['schemas']['Status'];
 export type Subscribed = components['schemas']['Subscribed'];
+export type Subsystems = components['schemas']['Subsystems'];
 export type Switch = components['schemas']['Switch'];
 export type Tank = components['schemas']['Tank'];
+export type ThermoStatus = components['schemas']['ThermoStatus'];
 export type Token = components['schemas']['Token'];
 export type Totals = components['schemas']['Totals'];
 export type UnknownBits = components['schemas']['UnknownBits'];
 export type User = components['schemas']['User'];
 export type UserChange = components['schemas']['UserChange'];
 export type Values = components['schemas']['Values'];
+export type ValveStatus = components['schemas']['ValveStatus'];
 export type Verified = components['schemas']['Verified'];
 export type Wall = components['schemas']['Wall'];
 export type Wanted = components['schemas']['Wanted'];
+export type ZoneCause = components['schemas']['ZoneCause'];
+export type ZoneDisablement = components['schemas']['ZoneDisablement'];
+export type ZoneEnd = components['schemas']['ZoneEnd'];
+export type ZoneEntry = components['schemas']['ZoneEntry'];
+export type ZoneHand = components['schemas']['ZoneHand'];
+export type ZoneHold = components['schemas']['ZoneHold'];
+export type ZoneMode = components['schemas']['ZoneMode'];
+export type ZoneModeChange = components['schemas']['ZoneModeChange'];
+export type ZoneMonitorState = components['schemas']['ZoneMonitorState'];
+export type ZoneNotReleased = components['schemas']['ZoneNotReleased'];
+export type ZoneOrder = components['schemas']['ZoneOrder'];
+export type ZonePhase = components['schemas']['ZonePhase'];
+export type ZoneRefusal = components['schemas']['ZoneRefusal'];
+export type ZoneRelease = components['schemas']['ZoneRelease'];
+export type ZoneScope = components['schemas']['ZoneScope'];
+export type ZoneState = components['schemas']['ZoneState'];
+export type ZoneTone = components['schemas']['ZoneTone'];
+export type ZoneTrouble = components['schemas']['ZoneTrouble'];
+export type ZoneTroubleState = components['schemas']['ZoneTroubleState'];
+export type ZoneWithheld = components['schemas']['ZoneWithheld'];
+export type ZonesState = components['schemas']['ZonesState'];
+export type ZonesView = components['schemas']['ZonesView'];
 export type $defs = Record<string, never>;
 export type operations = Record<string, never>;

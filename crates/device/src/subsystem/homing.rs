@@ -60,7 +60,8 @@ impl Homing {
         let far = if axis == Axis::Nozzle { LEFT_MM } else { LEFT_ARCMIN };
         let closed = is_closed(up, input);
         self.left |= !closed && input.position.abs_diff(self.start) >= far;
-        if closed && self.left && way == Some(up) {
+        // Both ends at a time are none.
+        if closed && !is_closed(!up, input) && self.left && way == Some(up) {
             self.offset = params.get(home).saturating_sub(input.position);
             self.end = None;
         }

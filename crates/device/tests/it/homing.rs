@@ -48,6 +48,19 @@ fn not_homed(rig: &mut Rig, axis: Axis) -> bool {
     told
 }
 
+/// Both end switches at a time are a broken wire, and no end.
+#[test]
+fn not_homed_at_both_ends() {
+    for (axis, up) in AIMING.into_iter().flat_map(|axis| [(axis, false), (axis, true)]) {
+        let mut rig = forgotten(axis, up, 0);
+        rig.move_to(axis, if up { i16::MAX } else { -i16::MAX });
+        rig.run_until(20_000, |rig| rig.speed(axis) != 0);
+        rig.plant.drive(axis).switches = (1000, -1000);
+        rig.run(500);
+        assert!(not_homed(&mut rig, axis), "{axis:?} {up}");
+    }
+}
+
 /// After a start nothing moves by itself, Limitless and InputFaults tell it. A Move towards the switch, slow,
 /// ends there and homes; then the position is that of an absolute sensor, and limits hold.
 #[test]

@@ -6,6 +6,7 @@ use lafet_device::params::Params;
 use lafet_proto::param::{DriveParam, Param};
 
 use super::View;
+use crate::fault::{DriveFault, Fault};
 
 /// A drive has left the switch at which it has started after this way, ' or mm.
 const LEFT_ARCMIN: u32 = 60;
@@ -71,7 +72,12 @@ impl Homings {
             let closed = is_closed(up, input);
             homing.left |= !closed && input.position.abs_diff(homing.start) >= far;
             if !told {
-                if !(closed && homing.left && homing.driven) {
+                // A switch that lies may have closed before the drive could move.
+                let lies = [DriveFault::MinSwitch, DriveFault::MaxSwitch]
+                    .iter()
+                    .any(|fault| view.faults.contains(&Fault::Drive(axis, *fault)));
+                let one = closed && !is_closed(!up, input);
+                if !(one && homing.left && (homing.driven || lies)) {
                     wrong.push(axis);
                 }
                 homing.end = None;

@@ -1,6 +1,6 @@
 import { readFileSync } from 'node:fs';
 import { beforeAll, describe, expect, it } from 'vitest';
-import type { Act, SimAct } from '../../src/hub/api';
+import type { Act, SimAct, ZoneEntry, ZoneOrder } from '../../src/hub/api';
 import { dictionary, type Dictionary } from '../../src/hub/dictionary';
 import type { AuditEntry } from '../../src/hub/types';
 import { loadLang, setLang } from '../../src/i18n';
@@ -21,6 +21,38 @@ const sims: Record<Named<SimAct>, SimAct> = {
   fire: { fire: { at: [-12.04, 5], kind: 'pool', size: 2 } },
   ignite: { ignite: 'T-1' },
   link: { link: { monitor: 'M1', up: false } },
+};
+const zones: Record<Named<Exclude<ZoneEntry, string>>, ZoneEntry> = {
+  started: { started: { dropped: [] } },
+  detector: { detector: { detector: 'T-1', signal: 'pre_alarm', condition: 'ready' } },
+  enough: { enough: { zone: 'T-1' } },
+  countdown: { countdown: { zone: 'T-1', delay_ms: 10_000 } },
+  cancelled: { cancelled: { zone: 'T-1', why: 'test_over' } },
+  held: { held: { zone: 'T-1', on: true, left_ms: 5000 } },
+  released: { released: { zone: 'T-1', automatic: true, wet: true, condition_at_ms: 1 } },
+  ended: { ended: { zone: 'T-1', why: 'abort' } },
+  no: { no: { scope: { monitor: 'M1' }, why: 'close' } },
+  lapsed: { lapsed: { scope: { zone: 'T-1' } } },
+  refused: { refused: { order: { release: { zone: 'T-1' } }, why: 'lockout' } },
+  station_refused: { station_refused: { input: 'T-1', zone: 'T-1', why: 'off' } },
+  mode: { mode: { zone: 'T-1', mode: 'test_outlet', returns_in_ms: null } },
+  lockout: { lockout: { on: false } },
+  bypass: { bypass: { detector: 'T-1', bypass: 'masked' } },
+  reset: { reset: 'site' },
+  trouble: { trouble: { trouble: 'no_monitor', subject: 'T-1', active: false } },
+  water_found: { water_found: { monitor: 'M1', left_ms: 7000 } },
+  replaced: { replaced: { zone: 'T-1', monitor: 'M1' } },
+  unknown: { unknown: { name: 'T-1' } },
+};
+const orders: Record<Named<ZoneOrder>, ZoneOrder> = {
+  prepare: { prepare: { monitor: 'M1', zone: 'T-1' } },
+  engage: { engage: { monitor: 'M1', zone: 'T-1', water_max_ms: null } },
+  close: { close: { monitor: 'M1' } },
+  stop: { stop: { monitor: 'M1' } },
+  pump: { pump: { pump: 'T-1', on: true } },
+  valve: { valve: { output: 'T-1', open: true } },
+  sound: { sound: { output: 'T-1', tone: 'alarm' } },
+  lamp: { lamp: { output: 'T-1', lit: false } },
 };
 /** One of each kind: the type comes from the hub's description, so none can be forgotten. */
 const acts: Record<Act['type'], Act> = {
@@ -44,6 +76,8 @@ const acts: Record<Act['type'], Act> = {
   upload_recording: { type: 'upload_recording', recording: 'r.mcap' },
   sim_scenario: { type: 'sim_scenario', scenario: 'hangar' },
   sim: { type: 'sim', act: sims.fire },
+  zone: { type: 'zone', entry: zones.released, cause: [] },
+  zone_order: { type: 'zone_order', order: orders.engage, cause: [] },
   end: { type: 'end' },
   clock_step: { type: 'clock_step', by_ms: -3500 },
   state_lost: { type: 'state_lost', file: 'audit', fault: 'older', noted: 7, found: 3 },
@@ -85,6 +119,18 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
 
   it.each(Object.entries(sims))('the simulation: %s', (_, act) => {
     const words = wordsOf(entry({ type: 'sim', act }));
+    expect(words).not.toMatch(/¤|[{}]|events\.|undefined|NaN|_/);
+    if (lang === 'ru') expect(words.replace(/M1|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
+  });
+
+  it.each([...Object.values(zones), 'silenced' as const])('the zones: %j', (zone) => {
+    const words = wordsOf(entry({ type: 'zone', entry: zone, cause: [] }));
+    expect(words).not.toMatch(/¤|[{}]|events\.|undefined|NaN|_/);
+    if (lang === 'ru') expect(words.replace(/M1|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
+  });
+
+  it.each(Object.values(orders))('an order of the zones: %j', (order) => {
+    const words = wordsOf(entry({ type: 'zone_order', order, cause: [] }));
     expect(words).not.toMatch(/¤|[{}]|events\.|undefined|NaN|_/);
     if (lang === 'ru') expect(words.replace(/M1|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
   });

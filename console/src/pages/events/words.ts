@@ -10,6 +10,7 @@ import { measured, show } from '../../units';
 import { titleOf } from '../alarms/names';
 import type { Simulation } from '../training/model';
 import { actOf } from './model';
+import { orderWords, zoneWords } from './zones';
 
 /** Names of scenarios and faults of the simulation. */
 let simulation: Pick<Simulation, 'scenarios' | 'faults'> = { scenarios: [], faults: [] };
@@ -77,8 +78,9 @@ function actWords(act: Act, what: string): string {
     case 'sim':
       return simWords(act.act);
     case 'zone':
+      return zoneWords(act.entry);
     case 'zone_order':
-      return what;
+      return orderWords(act.order);
     case 'end':
       return t('events.end');
     case 'clock_step':

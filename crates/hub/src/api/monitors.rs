@@ -20,7 +20,7 @@ use super::crash::Crash;
 use super::guard::{Body, Lenient, Urgent};
 use crate::command::outcome::{OfAll, OfOne, Outcome};
 use crate::command::request::MonitorRequest;
-use crate::command::urgent::Joined;
+use crate::command::urgent::{Joined, Taken};
 use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -360,15 +360,15 @@ impl Hub {
         caller: &Caller,
         request: &MonitorRequest,
     ) -> Vec<(String, Joined)> {
-        let mut is_news = false;
+        let mut most = Taken::Refused;
         let mut join = |station: &Arc<Station>| {
-            let (joined, news) = self.overtake(caller, station, request);
-            is_news |= news;
+            let (joined, taken) = self.overtake(caller, station, request);
+            most = most.max(taken);
             (station.id().to_owned(), joined)
         };
         let all = self.stations().iter().map(&mut join).collect();
-        if is_news {
-            self.refuse_everywhere(caller);
+        if most != Taken::Refused {
+            self.refuse_everywhere(caller, most == Taken::First);
         }
         all
     }

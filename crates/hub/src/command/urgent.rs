@@ -71,6 +71,17 @@ struct Batch {
     callers: Vec<Caller>,
 }
 
+/// How an urgent request was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Taken {
+    /// Not at all: the session was ended by others.
+    Refused,
+    /// Its client has sent the same while that is under way.
+    Again,
+    /// It is the client's first.
+    First,
+}
+
 /// Repetitions, as they are noted in the audit log.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 struct Repeats {
@@ -131,22 +142,22 @@ impl Hub {
         station: &Arc<Station>,
         request: &MonitorRequest,
     ) -> Joined {
-        let (joined, news) = self.overtake(caller, station, request);
-        if news {
-            self.refuse_for_zones(caller, station, request);
+        let (joined, taken) = self.overtake(caller, station, request);
+        if taken != Taken::Refused {
+            self.refuse_for_zones(caller, station, request, taken == Taken::First);
         }
         joined
     }
 
-    /// The same for the wire alone; and whether it is more than a repetition of the same client.
+    /// The same for the wire alone.
     pub fn overtake(
         &self,
         caller: &Caller,
         station: &Arc<Station>,
         request: &MonitorRequest,
-    ) -> (Joined, bool) {
+    ) -> (Joined, Taken) {
         if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
-            return (self.refused_as_ended(caller, station, request), false);
+            return (self.refused_as_ended(caller, station, request), Taken::Refused);
         }
         self.counts().commands.fetch_add(1, Ordering::Relaxed);
         let (now_ms, session) = (self.clock().now_ms(), caller.seat.seat.clone());
@@ -155,11 +166,11 @@ impl Hub {
         let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
         let batch = slot.waits.get_or_insert_with(Batch::new);
         let outcome = batch.outcome.subscribe();
-        let mut news = false;
+        let mut taken = Taken::Again;
         if let Some((_, repeats)) = slot.noted.get_mut(&session) {
             repeats.again(now_ms);
         } else if slot.noted.len() < CALLERS_MAX {
-            news = true;
+            taken = Taken::First;
             slot.noted.insert(session.clone(), (caller.clone(), Repeats::default()));
             batch.callers.push(caller.clone());
             if slot.resting {
@@ -171,7 +182,7 @@ impl Hub {
         if !busy {
             tokio::spawn(run(self.clone(), station.clone(), request.clone()));
         }
-        (Joined { outcome, session }, news)
+        (Joined { outcome, session }, taken)
     }
 
     /// Sends an urgent request once more, without an entry of its own: its first one was noted.

@@ -231,7 +231,13 @@ impl Hub {
 
     /// A Stop, Close or Lockout of a person is a no for its monitor. Stop of a drive ends a motion by
     /// hand and is none; nor is Stop by the client that holds the monitor and works with it.
-    pub fn refuse_for_zones(&self, caller: &Caller, station: &Station, request: &MonitorRequest) {
+    pub fn refuse_for_zones(
+        &self,
+        caller: &Caller,
+        station: &Station,
+        request: &MonitorRequest,
+        news: bool,
+    ) {
         let Some(zones) = self.zones() else { return };
         let serves = zones.config.site.monitors.iter().any(|id| id == station.id());
         if !serves || matches!(caller.via, "hub" | ZONES) {
@@ -252,19 +258,28 @@ impl Hub {
             RequestId::STOP if whole && !holds() => Hand::Stop(scope),
             _ => return,
         };
-        self.refuse(zones, caller, order);
+        self.refuse(zones, caller, order, news);
     }
 
     /// Stop or Lockout of every monitor is a no for the whole site.
-    pub fn refuse_everywhere(&self, caller: &Caller) {
+    pub fn refuse_everywhere(&self, caller: &Caller, news: bool) {
         if let Some(zones) = self.zones() {
-            self.refuse(zones, caller, Hand::Stop(Scope::Site));
+            self.refuse(zones, caller, Hand::Stop(Scope::Site), news);
         }
     }
 
-    fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand) {
+    /// A repetition (no `news`) is a no only where the one before does not last any more: a reset may have
+    /// come between.
+    fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
+        let mut machine = lock(&zones.machine);
+        if let Hand::Stop(scope) | Hand::Close(scope) = &order
+            && !news
+            && machine.site.is_refused(scope)
+        {
+            return;
+        }
         let by = caller.principal.user.clone();
-        self.take(zones, &mut lock(&zones.machine), caller, &Event::Hand { by, order });
+        self.take(zones, &mut machine, caller, &Event::Hand { by, order });
     }
 
     /// Gives an event to the machine and carries out what follows from it.

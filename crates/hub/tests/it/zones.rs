@@ -252,6 +252,22 @@ async fn a_persons_stop_ends_the_water_and_stop_of_a_drive_does_not() {
     assert!(stays(Duration::from_millis(1500), || is_closed(&site, "M2")).await);
 }
 
+/// A Stop that its client has sent before is still a no: the zone may have been reset between.
+#[tokio::test]
+async fn a_stop_that_is_repeated_is_a_no_after_a_reset_too() {
+    let site = quiet(1, "coincidence_s = 0").await;
+    for _ in 0..5 {
+        for path in ["/api/stop", "/api/monitors/M1/stop"] {
+            site.post("", path, json!({})).await;
+        }
+        let now = state(&site).await;
+        assert_eq!(now["zones"][0]["phase"], json!({ "ended": "stop" }));
+        assert_eq!(now["monitors"][0]["withheld"], json!("refused"));
+        assert_eq!(order(&site, "reset", json!({})).await.status, 200);
+        assert_eq!(state(&site).await["monitors"][0]["withheld"], Value::Null);
+    }
+}
+
 #[tokio::test]
 async fn a_monitor_in_a_persons_hands_is_left_alone() {
     let site = quiet(2, "coincidence_s = 0\njets = 1").await;

@@ -2,7 +2,7 @@
 
 use super::{Site, ms};
 use crate::config::{ContactKind, Mode};
-use crate::event::Bypass;
+use crate::event::{Bypass, Scope};
 use crate::output::Why;
 use crate::state::{
     DetectorState, Disablement, MonitorState, NotReleased, Phase, PumpState, State, TroubleState,
@@ -10,6 +10,19 @@ use crate::state::{
 };
 
 impl Site {
+    /// Whether a no for this lasts: one more changes nothing before a reset.
+    pub fn is_refused(&self, scope: &Scope) -> bool {
+        match scope {
+            Scope::Site => self.zones.iter().all(|zone| zone.ended.is_some()),
+            Scope::Zone(id) => {
+                self.plan.zone(id).is_some_and(|zone| self.zones[zone].ended.is_some())
+            }
+            Scope::Monitor(id) => {
+                self.plan.monitor(id).is_some_and(|it| self.monitors[it].refused.is_some())
+            }
+        }
+    }
+
     /// The state now, as of the last event or step.
     pub fn state(&self) -> State {
         let config = &self.plan.config;

@@ -38,9 +38,8 @@ pub enum CheckMode {
 const PROBE_LEAST: Duration = Duration::from_millis(30);
 /// Shortest time between two checks of both forms after requests without answer.
 const SILENCE_PAUSE: Duration = Duration::from_secs(5);
-/// Times between the probes of a monitor without CRC-32C: an earlier one may have been lost.
-const LOOKS: [Duration; 3] =
-    [Duration::from_secs(1), Duration::from_secs(10), Duration::from_secs(300)];
+/// Seconds between the probes of a monitor without CRC-32C: earlier ones may have been lost.
+const LOOKS_S: [u64; 6] = [1, 3, 10, 30, 100, 300];
 
 /// A probe that was sent.
 #[derive(Clone, Copy, Debug)]
@@ -135,9 +134,9 @@ impl Negotiation {
         self.probe = Some(Probe { check, sent: now, deadline: now + wait });
         if check == Check::Crc32c {
             self.last_long = Some(now);
-            let pause = LOOKS[self.looks.min(LOOKS.len() - 1)];
+            let pause = LOOKS_S[self.looks.min(LOOKS_S.len() - 1)];
             self.looks += 1;
-            self.next_look = now + pause;
+            self.next_look = now + Duration::from_secs(pause);
         }
     }
 
@@ -269,7 +268,7 @@ impl Session {
                 self.check.form = Check::Crc16;
                 // The probe with a CRC-32C may have been lost.
                 self.check.looks = 0;
-                self.check.next_look = now + LOOKS[0];
+                self.check.next_look = now + Duration::from_secs(LOOKS_S[0]);
             }
             _ => {}
         }

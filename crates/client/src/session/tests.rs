@@ -87,7 +87,7 @@ struct Seen {
 impl World {
     fn new(config: Config, unknown: Unknown, bound: Duration, seed: u64) -> Self {
         let copies = config.duplicates;
-        let mut session = Session::new(config);
+        let mut session = Session::new(Config { first_number: Some(seed as u32), ..config });
         session.handle_connected(Now::ZERO);
         Self {
             now: Now::ZERO,

@@ -74,7 +74,8 @@ fn deployed() -> Sim {
 impl World {
     fn new(wire: Wire, sim: &Sim, seed: u64) -> Self {
         let timeout = MS * (1000 + 3 * wire.latency_ms as u32);
-        let mut line = Line::new(Config { timeout, ..Config::default() });
+        let first_number = Some(seed as u32);
+        let mut line = Line::new(Config { timeout, first_number, ..Config::default() });
         line.handle_connected(Duration::ZERO);
         let (down, up, speeds) = (Vec::new(), Vec::new(), Vec::new());
         let (core, pending, poll, decoder) = (None, None, None, Decoder::new());

@@ -29,7 +29,8 @@ enum Device {
 impl Device {
     fn console(source: u8) -> Self {
         let addresses = Addresses { monitor: 1, source };
-        let config = Config { addresses, role: Role::Active, ..Config::default() };
+        let first_number = Some(source.into());
+        let config = Config { addresses, role: Role::Active, first_number, ..Config::default() };
         let mut client = Client::new(config);
         client.handle_connected(Duration::ZERO);
         Self::Console(Box::new(client))

@@ -57,7 +57,8 @@ fn client(source: u8, role: Role) -> Client {
     // One try, so that what the controller repeats can be counted.
     let tries = if role == Role::Active { 1 } else { 3 };
     let turnaround = if role == Role::Active { TURNAROUND } else { Duration::ZERO };
-    let config = Config { addresses, tries, role, turnaround, ..Config::default() };
+    let first_number = Some(source.into());
+    let config = Config { addresses, tries, role, turnaround, first_number, ..Config::default() };
     let mut client = Client::new(config);
     client.handle_connected(Duration::ZERO);
     client

@@ -4,6 +4,7 @@ use lafet_proto::id::key;
 use lafet_proto::record::{HEADER_SIZE, Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Answer, DecodeError, ParamId, Record, Request, RequestId, Status, SubsystemId};
+use smallvec::SmallVec;
 
 use crate::error::Error;
 use crate::session::jog::MOVE_HOLD;
@@ -12,10 +13,18 @@ use crate::session::matching::is_group;
 /// Bytes of the longest record.
 const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
 
+// Up to these sizes nothing is allocated.
+/// Bytes of most requests.
+const REQUEST_USUAL: usize = 16;
+/// Bytes of data of most answers.
+const DATA_USUAL: usize = 24;
+/// Records of most frames to one subsystem: an answer, and the four of a number.
+const RECORDS_USUAL: usize = 6;
+
 /// An encoded request, with the properties that a session needs.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestBuf {
-    bytes: Vec<u8>,
+    bytes: SmallVec<[u8; REQUEST_USUAL]>,
     to: SubsystemId,
     id: RequestId,
     param: Option<ParamId>,
@@ -39,7 +48,7 @@ impl RequestBuf {
             _ => None,
         };
         let locks = request.body == Body::Lockout { key: key::ENABLE };
-        Ok(Self { bytes: writer.written().to_vec(), to, id, param, locks })
+        Ok(Self { bytes: SmallVec::from_slice(writer.written()), to, id, param, locks })
     }
 
     /// The bytes of the record.
@@ -130,14 +139,14 @@ pub struct AnswerBuf {
     request: RequestId,
     from: SubsystemId,
     status: Status,
-    data: Vec<u8>,
+    data: SmallVec<[u8; DATA_USUAL]>,
 }
 
 impl AnswerBuf {
     /// Copies a record.
     pub fn new(record: &Record<'_>) -> Self {
         let Record { request, device, status, data } = *record;
-        Self { request, from: device, status, data: data.to_vec() }
+        Self { request, from: device, status, data: SmallVec::from_slice(data) }
     }
 
     /// The identifier of the request that is answered.
@@ -246,7 +255,7 @@ impl IntoIterator for Answers {
 }
 
 /// The records of a payload; `None` if it does not consist of whole records.
-pub(crate) fn records(payload: &[u8]) -> Option<Vec<Record<'_>>> {
+pub(crate) fn records(payload: &[u8]) -> Option<SmallVec<[Record<'_>; RECORDS_USUAL]>> {
     Records::new(payload).collect::<Result<_, _>>().ok()
 }
 

@@ -6,12 +6,16 @@ use lafet_proto::link::{self, BODY_MAX, Check, Decoder};
 use lafet_proto::record::Records;
 use lafet_proto::{Expected, Record};
 
+use smallvec::SmallVec;
+
 use super::Stats;
 use super::late_answers::{Tag, looks_like_tag};
 use super::medium::Framing;
 
 /// Most bytes of bare records kept while the end of the answer has not come.
 const RECORDS_MAX: usize = 4096;
+/// Bytes of most answers of one subsystem; they need no allocation.
+const PAYLOAD_USUAL: usize = 64;
 
 /// Received bytes, until they form a frame.
 #[derive(Debug)]
@@ -32,7 +36,7 @@ pub struct Incoming {
     /// Receiver and sender, if the framing has them.
     pub addresses: Option<(u8, u8)>,
     /// Its records.
-    pub payload: Vec<u8>,
+    pub payload: SmallVec<[u8; PAYLOAD_USUAL]>,
     /// Its checksum.
     pub check: Check,
 }
@@ -69,7 +73,7 @@ impl Input {
             rest = &rest[taken..];
             let Some(frame) = frame else { return };
             let addresses = Some((frame.dst, frame.src));
-            let payload = frame.payload.to_vec();
+            let payload = SmallVec::from_slice(frame.payload);
             let check = self.decoder.check();
             self.frames.push_back(Incoming { addresses, payload, check });
         }
@@ -82,7 +86,8 @@ impl Input {
             Ok(frame) => {
                 self.datagram_errors.frames_received += 1;
                 let addresses = Some((frame.dst, frame.src));
-                let (payload, check) = (frame.payload.to_vec(), link::check_of(datagram));
+                let (payload, check) =
+                    (SmallVec::from_slice(frame.payload), link::check_of(datagram));
                 self.frames.push_back(Incoming { addresses, payload, check });
             }
             Err(error) if matches!(error.expected, Expected::Crc(_) | Expected::Crc32c(_)) => {
@@ -101,7 +106,7 @@ impl Input {
         let found = answer_range(&self.stream, end);
         let payload = match found {
             Some((start, end)) => {
-                let payload = self.stream.get(start..end)?.to_vec();
+                let payload = SmallVec::from_slice(self.stream.get(start..end)?);
                 self.stream.drain(..end);
                 payload
             }

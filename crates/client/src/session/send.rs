@@ -183,10 +183,7 @@ impl Session {
 
     /// Time until which an operation waits because its answer could be confused with another.
     pub(super) fn drained(&self, now: Now, operation: &Operation) -> Option<Now> {
-        if !self.is_doubtful(now, operation) {
-            return None;
-        }
-        if self.tags_work() {
+        if self.tags_work() || !self.is_doubtful(now, operation) {
             return None;
         }
         self.suspicion.until(operation.first(), now, self.config.drain_bound)

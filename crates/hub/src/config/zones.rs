@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lafet_proto::SubsystemId;
+use lafet_proto::request::{Body, Quench};
+use lafet_proto::{Request, SubsystemId};
 use lafet_site::config::Zone;
 use serde::Deserialize;
 use toml::Spanned;
@@ -10,6 +11,7 @@ use toml::Spanned;
 use super::check::Check;
 use super::file::File;
 use crate::command::request::MonitorRequest;
+use crate::error::ApiError;
 use crate::text::{Both, both};
 
 /// A monitor of a zone is polled at least so often: a report that it is closed counts for a second.
@@ -60,21 +62,31 @@ pub enum Outlet {
 
 impl Aim {
     /// The request that extinguishes as aimed; it deploys the monitor first, and changes no valve.
-    pub fn quench(&self) -> String {
-        let Self { program, horizontal, vertical, nozzle, .. } = self;
-        format!(
-            "StartQuench Control program={program} centre={horizontal},{vertical} nozzle={nozzle}"
-        )
+    pub fn quench(&self) -> Result<MonitorRequest, ApiError> {
+        let quench = Quench::Program {
+            program: self.program,
+            centre_h: self.horizontal,
+            centre_v: self.vertical,
+            nozzle: self.nozzle,
+        };
+        MonitorRequest::new(&Request::new(SubsystemId::CONTROL, Body::StartQuench(quench)))
     }
 
     /// The requests that turn there without water, for a monitor that is deployed.
-    pub fn turn(&self) -> [String; 3] {
-        let Self { horizontal, vertical, nozzle, .. } = self;
+    pub fn turn(&self) -> [Result<MonitorRequest, ApiError>; 3] {
         [
-            format!("Move Horizontal {horizontal}"),
-            format!("Move Vertical {vertical}"),
-            format!("Move Nozzle {nozzle}"),
+            (SubsystemId::HORIZONTAL, self.horizontal),
+            (SubsystemId::VERTICAL, self.vertical),
+            (SubsystemId::NOZZLE, self.nozzle),
         ]
+        .map(|(drive, destination)| {
+            MonitorRequest::new(&Request::new(drive, Body::Move { destination }))
+        })
+    }
+
+    /// The request that opens the water.
+    pub fn open(&self) -> Result<MonitorRequest, ApiError> {
+        MonitorRequest::new(&Request::open(self.outlet()))
     }
 
     /// The valve of the water.
@@ -231,8 +243,7 @@ impl Check<'_> {
             let angles = [aim.horizontal, aim.vertical];
             let fine = (0..=7).contains(&aim.program)
                 && angles.iter().all(|it| (-ANGLE_MAX..=ANGLE_MAX).contains(it))
-                && aim.nozzle >= 0
-                && MonitorRequest::parse(&aim.quench()).is_ok();
+                && aim.nozzle >= 0;
             if !fine {
                 self.say(
                     at,
@@ -305,7 +316,8 @@ mod tests {
             (&["M1".into()][..], 1)
         );
         let aim = &zones.aims[&("hall".to_owned(), "M1".to_owned())];
-        assert_eq!(aim.quench(), "StartQuench Control program=0 centre=600,300 nozzle=60");
+        let quench = aim.quench().unwrap();
+        assert_eq!(quench.text(), "StartQuench Control program=0 centre=600,300 nozzle=60");
         assert!(parse(&[MONITOR]).unwrap().zones.is_none());
     }
 

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_proto::SubsystemId;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
 use lafet_site::{Cause, Command, Order, Phase};
 use tokio::time::sleep;
 
@@ -17,6 +18,7 @@ use crate::access::{Kind, Principal, Role, Standing};
 use crate::command::request::MonitorRequest;
 use crate::config::Aim;
 use crate::control::authority::Seat;
+use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::store::Act;
@@ -96,7 +98,7 @@ impl Hub {
     fn send_urgent_orders(
         &self,
         station: &Arc<Station>,
-        requests: &[Result<MonitorRequest, crate::error::ApiError>],
+        requests: &[Result<MonitorRequest, ApiError>],
         command: &Command,
     ) {
         for request in requests.iter().flatten() {
@@ -152,7 +154,7 @@ impl Hub {
 }
 
 /// The requests that end water: valves, and the program that aims.
-fn closing(station: &Station) -> Vec<Result<MonitorRequest, crate::error::ApiError>> {
+fn closing(station: &Station) -> Vec<Result<MonitorRequest, ApiError>> {
     let status = station.status();
     let valves = match &status.valves()[..] {
         [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
@@ -184,8 +186,11 @@ impl Opening {
             return;
         }
         let accepted = match (self.opens, self.is_deployed()) {
-            (true, _) => self.insist(&self.aim.quench(), self.in_time()).await,
-            (false, false) => self.insist("Deploy Deployer", self.in_time()).await,
+            (true, _) => self.insist(self.aim.quench(), self.in_time()).await,
+            (false, false) => {
+                let deploy = Request::new(SubsystemId::DEPLOYER, Body::Deploy);
+                self.insist(MonitorRequest::new(&deploy), self.in_time()).await
+            }
             (false, true) => true,
         };
         if !accepted {
@@ -199,24 +204,22 @@ impl Opening {
             sleep(LOOK).await;
         }
         if self.opens {
-            self.insist(&format!("Open {}", self.aim.outlet()), goes_on).await;
+            self.insist(self.aim.open(), goes_on).await;
             return;
         }
         for request in self.aim.turn() {
-            if !self.insist(&request, goes_on.clone()).await {
+            if !self.insist(request, goes_on.clone()).await {
                 return;
             }
         }
     }
 
     /// Sends a request until it is accepted, or the order is void; whether it was accepted.
-    async fn insist(&self, request: &str, valid: Valid) -> bool {
+    async fn insist(&self, request: Result<MonitorRequest, ApiError>, valid: Valid) -> bool {
+        let Ok(request) = request else { return false };
         while valid() {
-            let Ok(request) = MonitorRequest::parse(request) else { return false };
-            let sent = self
-                .hub
-                .command_while(&Caller::zones(), &self.station, request, valid.clone())
-                .await;
+            let (caller, request) = (Caller::zones(), request.clone());
+            let sent = self.hub.command_while(&caller, &self.station, request, valid.clone()).await;
             match sent {
                 Ok(outcome) if outcome.ok => return true,
                 Ok(_) => {}

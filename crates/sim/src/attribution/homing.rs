@@ -33,7 +33,6 @@ struct Homing {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Homings {
     drives: [Homing; AXES],
-    started: bool,
     /// How many times a drive was homed.
     pub homed: u64,
 }
@@ -44,19 +43,14 @@ impl Homings {
         Self { homed: self.homed, ..Self::default() }
     }
 
-    /// It knows which positions are known.
-    pub(super) const fn has_started(&self) -> bool {
-        self.started
+    /// The first step: each drive is where it was switched on.
+    pub(super) fn start(&mut self, view: &View<'_>) {
+        self.drives = Axis::ALL
+            .map(|axis| Homing::starting(axis, view.params, &view.inputs.drives[axis as usize]));
     }
 
     /// Takes over what is sensed and told; says which drives claim to know their position and cannot.
     pub(super) fn follow(&mut self, view: &View<'_>) -> Vec<Axis> {
-        if !self.started {
-            self.started = true;
-            self.drives = Axis::ALL.map(|axis| {
-                Homing::starting(axis, view.params, &view.inputs.drives[axis as usize])
-            });
-        }
         let bits = view.device.input_faults();
         let mut wrong = Vec::new();
         for (axis, homing) in Axis::ALL.into_iter().zip(&mut self.drives) {
@@ -146,6 +140,7 @@ mod tests {
         let told = Told::ask(&mut sim);
         let view = View::of(&sim, told);
         let mut homings = Homings::default();
+        homings.start(&view);
         assert_eq!(homings.follow(&view), []);
         for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
             homings.drives[axis as usize].end = Some(true);

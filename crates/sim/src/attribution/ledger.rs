@@ -456,6 +456,8 @@ impl Ledger {
             self.chain = SubsystemId::CHAIN.into_iter().filter(is_built_in).collect();
             self.chain_known = true;
             self.note_params(view);
+            self.homings.start(view);
+            self.free_early_moves(view);
             for (works, travel_ms) in self.works.iter_mut().zip(self.valve_travel_ms) {
                 let by_power_up = |work: &&mut Work| work.cause == Cause::Rule(Rule::PowerUp);
                 for work in works.iter_mut().filter(by_power_up) {
@@ -480,11 +482,7 @@ impl Ledger {
         }
         self.follow_currents(view);
         self.follow_faults(view);
-        let first = !self.homings.has_started();
         let wrong = self.homings.follow(view);
-        if first {
-            self.free_early_moves(view);
-        }
         (self.before_ms, self.sensed_ms) = (self.sensed_ms, view.now_ms);
         wrong
     }

@@ -13,33 +13,18 @@ export function zoneWords(entry: ZoneEntry): string {
     return t(active ? 'events.zone_trouble' : 'events.zone_trouble_over', { subject, what });
   }
   if ('detector' in entry) {
-    return t('events.zone_detector', { ...about(entry.detector), state: t(`events.zone_signal_${entry.detector.signal}`) });
+    const { detector, signal } = entry.detector;
+    return t('events.zone_detector', { detector, state: t(`events.zone_signal_${signal}`) });
   }
   if ('bypass' in entry) {
-    return t('events.zone_detector', { ...about(entry.bypass), state: t(`events.zone_bypass_${entry.bypass.bypass}`) });
+    const { detector, bypass } = entry.bypass;
+    return t('events.zone_detector', { detector, state: t(`events.zone_bypass_${bypass}`) });
   }
   if ('cancelled' in entry) return t('events.zone_cancelled', { zone: entry.cancelled.zone, why: why(entry.cancelled.why) });
   if ('ended' in entry) return t('events.zone_ended', { zone: entry.ended.zone, why: why(entry.ended.why) });
   if ('no' in entry) return t('events.zone_no', { scope: scope(entry.no.scope), why: why(entry.no.why) });
   if ('lapsed' in entry) return t('events.zone_reset', { scope: scope(entry.lapsed.scope) });
   if ('reset' in entry) return t('events.zone_reset', { scope: scope(entry.reset) });
-  return rest(entry);
-}
-
-type Rest = Extract<
-  ZoneEntry,
-  | { started: unknown }
-  | { enough: unknown }
-  | { countdown: unknown }
-  | { refused: unknown }
-  | { station_refused: unknown }
-  | { mode: unknown }
-  | { water_found: unknown }
-  | { replaced: unknown }
-  | { unknown: unknown }
->;
-
-function rest(entry: Rest): string {
   if ('started' in entry) return t('events.zone_started');
   if ('enough' in entry) return t('events.zone_enough', { zone: entry.enough.zone });
   if ('countdown' in entry) {
@@ -75,10 +60,6 @@ export function orderWords(order: ZoneOrder): string {
 function released({ zone, automatic, wet }: { zone: string; automatic: boolean; wet: boolean }): string {
   if (!wet) return t('events.zone_released_dry', { zone });
   return t(automatic ? 'events.zone_released_votes' : 'events.zone_released_hand', { zone });
-}
-
-function about({ detector }: { detector: string }): { detector: string } {
-  return { detector };
 }
 
 type Why = Extract<ZoneEntry, { ended: unknown }>['ended']['why'];

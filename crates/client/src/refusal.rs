@@ -67,8 +67,12 @@ const STOP_CONTROL: (&str, &str) = (
     "Wait until the program ends, or send Stop Control.",
     "Дождитесь конца программы либо пошлите Stop Control.",
 );
-const CLOSE_VALVE: (&str, &str) =
-    ("Close the valve, and wait until it says Closed.", "Закройте затвор и дождитесь Closed.");
+const CLOSE_VALVE: (&str, &str) = (
+    "Close the valve, and wait until it says Closed. If it says so already, read InputFaults of \
+     General: with bit 0 water flows all the same; close the main by hand.",
+    "Закройте затвор и дождитесь Closed. Если он уже Closed, прочитайте InputFaults подсистемы \
+     General: бит 0 означает, что вода всё же течёт; перекройте магистраль вручную.",
+);
 const STOP_ALL: (&str, &str) = (
     "Send Stop to the subsystem that refuses, or Stop All, which is never denied.",
     "Пошлите Stop тому, кто отказал, либо Stop All: он не отклоняется никогда.",
@@ -207,25 +211,28 @@ fn denied_by_valve(request: RequestId) -> Option<Reason> {
         RequestId::WRAP => (
             "§3.11/6",
             (
-                "The valve is not closed: water in a folding barrel destroys it.",
-                "Затвор не закрыт: вода в сворачиваемом стволе разрушит его.",
+                "The valve is not closed, or water flows: in a folding barrel it destroys it.",
+                "Затвор не закрыт либо вода течёт: сворачиваемый ствол она разрушит.",
             ),
         ),
         RequestId::START_SEEK => (
             "§3.16/8",
             (
-                "The valve is not closed: the detector would look into water.",
-                "Затвор не закрыт: датчик смотрел бы в воду.",
+                "The valve is not closed, or water flows: the detector would look into it.",
+                "Затвор не закрыт либо вода течёт: датчик смотрел бы в воду.",
             ),
         ),
         RequestId::MOVE => (
             "§3.1/9",
             (
-                "The valve is not closed: the barrel must not fold under water.",
-                "Затвор не закрыт: под водой ствол складывать нельзя.",
+                "The valve is not closed, or water flows: the barrel must not fold under it.",
+                "Затвор не закрыт либо вода течёт: под водой ствол складывать нельзя.",
             ),
         ),
-        _ => ("§1/2", ("The valve is not closed.", "Затвор не закрыт.")),
+        _ => (
+            "§1/2",
+            ("The valve is not closed, or water flows.", "Затвор не закрыт либо вода течёт."),
+        ),
     };
     because(scenario, why, CLOSE_VALVE)
 }

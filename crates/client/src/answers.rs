@@ -1,5 +1,7 @@
 //! Requests and answers that own their bytes.
 
+use std::sync::Arc;
+
 use lafet_proto::id::key;
 use lafet_proto::record::{HEADER_SIZE, Records, Writer};
 use lafet_proto::request::Body;
@@ -15,7 +17,7 @@ const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
 /// An encoded request, with the properties that a session needs.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestBuf {
-    bytes: Vec<u8>,
+    bytes: Arc<[u8]>,
     to: SubsystemId,
     id: RequestId,
     param: Option<ParamId>,
@@ -39,7 +41,7 @@ impl RequestBuf {
             _ => None,
         };
         let locks = request.body == Body::Lockout { key: key::ENABLE };
-        Ok(Self { bytes: writer.written().to_vec(), to, id, param, locks })
+        Ok(Self { bytes: writer.written().into(), to, id, param, locks })
     }
 
     /// The bytes of the record.

@@ -166,7 +166,8 @@ impl Line {
         let absent = self.sessions.iter().filter(|session| session.can_wait());
         let rests = (now < self.absent_from).then_some(self.absent_from);
         let absent = absent.flat_map(|session| session.gives_up_at().into_iter().chain(rests));
-        timers.chain(self.send_from(now)).chain(self.bus_timeout(now)).chain(absent).min()
+        let from = self.haste(now).and_then(|haste| self.send_from(now, haste));
+        timers.chain(from).chain(self.bus_timeout(now)).chain(absent).min()
     }
 
     /// The next bytes to send.
@@ -183,10 +184,11 @@ impl Line {
     }
 
     pub(super) fn poll_sessions(&mut self, now: Now) -> Option<Vec<u8>> {
-        if self.send_from(now)? > now {
+        let haste = self.haste(now)?;
+        if self.send_from(now, haste)? > now {
             return None;
         }
-        let (haste, count) = (self.haste(now), self.sessions.len());
+        let count = self.sessions.len();
         // After each monitor that did not or may not answer, one that answers has its turn: the one
         // heard most recently, because when many stop answering at once, the others only seem to
         // answer.
@@ -198,7 +200,7 @@ impl Line {
         }
         for step in 0..count {
             let index = by_presence.get(step).copied().unwrap_or((self.turn + step) % count);
-            if self.wants(&self.sessions[index], now) != haste {
+            if count > 1 && self.wants(&self.sessions[index], now) != Some(haste) {
                 continue;
             }
             let session = &mut self.sessions[index];
@@ -260,6 +262,15 @@ impl Line {
         self.sessions.iter().any(Session::is_urgent)
     }
 
+    /// The operation whose answer is awaited; none while an urgent one is to be sent or answered.
+    pub fn awaited(&self) -> Option<Ticket> {
+        if self.is_urgent() {
+            return None;
+        }
+        let mut sent = self.sessions.iter().filter_map(|session| session.outstanding.as_ref());
+        sent.find(|outstanding| !outstanding.due).map(|outstanding| outstanding.operation.ticket)
+    }
+
     /// Whether no operation is waiting or outstanding.
     pub fn is_idle(&self) -> bool {
         self.sessions.iter().all(Session::is_idle)
@@ -272,16 +283,15 @@ impl Line {
 
     /// Consecutive transmissions without any answer: a TCP connection may be half open.
     pub fn silent_tries(&self) -> u32 {
-        let used = self.sessions.iter().filter(|session| session.stats().frames_sent > 0);
+        let used = self.sessions.iter().filter(|session| session.stats.frames_sent > 0);
         used.map(Session::silent_tries).min().unwrap_or(0)
     }
 
-    /// Earliest time of the next frame; `None` without a frame to send or a grant.
-    fn send_from(&self, now: Now) -> Option<Now> {
+    /// Earliest time of the next frame, which has this priority; `None` without a grant.
+    fn send_from(&self, now: Now, haste: Haste) -> Option<Now> {
         if !self.connected || (self.config.role == Role::Active && !self.granted) {
             return None;
         }
-        let haste = self.haste(now)?;
         let free = self.sessions.iter().filter_map(|session| {
             let (sent, until) = session.occupies(now)?;
             let overtaken = sent + self.config.patience;

@@ -10,10 +10,10 @@ use tokio::time::{Instant, sleep_until};
 use crate::answers::{Answers, RequestBuf};
 use crate::client::{Client, not_sent, odd};
 use crate::deviation::Deviation;
+use crate::engine::{Ended, Reply};
 use crate::error::{Cause, Error};
 use crate::plan::frame_len;
 use crate::session::{Outcome, Slot, Ticket};
-use crate::task::{Ended, Reply};
 
 /// Most requests in a frame.
 const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;

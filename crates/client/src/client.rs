@@ -1,20 +1,22 @@
-//! Any request to one monitor: a handle to the task that runs the sessions of a link.
+//! Any request to one monitor: a handle to the sessions of a link.
 
 use std::io;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, Weak};
 
 use lafet_proto::link::Check;
 use lafet_proto::{Request, SubsystemId};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::sync::{broadcast, mpsc, oneshot, watch};
+use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
 use crate::answers::{Answers, RequestBuf};
 use crate::deviation::Deviation;
+use crate::engine::{Ended, Engine, Handle, Job, Reply};
 use crate::error::{Cause, Error};
+use crate::exchange::Exchange;
 use crate::session::{Config, Outcome, QueueFull, Stats, Ticket, Traced};
 use crate::shared::{LinkEvent, LinkState, Shared, lock};
-use crate::task::{Ended, Job, Redial, Reply, Task};
+use crate::task::{Redial, Task};
 use crate::transport::Link;
 use crate::transport::memory::Memory;
 use crate::url::{Endpoint, Framing};
@@ -31,7 +33,7 @@ pub struct Client {
     endpoint: Arc<str>,
     pub(crate) config: Arc<Config>,
     address: u8,
-    jobs: mpsc::UnboundedSender<Job>,
+    handle: Arc<Handle>,
     pub(crate) shared: Arc<Shared>,
 }
 
@@ -104,15 +106,13 @@ impl Client {
     }
 
     fn start(endpoint: Arc<str>, link: Link, redial: Option<Redial>, config: Config) -> Self {
-        // One queue for all, so that a Stop finds the requests before it and can cancel them.
-        // `Shared::has_room` bounds it, so that a Stop can be queued without waiting.
-        let (jobs, jobs_end) = mpsc::unbounded_channel();
         let shared = Arc::new(Shared::default());
         let address = config.addresses.monitor;
-        lock(&shared.stats).each.push((address, Stats::default()));
-        let task = Task::new(config.clone(), link, redial, shared.clone());
-        tokio::spawn(task.run(jobs_end));
-        Self { endpoint, config: Arc::new(config), address, jobs, shared }
+        let engine = Engine::new(config.clone(), link, redial.is_some(), shared.clone());
+        let engine = Arc::new(Mutex::new(engine));
+        tokio::spawn(Task::new(engine.clone(), shared.clone(), redial).run());
+        let handle = Arc::new(Handle::new(engine));
+        Self { endpoint, config: Arc::new(config), address, handle, shared }
     }
 
     /// The client of another monitor on the same link. The monitors share the line fairly; each
@@ -127,10 +127,6 @@ impl Client {
         let alone = self.config.framing == Framing::Records && address != self.address;
         if address == 0 || address == u8::MAX || address == own || alone {
             return Err(Error::Address { address, endpoint: self.endpoint.clone() });
-        }
-        let each = &mut lock(&self.shared.stats).each;
-        if !each.iter().any(|(known, _)| *known == address) {
-            each.push((address, Stats::default()));
         }
         Ok(Self { address, ..self.clone() })
     }
@@ -147,14 +143,12 @@ impl Client {
 
     /// Counters of the exchange with this monitor, and of frames dropped on the link.
     pub fn stats(&self) -> Stats {
-        let stats = lock(&self.shared.stats);
-        let own = stats.each.iter().find(|(address, _)| *address == self.address);
-        own.map(|(_, stats)| *stats).unwrap_or_default()
+        self.engine().stats(self.address)
     }
 
     /// Counters of the exchange with all monitors of the link.
     pub fn link_stats(&self) -> Stats {
-        lock(&self.shared.stats).total
+        self.engine().total()
     }
 
     /// The checksum of frames to this monitor (§L/7): CRC-32C if the monitor was found to support
@@ -172,7 +166,7 @@ impl Client {
     /// statistics each second.
     pub fn events(&self) -> broadcast::Receiver<LinkEvent> {
         let events = self.shared.events.subscribe();
-        self.shared.wake.notify_one();
+        self.engine().turn().signal();
         events
     }
 
@@ -222,17 +216,15 @@ impl Client {
         first: Option<Ticket>,
         expires: Option<Instant>,
     ) -> Option<Reply> {
-        let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
-        if urgent {
-            self.shared.stop_jogs(self.address, &requests);
+        let job = Job { address: self.address, requests, first, expires };
+        if job.is_urgent() {
+            self.shared.stop_jogs(self.address, &job.requests);
         }
-        if !self.shared.has_room(urgent) {
-            return Some(Err(QueueFull));
-        }
-        let (reply, answer) = oneshot::channel();
-        let address = self.address;
-        self.jobs.send(Job { address, requests, first, expires, reply }).ok()?;
-        answer.await.ok()
+        Exchange::new(self.handle.engine(), &self.shared, job).await
+    }
+
+    fn engine(&self) -> MutexGuard<'_, Engine> {
+        lock(self.handle.engine())
     }
 
     pub(crate) fn failure(&self, request: &RequestBuf, ended: &Option<Reply>) -> Error {
@@ -241,8 +233,8 @@ impl Client {
 
     /// A handle that does not keep the connection open.
     pub(crate) fn downgrade(&self) -> WeakClient {
-        let Self { endpoint, config, address, jobs, shared } = self.clone();
-        WeakClient { endpoint, config, address, jobs: jobs.downgrade(), shared }
+        let Self { endpoint, config, address, handle, shared } = self.clone();
+        WeakClient { endpoint, config, address, handle: Arc::downgrade(&handle), shared }
     }
 }
 
@@ -252,16 +244,16 @@ pub(crate) struct WeakClient {
     endpoint: Arc<str>,
     config: Arc<Config>,
     address: u8,
-    jobs: mpsc::WeakUnboundedSender<Job>,
+    handle: Weak<Handle>,
     shared: Arc<Shared>,
 }
 
 impl WeakClient {
     /// The client, if another handle still exists.
     pub fn upgrade(&self) -> Option<Client> {
-        let Self { endpoint, config, address, jobs, shared } = self;
+        let Self { endpoint, config, address, handle, shared } = self;
         let (endpoint, config, shared) = (endpoint.clone(), config.clone(), shared.clone());
-        Some(Client { endpoint, config, address: *address, jobs: jobs.upgrade()?, shared })
+        Some(Client { endpoint, config, address: *address, handle: handle.upgrade()?, shared })
     }
 }
 

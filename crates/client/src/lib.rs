@@ -7,7 +7,7 @@
 //! ```
 //!
 //! [`Monitor`] has a typed method for each request. [`Client`] sends any request, several in a
-//! frame if needed, and runs the sessions of a link in a task. The core ([`session::line::Line`],
+//! frame if needed; the callers that wait serve the link, and a task while none does. The core ([`session::line::Line`],
 //! [`session::Session`]) decides what is sent when and which answers are valid; it can run on
 //! virtual time, or in another runtime. [`blocking`] has the same for programs without async.
 //!
@@ -117,7 +117,13 @@ pub mod doctor;
 #[cfg(feature = "client")]
 mod drive;
 #[cfg(feature = "client")]
+mod engine;
+#[cfg(feature = "client")]
+mod exchange;
+#[cfg(feature = "client")]
 mod jog;
+#[cfg(feature = "client")]
+mod lead;
 #[cfg(feature = "client")]
 mod monitor;
 #[cfg(feature = "client")]
@@ -142,6 +148,8 @@ mod task;
 pub mod teach;
 #[cfg(feature = "client")]
 pub mod transport;
+#[cfg(feature = "client")]
+mod turn;
 #[cfg(feature = "client")]
 pub mod url;
 

@@ -310,6 +310,9 @@ impl Session {
         self.connected = false;
         self.check.disconnected();
         self.input.reset();
+        // A Stop behind a frame that the peer did not take goes out over the next connection: its
+        // time without one starts now.
+        self.urgent.iter_mut().for_each(|urgent| urgent.submitted = now);
         if let Some(outstanding) = self.outstanding.take() {
             let Outstanding { mut operation, .. } = self.give_up(outstanding);
             if operation.cancelled && !operation.is_urgent() {

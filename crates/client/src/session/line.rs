@@ -261,6 +261,15 @@ impl Line {
         self.sessions.iter().any(Session::is_urgent)
     }
 
+    /// The operation whose answer is awaited; none while an urgent one is to be sent or answered.
+    pub fn awaited(&self) -> Option<Ticket> {
+        if self.is_urgent() {
+            return None;
+        }
+        let mut sent = self.sessions.iter().filter_map(|session| session.outstanding.as_ref());
+        sent.find(|outstanding| !outstanding.due).map(|outstanding| outstanding.operation.ticket)
+    }
+
     /// Whether no operation is waiting or outstanding.
     pub fn is_idle(&self) -> bool {
         self.sessions.iter().all(Session::is_idle)
@@ -273,7 +282,7 @@ impl Line {
 
     /// Consecutive transmissions without any answer: a TCP connection may be half open.
     pub fn silent_tries(&self) -> u32 {
-        let used = self.sessions.iter().filter(|session| session.stats().frames_sent > 0);
+        let used = self.sessions.iter().filter(|session| session.stats.frames_sent > 0);
         used.map(Session::silent_tries).min().unwrap_or(0)
     }
 

@@ -92,11 +92,12 @@ impl Session {
         let urgent = !self.urgent.is_empty();
         let place = self.first_queued();
         let operation = self.urgent.front().or(self.queue.get(place))?;
-        if !urgent && self.drained(now, operation).is_some() {
+        let doubtful = self.is_doubtful(now, operation);
+        if !urgent && doubtful && self.drained(now, operation).is_some() {
             return None;
         }
         let (mut question, repeatable) = (None, operation.is_repeatable());
-        let (tag, believe_from) = if !self.is_doubtful(now, operation) {
+        let (tag, believe_from) = if !doubtful {
             (None, Now::ZERO)
         } else if self.tags_work() {
             let unknown = matches!(self.echo, Echo::Unknown { .. });

@@ -2,8 +2,10 @@
 
 use std::fmt;
 use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
 
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream};
+use tokio::io::{AsyncRead, AsyncWrite, DuplexStream};
 
 /// Most bytes under way in each direction of a [`pair`].
 const UNDER_WAY_MAX: usize = 64 * 1024;
@@ -22,23 +24,24 @@ impl Memory {
         Self(Box::new(stream))
     }
 
-    /// Sends all bytes.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system when the connection is lost.
-    pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.write_all(bytes).await?;
-        self.0.flush().await
+    /// Sends the rest of a frame, of which `sent` bytes are gone.
+    pub fn poll_send(
+        &mut self,
+        cx: &mut Context<'_>,
+        frame: &[u8],
+        sent: &mut usize,
+    ) -> Poll<io::Result<()>> {
+        ready!(super::poll_write_all(&mut self.0, cx, frame, sent))?;
+        Pin::new(&mut self.0).poll_flush(cx)
     }
 
-    /// Waits for bytes.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system when the connection is lost; `UnexpectedEof` at its end.
-    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        super::not_ended(self.0.read(buffer).await?)
+    /// Waits for bytes; `UnexpectedEof` at the end of the stream.
+    pub fn poll_recv(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<io::Result<usize>> {
+        super::poll_read(&mut self.0, cx, buffer)
     }
 }
 

@@ -6,8 +6,13 @@ pub mod serial;
 pub mod tcp;
 pub mod udp;
 
+use std::future::poll_fn;
 use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
 use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use crate::url::Endpoint;
 
@@ -55,25 +60,32 @@ impl Link {
             .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
-    /// Sends as much as possible without waiting; returns the number of bytes.
-    pub fn send_now(&self, frame: &[u8]) -> usize {
-        match self {
-            Self::Tcp(link) => link.send_now(frame),
-            _ => 0,
-        }
-    }
-
     /// Sends a whole frame.
     ///
     /// # Errors
     ///
     /// The error of the system when the connection is lost.
     pub async fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        let mut sent = 0;
+        poll_fn(|cx| self.poll_send(cx, frame, &mut sent)).await
+    }
+
+    /// Sends the rest of a frame, of which `sent` bytes are gone; counts what it sends there.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::send`].
+    pub fn poll_send(
+        &mut self,
+        cx: &mut Context<'_>,
+        frame: &[u8],
+        sent: &mut usize,
+    ) -> Poll<io::Result<()>> {
         match self {
-            Self::Tcp(link) => link.send(frame).await,
-            Self::Udp(link) => link.send(frame).await,
-            Self::Serial(link) => link.send(frame).await,
-            Self::Memory(link) => link.send(frame).await,
+            Self::Tcp(link) => link.poll_send(cx, frame, sent),
+            Self::Udp(link) => link.poll_send(cx, frame),
+            Self::Serial(link) => link.poll_send(cx, frame, sent),
+            Self::Memory(link) => link.poll_send(cx, frame, sent),
         }
     }
 
@@ -85,11 +97,24 @@ impl Link {
     ///
     /// The error of the system when the connection is lost; `UnexpectedEof` at the end of a stream.
     pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        poll_fn(|cx| self.poll_recv(cx, buffer)).await
+    }
+
+    /// See [`Link::recv`]; only the waker of the latest call is woken.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::recv`].
+    pub fn poll_recv(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<io::Result<usize>> {
         match self {
-            Self::Tcp(link) => link.recv(buffer).await,
-            Self::Udp(link) => link.recv(buffer).await,
-            Self::Serial(link) => link.recv(buffer).await,
-            Self::Memory(link) => link.recv(buffer).await,
+            Self::Tcp(link) => link.poll_recv(cx, buffer),
+            Self::Udp(link) => link.poll_recv(cx, buffer),
+            Self::Serial(link) => link.poll_recv(cx, buffer),
+            Self::Memory(link) => link.poll_recv(cx, buffer),
         }
     }
 
@@ -103,6 +128,33 @@ impl Link {
     pub const fn can_be_half_open(&self) -> bool {
         matches!(self, Self::Tcp(_))
     }
+}
+
+/// Writes the rest of `bytes`, of which `sent` are gone.
+fn poll_write_all<S: AsyncWrite + Unpin + ?Sized>(
+    stream: &mut S,
+    cx: &mut Context<'_>,
+    bytes: &[u8],
+    sent: &mut usize,
+) -> Poll<io::Result<()>> {
+    while let Some(rest @ [_, ..]) = bytes.get(*sent..) {
+        match ready!(Pin::new(&mut *stream).poll_write(cx, rest))? {
+            0 => return Poll::Ready(Err(io::ErrorKind::WriteZero.into())),
+            more => *sent += more,
+        }
+    }
+    Poll::Ready(Ok(()))
+}
+
+/// Reads bytes; an error at the end of the stream.
+fn poll_read<S: AsyncRead + Unpin + ?Sized>(
+    stream: &mut S,
+    cx: &mut Context<'_>,
+    buffer: &mut [u8],
+) -> Poll<io::Result<usize>> {
+    let mut buffer = ReadBuf::new(buffer);
+    ready!(Pin::new(stream).poll_read(cx, &mut buffer))?;
+    Poll::Ready(not_ended(buffer.filled().len()))
 }
 
 /// An error for a stream that has ended: its other side is gone.

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::Path;
+use std::task::{Context, Poll};
 
 use serial2_tokio::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 
@@ -47,22 +48,23 @@ impl Serial {
         Ok(Self { port, _claim: claim })
     }
 
-    /// Sends all bytes.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system when the connection is lost.
-    pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.port.write_all(bytes).await
+    /// Sends the rest of a frame, of which `sent` bytes are gone.
+    pub fn poll_send(
+        &mut self,
+        cx: &mut Context<'_>,
+        frame: &[u8],
+        sent: &mut usize,
+    ) -> Poll<io::Result<()>> {
+        super::poll_write_all(&mut self.port, cx, frame, sent)
     }
 
-    /// Waits for bytes.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system when the connection is lost; `UnexpectedEof` at its end.
-    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        super::not_ended(self.port.read(buffer).await?)
+    /// Waits for bytes; `UnexpectedEof` at their end.
+    pub fn poll_recv(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<io::Result<usize>> {
+        super::poll_read(&mut self.port, cx, buffer)
     }
 }
 

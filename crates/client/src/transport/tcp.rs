@@ -1,8 +1,8 @@
 //! A TCP connection: a monitor's own port or a transparent serial server.
 
 use std::io;
+use std::task::{Context, Poll};
 
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
 /// An open connection.
@@ -22,26 +22,22 @@ impl Tcp {
         Ok(Self(stream))
     }
 
-    /// Sends as many bytes as there is room for; an error is returned when the rest is sent.
-    pub fn send_now(&self, bytes: &[u8]) -> usize {
-        self.0.try_write(bytes).unwrap_or(0)
+    /// Sends the rest of a frame, of which `sent` bytes are gone.
+    pub fn poll_send(
+        &mut self,
+        cx: &mut Context<'_>,
+        frame: &[u8],
+        sent: &mut usize,
+    ) -> Poll<io::Result<()>> {
+        super::poll_write_all(&mut self.0, cx, frame, sent)
     }
 
-    /// Sends all bytes.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system when the connection is lost.
-    pub async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.write_all(bytes).await
-    }
-
-    /// Waits for bytes.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system when the connection is lost; `UnexpectedEof` at its end.
-    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        super::not_ended(self.0.read(buffer).await?)
+    /// Waits for bytes; `UnexpectedEof` at the end of the connection.
+    pub fn poll_recv(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<io::Result<usize>> {
+        super::poll_read(&mut self.0, cx, buffer)
     }
 }

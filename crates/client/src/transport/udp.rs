@@ -1,7 +1,9 @@
 //! UDP: one datagram = one link frame (ours).
 
 use std::io;
+use std::task::{Context, Poll, ready};
 
+use tokio::io::ReadBuf;
 use tokio::net::{UdpSocket, lookup_host};
 
 /// A socket that receives from one peer only.
@@ -31,29 +33,26 @@ impl Udp {
         Err(last)
     }
 
-    /// Sends a datagram.
-    ///
-    /// # Errors
-    ///
-    /// The error of the system. A port without a program on the other side is not an error: the
-    /// program may be starting.
-    pub async fn send(&mut self, datagram: &[u8]) -> io::Result<()> {
-        match self.0.send(datagram).await {
-            Err(error) if nobody_listens(&error) => Ok(()),
-            other => other.map(|_| ()),
+    /// Sends a datagram. A port without a program on the other side is not an error: the program
+    /// may be starting.
+    pub fn poll_send(&mut self, cx: &mut Context<'_>, datagram: &[u8]) -> Poll<io::Result<()>> {
+        match ready!(self.0.poll_send(cx, datagram)) {
+            Err(error) if nobody_listens(&error) => Poll::Ready(Ok(())),
+            other => Poll::Ready(other.map(|_| ())),
         }
     }
 
     /// Waits for a datagram.
-    ///
-    /// # Errors
-    ///
-    /// As [`Udp::send`].
-    pub async fn recv(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+    pub fn poll_recv(
+        &mut self,
+        cx: &mut Context<'_>,
+        buffer: &mut [u8],
+    ) -> Poll<io::Result<usize>> {
+        let mut buffer = ReadBuf::new(buffer);
         loop {
-            match self.0.recv(buffer).await {
+            match ready!(self.0.poll_recv(cx, &mut buffer)) {
                 Err(error) if nobody_listens(&error) => {}
-                other => return other,
+                other => return Poll::Ready(other.map(|()| buffer.filled().len())),
             }
         }
     }

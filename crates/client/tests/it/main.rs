@@ -14,6 +14,7 @@ mod check;
 mod doctor;
 mod held;
 mod jog;
+mod lead;
 mod line;
 mod memory;
 mod processes;

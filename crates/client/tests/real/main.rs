@@ -4,6 +4,7 @@
 mod fake;
 
 mod direct;
+mod lead;
 mod links;
 #[cfg(unix)]
 mod serial;

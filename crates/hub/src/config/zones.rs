@@ -103,7 +103,7 @@ impl Check<'_> {
         let monitors: BTreeSet<&String> = known.filter(|id| named.contains(id)).collect();
         let site = lafet_site::Config {
             monitors: monitors.into_iter().cloned().collect(),
-            detectors: values(&read.detector),
+            detectors: read.detector.iter().map(|it| it.get_ref().into()).collect(),
             zones: values(&read.zone),
             contacts: values(&read.input),
             outputs: values(&read.output),
@@ -130,7 +130,7 @@ impl Check<'_> {
     }
 
     /// Whether a table of the text could not be read.
-    fn lacks(&self, table: &str, read: usize) -> bool {
+    pub(super) fn lacks(&self, table: &str, read: usize) -> bool {
         let head = format!("[[{table}]]");
         self.text.lines().filter(|line| line.trim_start().starts_with(&head)).count() > read
     }
@@ -148,8 +148,8 @@ impl Check<'_> {
                     format!("[[{table}]]: драйвера нет, таблица осталась бы без действия."),
                 ),
                 both(
-                    "Remove it. Detectors report over HTTP; abort, hold and release are given there too.",
-                    "Удалите её. Извещатели сообщают по HTTP; там же — отмена, удержание и пуск.",
+                    "Remove it. Abort, hold and release are given over HTTP; detectors report there or on a [[modbus]].",
+                    "Удалите её. Отмена, удержание и пуск — по HTTP; извещатели сообщают там же или по [[modbus]].",
                 ),
             );
         }

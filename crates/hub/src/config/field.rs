@@ -3,17 +3,16 @@
 use std::time::Duration;
 
 use lafet_client::Endpoint;
-use lafet_site::Condition;
-use lafet_site::config::Kind;
-use serde::Deserialize;
+use lafet_site::config::ContactKind;
 use toml::Spanned;
 
 use super::check::Check;
 use super::file::File;
+use super::written::{Bus, Detector, Named, Source};
 use crate::field::line::{self, Line};
 use crate::field::maps::{Bits, Map, View};
 use crate::field::point::{self, Point};
-use crate::field::{BusConfig, SourceConfig};
+use crate::field::{BusConfig, Sort, SourceConfig};
 use crate::text::{Both, both};
 
 /// Allowed times between two reads of a device, ms.
@@ -30,122 +29,6 @@ const UNITS: std::ops::RangeInclusive<u32> = 1..=247;
 const NAME_MAX: usize = 32;
 /// The greatest first register of an FV300: its block ends within the table.
 const FV300_MAX: u32 = 65_535 - 21;
-
-/// A bus as written.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Bus {
-    name: Spanned<String>,
-    url: Spanned<String>,
-    poll_ms: Option<Spanned<u64>>,
-    timeout_ms: Option<Spanned<u64>>,
-}
-
-/// A detector as written.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Detector {
-    pub id: String,
-    kind: Kind,
-    zones: Vec<String>,
-    #[serde(default = "silent_after")]
-    silent_after_s: u32,
-    #[serde(default = "self_test_max")]
-    self_test_max_s: u32,
-    #[serde(default)]
-    dirty_votes: bool,
-    source: Option<Spanned<Source>>,
-}
-
-fn silent_after() -> u32 {
-    10
-}
-
-fn self_test_max() -> u32 {
-    120
-}
-
-impl From<&Detector> for lafet_site::config::Detector {
-    fn from(written: &Detector) -> Self {
-        Self {
-            id: written.id.clone(),
-            kind: written.kind,
-            zones: written.zones.clone(),
-            silent_after_s: written.silent_after_s,
-            self_test_max_s: written.self_test_max_s,
-            dirty_votes: written.dirty_votes,
-        }
-    }
-}
-
-/// Where a detector is read.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Source {
-    modbus: Spanned<String>,
-    unit: Spanned<u32>,
-    map: Option<Named>,
-    register: Option<Spanned<u32>>,
-    axis: Option<Spanned<[f64; 2]>>,
-    field: Option<Spanned<[f64; 2]>>,
-    alarm: Option<Spanned<String>>,
-    pre_alarm: Option<Spanned<String>>,
-    fault: Option<Spanned<String>>,
-    dirty: Option<Spanned<String>>,
-    masked: Option<Spanned<String>>,
-    self_test: Option<Spanned<String>>,
-    starting: Option<Spanned<String>>,
-    heartbeat: Option<Spanned<String>>,
-    heartbeat_s: Option<Spanned<u32>>,
-}
-
-/// A register map that has a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Named {
-    Fv300,
-    Notifier,
-}
-
-impl Source {
-    /// The bits that are named, the worst condition first.
-    fn conditions(&self) -> [(&Option<Spanned<String>>, Condition); 5] {
-        [
-            (&self.fault, Condition::Fault),
-            (&self.masked, Condition::Masked),
-            (&self.self_test, Condition::SelfTest),
-            (&self.starting, Condition::Starting),
-            (&self.dirty, Condition::Dirty),
-        ]
-    }
-
-    /// Where something is that a map of this name has no use for.
-    fn stray(&self, map: Option<Named>) -> Option<(&'static str, usize)> {
-        let bits = [
-            ("alarm", &self.alarm),
-            ("pre_alarm", &self.pre_alarm),
-            ("fault", &self.fault),
-            ("dirty", &self.dirty),
-            ("masked", &self.masked),
-            ("self_test", &self.self_test),
-            ("starting", &self.starting),
-            ("heartbeat", &self.heartbeat),
-        ];
-        let bits = bits
-            .into_iter()
-            .map(|(key, it)| (key, it.as_ref().map(|it| it.span().start), map.is_some()));
-        let view = map != Some(Named::Fv300);
-        let at = |it: &Option<Spanned<[f64; 2]>>| it.as_ref().map(|it| it.span().start);
-        let beats = map.is_none() && self.heartbeat.is_some();
-        let others = [
-            ("register", self.register.as_ref().map(|it| it.span().start), map.is_none()),
-            ("axis", at(&self.axis), view),
-            ("field", at(&self.field), view),
-            ("heartbeat_s", self.heartbeat_s.as_ref().map(|it| it.span().start), !beats),
-        ];
-        bits.chain(others).find_map(|(key, at, stray)| at.filter(|_| stray).map(|at| (key, at)))
-    }
-}
 
 impl Check<'_> {
     /// The buses, with the detectors that are on them.
@@ -177,14 +60,51 @@ impl Check<'_> {
             }
             alarms.push((name.clone(), unit, alarm, detector.id.clone()));
             self.soon_enough(source, detector, bus);
-            let (detector, silent_after_s) = (detector.id.clone(), detector.silent_after_s);
-            bus.sources.push(SourceConfig { detector, unit, map, silent_after_s });
+            let (id, silent_after_s) = (detector.id.clone(), detector.silent_after_s);
+            let sort = Sort::Detector;
+            bus.sources.push(SourceConfig { id, sort, unit, map, silent_after_s });
         }
-        let whole = whole && !self.lacks("detector", read.detector.len());
+        self.contacts(read, &mut buses, whole);
+        let whole = whole
+            && !self.lacks("detector", read.detector.len())
+            && !self.lacks("input", read.input.len());
         for (at, bus) in &buses {
             self.bus_as_a_whole(*at, bus, whole, read);
         }
         buses.into_iter().map(|(_, bus)| bus).collect()
+    }
+
+    fn contacts(&mut self, read: &File, buses: &mut [(usize, BusConfig)], whole: bool) {
+        for written in &read.input {
+            let contact = written.get_ref();
+            let Some(given) = &contact.source else { continue };
+            let source = Spanned::new(given.span(), Source::from(given.get_ref().clone()));
+            let Some(map) = self.source(&source, buses, whole) else { continue };
+            let (name, id) = (source.get_ref().modbus.get_ref(), contact.id.clone());
+            let Some((_, bus)) = buses.iter_mut().find(|(_, bus)| bus.name == *name) else {
+                continue;
+            };
+            let least = 2 * bus.poll_ms;
+            if contact.kind == ContactKind::Release && u64::from(contact.debounce_ms) < least {
+                let what = both(
+                    format!("{id} would release by a single reading."),
+                    format!("{id} пускал бы по одному чтению."),
+                );
+                let remedy = both(
+                    format!(
+                        "Write debounce_ms = {least} or more (1000 at most), or a smaller poll_ms of {name}."
+                    ),
+                    format!(
+                        "Укажите debounce_ms не меньше {least} (не больше 1000) или poll_ms у {name} поменьше."
+                    ),
+                );
+                self.say(written.span().start, what, remedy);
+            }
+            let unit = u8::try_from(*source.get_ref().unit.get_ref()).unwrap_or_default();
+            // What counts for a contact are the periods of its bus.
+            let silent_after_s = u32::MAX;
+            bus.sources.push(SourceConfig { id, sort: Sort::Contact, unit, map, silent_after_s });
+        }
     }
 
     fn bus(
@@ -467,15 +387,15 @@ impl Check<'_> {
     }
 
     fn bus_as_a_whole(&mut self, at: usize, bus: &BusConfig, whole: bool, read: &File) {
-        let named = |it: &Spanned<Detector>| {
-            let source = it.get_ref().source.as_ref();
-            source.is_some_and(|source| *source.get_ref().modbus.get_ref() == bus.name)
-        };
         let name = &bus.name;
-        if whole && !read.detector.iter().any(named) {
+        let detectors = read.detector.iter().filter_map(|it| it.get_ref().source.as_ref());
+        let inputs = read.input.iter().filter_map(|it| it.get_ref().source.as_ref());
+        let named = detectors.map(|it| it.get_ref().modbus.get_ref());
+        let mut named = named.chain(inputs.map(|it| it.get_ref().modbus.get_ref()));
+        if whole && !named.any(|it| it == name) {
             let what = both(
-                format!("No detector is on the bus {name}: it would have no effect."),
-                format!("На линии {name} нет извещателей: раздел остался бы без действия."),
+                format!("Nothing is on the bus {name}: it would have no effect."),
+                format!("На линии {name} ничего нет: раздел остался бы без действия."),
             );
             let remedy = both(
                 format!(

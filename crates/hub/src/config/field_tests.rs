@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::config::{Config, Overrides};
-use crate::field::BusConfig;
+use crate::field::{BusConfig, Sort};
 
 const SITE: &str = "[[monitor]]\nid = \"M1\"\nurl = \"serial:///dev/ttyUSB0?addr=1\"\n\
     [[aim]]\nzone = \"hall\"\nmonitor = \"M1\"\nhorizontal = 600\nvertical = 300\nnozzle = 60\n\
@@ -33,7 +33,7 @@ fn buses_are_read_with_their_detectors() {
     let buses = parse(&format!("{BUS}poll_ms = 100\n"), both).unwrap();
     let [bus] = &buses[..] else { panic!("{buses:?}") };
     assert_eq!((bus.name.as_str(), bus.poll_ms, bus.timeout_ms), ("panel", 100, 500));
-    let units: Vec<_> = bus.sources.iter().map(|it| (it.detector.as_str(), it.unit)).collect();
+    let units: Vec<_> = bus.sources.iter().map(|it| (it.id.as_str(), it.unit)).collect();
     assert_eq!(units, [("a", 1), ("b", 2)]);
     let notifier = "modbus = \"panel\", unit = 1, map = \"notifier\", register = 9499";
     let beat = "modbus = \"panel\", unit = 1, alarm = \"holding:1&0xF0=0x50\", fault = \"!coil:0\", \
@@ -178,7 +178,7 @@ fn buses_are_told_apart() {
     let other = BUS.replace("\"panel\"", "\"other\"");
     let found = told(&[BUS, &other].concat());
     assert!(has(&found, "bus panel is on the same line"), "{found:#?}");
-    assert!(has(&found, "No detector is on the bus other"), "{found:#?}");
+    assert!(has(&found, "Nothing is on the bus other"), "{found:#?}");
     let odd = BUS.replace("\"panel\"", "\"east panel\"");
     assert!(has(&told(&[BUS, &odd].concat()), "is no name of a bus"));
     let rtu = "[[modbus]]\nname = \"panel\"\nurl = \"serial:///dev/ttyS1?baud=1200\"\n";
@@ -189,7 +189,30 @@ fn buses_are_told_apart() {
 #[test]
 fn a_detector_has_the_same_defaults_as_in_the_zone_controller() {
     let text = "id = \"a\"\nkind = \"flame\"\nzones = [\"hall\"]\n";
-    let written: super::Detector = toml::from_str(text).unwrap();
+    let written: crate::config::written::Detector = toml::from_str(text).unwrap();
     let meant: lafet_site::config::Detector = toml::from_str(text).unwrap();
     assert_eq!(lafet_site::config::Detector::from(&written), meant);
+    let text = "id = \"a\"\nkind = \"stop\"\n";
+    let written: crate::config::written::Contact = toml::from_str(text).unwrap();
+    let meant: lafet_site::config::Contact = toml::from_str(text).unwrap();
+    assert_eq!(lafet_site::config::Contact::from(&written), meant);
+}
+
+#[test]
+fn contacts_are_read_too_and_a_release_by_one_reading_is_refused() {
+    let input = |keys: &str| {
+        let source =
+            "source = { modbus = \"panel\", unit = 3, on = \"!coil:4\", fault = \"coil:5\" }";
+        format!("{BUS}[[input]]\nid = \"stop\"\n{source}\n{keys}\n")
+    };
+    let buses = parse(&input("kind = \"stop\""), [BITS, FV300]).unwrap();
+    let contact = buses[0].sources.last().unwrap();
+    assert_eq!((contact.id.as_str(), contact.sort, contact.unit), ("stop", Sort::Contact, 3));
+    let release = "kind = \"release\"\nzones = [\"hall\"]\n";
+    let told = parse(&input(release), [BITS, FV300]).unwrap_err();
+    assert!(told[0][1].contains("by a single reading"), "{told:#?}");
+    assert!(told[0][2].contains("по одному чтению") && told[0][0] == "hub.toml:18", "{told:#?}");
+    assert!(parse(&input(&format!("{release}debounce_ms = 500")), [BITS, FV300]).is_ok());
+    let told = parse(&input("kind = \"stop\"").replace("unit = 3", "unit = 0"), [BITS, FV300]);
+    assert!(told.unwrap_err()[0][1].contains("unit = 0 is out"));
 }

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use lafet_site::config::{Contact, Output, Pump, Zone};
+use lafet_site::config::{Output, Pump, Zone};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::field::{Bus, Detector};
+use super::written::{Bus, Contact, Detector};
 use super::zones::Aim;
 use super::{Problem, words};
 use crate::access::Role;

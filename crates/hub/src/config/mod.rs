@@ -6,6 +6,7 @@ mod file;
 mod monitors;
 mod places;
 mod words;
+mod written;
 mod zones;
 
 use std::collections::BTreeMap;

@@ -105,7 +105,7 @@ impl Check<'_> {
             monitors: monitors.into_iter().cloned().collect(),
             detectors: read.detector.iter().map(|it| it.get_ref().into()).collect(),
             zones: values(&read.zone),
-            contacts: values(&read.input),
+            contacts: read.input.iter().map(|it| it.get_ref().into()).collect(),
             outputs: values(&read.output),
             pumps: values(&read.pump),
             ..lafet_site::Config::default()
@@ -137,7 +137,8 @@ impl Check<'_> {
 
     /// What nothing reads or drives yet is not ignored in silence.
     fn undriven(&mut self, read: &File) {
-        let inputs = read.input.iter().map(|it| ("input", it.span().start));
+        let inputs = read.input.iter().filter(|it| it.get_ref().source.is_none());
+        let inputs = inputs.map(|it| ("input", it.span().start));
         let outputs = read.output.iter().map(|it| ("output", it.span().start));
         let pumps = read.pump.iter().map(|it| ("pump", it.span().start));
         for (table, at) in inputs.chain(outputs).chain(pumps) {
@@ -148,8 +149,8 @@ impl Check<'_> {
                     format!("[[{table}]]: драйвера нет, таблица осталась бы без действия."),
                 ),
                 both(
-                    "Remove it. Abort, hold and release are given over HTTP; detectors report there or on a [[modbus]].",
-                    "Удалите её. Отмена, удержание и пуск — по HTTP; извещатели сообщают там же или по [[modbus]].",
+                    "Remove it, or give an input its `source` on a [[modbus]]. Abort, hold and release are given over HTTP too.",
+                    "Удалите её или укажите входу `source` на [[modbus]]. Отмена, удержание и пуск есть и по HTTP.",
                 ),
             );
         }

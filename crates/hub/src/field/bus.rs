@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use lafet_site::{Condition, PathFault, Signal};
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
-use super::BusConfig;
 use super::line::Link;
 use super::maps::{Image, Seen};
 use super::plan::{self, Turns};
-use super::view::{ModbusBus, ModbusDetector, ModbusErrors, ModbusProblem};
+use super::view::{ModbusBus, ModbusErrors, ModbusProblem, ModbusSource};
 use super::watch::{Reading, Rules, Watch};
 use super::wire::{Failure, Request};
+use super::{BusConfig, Sort, SourceConfig};
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
 use crate::sync::lock;
@@ -22,7 +23,7 @@ use crate::zones::view::Reported;
 /// Pauses between attempts to open the line.
 const PAUSE_FIRST: Duration = Duration::from_millis(200);
 const PAUSE_LAST: Duration = Duration::from_secs(5);
-/// A connection on which so many requests in a row had no answer is opened anew.
+/// A connection on which so many requests in a row had no answer is opened again.
 const UNANSWERED: u32 = 3;
 /// Ages are looked at this often.
 const LOOK: Duration = Duration::from_millis(100);
@@ -80,7 +81,7 @@ impl Bus {
     /// A bus of which nothing is known.
     pub fn new(config: BusConfig) -> Self {
         let period = Duration::from_millis(config.poll_ms + config.timeout_ms);
-        let watch = |source: &super::SourceConfig| {
+        let watch = |source: &SourceConfig| {
             let silent = Duration::from_secs(source.silent_after_s.into());
             let rules = Rules {
                 counts_for: (COUNTS_FOR * period).min(silent),
@@ -99,7 +100,17 @@ impl Bus {
     pub fn view(&self, now: Now) -> ModbusBus {
         let known = lock(&self.known);
         let age = |at: Now| ms(now.saturating_sub(at));
-        let detectors = self.config.sources.iter().zip(&known.watches);
+        let of = |sort: Sort| {
+            let all = self.config.sources.iter().zip(&known.watches);
+            let of_sort = all.filter(|(source, _)| source.sort == sort);
+            let view = |(source, (watch, _)): (&SourceConfig, &(Watch, Reading))| ModbusSource {
+                id: source.id.clone(),
+                unit: source.unit,
+                reading: watch.reading(now),
+                read_ms_ago: watch.age(now).map(ms),
+            };
+            of_sort.map(view).collect()
+        };
         ModbusBus {
             name: self.config.name.clone(),
             url: self.config.line.to_string(),
@@ -109,14 +120,8 @@ impl Bus {
             answers: known.answers,
             errors: known.errors,
             last_error: known.last_error.clone(),
-            detectors: detectors
-                .map(|(source, (watch, _))| ModbusDetector {
-                    id: source.detector.clone(),
-                    unit: source.unit,
-                    reading: watch.reading(now),
-                    read_ms_ago: watch.age(now).map(ms),
-                })
-                .collect(),
+            detectors: of(Sort::Detector),
+            inputs: of(Sort::Contact),
         }
     }
 
@@ -243,53 +248,55 @@ impl Bus {
     /// Reports to the zones what is due.
     fn report(&self, hub: &Hub) {
         let now = hub.now();
-        let mut due: Vec<(usize, Seen)> = Vec::new();
+        let mut due: Vec<(usize, Option<Seen>, Reading)> = Vec::new();
         let mut events = Vec::new();
         {
             let mut known = lock(&self.known);
             for (index, (watch, before)) in known.watches.iter_mut().enumerate() {
-                due.extend(watch.due(now).map(|seen| (index, seen)));
                 let after = watch.reading(now);
+                let seen = watch.due(now);
+                if seen.is_some() || watch.misses(now) {
+                    due.push((index, seen, after));
+                }
                 let before = std::mem::replace(before, after);
                 let source = &self.config.sources[index];
                 events.extend(self.words(source, before, after));
             }
         }
-        for (index, seen) in due {
+        for (index, seen, reading) in due {
             let source = &self.config.sources[index];
             let caller = Caller::modbus(&self.config.name, source.unit);
-            let reported = Reported {
-                at_ms: hub.clock().now_ms(),
-                by: caller.principal.user.clone(),
-                signal: seen.signal,
-                condition: seen.condition,
-                bearing_deg: seen.bearing_deg,
-                elevation_deg: seen.elevation_deg,
-                quality: None,
-            };
-            // Detectors are of zones: there are some.
-            _ = hub.detector_reports(&caller, &source.detector, reported);
+            match (source.sort, seen) {
+                (Sort::Detector, Some(seen)) => report_detector(hub, &caller, &source.id, seen),
+                // It is silent after its time.
+                (Sort::Detector, None) => {}
+                (Sort::Contact, seen) => report_contact(hub, &caller, &source.id, seen, reading),
+            }
         }
         events.iter().for_each(|text| hub.event(None, text));
     }
 
     /// What people should know of a detector that is read otherwise than before.
-    fn words(&self, source: &super::SourceConfig, before: Reading, after: Reading) -> Option<Both> {
+    fn words(&self, source: &SourceConfig, before: Reading, after: Reading) -> Option<Both> {
         let failed = |it| matches!(it, Reading::Lost | Reading::Frozen);
         let [en, ru] = match after {
             _ if before == after => return None,
-            Reading::Lost => ["no valid answer; it has no vote", "нет верного ответа; голоса нет"],
+            Reading::Lost => ["no valid answer; a fault", "нет верного ответа, неисправность"],
             Reading::Frozen => [
-                "its heartbeat stands still; it has no vote",
-                "признак работы не меняется; голоса нет",
+                "its heartbeat does not change; a fault",
+                "признак работы не меняется, неисправность",
             ],
             _ if failed(before) => ["it is read again", "снова читается"],
             _ => return None,
         };
-        let (id, bus, unit) = (&source.detector, &self.config.name, source.unit);
+        let (id, bus, unit) = (&source.id, &self.config.name, source.unit);
+        let [sort, sort_ru] = match source.sort {
+            Sort::Detector => ["Detector", "Извещатель"],
+            Sort::Contact => ["Input", "Вход"],
+        };
         Some(both(
-            format!("Detector {id} (modbus {bus} unit {unit}): {en}."),
-            format!("Извещатель {id} (modbus {bus}, устройство {unit}): {ru}."),
+            format!("{sort} {id} (modbus {bus} unit {unit}): {en}."),
+            format!("{sort_ru} {id} (modbus {bus}, устройство {unit}): {ru}."),
         ))
     }
 
@@ -317,6 +324,31 @@ impl Bus {
             format!("Modbus {name}: нет соединения. {}", why.ru),
         ))
     }
+}
+
+fn report_detector(hub: &Hub, caller: &Caller, id: &str, seen: Seen) {
+    let reported = Reported {
+        at_ms: hub.clock().now_ms(),
+        by: caller.principal.user.clone(),
+        signal: seen.signal,
+        condition: seen.condition,
+        bearing_deg: seen.bearing_deg,
+        elevation_deg: seen.elevation_deg,
+        quality: None,
+    };
+    // Detectors are of zones: there are some.
+    _ = hub.detector_reports(caller, id, reported);
+}
+
+/// A contact whose line or device is at fault stays as it was, for the machine.
+fn report_contact(hub: &Hub, caller: &Caller, id: &str, seen: Option<Seen>, reading: Reading) {
+    let fault = match (seen, reading) {
+        (Some(seen), Reading::Good) if seen.condition == Condition::Ready => None,
+        (Some(_), Reading::Good) => Some(PathFault::Open),
+        _ => Some(PathFault::Lost),
+    };
+    let pressed = seen.is_some_and(|seen| seen.signal == Signal::Alarm);
+    hub.contact_reports(caller, id, pressed, fault);
 }
 
 fn ms(time: Duration) -> u64 {

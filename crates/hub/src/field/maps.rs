@@ -23,7 +23,7 @@ pub type Image = BTreeMap<(Table, u16), u16>;
 const FV300_READ: std::ops::RangeInclusive<u16> = 8..=21;
 /// Clusters of an FV300, and the first one's registers: state, centre, size.
 const FV300_CLUSTERS: [u16; 4] = [10, 13, 16, 19];
-/// Its heartbeat changes every 16 s: one that stands still for two of these is frozen.
+/// Its heartbeat changes every 16 s: one that does not change for two of these is frozen.
 const FV300_BEAT: Duration = Duration::from_secs(32);
 
 /// Where the registers of a detector are, and what they mean.

@@ -1,5 +1,5 @@
-//! Detectors on Modbus: each bus has a task that reads its devices and reports their detectors to the
-//! zone controller, in the same way as reports over HTTP.
+//! Detectors and contacts on Modbus: each bus has a task that reads its devices and reports them to
+//! the zone controller, detectors in the same way as reports over HTTP.
 //!
 //! ```text
 //!  line ─▶ wire ─▶ maps ─▶ watch ─▶ zones
@@ -45,11 +45,13 @@ pub struct BusConfig {
     pub sources: Vec<SourceConfig>,
 }
 
-/// A detector on a bus.
+/// A detector or a contact on a bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceConfig {
-    /// The detector.
-    pub detector: String,
+    /// Its id.
+    pub id: String,
+    /// What it is.
+    pub sort: Sort,
     /// Address of its device.
     pub unit: u8,
     /// What its registers mean.
@@ -79,6 +81,15 @@ impl BusConfig {
     }
 }
 
+/// What is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sort {
+    /// A detector.
+    Detector,
+    /// A contact: pressed if it alarms.
+    Contact,
+}
+
 /// The buses of a hub.
 #[derive(Debug, Default)]
 pub struct Field {
@@ -93,7 +104,8 @@ impl Field {
 
     /// The bus on which a detector is.
     pub fn bus_of(&self, detector: &str) -> Option<&str> {
-        let has = |bus: &&Arc<Bus>| bus.config.sources.iter().any(|it| it.detector == detector);
+        let is_it = |it: &SourceConfig| it.sort == Sort::Detector && it.id == detector;
+        let has = |bus: &&Arc<Bus>| bus.config.sources.iter().any(is_it);
         self.buses.iter().find(has).map(|bus| bus.config.name.as_str())
     }
 }

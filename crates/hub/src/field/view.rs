@@ -36,7 +36,9 @@ pub struct ModbusBus {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last_error: Option<ModbusProblem>,
     /// The detectors on it.
-    pub detectors: Vec<ModbusDetector>,
+    pub detectors: Vec<ModbusSource>,
+    /// The contacts on it.
+    pub inputs: Vec<ModbusSource>,
 }
 
 /// Failures since the start, by kind.
@@ -86,9 +88,9 @@ pub struct ModbusProblem {
     pub what: Both,
 }
 
-/// A detector on a bus.
+/// A detector or a contact on a bus.
 #[derive(Clone, Debug, Serialize, ToSchema)]
-pub struct ModbusDetector {
+pub struct ModbusSource {
     /// Its id.
     pub id: String,
     /// Address of its device.

@@ -39,7 +39,7 @@ pub enum Reading {
     Good,
     /// Its heartbeat was not seen to change yet: it counts as starting up.
     Unproven,
-    /// Its heartbeat stands still: a fault.
+    /// Its heartbeat does not change: a fault.
     Frozen,
     /// Nothing valid was read for too long: a fault.
     Lost,
@@ -58,12 +58,14 @@ pub struct Watch {
     /// It was seen to change.
     beats: bool,
     told: Option<(Now, Signal, Condition)>,
+    /// It was said that nothing was ever read.
+    missed: bool,
 }
 
 impl Watch {
     /// Nothing is known.
     pub const fn new(rules: Rules) -> Self {
-        Self { rules, whole: 0, read: None, beat: None, beats: false, told: None }
+        Self { rules, whole: 0, read: None, beat: None, beats: false, told: None, missed: false }
     }
 
     /// A read failed, or the connection is new.
@@ -106,9 +108,9 @@ impl Watch {
         if self.is_lost(now) {
             return Reading::Lost;
         }
-        let stands = self.beat.map(|(_, since)| now.saturating_sub(since));
-        match (self.rules.beats_within, stands) {
-            (Some(within), Some(stands)) if stands >= within => Reading::Frozen,
+        let still = self.beat.map(|(_, since)| now.saturating_sub(since));
+        match (self.rules.beats_within, still) {
+            (Some(within), Some(still)) if still >= within => Reading::Frozen,
             (Some(_), _) if !self.beats => Reading::Unproven,
             _ => Reading::Good,
         }
@@ -127,6 +129,13 @@ impl Watch {
             (signal, condition) != told || now.saturating_sub(at) >= self.rules.repeat
         });
         news.then(|| self.told = Some((now, told.0, told.1))).map(|()| seen)
+    }
+
+    /// Whether nothing was ever read, though there was time: once.
+    pub fn misses(&mut self, now: Now) -> bool {
+        let news = !self.missed && self.read.is_none() && now >= self.rules.counts_for;
+        self.missed |= news;
+        news
     }
 
     fn is_lost(&self, now: Now) -> bool {
@@ -172,6 +181,17 @@ mod tests {
         watch.reads(at(300), ALARM);
         assert_eq!(told(&mut watch, 300), Some((Signal::Alarm, Condition::Ready)));
         assert_eq!(watch.reading(at(300)), Reading::Good);
+    }
+
+    #[test]
+    fn what_was_never_read_is_missed_once() {
+        let mut unread = watch(None);
+        let missed: Vec<bool> = [1999, 2000, 2001].map(|ms| unread.misses(at(ms))).to_vec();
+        assert_eq!(missed, [false, true, false]);
+        let mut read = watch(None);
+        read.reads(at(0), QUIET);
+        read.reads(at(100), QUIET);
+        assert!(!read.misses(at(9000)));
     }
 
     #[test]

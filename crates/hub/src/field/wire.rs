@@ -190,7 +190,7 @@ fn exception(code: u8) -> Both {
     both(format!("Exception {code}: {en}."), format!("Исключение {code}: {ru}."))
 }
 
-/// How frames are told apart.
+/// How frames are delimited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Framing {
     /// A header with number and length.

@@ -157,7 +157,7 @@ async fn two_detectors_on_a_panel_release_water_and_one_does_not() {
     for text in ["Detector F1: alarm (modbus panel unit 1).", "Modbus panel: the line is open."] {
         assert!(events.contains(text), "{text}: {events}");
     }
-    // What a device says of a detector nobody else says.
+    // What a device says of a detector no other client says.
     let other = site.post("", "/api/detectors/F1", json!({ "signal": "quiet" })).await;
     assert_eq!((other.status, other.code()), (409, "detector_on_bus"), "{other:?}");
 }
@@ -218,7 +218,7 @@ async fn whatever_a_server_answers_wrongly_is_no_signal_and_no_vote() {
     let site = site_of(config(&lines, &sources, &votes, "coincidence_s = 0"), Clock::System).await;
     assert!(stays(Duration::from_secs(4), || is_closed(&site)).await);
     let body = site.get("", "/api/zones").await.body;
-    assert_eq!(body["reported"], json!({}), "nobody was heard");
+    assert_eq!(body["reported"], json!({}), "none was heard");
     assert_eq!(body["state"]["zones"][0]["phase"], "quiet");
     for (bus, (bad, kind)) in buses(&site).await.as_array().unwrap().iter().zip(Bad::ALL) {
         assert!(bus["errors"][kind].as_u64() > Some(0), "{bad:?} {kind}: {bus:#}");
@@ -229,7 +229,7 @@ async fn whatever_a_server_answers_wrongly_is_no_signal_and_no_vote() {
     }
 }
 
-/// Nobody listens at first; then a panel does.
+/// Nothing listens at first; then a panel does.
 #[tokio::test]
 async fn a_refused_line_is_tried_again_ever_more_seldom() {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
@@ -311,6 +311,56 @@ async fn a_heartbeat_that_stands_still_is_a_fault() {
     fire(&panel, &[0, 1], true);
     until_reported(&site, "F2", "alarm", "fault").await;
     assert!(stays(Duration::from_secs(1), || is_closed(&site)).await);
+}
+
+/// Abort and release by contacts: pressed, open again, and on a line that is lost.
+#[tokio::test]
+async fn contacts_on_a_panel_stop_and_release() {
+    let (panel, address) = Panel::listen().await;
+    well(&panel);
+    let mut buses_text = String::new();
+    for (id, keys, bit) in [
+        ("abort", "kind = \"abort\"", 20),
+        ("station", "kind = \"release\"\ndebounce_ms = 300", 21),
+    ] {
+        buses_text += &format!(
+            "[[input]]\nid = \"{id}\"\nzones = [\"hall\"]\n{keys}\n\
+             source = {{ modbus = \"panel\", unit = 1, on = \"discrete:{bit}\", fault = \"discrete:{}\" }}\n",
+            bit + 10
+        );
+    }
+    let keys = format!("coincidence_s = 0\n{buses_text}");
+    let config = config(&[("panel", format!("tcp://{address}"))], &two(), "2oo2", &keys);
+    let site = site_of(config, Clock::System).await;
+    until_zone(&site, "it is ready", |zone| zone["ready"] == true).await;
+    assert_eq!(buses(&site).await[0]["inputs"][1]["id"], "station");
+    // At fault, and pressed all the same.
+    fire(&panel, &[20, 30], true);
+    sleep(Duration::from_millis(600)).await;
+    fire(&panel, &[0, 1], true);
+    until_reported(&site, "F2", "alarm", "ready").await;
+    assert!(stays(Duration::from_secs(1), || is_closed(&site)).await, "abort is pressed");
+    // Open again, and pressed for a release; a line at fault between is no press.
+    fire(&panel, &[0, 1, 20, 30], false);
+    until_reported(&site, "F2", "quiet", "ready").await;
+    sleep(Duration::from_secs(3)).await;
+    fire(&panel, &[31], true);
+    sleep(Duration::from_millis(400)).await;
+    let troubles = site.get("", "/api/zones").await.body["state"]["troubles"].to_string();
+    assert!(troubles.contains("station"), "{troubles}");
+    fire(&panel, &[21], true);
+    sleep(Duration::from_millis(400)).await;
+    fire(&panel, &[31], false);
+    assert!(stays(Duration::from_secs(1), || is_closed(&site)).await, "its press was not seen");
+    fire(&panel, &[21], false);
+    sleep(Duration::from_millis(800)).await;
+    fire(&panel, &[21], true);
+    until("the station releases", || is_open(&site)).await;
+    panel.answers.store(false, Ordering::SeqCst);
+    until_reported(&site, "F1", "quiet", "fault").await;
+    let troubles = site.get("", "/api/zones").await.body["state"]["troubles"].to_string();
+    assert!(troubles.contains("abort"), "{troubles}");
+    assert!(stays(Duration::from_millis(500), || is_open(&site)).await, "water by hand goes on");
 }
 
 /// A contact that bounces faster than it is read never coincides for the time that it has to.

@@ -78,6 +78,14 @@ impl Check<'_> {
         for written in &read.input {
             let contact = written.get_ref();
             let Some(given) = &contact.source else { continue };
+            if read.zone.is_empty() && !self.lacks("zone", 0) {
+                let what = both("There is no zone for it.", "Зоны для него нет.");
+                let remedy = both(
+                    "Add [[zone]], or remove the input.",
+                    "Добавьте [[zone]] или удалите вход.",
+                );
+                self.say(written.span().start, what, remedy);
+            }
             let source = Spanned::new(given.span(), Source::from(given.get_ref().clone()));
             let Some(map) = self.source(&source, buses, whole) else { continue };
             let (name, id) = (source.get_ref().modbus.get_ref(), contact.id.clone());

@@ -215,4 +215,13 @@ fn contacts_are_read_too_and_a_release_by_one_reading_is_refused() {
     assert!(parse(&input(&format!("{release}debounce_ms = 500")), [BITS, FV300]).is_ok());
     let told = parse(&input("kind = \"stop\"").replace("unit = 3", "unit = 0"), [BITS, FV300]);
     assert!(told.unwrap_err()[0][1].contains("unit = 0 is out"));
+    let monitor = SITE.split("[[aim]]").next().unwrap_or_default();
+    let text = format!("{monitor}{}", input("kind = \"stop\""));
+    let read = Config::parse("hub.toml", &text, Path::new("/"), &Overrides::default());
+    let told = read.unwrap_err();
+    assert_eq!(
+        (told.len(), told[0].what.en.as_str()),
+        (1, "There is no zone for it."),
+        "{told:#?}"
+    );
 }

@@ -153,6 +153,20 @@ impl ApiError {
         Self::new(StatusCode::NOT_FOUND, "no_detector", text)
     }
 
+    /// 409: a detector on a bus reports itself.
+    pub fn detector_on_bus(id: &str, bus: &str) -> Self {
+        let (id, bus) = (shown(id), shown(bus));
+        let text = both(
+            format!(
+                "Detector {id} is read on the bus {bus}. Remove `source` from hub.toml to report it here."
+            ),
+            format!(
+                "Извещатель {id} читается по линии {bus}. Чтобы сообщать о нём здесь, удалите `source` в hub.toml."
+            ),
+        );
+        Self::new(StatusCode::CONFLICT, "detector_on_bus", text)
+    }
+
     /// The zone controller refuses: 404 for an unknown name, else 409.
     pub fn zone_refused(why: lafet_site::Refusal) -> Self {
         let status = match why {

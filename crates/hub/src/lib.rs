@@ -9,6 +9,7 @@
 //!             │      ├─ alarms
 //!             │      ├─ store: audit, history, events; access: users, sessions, tokens
 //!             │      ├─ zones: the zone controller (lafet-site), its detectors and orders
+//!             │      ├─ field: detectors on Modbus, which report to the zones
 //!             │      └─ recording, simulation, site
 //!             └─ publish: topics, of which the latest value wins; messages
 //! ```
@@ -24,6 +25,7 @@ mod command;
 pub mod config;
 pub mod control;
 mod error;
+mod field;
 mod hub;
 mod monitor;
 mod publish;

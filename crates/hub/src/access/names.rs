@@ -8,6 +8,8 @@ use crate::text::{Both, both};
 const NAME_MAX: usize = 64;
 /// Names under which the hub itself, its zone controller, and a hub without login are in the audit log.
 const RESERVED: [&str; 3] = ["hub", "zones", "demo"];
+/// First word of the names under which devices report detectors: `modbus panel unit 1`.
+const DEVICES: &str = "modbus";
 
 /// What is wrong with a new name, beside those that there are.
 pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Option<Both> {
@@ -32,7 +34,8 @@ pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Opti
         ));
     }
     let looks = looks_of(name);
-    if RESERVED.iter().any(|it| looks_of(it) == looks) {
+    let device = looks.split(' ').next() == Some(&looks_of(DEVICES));
+    if device || RESERVED.iter().any(|it| looks_of(it) == looks) {
         return Some(both("This name is the hub's own.", "Это имя занято самим сервером объекта."));
     }
     let other = taken.into_iter().find(|it| *it != name && looks_of(it) == looks)?;
@@ -59,7 +62,18 @@ mod tests {
         }
         let bidi = "an\u{202e}na";
         let zero_width = "ro\u{200b}ot";
-        for name in ["", " a", "a\tb", bidi, zero_width, "r\u{43e}ot", "hub", "Demo", "a/b"] {
+        for name in [
+            "",
+            " a",
+            "a\tb",
+            bidi,
+            zero_width,
+            "r\u{43e}ot",
+            "hub",
+            "Demo",
+            "a/b",
+            "Modbus a unit 1",
+        ] {
             assert!(problem(name, []).is_some(), "{name:?}");
         }
         // All of it Cyrillic, and looks like a Latin name.

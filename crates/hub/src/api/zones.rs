@@ -12,6 +12,7 @@ use utoipa_axum::routes;
 use super::guard::{Body, Lenient, Urgent};
 use crate::access::{Role, Standing};
 use crate::error::ApiError;
+use crate::field::view::ModbusView;
 use crate::hub::{Caller, Hub};
 use crate::text::both;
 use crate::zones::view::{Reported, ZonesView};
@@ -19,6 +20,7 @@ use crate::zones::view::{Reported, ZonesView};
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
         .routes(routes!(zones))
+        .routes(routes!(modbus))
         .routes(routes!(report_detector))
         .routes(routes!(bypass_detector))
         .routes(routes!(hold_zone))
@@ -91,9 +93,15 @@ async fn zones(State(hub): State<Hub>, _: Caller) -> Result<Json<ZonesView>, Api
     Ok(Json(hub.zones_view()?))
 }
 
+/// The buses of detectors: their lines, what fails on them, and how each detector is read.
+#[utoipa::path(get, path = "/api/modbus", responses((status = 200, body = ModbusView), (status = 401)))]
+async fn modbus(State(hub): State<Hub>, _: Caller) -> Json<ModbusView> {
+    Json(hub.modbus_view())
+}
+
 /// Takes what a detector sees now.
 #[utoipa::path(post, path = "/api/detectors/{id}", params(("id" = String, Path)), request_body = DetectorReport,
-    responses((status = 204), (status = 400), (status = 401), (status = 403), (status = 404)))]
+    responses((status = 204), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn report_detector(
     State(hub): State<Hub>,
     caller: Caller,
@@ -102,6 +110,9 @@ async fn report_detector(
 ) -> Result<axum::http::StatusCode, ApiError> {
     at_least(&caller, Role::Operator)?;
     let kind = hub.detector_kind(&id)?;
+    if let Some(bus) = hub.field().bus_of(&id) {
+        return Err(ApiError::detector_on_bus(&id, bus));
+    }
     report.check(kind)?;
     let DetectorReport { signal, condition, bearing_deg, elevation_deg, quality, .. } = report;
     let (at_ms, by) = (hub.clock().now_ms(), caller.principal.user.clone());

@@ -65,6 +65,7 @@ pub fn check(
     let login = *read.server.login.get_ref();
     check.exposure(&read, listen);
     let zones = check.zones(&read);
+    let modbus = check.modbus(&read);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -100,6 +101,7 @@ pub fn check(
         minute_days: read.history.minute_days.into_inner(),
         site: site(&read.monitor, read.tank, read.wall),
         zones,
+        modbus,
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use lafet_site::config::{Contact, Detector, Output, Pump, Zone};
+use lafet_site::config::{Output, Pump, Zone};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::written::{Bus, Contact, Detector};
 use super::zones::Aim;
 use super::{Problem, words};
 use crate::access::Role;
@@ -27,6 +28,7 @@ pub struct File {
     pub monitor: Vec<Spanned<Monitor>>,
     pub tank: Vec<Spanned<Tank>>,
     pub wall: Vec<Spanned<Wall>>,
+    pub modbus: Vec<Spanned<Bus>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,
     pub aim: Vec<Spanned<Aim>>,

@@ -1,10 +1,12 @@
 //! The configuration of the hub: one TOML file, then the environment, then flags.
 
 mod check;
+mod field;
 mod file;
 mod monitors;
 mod places;
 mod words;
+mod written;
 mod zones;
 
 use std::collections::BTreeMap;
@@ -14,6 +16,7 @@ use std::path::PathBuf;
 use lafet_client::Endpoint;
 
 use crate::access::Role;
+pub use crate::field::BusConfig;
 use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
@@ -64,6 +67,8 @@ pub struct Config {
     pub site: Option<Site>,
     /// The zones; `None`: the hub releases nothing by itself.
     pub zones: Option<ZonesConfig>,
+    /// Buses of detectors.
+    pub modbus: Vec<BusConfig>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
@@ -143,6 +148,7 @@ impl Default for Config {
             warnings: Vec::new(),
             site: None,
             zones: None,
+            modbus: Vec::new(),
             simulation: false,
             demo: false,
         }

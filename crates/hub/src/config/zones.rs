@@ -115,9 +115,9 @@ impl Check<'_> {
         let monitors: BTreeSet<&String> = known.filter(|id| named.contains(id)).collect();
         let site = lafet_site::Config {
             monitors: monitors.into_iter().cloned().collect(),
-            detectors: values(&read.detector),
+            detectors: read.detector.iter().map(|it| it.get_ref().into()).collect(),
             zones: values(&read.zone),
-            contacts: values(&read.input),
+            contacts: read.input.iter().map(|it| it.get_ref().into()).collect(),
             outputs: values(&read.output),
             pumps: values(&read.pump),
             ..lafet_site::Config::default()
@@ -142,14 +142,15 @@ impl Check<'_> {
     }
 
     /// Whether a table of the text could not be read.
-    fn lacks(&self, table: &str, read: usize) -> bool {
+    pub(super) fn lacks(&self, table: &str, read: usize) -> bool {
         let head = format!("[[{table}]]");
         self.text.lines().filter(|line| line.trim_start().starts_with(&head)).count() > read
     }
 
     /// What nothing reads or drives yet is not ignored in silence.
     fn undriven(&mut self, read: &File) {
-        let inputs = read.input.iter().map(|it| ("input", it.span().start));
+        let inputs = read.input.iter().filter(|it| it.get_ref().source.is_none());
+        let inputs = inputs.map(|it| ("input", it.span().start));
         let outputs = read.output.iter().map(|it| ("output", it.span().start));
         let pumps = read.pump.iter().map(|it| ("pump", it.span().start));
         for (table, at) in inputs.chain(outputs).chain(pumps) {
@@ -160,8 +161,8 @@ impl Check<'_> {
                     format!("[[{table}]]: драйвера нет, таблица осталась бы без действия."),
                 ),
                 both(
-                    "Remove it. Detectors report over HTTP; abort, hold and release are given there too.",
-                    "Удалите её. Извещатели сообщают по HTTP; там же — отмена, удержание и пуск.",
+                    "Remove it, or give an input its `source` on a [[modbus]]. Abort, hold and release are given over HTTP too.",
+                    "Удалите её или укажите входу `source` на [[modbus]]. Отмена, удержание и пуск есть и по HTTP.",
                 ),
             );
         }

@@ -27,6 +27,7 @@ use crate::clock::Clock;
 use crate::config::{Config, MonitorConfig};
 use crate::control::authority::Now;
 use crate::error::ApiError;
+use crate::field::Field;
 use crate::monitor::owner;
 use crate::monitor::station::Station;
 use crate::publish::broadcast::Audiences;
@@ -93,6 +94,7 @@ struct Parts {
     stations: Mutex<Arc<BTreeMap<String, Arc<Station>>>>,
     site: Mutex<Option<Site>>,
     zones: Option<Zones>,
+    field: Field,
     simulation: OnceLock<Box<dyn Simulation>>,
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
@@ -160,6 +162,7 @@ impl Hub {
             stations: Mutex::new(Arc::new(stations)),
             site: Mutex::new(config.site.clone()),
             zones: Zones::open(&config)?,
+            field: Field::new(&config.modbus),
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
@@ -371,6 +374,11 @@ impl Hub {
     /// The dictionary of the protocol, as JSON.
     pub fn dictionary(&self) -> &Lasting {
         &self.0.dictionary
+    }
+
+    /// The buses of detectors.
+    pub(crate) fn field(&self) -> &Field {
+        &self.0.field
     }
 
     /// The zones, if there are any.

@@ -21,7 +21,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::{Entry, Event, Hand, Persisted, Phase, Reaction, Record, Scope, Site};
+use lafet_site::config::ContactKind;
+use lafet_site::{Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site};
 use tokio::sync::Notify;
 use tokio::time::{sleep, timeout};
 
@@ -227,6 +228,35 @@ impl Hub {
         machine.reported.insert(detector.to_owned(), reported);
         self.take(zones, &mut machine, caller, &event);
         Ok(())
+    }
+
+    /// Takes a contact as it is, or the fault of its path.
+    pub(crate) fn contact_reports(
+        &self,
+        caller: &Caller,
+        input: &str,
+        pressed: bool,
+        fault: Option<PathFault>,
+    ) {
+        let Some(zones) = self.zones() else { return };
+        let mut machine = lock(&zones.machine);
+        let path = Event::Path { path: input.to_owned(), fault };
+        let contact = Event::Contact { input: input.to_owned(), pressed };
+        let mut contacts = zones.config.site.contacts.iter().filter(|it| it.id == input);
+        let refuses = contacts.any(|it| {
+            let kinds =
+                [ContactKind::Abort, ContactKind::Stop, ContactKind::Hold, ContactKind::Lockout];
+            kinds.contains(&it.kind)
+        });
+        let events = match fault {
+            None => vec![path, contact],
+            // What says no is heard on a path at fault too.
+            Some(PathFault::Open) if pressed && refuses => vec![contact, path],
+            Some(_) => vec![path],
+        };
+        for event in &events {
+            self.take(zones, &mut machine, caller, event);
+        }
     }
 
     /// A Stop, Close or Lockout of a person is a no for its monitor. Stop of a drive ends a motion by

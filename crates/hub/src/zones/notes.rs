@@ -11,7 +11,7 @@ use crate::text::{Both, both};
 impl Hub {
     /// Notes what has happened: for the audit log with its causes, for people in words.
     pub(super) fn note_entry(&self, caller: &Caller, record: &Record) {
-        if let Some(text) = words(record) {
+        if let Some(text) = words(record, &caller.principal.user) {
             self.event(monitor_of(&record.entry), &text);
         }
         // What detectors and lines say all day is in the event log alone, which forgets.
@@ -78,12 +78,13 @@ pub fn storing(failing: bool) -> Both {
     }
 }
 
-/// The event, for people; `None`: it is not news for them.
-fn words(record: &Record) -> Option<Both> {
+/// The event, for people; `None`: it is not news for them. `by` has reported what is of a detector.
+fn words(record: &Record, by: &str) -> Option<Both> {
     let text = match &record.entry {
-        Entry::Detector { detector, signal: Signal::Alarm, .. } => {
-            both(format!("Detector {detector}: alarm."), format!("Извещатель {detector}: тревога."))
-        }
+        Entry::Detector { detector, signal: Signal::Alarm, .. } => both(
+            format!("Detector {detector}: alarm ({by})."),
+            format!("Извещатель {detector}: тревога ({by})."),
+        ),
         Entry::Countdown { zone, delay_ms } => {
             let seconds = delay_ms / 1000;
             both(

@@ -12,6 +12,7 @@ mod description;
 mod entry;
 mod jets;
 mod kinds;
+mod modbus;
 mod packed;
 mod postgres;
 mod recordings;

@@ -1,0 +1,356 @@
+//! A bus: its task, and what is known of its devices.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_site::{Condition, PathFault, Signal};
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+use super::line::Link;
+use super::maps::{Image, Seen};
+use super::plan::{self, Turns};
+use super::view::{ModbusBus, ModbusErrors, ModbusProblem, ModbusSource};
+use super::watch::{Reading, Rules, Watch};
+use super::wire::{Failure, Request};
+use super::{BusConfig, Sort, SourceConfig};
+use crate::control::authority::Now;
+use crate::hub::{Caller, Hub};
+use crate::sync::lock;
+use crate::text::{Both, both};
+use crate::zones::view::Reported;
+
+/// Pauses between attempts to open the line.
+const PAUSE_FIRST: Duration = Duration::from_millis(200);
+const PAUSE_LAST: Duration = Duration::from_secs(5);
+/// A connection on which so many requests in a row had no answer is opened again.
+const UNANSWERED: u32 = 3;
+/// Ages are looked at this often.
+const LOOK: Duration = Duration::from_millis(100);
+/// A value counts for so many periods and timeouts.
+const COUNTS_FOR: u32 = 3;
+/// What has not changed is reported this often, or more often for a detector that is soon silent.
+const REPEAT: Duration = Duration::from_secs(1);
+/// The state of the line is an event this often at most.
+const NOTES: Duration = Duration::from_secs(10);
+
+/// A bus.
+#[derive(Debug)]
+pub struct Bus {
+    pub config: BusConfig,
+    requests: BTreeMap<u8, Vec<Request>>,
+    known: Mutex<Known>,
+}
+
+/// What is known of a bus.
+#[derive(Debug, Default)]
+struct Known {
+    connected: bool,
+    answered: Option<Now>,
+    requests: u64,
+    answers: u64,
+    errors: ModbusErrors,
+    last_error: Option<ModbusProblem>,
+    /// Of each detector, and how it was read when that was last an event.
+    watches: Vec<(Watch, Reading)>,
+    /// The state that was last an event, and when.
+    noted: Option<(Now, bool)>,
+}
+
+/// What came of asking a device.
+struct Asked {
+    /// It has answered.
+    answered: bool,
+    /// Something at the other end of the line has.
+    alive: bool,
+    /// The connection is of no use any more.
+    ended: bool,
+}
+
+/// Reads a bus until the hub ends.
+pub async fn run(hub: Hub, bus: Arc<Bus>) {
+    let mut shutdown = hub.shutdown();
+    tokio::select! {
+        () = bus.talk(&hub) => {}
+        () = bus.look(&hub) => {}
+        () = shutdown.requested() => {}
+    }
+}
+
+impl Bus {
+    /// A bus of which nothing is known.
+    pub fn new(config: BusConfig) -> Self {
+        let period = Duration::from_millis(config.poll_ms + config.timeout_ms);
+        let watch = |source: &SourceConfig| {
+            let silent = Duration::from_secs(source.silent_after_s.into());
+            let rules = Rules {
+                counts_for: (COUNTS_FOR * period).min(silent),
+                repeat: REPEAT.min(silent / 3),
+                beats_within: source.map.beats_within(),
+            };
+            (Watch::new(rules), Reading::Waiting)
+        };
+        let known =
+            Known { watches: config.sources.iter().map(watch).collect(), ..Known::default() };
+        let requests = plan::requests(&config.needs());
+        Self { config, requests, known: Mutex::new(known) }
+    }
+
+    /// The bus as clients see it.
+    pub fn view(&self, now: Now) -> ModbusBus {
+        let known = lock(&self.known);
+        let age = |at: Now| ms(now.saturating_sub(at));
+        let of = |sort: Sort| {
+            let all = self.config.sources.iter().zip(&known.watches);
+            let of_sort = all.filter(|(source, _)| source.sort == sort);
+            let view = |(source, (watch, _)): (&SourceConfig, &(Watch, Reading))| ModbusSource {
+                id: source.id.clone(),
+                unit: source.unit,
+                reading: watch.reading(now),
+                read_ms_ago: watch.age(now).map(ms),
+            };
+            of_sort.map(view).collect()
+        };
+        ModbusBus {
+            name: self.config.name.clone(),
+            url: self.config.line.to_string(),
+            connected: known.connected,
+            answered_ms_ago: known.answered.map(age),
+            requests: known.requests,
+            answers: known.answers,
+            errors: known.errors,
+            last_error: known.last_error.clone(),
+            detectors: of(Sort::Detector),
+            inputs: of(Sort::Contact),
+        }
+    }
+
+    /// Opens the line and asks its devices, again and again.
+    async fn talk(&self, hub: &Hub) {
+        let mut pause = PAUSE_FIRST;
+        let period = Duration::from_millis(self.config.poll_ms);
+        let mut turns = Turns::new(period, self.requests.keys().copied());
+        loop {
+            match Link::open(&self.config.line).await {
+                Ok(mut link) => {
+                    self.opened();
+                    turns.restart();
+                    if self.serve(hub, &mut link, &mut turns).await {
+                        pause = PAUSE_FIRST;
+                    }
+                    lock(&self.known).connected = false;
+                }
+                Err(what) => {
+                    let mut known = lock(&self.known);
+                    known.errors.open += 1;
+                    let at_ms = hub.clock().now_ms();
+                    known.last_error = Some(ModbusProblem { at_ms, unit: None, what });
+                }
+            }
+            sleep(pause).await;
+            pause = (pause * 2).min(PAUSE_LAST);
+        }
+    }
+
+    fn opened(&self) {
+        let mut known = lock(&self.known);
+        known.connected = true;
+        known.watches.iter_mut().for_each(|(watch, _)| watch.breaks());
+    }
+
+    /// Asks the devices until the connection is of no use; whether anything was answered.
+    async fn serve(&self, hub: &Hub, link: &mut Link, turns: &mut Turns) -> bool {
+        let (mut answered, mut unanswered) = (false, 0);
+        while let Some((unit, at)) = turns.next() {
+            sleep(at.saturating_sub(hub.now())).await;
+            let from = hub.now();
+            let asked = self.ask(hub, link, unit).await;
+            turns.asked(unit, from, hub.now(), asked.answered);
+            self.report(hub);
+            answered |= asked.alive;
+            unanswered = if asked.alive { 0 } else { unanswered + 1 };
+            if asked.ended || unanswered >= UNANSWERED {
+                break;
+            }
+        }
+        answered
+    }
+
+    /// Reads what is needed of a device.
+    async fn ask(&self, hub: &Hub, link: &mut Link, unit: u8) -> Asked {
+        let patience = Duration::from_millis(self.config.timeout_ms);
+        let mut image = Image::new();
+        let mut asked = Asked { answered: true, alive: false, ended: false };
+        for request in self.requests.get(&unit).into_iter().flatten() {
+            let outcome = link.exchange(request, patience).await;
+            self.count(hub, unit, outcome.as_ref().err(), link.late());
+            match outcome {
+                Ok(values) => {
+                    asked.alive = true;
+                    let places = (request.first..=u16::MAX).map(|address| (request.table, address));
+                    image.extend(places.zip(values));
+                }
+                // A gateway answers for a device that does not.
+                Err(Failure::Exception(10 | 11)) => {
+                    (asked.alive, asked.answered) = (true, false);
+                    break;
+                }
+                Err(Failure::Exception(_)) => asked.alive = true,
+                Err(failure) => {
+                    asked.answered = false;
+                    asked.ended = failure.ends(self.config.line.framing());
+                    break;
+                }
+            }
+        }
+        let now = hub.now();
+        let mut known = lock(&self.known);
+        let watches = self.config.sources.iter().zip(&mut known.watches);
+        for (source, (watch, _)) in watches.filter(|(source, _)| source.unit == unit) {
+            match source.map.seen(&image) {
+                Some(seen) => watch.reads(now, seen),
+                None => watch.breaks(),
+            }
+        }
+        asked
+    }
+
+    fn count(&self, hub: &Hub, unit: u8, failure: Option<&Failure>, late: u64) {
+        let mut known = lock(&self.known);
+        known.requests += 1;
+        known.errors.late += late;
+        match failure {
+            None => {
+                known.answers += 1;
+                known.answered = Some(hub.now());
+            }
+            Some(failure) => {
+                known.errors.count(failure);
+                let (at_ms, what) = (hub.clock().now_ms(), failure.text());
+                known.last_error = Some(ModbusProblem { at_ms, unit: Some(unit), what });
+            }
+        }
+    }
+
+    /// Values grow old while nothing is read.
+    async fn look(&self, hub: &Hub) {
+        let mut ticks = interval(LOOK);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            ticks.tick().await;
+            self.report(hub);
+            if let Some(text) = self.note(hub.now()) {
+                hub.event(None, &text);
+            }
+        }
+    }
+
+    /// Reports to the zones what is due.
+    fn report(&self, hub: &Hub) {
+        let now = hub.now();
+        let mut due: Vec<(usize, Option<Seen>, Reading)> = Vec::new();
+        let mut events = Vec::new();
+        {
+            let mut known = lock(&self.known);
+            for (index, (watch, before)) in known.watches.iter_mut().enumerate() {
+                let after = watch.reading(now);
+                let seen = watch.due(now);
+                if seen.is_some() || watch.misses(now) {
+                    due.push((index, seen, after));
+                }
+                let before = std::mem::replace(before, after);
+                let source = &self.config.sources[index];
+                events.extend(self.words(source, before, after));
+            }
+        }
+        for (index, seen, reading) in due {
+            let source = &self.config.sources[index];
+            let caller = Caller::modbus(&self.config.name, source.unit);
+            match (source.sort, seen) {
+                (Sort::Detector, Some(seen)) => report_detector(hub, &caller, &source.id, seen),
+                // It is silent after its time.
+                (Sort::Detector, None) => {}
+                (Sort::Contact, seen) => report_contact(hub, &caller, &source.id, seen, reading),
+            }
+        }
+        events.iter().for_each(|text| hub.event(None, text));
+    }
+
+    /// What people should know of a detector that is read otherwise than before.
+    fn words(&self, source: &SourceConfig, before: Reading, after: Reading) -> Option<Both> {
+        let failed = |it| matches!(it, Reading::Lost | Reading::Frozen);
+        let [en, ru] = match after {
+            _ if before == after => return None,
+            Reading::Lost => ["no valid answer; a fault", "нет верного ответа, неисправность"],
+            Reading::Frozen => [
+                "its heartbeat does not change; a fault",
+                "признак работы не меняется, неисправность",
+            ],
+            _ if failed(before) => ["it is read again", "снова читается"],
+            _ => return None,
+        };
+        let (id, bus, unit) = (&source.id, &self.config.name, source.unit);
+        let [sort, sort_ru] = match source.sort {
+            Sort::Detector => ["Detector", "Извещатель"],
+            Sort::Contact => ["Input", "Вход"],
+        };
+        Some(both(
+            format!("{sort} {id} (modbus {bus} unit {unit}): {en}."),
+            format!("{sort_ru} {id} (modbus {bus}, устройство {unit}): {ru}."),
+        ))
+    }
+
+    /// The state of the line, if it is news.
+    fn note(&self, now: Now) -> Option<Both> {
+        let mut known = lock(&self.known);
+        let (connected, name) = (known.connected, &self.config.name);
+        let due = match known.noted {
+            Some((at, noted)) => noted != connected && now >= at + NOTES,
+            None => connected || known.last_error.is_some(),
+        };
+        if !due {
+            return None;
+        }
+        known.noted = Some((now, connected));
+        if connected {
+            return Some(both(
+                format!("Modbus {name}: the line is open."),
+                format!("Modbus {name}: линия открыта."),
+            ));
+        }
+        let why = known.last_error.as_ref().map(|it| it.what.clone()).unwrap_or_default();
+        Some(both(
+            format!("Modbus {name}: no connection. {}", why.en),
+            format!("Modbus {name}: нет соединения. {}", why.ru),
+        ))
+    }
+}
+
+fn report_detector(hub: &Hub, caller: &Caller, id: &str, seen: Seen) {
+    let reported = Reported {
+        at_ms: hub.clock().now_ms(),
+        by: caller.principal.user.clone(),
+        signal: seen.signal,
+        condition: seen.condition,
+        bearing_deg: seen.bearing_deg,
+        elevation_deg: seen.elevation_deg,
+        quality: None,
+    };
+    // Detectors are of zones: there are some.
+    _ = hub.detector_reports(caller, id, reported);
+}
+
+/// A contact whose line or device is at fault stays as it was, for the machine.
+fn report_contact(hub: &Hub, caller: &Caller, id: &str, seen: Option<Seen>, reading: Reading) {
+    let fault = match (seen, reading) {
+        (Some(seen), Reading::Good) if seen.condition == Condition::Ready => None,
+        (Some(_), Reading::Good) => Some(PathFault::Open),
+        _ => Some(PathFault::Lost),
+    };
+    let pressed = seen.is_some_and(|seen| seen.signal == Signal::Alarm);
+    hub.contact_reports(caller, id, pressed, fault);
+}
+
+fn ms(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+}

@@ -21,7 +21,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::{Entry, Event, Hand, Persisted, Phase, Reaction, Record, Scope, Site};
+use lafet_site::{
+    Entry, Event, Hand, Persisted, Phase, Reaction, Record, Scope, Site, State, ZoneState,
+};
 use tokio::sync::Notify;
 use tokio::time::{sleep, timeout};
 
@@ -39,6 +41,8 @@ use view::Reported;
 
 /// User, session and way of the zone controller in the audit log and in authorities.
 pub const ZONES: &str = "zones";
+/// Topic of what belongs to each zone.
+const CONFIGURED: &str = "zones/configured";
 /// The monitors are looked at this often.
 const LOOK: Duration = Duration::from_millis(50);
 /// A state in which a time runs is published this often, and news not more often than this.
@@ -169,6 +173,15 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
         Ok(lock(&self.known_zones()?.machine).view())
+    }
+
+    /// What belongs to each zone.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones in the configuration.
+    pub fn zones_configured(&self) -> Result<view::ZonesConfigured, ApiError> {
+        Ok(view::ZonesConfigured::from(&self.known_zones()?.config))
     }
 
     /// What a detector senses.
@@ -322,6 +335,7 @@ impl Hub {
         let mut guard = lock(&zones.machine);
         let (machine, caller) = (&mut *guard, Caller::zones());
         if let Some(first) = machine.first.take() {
+            self.topics().set(CONFIGURED, &view::ZonesConfigured::from(&zones.config));
             self.carry(zones, machine, &caller, first);
         }
         let now = self.now();
@@ -361,12 +375,19 @@ impl Hub {
             return;
         }
         let view = machine.view();
-        let runs = view.state.zones.iter().any(|zone| zone.phase != Phase::Quiet);
+        let runs = runs(&view.state);
         if std::mem::take(&mut machine.news) || runs {
             self.topics().set(ZONES, &view);
         }
         machine.published = now;
     }
+}
+
+/// A time runs in this state, towards its end or as the age of a trouble.
+fn runs(state: &State) -> bool {
+    let zone = |it: &ZoneState| it.phase != Phase::Quiet || it.returns_in_ms.is_some();
+    let found = state.monitors.iter().any(|it| it.found_left_ms.is_some());
+    found || !state.troubles.is_empty() || state.zones.iter().any(zone)
 }
 
 /// A moment as the machine has it.

@@ -2652,6 +2652,47 @@ export interface components {
                 monitor: string;
             };
         } | "shown";
+        /** @description A zone as it is configured. */
+        ZoneConfigured: {
+            /**
+             * Format: int32
+             * @description Votes coincide for so long before the delay, s.
+             */
+            coincidence_s: number;
+            /**
+             * Format: int32
+             * @description Delay before the release, s.
+             */
+            delay_s: number;
+            /** @description Detectors that vote for it. */
+            detectors: string[];
+            /**
+             * Format: int32
+             * @description All holds of one countdown together, s; null: the delay cannot be held.
+             */
+            hold_max_s: number | null;
+            /**
+             * Format: int32
+             * @description Different kinds of detectors among the votes.
+             */
+            kinds: number;
+            /** @description Monitors that serve it, in order of preference. */
+            monitors: string[];
+            /**
+             * Format: int32
+             * @description Manual and off return to automatic after so long, s; null: they stay.
+             */
+            return_after_s: number | null;
+            /** @description Votes that release, of all its detectors: `2oo3`. */
+            votes: string;
+            /**
+             * Format: int32
+             * @description Greatest duration of automatic water, s.
+             */
+            water_max_s: number;
+            /** @description Its id. */
+            zone: string;
+        };
         /** @description Something that is disabled. */
         ZoneDisablement: "lockout" | {
             /** @description A detector is masked or disabled. */
@@ -3188,6 +3229,15 @@ export interface components {
          * @enum {string}
          */
         ZoneWithheld: "lockout" | "refused" | "person" | "unreachable" | "failure";
+        /** @description What belongs to each zone. It does not change while the hub runs. */
+        ZonesConfigured: {
+            /** @description What each detector senses. */
+            detectors: {
+                [key: string]: components["schemas"]["DetectorKind"];
+            };
+            /** @description Zones, in the configured order. */
+            zones: components["schemas"]["ZoneConfigured"][];
+        };
         /** @description The site as it is. */
         ZonesState: {
             /**
@@ -3388,6 +3438,7 @@ export type Verified = components['schemas']['Verified'];
 export type Wall = components['schemas']['Wall'];
 export type Wanted = components['schemas']['Wanted'];
 export type ZoneCause = components['schemas']['ZoneCause'];
+export type ZoneConfigured = components['schemas']['ZoneConfigured'];
 export type ZoneDisablement = components['schemas']['ZoneDisablement'];
 export type ZoneEnd = components['schemas']['ZoneEnd'];
 export type ZoneEntry = components['schemas']['ZoneEntry'];
@@ -3407,6 +3458,7 @@ export type ZoneTone = components['schemas']['ZoneTone'];
 export type ZoneTrouble = components['schemas']['ZoneTrouble'];
 export type ZoneTroubleState = components['schemas']['ZoneTroubleState'];
 export type ZoneWithheld = components['schemas']['ZoneWithheld'];
+export type ZonesConfigured = components['schemas']['ZonesConfigured'];
 export type ZonesState = components['schemas']['ZonesState'];
 export type ZonesView = components['schemas']['ZonesView'];
 export type $defs = Record<string, never>;

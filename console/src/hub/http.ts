@@ -59,7 +59,7 @@ class Http {
         headers,
         body: body === undefined || body instanceof Blob ? body : JSON.stringify(body),
         // A Stop in flight survives the end of the page.
-        keepalive: path.endsWith('/stop') || path.endsWith('/lockout'),
+        keepalive: /\/(stop|lockout|abort|lock)$/.test(path),
       });
     } catch {
       throw new HubError(NOT_LINKED);

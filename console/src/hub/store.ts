@@ -86,7 +86,12 @@ export class Store {
 
   /** The hub's clock, or that of the recording. */
   now(): number {
-    return this.replayed ? this.replay_now_ms : Date.now() + this.offset_ms;
+    return this.replayed ? this.replay_now_ms : this.hubNow();
+  }
+
+  /** The hub's clock, also while a recording is shown. */
+  hubNow(): number {
+    return Date.now() + this.offset_ms;
   }
 
   /** Whether a monitor's values are out of date. */

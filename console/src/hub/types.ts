@@ -101,7 +101,11 @@ export type TopicOf<K extends string> = K extends 'hub'
   ? Hub
   : K extends 'scene'
     ? Scene
-    : K extends `alarms/${string}`
+    : K extends 'zones'
+      ? api.ZonesView
+      : K extends 'zones/configured'
+        ? api.ZonesConfigured
+        : K extends `alarms/${string}`
       ? Alarm
       : K extends `monitors/${string}/info`
         ? Info

@@ -15,6 +15,7 @@ import { show, type Quantity } from '../units';
 import { OnPlan } from './operate/on-plan';
 import { exists, posture } from './operate/state';
 import { valueOf } from './operate/value';
+import './zones/strip';
 
 const VIEW_KEY = 'lafet.overview';
 /** More than this many monitors are first shown as a table. */
@@ -238,6 +239,7 @@ export class PageOverview extends LitElement {
         </h1>
         ${choice('cards', 'overview')}${choice('table', 'table')}
       </header>
+      <lf-zone-strip></lf-zone-strip>
       <div class="body ${ids.length > COLUMN_MOST ? 'many' : ''}">
         ${view === 'table' ? this.table(ids) : html`${this.map(ids)}<div class="cards">${ids.map((id) => this.one(id))}</div>`}
       </div>

@@ -7,6 +7,7 @@ const STILL = styled({ flex: 'none', display: 'block' });
 const PATHS = {
   overview: svg`<rect x="4" y="4" width="7" height="7" rx="1.5"/><rect x="13" y="4" width="7" height="7" rx="1.5"/><rect x="4" y="13" width="7" height="7" rx="1.5"/><rect x="13" y="13" width="7" height="7" rx="1.5"/>`,
   operate: svg`<path d="M5 20h9M7 20v-4h5v4M9.5 16l7-9 2.6 2-6 7"/><path d="M19.5 3.5v2M22 6h-1.5"/>`,
+  zones: svg`<path d="M4 9V5.5A1.500 1.500 0 0 1 5.500 4H9M15 4h3.500A1.500 1.500 0 0 1 20 5.500V9M20 15v3.500a1.500 1.500 0 0 1-1.500 1.500H15M9 20H5.500A1.500 1.500 0 0 1 4 18.500V15"/><path d="M12 7.500c.4 2 3 3.200 3 6a3 3 0 0 1-6 0c0-1.300.7-2.200 1.400-3 .2.700.5 1.200 1 1.500-.3-1.500-.4-3 .6-4.500Z"/>`,
   alarms: svg`<path d="M12 4 2.8 20h18.4L12 4Z"/><path d="M12 10v4.5M12 17.3v.2"/>`,
   events: svg`<path d="M8 6h12M8 12h12M8 18h12"/><path d="M4 6h.01M4 12h.01M4 18h.01"/>`,
   params: svg`<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>`,
@@ -66,6 +67,7 @@ const PATHS = {
   gamepad: svg`<path d="M7 8h10a4.500 4.500 0 0 1 4.400 5.300l-.4 2.200a2.500 2.500 0 0 1-4.400 1L15 14.500H9l-1.600 2a2.500 2.500 0 0 1-4.400-1l-.4-2.200A4.500 4.500 0 0 1 7 8ZM8 10v3M6.500 11.500h3M15.500 10.500h.01M17.500 12.500h.01"/>`,
   simulation: svg`<path d="M9 3h6M10 3v6L4.500 18.500A1.700 1.700 0 0 0 6 21h12a1.700 1.700 0 0 0 1.500-2.500L14 9V3M7.500 15h9"/>`,
   table: svg`<rect x="3.500" y="5" width="17" height="14" rx="2"/><path d="M3.500 10h17M3.500 14.500h17M9.500 10v9"/>`,
+  sound: svg`<path d="M4 9.500v5h3.500L12 18.500v-13L7.500 9.500H4Z"/><path d="m16 9.500 5 5M21 9.500l-5 5"/>`,
   dot: svg`<circle cx="12" cy="12" r="4" fill="currentColor" stroke="none"/>`,
 } satisfies Record<string, SVGTemplateResult>;
 

@@ -32,6 +32,8 @@ import './replay-bar';
 import './stop';
 import './toasts';
 import './topbar';
+import './zone-alert';
+import { holding } from './zones';
 
 const RETRY_MS = 2000;
 /** Interval of queries for what still works of a session, ms. */
@@ -40,7 +42,7 @@ const LOOK_MS = 20_000;
 type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
 
 /** Pages to which a summary of each monitor, once a second, is enough. */
-const SUMMARIES = ['overview', 'alarms', 'events'];
+const SUMMARIES = ['overview', 'zones', 'alarms', 'events'];
 
 /** The monitors of which a page shows each change; null: all. */
 function lookedAt({ page, monitor }: Route): string[] | null {
@@ -55,12 +57,16 @@ export class LfApp extends LitElement {
       :host {
         display: grid;
         height: calc(100dvh / var(--zoom, 1));
-        grid: var(--topbar) auto 1fr auto auto / var(--nav) 1fr;
-        grid-template-areas: 'top top' 'banners banners' 'nav main' 'nav replay' 'nav guide';
+        grid: var(--topbar) auto auto 1fr auto auto / var(--nav) 1fr;
+        grid-template-areas: 'top top' 'zones zones' 'banners banners' 'nav main' 'nav replay' 'nav guide';
         --nav-now: var(--nav);
       }
       lf-topbar {
         grid-area: top;
+        min-width: 0;
+      }
+      lf-zone-alert {
+        grid-area: zones;
         min-width: 0;
       }
       lf-banners {
@@ -139,8 +145,8 @@ export class LfApp extends LitElement {
           --nav: 240px;
           --nav-now: 0px;
           grid-template-columns: 1fr;
-          grid-template-rows: var(--topbar) auto 1fr auto auto 72px;
-          grid-template-areas: 'top' 'banners' 'main' 'replay' 'guide' '.';
+          grid-template-rows: var(--topbar) auto auto 1fr auto auto 72px;
+          grid-template-areas: 'top' 'zones' 'banners' 'main' 'replay' 'guide' '.';
         }
         .alone.ended {
           grid-row-end: -2;
@@ -226,6 +232,7 @@ export class LfApp extends LitElement {
       `${lang()} ${this.version}`,
       html`${this.stop()}
         <lf-topbar role="banner" .route=${this.route} ?inert=${this.modal} @menu=${() => this.toggleAttribute('menu')}></lf-topbar>
+        <lf-zone-alert role="region" aria-label=${t('zones.running')}></lf-zone-alert>
         <lf-banners role="region" aria-label=${t('banner.label')} .route=${this.route} ?inert=${this.modal}></lf-banners>
         <div class="shade" @click=${() => this.removeAttribute('menu')}></div>
         <lf-nav
@@ -293,6 +300,7 @@ export class LfApp extends LitElement {
     if (this.left) void this.lookWhatIsLeft();
     socket.rest();
     jog.endAll();
+    holding.forget();
     dialog.closeAll();
   }
 

@@ -4,12 +4,14 @@ import { customElement, property } from 'lit/decorators.js';
 import { resumesIn } from '../hub/pause';
 import { has, inControl, may, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
+import { phaseOf, zones } from '../hub/zones';
 import { age, num, t } from '../i18n';
 import { icon, type IconName } from '../parts/icons';
 import '../parts/lf-button';
 import { base } from '../theme/shared';
 import { answerAsked, asked, askedChanged, releaseControl, takeControl } from './authority';
 import { router, type Route } from './router';
+import { phaseWords } from './zone-words';
 
 const LIMITED = ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'];
 
@@ -53,6 +55,10 @@ export class LfBanners extends LitElement {
       }
       .banner:last-child {
         border-right: 0;
+      }
+      .banner.zones {
+        min-width: min(100%, 260px);
+        overflow-wrap: anywhere;
       }
       .info {
         background: var(--info-soft);
@@ -106,7 +112,7 @@ export class LfBanners extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/'], () => this.seen());
+    new TopicController(this, () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/', 'zones'], () => this.seen());
   }
 
   override connectedCallback(): void {
@@ -130,6 +136,7 @@ export class LfBanners extends LitElement {
       ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
       ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>${unreported() ? html` · ${t('banner.unreported')}` : nothing}`) : nothing}
       ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
+      ${alarmed() ? banner('medium zones', 'fire', html`<b>${alarmed()}</b>`) : nothing}
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
 
@@ -145,7 +152,7 @@ export class LfBanners extends LitElement {
     const stale = monitor !== null && store.stale(monitor);
     const second = store.linked && !stale ? 0 : Math.floor(Date.now() / 1000);
     const held = monitor ? [] : holders();
-    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), unreported(), of, held]);
+    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), unreported(), alarmed(), of, held]);
   }
 
   /** On the pages of the whole site: who controls what. */
@@ -247,6 +254,13 @@ function holders(): [monitor: string, user: string][] {
 function unreported(): boolean {
   const reported = store.alarms().some(({ priority, active }) => priority === 'fire' && active);
   return !reported && (store.get('scene')?.fires ?? []).some(({ burns }) => burns);
+}
+
+/** Zones with an alarm that is not enough: nothing runs there yet. */
+function alarmed(): string {
+  const [one, ...more] = (store.linked && zones.view()?.state.zones.filter((zone) => phaseOf(zone) === 'alarm')) || [];
+  if (!one) return '';
+  return more.length ? t('zones.more_alarm', { n: more.length + 1 }) : `${one.zone}: ${phaseWords(one)}`;
 }
 
 function limitless(): string[] {

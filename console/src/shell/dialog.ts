@@ -118,7 +118,7 @@ export class LfDialogs extends LitElement {
     css`
       .veil {
         position: fixed;
-        inset: var(--topbar) 0 0 0;
+        inset: calc(var(--topbar) + var(--zones-height, 0px)) 0 0 0;
         display: grid;
         place-items: center;
         padding: var(--s3);
@@ -192,7 +192,7 @@ export class LfDialogs extends LitElement {
       }
       @media (max-width: 720px) {
         .veil {
-          inset: 56px 0 72px 0;
+          inset: calc(56px + var(--zones-height, 0px)) 0 72px 0;
         }
       }
     `,

@@ -1,6 +1,7 @@
 // The fire alarm of the site: what detectors have found, on every page; and its sound, where it is switched on.
 import { store } from '../hub/store';
 import type { Alarm } from '../hub/types';
+import { zones } from '../hub/zones';
 
 const SOUND_KEY = 'lafet.sound';
 /** Two tones, and how often they are repeated. */
@@ -40,10 +41,16 @@ function sound(): void {
   });
 }
 
-/** Sounds until every fire is acknowledged. */
+/** The sounders of the zones sound for a fire, not for a trouble alone. */
+function zonesSound(): boolean {
+  const tone = zones.view()?.state.tone ?? 'off';
+  return tone !== 'off' && tone !== 'trouble';
+}
+
+/** Sounds until every fire is acknowledged, and while the zones sound. */
 export function followFire(): void {
   window.setInterval(() => {
     const waiting = store.source === 'live' && firesNow().some(({ state }) => state === 'unack');
-    if (waiting && soundWanted()) sound();
+    if ((waiting || zonesSound()) && soundWanted()) sound();
   }, AGAIN_MS);
 }

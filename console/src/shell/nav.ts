@@ -4,6 +4,7 @@ import { customElement, property } from 'lit/decorators.js';
 import { session } from '../hub/me';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
+import { zones } from '../hub/zones';
 import { t, type Key } from '../i18n';
 import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
@@ -156,7 +157,12 @@ export class LfNav extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['alarms/', 'monitors/', 'hub'], () => [store.known, store.hello?.role, unacknowledged(), ...store.monitors()].join('\n'));
+    new TopicController(this, () => ['alarms/', 'monitors/', 'hub', 'zones'], () => this.seen());
+  }
+
+  private seen(): string {
+    const site = [store.known, store.hello?.role, unacknowledged(), zones.exist(), zones.eventful()];
+    return [...site, ...store.monitors()].join('\n');
   }
 
   override render() {
@@ -184,21 +190,18 @@ export class LfNav extends LitElement {
     const nobody = !store.hello && !session();
     const hub = store.hello?.hub;
     const allowed = (p: PageInfo) => !p.role || nobody || may(p.role);
-    const ofUse = (p: PageInfo) => !p.demo || !hub || hub.demo;
+    const ofZones = (p: PageInfo) => !p.zones || zones.exist();
+    const ofUse = (p: PageInfo) => (!p.demo || !hub || hub.demo) && ofZones(p);
     return PAGES.filter((p) => p.scope === scope && allowed(p) && ofUse(p)).map((page) => {
       const here = page.name === this.route.page;
       const label = t(`nav.${page.name}` as Key);
       const unsure = (nobody && page.role) || (!hub && page.demo);
       return html`<a href=${hrefOf(page.name, monitor)} class=${unsure ? 'unsure' : nothing} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
-        ${page.name === 'alarms' ? this.alarmCount() : nothing}
+        ${page.name === 'alarms' ? count(unacknowledged(), t('nav.unack')) : nothing}
+        ${page.name === 'zones' ? count(zones.eventful(), t('nav.eventful')) : nothing}
       </a>`;
     });
-  }
-
-  private alarmCount() {
-    const open = unacknowledged();
-    return open ? html`<b class="count" aria-label=${t('nav.unack')}>${open}</b>` : nothing;
   }
 
   private choose(event: Event): void {
@@ -206,6 +209,10 @@ export class LfNav extends LitElement {
     const page = this.route.monitor ? this.route.page : 'operate';
     router.go(page, id);
   }
+}
+
+function count(n: number, what: string) {
+  return n ? html`<b class="count" aria-label=${what}>${n}</b>` : nothing;
 }
 
 function unacknowledged(): number {

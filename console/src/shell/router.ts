@@ -11,6 +11,8 @@ export interface PageInfo {
   role?: Role;
   /** Only where the hub simulates the site. */
   demo?: boolean;
+  /** Only where the hub has zones. */
+  zones?: boolean;
 }
 
 export interface Route {
@@ -20,6 +22,7 @@ export interface Route {
 
 const KNOWN: PageInfo[] = [
   { name: 'overview', icon: 'overview', scope: 'site' },
+  { name: 'zones', icon: 'zones', scope: 'site', zones: true },
   { name: 'alarms', icon: 'alarms', scope: 'site' },
   { name: 'events', icon: 'events', scope: 'site' },
   { name: 'replay', icon: 'replay', scope: 'site' },

@@ -22,13 +22,14 @@ export class Guarded {
   private served?: Served;
   url = '';
 
-  static async start(): Promise<Guarded> {
+  static async start(more = ''): Promise<Guarded> {
     const guarded = new Guarded();
     const config = join(guarded.folder, 'hub.toml');
     writeFileSync(
       config,
       `[server]\nlisten = "127.0.0.1:0"\ndata = "${guarded.folder}"\n[[monitor]]\nid = "M1"\nurl = "tcp://127.0.0.1:9?addr=1"\n` +
-        `[[monitor]]\nid = "${guarded.long}"\nname = "${NAME}"\nurl = "tcp://127.0.0.1:9?addr=2"\n`,
+        `[[monitor]]\nid = "${guarded.long}"\nname = "${NAME}"\nurl = "tcp://127.0.0.1:9?addr=2"\n` +
+        more,
     );
     guarded.child = spawn(LAFET, ['serve', '--config', config], { stdio: ['ignore', 'pipe', 'pipe'] });
     const link = await new Promise<string>((resolve, reject) => {
@@ -54,6 +55,11 @@ export class Guarded {
     guarded.served = await consoleOf(url);
     guarded.url = guarded.served.url;
     return guarded;
+  }
+
+  /** As the administrator. */
+  asRoot(path: string, body: unknown): Promise<Response> {
+    return this.post(path, body, this.headers);
   }
 
   async stop(): Promise<void> {

@@ -1,7 +1,7 @@
 // The set-up of the tests: simulated monitors, a hub, the console in a browser. LAFET_BIN is the path
 // of the program.
 import { execFile, spawn, type ChildProcess } from 'node:child_process';
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { promisify } from 'node:util';
@@ -26,6 +26,7 @@ export class Site {
   private browser!: Browser;
   /** The monitors' own port: a second connection beside the hub's. */
   private monitors: number[] = [];
+  private hub = 0;
   private wires: Wire[] = [];
   /** Between the hub and the monitors. */
   links: Cable[] = [];
@@ -33,8 +34,8 @@ export class Site {
   way!: Cable;
   url = '';
 
-  /** Two deployed monitors, M1 and M2. */
-  static async start(): Promise<Site> {
+  /** Two deployed monitors, M1 and M2; `more` is added to the hub's configuration. */
+  static async start(more = ''): Promise<Site> {
     const site = new Site();
     for (const address of [1, 2]) {
       const port = await site.program(['sim', '--listen', 'tcp://127.0.0.1:0', '--addr', `${address}`]);
@@ -47,9 +48,11 @@ export class Site {
     writeFileSync(
       config,
       `[server]\nlisten = "127.0.0.1:0"\nlogin = false\ndata = "${site.folder}"\n[authority]\nlost_ms = 500\n` +
-        ports.map((port, n) => `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`).join(''),
+        ports.map((port, n) => `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`).join('') +
+        more,
     );
-    site.way = await Cable.to(await site.program(['serve', '--config', config]));
+    site.hub = await site.program(['serve', '--config', config]);
+    site.way = await Cable.to(site.hub);
     const names = (await (await fetch(`http://127.0.0.1:${site.way.port}/api/dictionary`)).json()) as Names;
     site.wires = site.monitors.map((port, n) => new Wire(port, n + 1, names));
     site.served = await consoleOf(`http://127.0.0.1:${site.way.port}`);
@@ -59,6 +62,18 @@ export class Site {
       await until(async () => (await site.outputs(id)).Deployer?.flags.includes('Deployed') === true, 30_000);
     }
     return site;
+  }
+
+  /** Kills the hub and starts it again with the same address and storage. */
+  async restart(): Promise<void> {
+    const config = join(this.folder, 'hub.toml');
+    const text = readFileSync(config, 'utf8').replace(/^listen = .*$/m, `listen = "127.0.0.1:${this.hub}"`);
+    writeFileSync(config, text);
+    const old = this.children.pop()!;
+    const ended = new Promise((done) => old.once('close', done));
+    old.kill('SIGKILL');
+    await ended;
+    await this.program(['serve', '--config', config]);
   }
 
   async stop(): Promise<void> {
@@ -145,7 +160,7 @@ export class Site {
         if (port) resolve(Number(port));
       };
       child.stdout.on('data', hear);
-      child.on('exit', (code) => reject(new Error(`lafet ${args[0]} ended with ${code}: ${told}`)));
+      child.once('exit', (code) => reject(new Error(`lafet ${args[0]} ended with ${code}: ${told}`)));
     });
   }
 }

@@ -92,4 +92,13 @@ export default {
   'alarms.own_Down': 'There is no connection to the monitor.',
   'alarms.own_Stale': 'The monitor does not answer.',
   'alarms.own_Audit': 'The audit log is not being stored.',
+  'alarms.own_DetectorFault': 'A detector of the zones is at fault.',
+  'alarms.own_DetectorSilent': 'A detector of the zones is silent.',
+  'alarms.own_DetectorDirty': 'The window of a detector is dirty.',
+  'alarms.own_DetectorStuck': 'The self-test of a detector does not end.',
+  'alarms.own_MonitorIdle': 'A monitor does not act on the order of a zone.',
+  'alarms.own_NotClosed': 'A valve is not reported closed.',
+  'alarms.own_NoMonitor': 'No monitor can serve a released zone.',
+  'alarms.own_ZoneDisabled': 'A zone is disabled.',
+  'alarms.own_ZoneNotReady': 'A zone is not ready.',
 };

@@ -17,6 +17,7 @@ import inspector from './inspector';
 import replay from './replay';
 import training from './training';
 import admin from './admin';
+import zones from './zones';
 
 export default {
   ...shell,
@@ -37,4 +38,5 @@ export default {
   ...replay,
   ...training,
   ...admin,
+  ...zones,
 };

@@ -94,4 +94,13 @@ export default {
   'alarms.own_Down': 'Нет соединения со стволом.',
   'alarms.own_Stale': 'Ствол не отвечает.',
   'alarms.own_Audit': 'Журнал аудита не сохраняется.',
+  'alarms.own_DetectorFault': 'Неисправность извещателя зон.',
+  'alarms.own_DetectorSilent': 'Извещатель зон не отвечает.',
+  'alarms.own_DetectorDirty': 'Загрязнено окно извещателя.',
+  'alarms.own_DetectorStuck': 'Самопроверка извещателя затянулась.',
+  'alarms.own_MonitorIdle': 'Ствол не выполняет команду зоны.',
+  'alarms.own_NotClosed': 'Закрытие затвора не подтверждено.',
+  'alarms.own_NoMonitor': 'Зону с пуском не может обслужить ни один ствол.',
+  'alarms.own_ZoneDisabled': 'Зона отключена.',
+  'alarms.own_ZoneNotReady': 'Зона не готова.',
 };

@@ -17,6 +17,7 @@ import inspector from './inspector';
 import replay from './replay';
 import training from './training';
 import admin from './admin';
+import zones from './zones';
 
 // The type checker requires every key of the English texts here.
 const ru: Dictionary = {
@@ -38,6 +39,7 @@ const ru: Dictionary = {
   ...replay,
   ...training,
   ...admin,
+  ...zones,
 };
 
 export default ru;

@@ -74,11 +74,11 @@ pub struct Alarms {
 const UNHELD: &str = "Unheld";
 
 /// An active condition of an alarm.
-struct Condition {
-    monitor: String,
-    subsystem: String,
-    flag: String,
-    texts: Texts,
+pub(super) struct Condition {
+    pub(super) monitor: String,
+    pub(super) subsystem: String,
+    pub(super) flag: String,
+    pub(super) texts: Texts,
 }
 
 impl Alarms {
@@ -290,7 +290,13 @@ impl Alarms {
         Some(self.turn(id, after, user, None))
     }
 
-    fn holds(&mut self, now_ms: u64, id: String, it: Condition, changes: &mut Vec<Change>) {
+    pub(super) fn holds(
+        &mut self,
+        now_ms: u64,
+        id: String,
+        it: Condition,
+        changes: &mut Vec<Change>,
+    ) {
         if let Some(alarm) = self.all.get_mut(&id) {
             alarm.gone_ms = None;
             if alarm.active {
@@ -333,7 +339,7 @@ impl Alarms {
         self.all.insert(id, alarm);
     }
 
-    fn gone(&mut self, now_ms: u64, id: &str, changes: &mut Vec<Change>) {
+    pub(super) fn gone(&mut self, now_ms: u64, id: &str, changes: &mut Vec<Change>) {
         let Some(alarm) = self.all.get_mut(id).filter(|alarm| alarm.active) else { return };
         if now_ms < *alarm.gone_ms.get_or_insert(now_ms) + OFF_DELAY_MS {
             return;

@@ -4,6 +4,7 @@ mod alarm;
 mod catalogue;
 mod holding;
 mod machine;
+mod zones;
 
 pub use alarm::{Alarm, Fire, State};
 pub use machine::{Alarms, Change, Conditions};
@@ -27,7 +28,14 @@ impl Hub {
             logins: self.logins().attack(self.now()),
             revocations: self.access().revocations_wait(),
         };
-        let changes = self.alarms().handle_time(self.clock().now_ms(), conditions);
+        let zones = self.zones_view().ok().map(|it| it.state);
+        let now_ms = self.clock().now_ms();
+        let changes = {
+            let mut alarms = self.alarms();
+            let mut changes = alarms.handle_time(now_ms, conditions);
+            changes.extend(alarms.zones(now_ms, zones.as_ref()));
+            changes
+        };
         self.publish_alarms(changes);
     }
 

@@ -15,12 +15,13 @@ use crate::error::ApiError;
 use crate::field::view::ModbusView;
 use crate::hub::{Caller, Hub};
 use crate::text::both;
-use crate::zones::view::{Reported, ZonesView};
+use crate::zones::view::{Reported, ZonesConfigured, ZonesView};
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
         .routes(routes!(zones))
         .routes(routes!(modbus))
+        .routes(routes!(configured))
         .routes(routes!(report_detector))
         .routes(routes!(bypass_detector))
         .routes(routes!(hold_zone))
@@ -29,6 +30,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(set_zone_mode))
         .routes(routes!(reset_zone))
         .routes(routes!(reset_zones))
+        .routes(routes!(silence_zones))
         .routes(routes!(lock_zones))
         .routes(routes!(unlock_zones))
 }
@@ -97,6 +99,13 @@ async fn zones(State(hub): State<Hub>, _: Caller) -> Result<Json<ZonesView>, Api
 #[utoipa::path(get, path = "/api/modbus", responses((status = 200, body = ModbusView), (status = 401)))]
 async fn modbus(State(hub): State<Hub>, _: Caller) -> Json<ModbusView> {
     Json(hub.modbus_view())
+}
+
+/// What belongs to each zone.
+#[utoipa::path(get, path = "/api/zones/configured",
+    responses((status = 200, body = ZonesConfigured), (status = 401), (status = 404)))]
+async fn configured(State(hub): State<Hub>, _: Caller) -> Result<Json<ZonesConfigured>, ApiError> {
+    Ok(Json(hub.zones_configured()?))
 }
 
 /// Takes what a detector sees now.
@@ -237,6 +246,17 @@ async fn reset_zone(
 async fn reset_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
     hub.order_zones(&caller, Hand::Reset(Scope::Site)).map(Json)
+}
+
+/// Silences the sounders until something new. A countdown and a hold go on sounding.
+#[utoipa::path(post, path = "/api/zones/silence",
+    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404)))]
+async fn silence_zones(
+    State(hub): State<Hub>,
+    caller: Caller,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.order_zones(&caller, Hand::Silence).map(Json)
 }
 
 /// Locks all zones: nothing of them opens. Open to every role.

@@ -22,7 +22,9 @@ use std::time::Duration;
 
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_site::config::ContactKind;
-use lafet_site::{Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site};
+use lafet_site::{
+    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State, ZoneState,
+};
 use tokio::sync::Notify;
 use tokio::time::{sleep, timeout};
 
@@ -40,6 +42,8 @@ use view::Reported;
 
 /// User, session and way of the zone controller in the audit log and in authorities.
 pub const ZONES: &str = "zones";
+/// Topic of what belongs to each zone.
+const CONFIGURED: &str = "zones/configured";
 /// The monitors are looked at this often.
 const LOOK: Duration = Duration::from_millis(50);
 /// A state in which a time runs is published this often, and news not more often than this.
@@ -170,6 +174,15 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
         Ok(lock(&self.known_zones()?.machine).view())
+    }
+
+    /// What belongs to each zone.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones in the configuration.
+    pub fn zones_configured(&self) -> Result<view::ZonesConfigured, ApiError> {
+        Ok(view::ZonesConfigured::from(&self.known_zones()?.config))
     }
 
     /// What a detector senses.
@@ -352,6 +365,7 @@ impl Hub {
         let mut guard = lock(&zones.machine);
         let (machine, caller) = (&mut *guard, Caller::zones());
         if let Some(first) = machine.first.take() {
+            self.topics().set(CONFIGURED, &view::ZonesConfigured::from(&zones.config));
             self.carry(zones, machine, &caller, first);
         }
         let now = self.now();
@@ -391,12 +405,19 @@ impl Hub {
             return;
         }
         let view = machine.view();
-        let runs = view.state.zones.iter().any(|zone| zone.phase != Phase::Quiet);
+        let runs = runs(&view.state);
         if std::mem::take(&mut machine.news) || runs {
             self.topics().set(ZONES, &view);
         }
         machine.published = now;
     }
+}
+
+/// A time runs in this state, towards its end or as the age of a trouble.
+fn runs(state: &State) -> bool {
+    let zone = |it: &ZoneState| it.phase != Phase::Quiet || it.returns_in_ms.is_some();
+    let found = state.monitors.iter().any(|it| it.found_left_ms.is_some());
+    found || !state.troubles.is_empty() || state.zones.iter().any(zone)
 }
 
 /// A moment as the machine has it.

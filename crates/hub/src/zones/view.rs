@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use lafet_site::config::Kind;
 use lafet_site::{Condition, Signal, State};
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::Machine;
+use crate::config::ZonesConfig;
 
 /// The zones, their detectors and monitors. Times of `state` count from the start of the hub.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -38,6 +40,65 @@ pub struct Reported {
     /// How sure it is, 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quality: Option<f64>,
+}
+
+/// What belongs to each zone. It does not change while the hub runs.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct ZonesConfigured {
+    /// Zones, in the configured order.
+    pub zones: Vec<ZoneConfigured>,
+    /// What each detector senses.
+    pub detectors: BTreeMap<String, Kind>,
+}
+
+/// A zone as it is configured.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct ZoneConfigured {
+    /// Its id.
+    pub zone: String,
+    /// Detectors that vote for it.
+    pub detectors: Vec<String>,
+    /// Monitors that serve it, in order of preference.
+    pub monitors: Vec<String>,
+    /// Votes that release, of all its detectors: `2oo3`.
+    pub votes: String,
+    /// Different kinds of detectors among the votes.
+    pub kinds: u16,
+    /// Votes coincide for so long before the delay, s.
+    pub coincidence_s: u32,
+    /// Delay before the release, s.
+    pub delay_s: u32,
+    /// All holds of one countdown together, s; null: the delay cannot be held.
+    #[schema(required)]
+    pub hold_max_s: Option<u32>,
+    /// Greatest duration of automatic water, s.
+    pub water_max_s: u32,
+    /// Manual and off return to automatic after so long, s; null: they stay.
+    #[schema(required)]
+    pub return_after_s: Option<u32>,
+}
+
+impl From<&ZonesConfig> for ZonesConfigured {
+    fn from(config: &ZonesConfig) -> Self {
+        let site = &config.site;
+        let zones = site.zones.iter().map(|zone| {
+            let votes_for = site.detectors.iter().filter(|it| it.zones.contains(&zone.id));
+            ZoneConfigured {
+                zone: zone.id.clone(),
+                detectors: votes_for.map(|it| it.id.clone()).collect(),
+                monitors: zone.monitors.clone(),
+                votes: zone.votes.to_string(),
+                kinds: zone.kinds,
+                coincidence_s: zone.coincidence_s,
+                delay_s: zone.delay_s,
+                hold_max_s: zone.hold.then_some(zone.hold_max_s),
+                water_max_s: zone.water_max_s,
+                return_after_s: zone.return_after_s,
+            }
+        });
+        let detectors = site.detectors.iter().map(|it| (it.id.clone(), it.kind));
+        Self { zones: zones.collect(), detectors: detectors.collect() }
+    }
 }
 
 impl Machine {

@@ -428,6 +428,7 @@ async fn each_order_has_its_role() {
         ("/api/zones/hall/abort", json!({}), Role::Observer),
         ("/api/zones/lock", json!({}), Role::Observer),
         ("/api/zones/unlock", json!({}), Role::Operator),
+        ("/api/zones/silence", json!({}), Role::Operator),
         ("/api/zones/hall/reset", json!({}), Role::Operator),
         ("/api/zones/hall/hold", json!({ "on": false }), Role::Operator),
         ("/api/zones/hall/release", json!({ "confirm": "hallo" }), Role::Operator),
@@ -455,6 +456,41 @@ async fn the_websocket_has_what_becomes_of_the_zones() {
     socket.until("the countdown", |known| phase(known) == "countdown").await;
     socket.until("the release", |known| phase(known)["released"]["automatic"] == true).await;
     assert_eq!(socket.known["zones"]["reported"]["flame"]["signal"], "alarm");
+}
+
+#[tokio::test]
+async fn clients_learn_what_belongs_to_a_zone_and_a_mode_that_returns_is_sent_each_second() {
+    let site = quiet(2, "delay_s = 7\nhold = false\nreturn_after_s = 900").await;
+    let expected = json!({
+        "zones": [{
+            "zone": "hall", "detectors": ["flame", "heat"], "monitors": ["M1", "M2"], "votes": "2oo2", "kinds": 1,
+            "coincidence_s": 5, "delay_s": 7, "hold_max_s": null, "water_max_s": 600, "return_after_s": 900,
+        }],
+        "detectors": { "flame": "flame", "heat": "heat" },
+    });
+    assert_eq!(site.get("", "/api/zones/configured").await.body, expected);
+    let mut socket = site.ws("").await;
+    socket.next_of("state").await;
+    socket.until("its topic", |known| known.get("zones/configured") == Some(&expected)).await;
+    order(&site, "hall/mode", json!({ "mode": "manual" })).await;
+    let left = |known: &serde_json::Map<String, Value>| {
+        known.get("zones").and_then(|it| it["state"]["zones"][0]["returns_in_ms"].as_u64())
+    };
+    for most in [900_000, 899_000, 898_000] {
+        socket.until("time passes", |known| left(known).is_some_and(|left| left <= most)).await;
+    }
+}
+
+#[tokio::test]
+async fn an_alarm_is_silenced_until_something_new_and_a_countdown_is_not() {
+    let site = quiet(1, "coincidence_s = 0\ndelay_s = 30").await;
+    sees(&site, "flame", "alarm").await;
+    assert_eq!(state(&site).await["tone"], "alarm");
+    let silenced = order(&site, "silence", Value::Null).await;
+    assert_eq!((silenced.status, &silenced.body["state"]["tone"]), (200, &json!("off")));
+    sees(&site, "heat", "alarm").await;
+    until_state(&site, "it counts", |zone| zone["phase"] == "countdown").await;
+    assert_eq!(order(&site, "silence", Value::Null).await.body["state"]["tone"], "countdown");
 }
 
 /// The example of the documents is read without a problem.

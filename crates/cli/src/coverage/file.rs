@@ -81,8 +81,8 @@ pub fn parse(file: &str, text: &str) -> Read<Plan> {
 
 /// What the geometry refuses, with the line of the table.
 fn wrong(table: &Table<'_>, problem: lafet_place::Problem) -> Problem {
-    let lafet_place::Both { en, ru } = problem.0;
-    table.wrong("", Both { en, ru })
+    let lafet_place::Problem(text) = problem;
+    table.wrong("", Both { en: text.en, ru: text.ru })
 }
 
 /// The tables of a list of which there is a greatest number.

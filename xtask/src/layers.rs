@@ -11,20 +11,31 @@ use crate::{TaskResult, flag, laws, run};
 const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-proto", &[]),
     ("lafet-ballistics", &[]),
-    ("lafet-place", &["lafet-ballistics"]),
+    ("lafet-texts", &[]),
+    ("lafet-place", &["lafet-ballistics", "lafet-texts"]),
     ("lafet-device", &["lafet-ballistics", "lafet-proto"]),
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
-    ("lafet-sim", &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto"]),
+    (
+        "lafet-sim",
+        &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],
+    ),
     ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
-    ("lafet-site", &["lafet-ballistics"]),
+    ("lafet-site", &["lafet-ballistics", "lafet-texts"]),
     ("lafet-model", &["lafet-device", "lafet-proto"]),
     ("lafet-client", &["lafet-proto"]),
-    ("lafet-capture", &["lafet-proto"]),
+    ("lafet-capture", &["lafet-proto", "lafet-texts"]),
     // Its tests have their own link code, because the tester relies on no other.
     ("lafet-conform", &["lafet-client", "lafet-proto"]),
     (
         "lafet-hub",
-        &["lafet-ballistics", "lafet-capture", "lafet-client", "lafet-proto", "lafet-site"],
+        &[
+            "lafet-ballistics",
+            "lafet-capture",
+            "lafet-client",
+            "lafet-proto",
+            "lafet-site",
+            "lafet-texts",
+        ],
     ),
     (
         "lafet",

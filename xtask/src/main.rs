@@ -42,6 +42,7 @@ mod stops;
 mod swarm;
 mod tables;
 mod test;
+mod texts;
 mod thumb;
 mod words;
 mod years;

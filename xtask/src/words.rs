@@ -1,15 +1,16 @@
 //! `cargo xtask words`: fails on words of xtask/words.txt in the areas that are free of them.
 //!
-//! [`LIST`] has the areas and the words. Checked are prose of Markdown, comments, and quoted texts of
-//! more than one word; code, names and the generated parts of a page are not.
+//! [`LIST`] has the areas and the words. Checked are prose of Markdown, catalogues of texts, comments, and
+//! quoted texts of more than one word; code, names and the generated parts of a page are not. A text of
+//! the catalogues that no code uses fails too.
 
 use std::process::ExitCode;
 
-use crate::{TaskResult, flag, links, run, source};
+use crate::{TaskResult, flag, links, run, source, texts};
 
 /// The areas that are checked and the words, each with what to write instead.
 const LIST: &str = "xtask/words.txt";
-const EXTENSIONS: [&str; 4] = ["md", "rs", "ts", "css"];
+const EXTENSIONS: [&str; 5] = ["md", "rs", "ts", "css", "ftl"];
 /// What a generated file says in its first lines.
 const GENERATED: &str = "auto-generated";
 const HEADER: usize = 3;
@@ -38,6 +39,7 @@ pub fn words(arguments: &[String]) -> TaskResult {
 /// Fails on a word of the list in one of its areas, with file and line.
 pub fn check() -> run::StepResult {
     let list = parse(&run::read(LIST)?)?;
+    run::verdict("texts without a use", &texts::unused()?)?;
     let mut problems = Vec::new();
     let mut files = 0;
     for area in &list.areas {
@@ -106,6 +108,7 @@ fn checked_parts(path: &str, text: &str) -> Vec<(usize, String)> {
     match path.rsplit_once('.').map(|(_, extension)| extension) {
         Some("md") => prose(text),
         Some("rs") => numbered(text, &['"']),
+        Some("ftl") => catalogue(text),
         _ => numbered(text, &['"', '\'', '`']),
     }
 }
@@ -122,6 +125,16 @@ fn prose(text: &str) -> Vec<(usize, String)> {
         }
     }
     parts
+}
+
+/// Lines of a catalogue without keys and arguments.
+fn catalogue(text: &str) -> Vec<(usize, String)> {
+    let of_text = |line: &str| {
+        let key = |start: &str| start.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
+        let text = line.split_once(" =").filter(|(start, _)| key(start)).map(|(_, text)| text);
+        without_markup(text.unwrap_or(line))
+    };
+    text.lines().enumerate().map(|(index, line)| (index + 1, of_text(line))).collect()
 }
 
 fn numbered(text: &str, quotes: &[char]) -> Vec<(usize, String)> {
@@ -242,6 +255,18 @@ mod tests {
             "`<p class=\"old\"> ${old(1)}`",
         ] {
             assert_eq!(hits(&of_source(left, &quotes)), [""; 0], "{left}");
+        }
+    }
+
+    #[test]
+    fn texts_and_comments_of_a_catalogue_are_checked() {
+        let lines =
+            ["# old", "a = an old one", "a = вышло так себе", "    old = 1", "a = { $a } old"];
+        for checked in lines {
+            assert_eq!(hits(&catalogue(checked)[0].1).len(), 1, "{checked}");
+        }
+        for left in ["old = 1", "a = { $old }", "a = bold"] {
+            assert_eq!(hits(&catalogue(left)[0].1), [""; 0], "{left}");
         }
     }
 

@@ -2,6 +2,7 @@
 
 use lafet_client::Lang;
 use lafet_proto::dictionary::Text;
+use lafet_texts::Words;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -35,9 +36,9 @@ impl Both {
     }
 }
 
-impl From<lafet_site::Both> for Both {
-    fn from(text: lafet_site::Both) -> Self {
-        both(text.en, text.ru)
+impl From<Words> for Both {
+    fn from(Words { en, ru }: Words) -> Self {
+        Self { en, ru }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The alignment of a station: heading and tilt from reference fires at known places.
 
+use lafet_texts::place as text;
 use serde::Serialize;
 
 use crate::linear::{self, Matrix, Vector, wrapped};
@@ -44,7 +45,7 @@ pub struct Alignment {
 /// Aligns a station whose place is known. Its heading may be unknown altogether; its tilt is within
 /// 45°.
 pub fn align(station: &Station, references: &[Reference]) -> Result<Alignment, Problem> {
-    let what = ("reference fires", "контрольных очагов");
+    let what = &text::ReferenceFires;
     counted(what, references.len(), REFERENCES_MIN..=BEARINGS_MAX)?;
     station.check()?;
     let seen = references
@@ -84,18 +85,14 @@ fn seen(station: &Station, reference: &Reference) -> Result<Seen, Problem> {
     let bearing = Bearing { station: 0, ..reference.bearing };
     bearing.check(1)?;
     for value in reference.at {
-        let what = ("the place of a reference, m,", "место контрольного очага, м");
+        let what = &text::ReferencePlace;
         within(what, value, -FARTHEST_M..=FARTHEST_M)?;
     }
     let [east, north, _] = linear::minus(reference.at, station.at);
-    let what = ("the distance of a reference, m,", "расстояние до контрольного очага, м");
+    let what = &text::ReferenceDistance;
     within(what, east.hypot(north), NEAREST_M..=FARTHEST_M)?;
-    let elevation = bearing.elevation.ok_or_else(|| {
-        Problem::new(
-            "a reference without elevation: the tilt cannot be found",
-            "контрольный очаг без угла места: наклон не определить",
-        )
-    })?;
+    let elevation =
+        bearing.elevation.ok_or_else(|| Problem::new(text::ReferenceWithoutElevation))?;
     let mounted = Station { heading_sigma: 0.0, tilt_sigma: 0.0, ..*station };
     let (sigma, _) = bearing.errors(&mounted);
     let to = east.atan2(north);
@@ -122,12 +119,7 @@ fn spread(seen: &[Seen]) -> Result<(), Problem> {
 }
 
 fn weak() -> Problem {
-    Problem::new(
-        "these reference fires do not determine heading and tilt: place five or more, at least 40° \
-         apart from first to last, at different distances",
-        "по этим контрольным очагам курс и наклон не определить: нужно не менее пяти, от первого до \
-         последнего не менее 40°, на разных расстояниях",
-    )
+    Problem::new(text::ReferencesWeak)
 }
 
 /// The heading that fits the azimuths best without tilt: their mean on the circle.
@@ -176,10 +168,7 @@ fn fit(start: &Station, seen: &[Seen]) -> Result<(Station, Matrix), Problem> {
             return Ok((station, covariance));
         }
     }
-    Err(Problem::new(
-        "the alignment does not settle: check the places of the reference fires and their order",
-        "юстировка не сходится: проверьте места контрольных очагов и их порядок",
-    ))
+    Err(Problem::new(text::AlignmentUnsettled))
 }
 
 /// Names the reference that fits worst, if it fits badly.
@@ -189,16 +178,11 @@ fn wrong(seen: &[Seen], residuals: &[[f64; 2]]) -> Result<(), Problem> {
     let Some((index, _)) = worst.filter(|(_, over)| *over > GROSS) else { return Ok(()) };
     let [azimuth, elevation] = residuals[index].map(f64::to_degrees);
     let number = index + 1;
-    Err(Problem::new(
-        format!(
-            "reference {number} does not fit the others: azimuth off by {azimuth:.2}°, elevation by \
-             {elevation:.2}°; check its place, and whether two references are interchanged"
-        ),
-        format!(
-            "контрольный очаг {number} не согласуется с остальными: по азимуту {azimuth:.2}°, по углу \
-             места {elevation:.2}°; проверьте его место и не перепутаны ли два очага"
-        ),
-    ))
+    Err(Problem::new(text::ReferenceWrong {
+        number,
+        azimuth: format_args!("{azimuth:.2}"),
+        elevation: format_args!("{elevation:.2}"),
+    }))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The place of a fire from one station: its line of sight cut with tank roofs, walls and the floor.
 
+use lafet_texts::place as text;
 use serde::{Deserialize, Serialize};
 
 use crate::linear::{self, Matrix, Vector};
@@ -72,23 +73,20 @@ impl Surface {
             Self::Rectangle { corner, side, other } => {
                 let product = linear::dot(side, other).abs();
                 if product > 1e-3 * linear::length(side) * linear::length(other) {
-                    return Err(Problem::new(
-                        "the sides of a rectangle are not at right angles",
-                        "стороны прямоугольника не перпендикулярны",
-                    ));
+                    return Err(Problem::new(text::RectangleSkew));
                 }
                 ([corner, side, other], linear::cross(side, other))
             }
             Self::Disc { centre, normal, radius_m } => {
-                within(("the radius of a disc, m,", "радиус круга, м"), radius_m, 0.01..=1000.0)?;
+                within(&text::DiscRadius, radius_m, 0.01..=1000.0)?;
                 ([centre, normal, normal], normal)
             }
         };
         for value in vectors.into_iter().flatten() {
-            let what = ("a coordinate of a surface, m,", "координата поверхности, м");
+            let what = &text::SurfaceCoordinate;
             within(what, value, -FARTHEST_M..=FARTHEST_M)?;
         }
-        let what = ("the length of a normal", "длина нормали");
+        let what = &text::NormalLength;
         within(what, linear::length(normal), 1e-6..=1e9)
     }
 
@@ -129,28 +127,18 @@ impl Surface {
 pub fn cut(station: &Station, bearing: &Bearing, surfaces: &[Surface]) -> Result<Cut, Problem> {
     let bearing = Bearing { station: 0, ..*bearing };
     check(std::slice::from_ref(station), std::slice::from_ref(&bearing), 0.0)?;
-    counted(("surfaces", "поверхностей"), surfaces.len(), 1..=OBSTACLES_MAX)?;
+    counted(&text::Surfaces, surfaces.len(), 1..=OBSTACLES_MAX)?;
     surfaces.iter().try_for_each(Surface::check)?;
     let Some(elevation) = bearing.elevation else {
-        return Err(Problem::new(
-            "one station alone needs an elevation to give a place",
-            "одной станции для определения места нужен угол места",
-        ));
+        return Err(Problem::new(text::OneStationNeedsElevation));
     };
     let line = station.direction(bearing.azimuth, elevation);
-    let (surface, way) = nearest(station.at, line, surfaces).ok_or_else(|| {
-        Problem::new(
-            "the line of sight meets no surface",
-            "линия визирования не встречает ни одной поверхности",
-        )
-    })?;
+    let (surface, way) =
+        nearest(station.at, line, surfaces).ok_or_else(|| Problem::new(text::SightMeetsNothing))?;
     let (across, up) = bearing.errors(station);
     let (_, normal) = surfaces[surface].plane();
     if linear::dot(line, normal).abs() < FLATTEST.max(FLATTEST_SIGMAS * up) {
-        return Err(Problem::new(
-            "the line of sight meets the surface too flat to give a place",
-            "линия визирования почти параллельна поверхности: место не определить",
-        ));
+        return Err(Problem::new(text::SightTooFlat));
     }
     let at = linear::along(station.at, line, way);
     let sides = [(across, 0.0), (0.0, up)].map(|(turned, raised)| {

@@ -1,5 +1,6 @@
 //! Coverage: how many jets reach each cell of a grid, in still air and in each wind, after the rules.
 
+use lafet_texts::place as text;
 use serde::Serialize;
 
 use crate::obstacle::Body;
@@ -114,28 +115,23 @@ impl Area {
     /// Refuses what is no number or too much.
     pub fn check(&self, monitors: usize) -> Result<(), Problem> {
         for value in self.corner {
-            let what = ("a corner of the area, m,", "угол участка, м");
+            let what = &text::AreaCorner;
             within(what, value, -FARTHEST_M..=FARTHEST_M)?;
         }
         for value in self.size {
-            within(("the extent of the area, m,", "размер участка, м"), value, 0.1..=5000.0)?;
+            within(&text::AreaExtent, value, 0.1..=5000.0)?;
         }
-        within(("the side of a cell, m,", "сторона ячейки, м"), self.cell_m, 0.05..=100.0)?;
-        let what = ("the height of the protected plane, m,", "высота защищаемой плоскости, м");
+        within(&text::CellSide, self.cell_m, 0.05..=100.0)?;
+        let what = &text::PlaneHeight;
         within(what, self.plane_m, -100.0..=200.0)?;
         let [east, north] = self.size.map(|size| (size / self.cell_m).ceil().max(1.0));
         let cells = east * north;
         if cells > CELLS_MAX as f64 {
-            return Err(Problem::new(
-                format!("{cells} cells; allowed: {CELLS_MAX}. Take larger cells or a smaller area"),
-                format!(
-                    "{cells} ячеек; допустимо {CELLS_MAX}. Увеличьте ячейку или уменьшите участок"
-                ),
-            ));
+            return Err(Problem::new(text::TooManyCells { cells, most: CELLS_MAX }));
         }
-        counted(("winds", "ветров"), self.winds.len(), 0..=WINDS_MAX)?;
+        counted(&text::Winds, self.winds.len(), 0..=WINDS_MAX)?;
         self.winds.iter().try_for_each(Wind::check)?;
-        let what = ("monitors that flow together", "одновременно работающих стволов");
+        let what = &text::FlowingMonitors;
         counted(what, self.flowing, 1..=monitors.max(1))
     }
 

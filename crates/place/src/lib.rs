@@ -30,7 +30,7 @@ pub mod supply;
 mod text;
 pub mod throws;
 
-pub use text::{Both, Problem, both};
+pub use text::Problem;
 
 /// Most monitors of a site; a set of them is a `u64`.
 pub const MONITORS_MAX: usize = 64;

@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 
+use lafet_texts::place as text;
 use serde::Serialize;
 
 use crate::linear::{self, Matrix, Vector};
@@ -61,7 +62,7 @@ pub struct Ellipse {
 impl Fix {
     /// The ellipse in plan for a probability, 0.01…0.9999.
     pub fn ellipse(&self, probability: f64) -> Result<Ellipse, Problem> {
-        within(("the probability", "вероятность"), probability, 0.01..=0.9999)?;
+        within(&text::Probability, probability, 0.01..=0.9999)?;
         let [[xx, xy, _], [_, yy, _], _] = self.covariance;
         let half = 0.5 * (xx + yy);
         let spread = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
@@ -124,30 +125,20 @@ pub(crate) fn check(
     bearings: &[Bearing],
     level_m: f64,
 ) -> Result<(), Problem> {
-    counted(("stations", "станций"), stations.len(), 1..=STATIONS_MAX)?;
-    counted(("bearings", "пеленгов"), bearings.len(), 1..=BEARINGS_MAX)?;
-    let what = ("the height of the floor, m,", "высота пола, м");
+    counted(&text::Stations, stations.len(), 1..=STATIONS_MAX)?;
+    counted(&text::Bearings, bearings.len(), 1..=BEARINGS_MAX)?;
+    let what = &text::FloorHeight;
     within(what, level_m, -FARTHEST_M..=FARTHEST_M)?;
     stations.iter().try_for_each(Station::check)?;
     bearings.iter().try_for_each(|bearing| bearing.check(stations.len()))
 }
 
 fn parallel() -> Problem {
-    Problem::new(
-        "the lines of sight do not cross, or hardly: bearings of two stations that see the fire from \
-         different sides are needed",
-        "линии визирования не пересекаются либо почти параллельны: нужны пеленги двух станций, \
-         которые видят очаг с разных сторон",
-    )
+    Problem::new(text::SightsParallel)
 }
 
 fn apart() -> Problem {
-    Problem::new(
-        "the bearings do not meet in one place: either there are several fires or a bearing is wrong, \
-         and it cannot be determined which",
-        "пеленги не сходятся в одном месте: очагов несколько либо один из пеленгов ошибочен, и \
-         определить какой нельзя",
-    )
+    Problem::new(text::BearingsApart)
 }
 
 /// A place that was solved for.

@@ -1,5 +1,6 @@
 //! What is in the way of a jet, and what must be kept clear of it.
 
+use lafet_texts::place as text;
 use serde::{Deserialize, Serialize};
 
 use crate::linear::{Vector, along, minus};
@@ -38,19 +39,19 @@ impl Body {
         let (at, sizes, heights) = match *self {
             Self::Box { at, size, heights, heading } => {
                 let turn = -std::f64::consts::TAU..=std::f64::consts::TAU;
-                within(("the heading of a box, rad,", "курс бокса, рад"), heading, turn)?;
+                within(&text::BoxHeading, heading, turn)?;
                 (at, size, heights)
             }
             Self::Cylinder { at, radius_m, heights } => (at, [radius_m, radius_m], heights),
         };
         for value in at.into_iter().chain(heights) {
-            let what = ("a coordinate of a body, m,", "координата тела, м");
+            let what = &text::BodyCoordinate;
             within(what, value, -FARTHEST_M..=FARTHEST_M)?;
         }
         for value in sizes {
-            within(("a size of a body, m,", "размер тела, м"), value, 0.01..=2000.0)?;
+            within(&text::BodySize, value, 0.01..=2000.0)?;
         }
-        let what = ("the height of a body from bottom to top, m,", "высота тела, м");
+        let what = &text::BodyHeight;
         within(what, heights[1] - heights[0], 0.01..=1000.0)
     }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use lafet_ballistics::{Jet, NARROWEST_MM};
+use lafet_texts::place as text;
 use serde::Serialize;
 
 use crate::linear::wrapped;
@@ -117,38 +118,31 @@ impl Monitor {
     pub fn check(&self) -> Result<(), Problem> {
         let far = -FARTHEST_M..=FARTHEST_M;
         for value in self.at {
-            within(("the place of a monitor, m,", "место ствола, м"), value, far.clone())?;
+            within(&text::MonitorPlace, value, far.clone())?;
         }
-        let what = ("the height of a nozzle, m,", "высота насадка, м");
+        let what = &text::NozzleHeight;
         within(what, self.height_m, 0.1..=200.0)?;
-        within(("the heading of a monitor, rad,", "курс ствола, рад"), self.heading, -TAU..=TAU)?;
+        within(&text::MonitorHeading, self.heading, -TAU..=TAU)?;
         for value in self.azimuths {
-            within(("a limit of azimuth, rad,", "предел горизонтали, рад"), value, -TAU..=TAU)?;
+            within(&text::AzimuthLimit, value, -TAU..=TAU)?;
         }
         let steepest = 80.0_f64.to_radians() + 1e-9;
         for value in self.elevations {
-            let what = ("a limit of elevation, rad,", "предел вертикали, рад");
+            let what = &text::ElevationLimit;
             within(what, value, -steepest..=steepest)?;
         }
         let [right, left] = self.azimuths;
         let [lower, upper] = self.elevations;
         if right >= left || lower >= upper {
-            return Err(Problem::new(
-                "the limits of a monitor: the first is below the second",
-                "пределы ствола: первый меньше второго",
-            ));
+            return Err(Problem::new(text::LimitsReversed));
         }
-        within(("an outlet, mm,", "диаметр выхода, мм"), self.outlet_mm, 8.0..=100.0)?;
+        within(&text::Outlet, self.outlet_mm, 8.0..=100.0)?;
         let narrowest = f64::from(NARROWEST_MM);
-        let what = ("the position of a nozzle, mm,", "положение насадка, мм");
+        let what = &text::NozzlePosition;
         within(what, self.nozzle_mm, 0.0..=narrowest)?;
-        within(
-            ("a flow at 1 MPa, l/min,", "расход при 1 МПа, л/мин"),
-            self.k_lpm,
-            10.0..=50_000.0,
-        )?;
+        within(&text::FlowAt1Mpa, self.k_lpm, 10.0..=50_000.0)?;
         for value in self.speeds {
-            let what = ("the speed of a drive, rad/s,", "скорость привода, рад/с");
+            let what = &text::DriveSpeed;
             within(what, value, 0.001..=10.0)?;
         }
         Ok(())
@@ -197,13 +191,10 @@ impl KeepOut {
             Kept::Zone(body) => body.check(),
             Kept::Sector { monitor, bearings, elevations } => {
                 if monitor.is_some_and(|index| index >= monitors) {
-                    return Err(Problem::new(
-                        "a keep-out sector of a monitor that does not exist",
-                        "запретный сектор несуществующего ствола",
-                    ));
+                    return Err(Problem::new(text::SectorOfUnknownMonitor));
                 }
                 for value in bearings.into_iter().chain(elevations) {
-                    within(("an angle of a sector, rad,", "угол сектора, рад"), value, -TAU..=TAU)?;
+                    within(&text::SectorAngle, value, -TAU..=TAU)?;
                 }
                 Ok(())
             }
@@ -224,8 +215,8 @@ impl KeepOut {
 impl Wind {
     /// Refuses what is no number or no wind in which a jet is aimed.
     pub fn check(&self) -> Result<(), Problem> {
-        within(("the direction of a wind, rad,", "направление ветра, рад"), self.from, -TAU..=TAU)?;
-        within(("the speed of a wind, m/s,", "скорость ветра, м/с"), self.speed_mps, 0.0..=40.0)
+        within(&text::WindDirection, self.from, -TAU..=TAU)?;
+        within(&text::WindSpeed, self.speed_mps, 0.0..=40.0)
     }
 
     /// Bearing that it blows to, rad.
@@ -237,13 +228,13 @@ impl Wind {
 impl Site {
     /// Refuses what is out of bounds, no number, or too much.
     pub fn check(&self) -> Result<(), Problem> {
-        counted(("monitors", "стволов"), self.monitors.len(), 1..=MONITORS_MAX)?;
-        counted(("obstacles", "препятствий"), self.obstacles.len(), 0..=OBSTACLES_MAX)?;
-        counted(("keep-outs", "запретных зон"), self.keep_outs.len(), 0..=KEEP_OUTS_MAX)?;
+        counted(&text::Monitors, self.monitors.len(), 1..=MONITORS_MAX)?;
+        counted(&text::Obstacles, self.obstacles.len(), 0..=OBSTACLES_MAX)?;
+        counted(&text::KeepOuts, self.keep_outs.len(), 0..=KEEP_OUTS_MAX)?;
         self.monitors.iter().try_for_each(Monitor::check)?;
         self.obstacles.iter().try_for_each(Body::check)?;
         self.keep_outs.iter().try_for_each(|it| it.check(self.monitors.len()))?;
-        let what = ("the clearance around monitors, m,", "расстояние до стволов, м");
+        let what = &text::MonitorClearance;
         within(what, self.clearance_m, 0.0..=20.0)
     }
 

@@ -1,5 +1,6 @@
 //! Detector stations and their bearings.
 
+use lafet_texts::place as text;
 use serde::{Deserialize, Serialize};
 
 use crate::linear::{Vector, minus, wrapped};
@@ -75,19 +76,19 @@ impl Station {
     pub fn check(&self) -> Result<(), Problem> {
         let far = -FARTHEST_M..=FARTHEST_M;
         for value in self.at {
-            within(("the place of a station, m,", "место станции, м"), value, far.clone())?;
+            within(&text::StationPlace, value, far.clone())?;
         }
         let turn = -std::f64::consts::TAU..=std::f64::consts::TAU;
-        within(("the heading of a station, rad,", "курс станции, рад"), self.heading, turn)?;
+        within(&text::StationHeading, self.heading, turn)?;
         for value in [self.pitch, self.roll] {
-            within(("the tilt of a station, rad,", "наклон станции, рад"), value, -1.6..=1.6)?;
+            within(&text::StationTilt, value, -1.6..=1.6)?;
         }
         let errors = [self.heading_sigma, self.tilt_sigma];
         for value in errors {
-            let what = ("the angle error of a station, rad,", "погрешность углов станции, рад");
+            let what = &text::StationAngleError;
             within(what, value, 0.0..=0.5)?;
         }
-        let what = ("the height error of a station, m,", "погрешность высоты станции, м");
+        let what = &text::StationHeightError;
         within(what, self.height_sigma_m, 0.0..=10.0)
     }
 
@@ -122,21 +123,18 @@ impl Bearing {
     pub fn check(&self, stations: usize) -> Result<(), Problem> {
         if self.station >= stations {
             let index = self.station;
-            return Err(Problem::new(
-                format!("a bearing of station {index}; there are {stations}"),
-                format!("пеленг станции {index}; всего станций: {stations}"),
-            ));
+            return Err(Problem::new(text::StationUnknown { station: index, stations }));
         }
         let turn = -std::f64::consts::TAU..=std::f64::consts::TAU;
-        within(("an azimuth, rad,", "азимут, рад"), self.azimuth, turn)?;
+        within(&text::Azimuth, self.azimuth, turn)?;
         let quarter = -std::f64::consts::FRAC_PI_2..=std::f64::consts::FRAC_PI_2;
         let elevation = self.elevation.unwrap_or_default();
-        within(("an elevation, rad,", "угол места, рад"), elevation, quarter)?;
-        let what = ("the error of a bearing, rad,", "погрешность пеленга, рад");
+        within(&text::Elevation, elevation, quarter)?;
+        let what = &text::BearingError;
         within(what, self.sigma, 1e-5..=0.5)?;
-        let what = ("the quality of a bearing", "качество пеленга");
+        let what = &text::BearingQuality;
         within(what, self.quality, QUALITY_MIN..=1.0)?;
-        let what = ("the age of a bearing, ms,", "возраст пеленга, мс");
+        let what = &text::BearingAge;
         within(what, f64::from(self.age_ms), 0.0..=f64::from(AGE_MAX_MS))
     }
 

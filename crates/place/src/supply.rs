@@ -4,6 +4,7 @@
 //! is the same at all of them; a monitor lets Q = K·√p through. Heights and the pipe of each monitor are
 //! not modelled: give the curve as it is measured where the monitors are connected.
 
+use lafet_texts::place as text;
 use serde::{Deserialize, Serialize};
 
 use crate::text::{Problem, counted, within};
@@ -32,7 +33,7 @@ impl Supply {
 
     /// A pump by its pressure without flow and one point of its curve, which is a parabola.
     pub fn parabola(static_mpa: f64, flow_lpm: f64, pressure_mpa: f64) -> Result<Self, Problem> {
-        within(("the flow of the supply, l/min,", "расход, л/мин"), flow_lpm, 1.0..=FLOW_MAX_LPM)?;
+        within(&text::SupplyFlow, flow_lpm, 1.0..=FLOW_MAX_LPM)?;
         let drop = static_mpa - pressure_mpa;
         let points = (POINTS_MAX - 1) as f64;
         let last = if drop > 0.0 { (static_mpa / drop).sqrt() } else { 1.0 };
@@ -46,11 +47,11 @@ impl Supply {
     /// A pump by points of its curve: flow, l/min, and pressure, MPa; straight between them, and on
     /// behind the last.
     pub fn curve(points: &[[f64; 2]]) -> Result<Self, Problem> {
-        counted(("points of the curve", "точек кривой"), points.len(), 2..=POINTS_MAX)?;
+        counted(&text::CurvePoints, points.len(), 2..=POINTS_MAX)?;
         for [flow, pressure] in points {
             let most = 10.0 * FLOW_MAX_LPM;
-            within(("a flow of the curve, l/min,", "расход на кривой, л/мин"), *flow, 0.0..=most)?;
-            let what = ("a pressure of the curve, MPa,", "давление на кривой, МПа");
+            within(&text::CurveFlow, *flow, 0.0..=most)?;
+            let what = &text::CurvePressure;
             within(what, *pressure, 0.0..=PRESSURE_MAX_MPA)?;
         }
         let falls =
@@ -58,11 +59,7 @@ impl Supply {
         if falls && points[0][0] == 0.0 {
             return Ok(Self { curve: points.to_vec() });
         }
-        Err(Problem::new(
-            "the curve starts at a flow of 0; from point to point the flow rises and the pressure does \
-             not",
-            "кривая начинается с расхода 0; от точки к точке расход растёт, а давление не растёт",
-        ))
+        Err(Problem::new(text::CurveNotFalling))
     }
 
     /// Pressure at a flow, MPa.

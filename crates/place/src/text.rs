@@ -1,29 +1,18 @@
-//! Texts in English and Russian, and what is wrong with an input.
+//! What is wrong with an input.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
-/// A text in both languages.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Both {
-    /// English.
-    pub en: String,
-    /// Russian.
-    pub ru: String,
-}
-
-/// A text from its two forms.
-pub fn both(en: impl Into<String>, ru: impl Into<String>) -> Both {
-    Both { en: en.into(), ru: ru.into() }
-}
+use lafet_texts::{Text, Words, place as text};
 
 /// Why an input is refused: what is wrong, where, and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem(pub Both);
+pub struct Problem(pub Words);
 
 impl Problem {
-    /// From the two forms of its text.
-    pub fn new(en: impl Into<String>, ru: impl Into<String>) -> Self {
-        Self(both(en, ru))
+    /// Says so.
+    pub(crate) fn new(text: impl Text) -> Self {
+        Self(text.words())
     }
 }
 
@@ -37,32 +26,26 @@ impl std::error::Error for Problem {}
 
 /// Refuses a number that is outside of its bounds, infinite or no number.
 pub(crate) fn within(
-    what: (&str, &str),
+    what: &dyn Text,
     value: f64,
-    allowed: std::ops::RangeInclusive<f64>,
+    allowed: RangeInclusive<f64>,
 ) -> Result<(), Problem> {
     if allowed.contains(&value) {
         return Ok(());
     }
-    let (least, most) = (allowed.start(), allowed.end());
-    Err(Problem::new(
-        format!("{} is {value}; allowed: {least} … {most}", what.0),
-        format!("{}: {value}; допустимо: {least} … {most}", what.1),
-    ))
+    let (least, most) = (*allowed.start(), *allowed.end());
+    Err(Problem::new(text::OutOfRange { what, value, least, most }))
 }
 
 /// Refuses more things than there may be, or none where one is needed.
 pub(crate) fn counted(
-    what: (&str, &str),
+    what: &dyn Text,
     count: usize,
-    allowed: std::ops::RangeInclusive<usize>,
+    allowed: RangeInclusive<usize>,
 ) -> Result<(), Problem> {
     if allowed.contains(&count) {
         return Ok(());
     }
-    let (least, most) = (allowed.start(), allowed.end());
-    Err(Problem::new(
-        format!("{count} {}; allowed: {least} … {most}", what.0),
-        format!("{}: {count}; допустимо: {least} … {most}", what.1),
-    ))
+    let (least, most) = (*allowed.start(), *allowed.end());
+    Err(Problem::new(text::TooMany { what, count, least, most }))
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lafet_sim::faults_table::{Table, detected, page};
+use lafet_texts::Lang;
 
 fn main() -> ExitCode {
     match table() {
@@ -33,7 +34,7 @@ fn table() -> Result<String, String> {
         let texts: Vec<String> = failures.iter().map(ToString::to_string).collect();
         format!("{} rows do not hold:\n\n{}", texts.len(), texts.join("\n\n"))
     })?;
-    let english = detected(&measured, |text| text.en);
-    let russian = detected(&measured, |text| text.ru);
+    let english = detected(&measured, Lang::En);
+    let russian = detected(&measured, Lang::Ru);
     Ok([page(&measured), english, russian].join("\u{c}"))
 }

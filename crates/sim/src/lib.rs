@@ -22,6 +22,7 @@ pub mod climate;
 pub mod condition;
 mod contact;
 pub mod detector;
+mod dictionary;
 pub mod drive;
 pub mod event;
 pub mod exercise;

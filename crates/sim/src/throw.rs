@@ -4,7 +4,8 @@
 //! figure to the computed one, over rows that were kept out of the fit (`validation::reach`, tables in
 //! docs/physics.md). It is wider for sprays and in wind, of which no row is known: by shares that are ours.
 
-use crate::exercise::{Both, both};
+use lafet_texts::{Text, Words, sim as text};
+
 use crate::jet::Jet;
 use crate::nozzle::{self, Family, MAKERS, MONITOR, NOZZLE_TRAVEL_MM, SMOOTH_BORE};
 
@@ -95,7 +96,7 @@ pub struct Throw {
     /// How far the wind carries the middle to the left of the jet's direction, m.
     pub left_m: f64,
     /// What the bands do not cover.
-    pub notes: Vec<Both>,
+    pub notes: Vec<Words>,
 }
 
 /// Published over computed, least and greatest.
@@ -144,7 +145,7 @@ fn both_of(a: Band, b: Band) -> Band {
 
 impl Shot {
     /// Computes the throw; an error says which value is out of the range of the law.
-    pub fn throw(&self) -> Result<Throw, Both> {
+    pub fn throw(&self) -> Result<Throw, Words> {
         let jet = self.jet()?;
         let still = Jet { wind: (0.0, 0.0), ..jet };
         let (landing, calm) = (jet.landing(), still.landing());
@@ -169,42 +170,34 @@ impl Shot {
     }
 
     /// Where the simulator's own monitor, after which `lafet coverage` and the aim are made, has its middle, m.
-    pub fn simulator_m(&self) -> Result<f64, Both> {
+    pub fn simulator_m(&self) -> Result<f64, Words> {
         let jet = self.jet()?;
         Ok(Jet { family: MONITOR, ..jet }.landing().range_m())
     }
 
-    fn jet(&self) -> Result<Jet, Both> {
+    fn jet(&self) -> Result<Jet, Words> {
         let Self { kind, pressure_mpa, nozzle_mm, elevation_deg, height_m, wind_mps, .. } = *self;
-        within(("pressure", "давление"), pressure_mpa, PRESSURE_MPA, ("MPa", "МПа"))?;
+        within(&text::Pressure, pressure_mpa, PRESSURE_MPA, &text::UnitMpa)?;
         let family = kind.family();
         let outlet_mm = match self.size {
             Size::Outlet(outlet_mm) => {
-                within(("outlet", "выходное отверстие"), outlet_mm, OUTLET_MM, ("mm", "мм"))?;
+                within(&text::Outlet, outlet_mm, OUTLET_MM, &text::UnitMm)?;
                 outlet_mm
             }
             Size::Flow(flow_lps) => {
                 let limits = OUTLET_MM.map(|mm| family.flow_lps(mm, pressure_mpa));
-                within(("flow", "расход"), flow_lps, limits, ("l/s", "л/с"))?;
+                within(&text::Flow, flow_lps, limits, &text::UnitLps)?;
                 family.outlet_mm(flow_lps, pressure_mpa)
             }
         };
-        within(("nozzle", "положение насадка"), nozzle_mm, [0.0, NOZZLE_TRAVEL_MM], ("mm", "мм"))?;
+        within(&text::NozzlePosition, nozzle_mm, [0.0, NOZZLE_TRAVEL_MM], &text::UnitMm)?;
         if kind == Kind::Smooth && nozzle_mm < NOZZLE_TRAVEL_MM {
-            return Err(both(
-                "a smooth bore has no spray: leave out the position of the nozzle",
-                "гладкий насадок не даёт распылённой струи: не задавайте положение насадка",
-            ));
+            return Err(text::SmoothBoreHasNoSpray.words());
         }
-        within(("elevation", "возвышение"), elevation_deg, ELEVATION_DEG, ("°", "°"))?;
-        within(("height", "высота"), height_m, HEIGHT_M, ("m", "м"))?;
-        within(("wind", "ветер"), wind_mps, WIND_MPS, ("m/s", "м/с"))?;
-        within(
-            ("wind direction", "направление ветра"),
-            self.wind_from_deg,
-            [-360.0, 360.0],
-            ("°", "°"),
-        )?;
+        within(&text::Elevation, elevation_deg, ELEVATION_DEG, &text::UnitDegree)?;
+        within(&text::Height, height_m, HEIGHT_M, &text::UnitM)?;
+        within(&text::Wind, wind_mps, WIND_MPS, &text::UnitMps)?;
+        within(&text::WindDirection, self.wind_from_deg, [-360.0, 360.0], &text::UnitDegree)?;
         let from = self.wind_from_deg.to_radians();
         Ok(Jet {
             family,
@@ -219,41 +212,24 @@ impl Shot {
     }
 
     /// What of this shot no row covers.
-    fn notes(&self, jet: &Jet) -> Vec<Both> {
+    fn notes(&self, jet: &Jet) -> Vec<Words> {
         let mut notes = Vec::new();
-        let mut note = |en: &str, ru: &str| notes.push(both(en, ru));
+        let mut note = |note: &dyn Text| notes.push(note.words());
         let [pressures, outlets] = self.kind.rows();
         if outside(jet.pressure_mpa, pressures) || outside(jet.nozzle_mm, outlets) {
-            note(
-                "No published row has this pressure and outlet: the band is extrapolated.",
-                "Опубликованных данных для такого давления и отверстия нет: интервал экстраполирован.",
-            );
+            note(&text::NotePressure);
         }
         if outside(self.elevation_deg, ROWS_DEG) {
-            note(
-                "Rows are known for elevations of 20–45° only: the band is extrapolated.",
-                "Данные известны только для возвышений 20–45°: интервал экстраполирован.",
-            );
+            note(&text::NoteElevation);
         }
         if self.kind == Kind::Monitor {
-            note(
-                "No row states the middle or the top of a monitor's jet: their bands are those of smooth bores, \
-                 widened by that of the greatest reach.",
-                "Середину и высоту струи лафетных стволов не указывает ни один источник: их интервалы взяты от \
-                 гладких насадков и расширены на интервал наибольшей дальности.",
-            );
+            note(&text::NoteMonitor);
         }
         if self.nozzle_mm < NOZZLE_TRAVEL_MM {
-            note(
-                "No row of a spray is known: its band is wider by a share that is ours.",
-                "Данных о распылённых струях нет: интервал расширен на долю, выбранную нами.",
-            );
+            note(&text::NoteSpray);
         }
         if self.wind_mps > 0.0 {
-            note(
-                "No row of a jet in wind is known: the band is wider by a third of what the wind changes (ours).",
-                "Данных о струях на ветру нет: интервал расширен на треть влияния ветра (выбрано нами).",
-            );
+            note(&text::NoteWind);
         }
         notes
     }
@@ -264,20 +240,17 @@ fn outside(value: f64, [least, most]: [f64; 2]) -> bool {
 }
 
 fn within(
-    (en, ru): (&str, &str),
+    what: &dyn Text,
     value: f64,
     [least, most]: [f64; 2],
-    (unit, unit_ru): (&str, &str),
-) -> Result<(), Both> {
+    unit: &dyn Text,
+) -> Result<(), Words> {
     if (least..=most).contains(&value) {
         return Ok(());
     }
     // Limits of the flow are computed: a hundredth is enough to show.
     let [least, most] = [least, most].map(|limit| (limit * 100.0).round() / 100.0);
-    Err(both(
-        format!("{en} {value} {unit}: the law holds from {least} to {most} {unit}"),
-        format!("{ru} {value} {unit_ru}: закон действует от {least} до {most} {unit_ru}"),
-    ))
+    Err(text::OutsideLaw { what, value, unit, least, most }.words())
 }
 
 #[cfg(test)]

@@ -60,7 +60,6 @@ mod plan;
 #[doc(hidden)]
 pub mod rules;
 mod state;
-mod text;
 
 pub use config::{Config, Mode, Problem};
 pub use event::{
@@ -73,4 +72,3 @@ pub use state::{
     DetectorState, Disablement, MonitorState, NotReleased, Phase, PumpState, State, Trouble,
     TroubleState, Unable, Voteless, Withheld, ZoneState,
 };
-pub use text::{Both, both};

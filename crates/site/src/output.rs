@@ -1,11 +1,11 @@
 //! What the machine answers: commands, and the record of what happened and why.
 
+use lafet_texts::{Text as _, Words, site as text};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Mode;
 use crate::event::{Bypass, Condition, Hand, Scope, Signal};
 use crate::state::{Trouble, Unable};
-use crate::text::{Both, both};
 
 /// The answer to an event or a step.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -401,48 +401,18 @@ pub enum Refusal {
 
 impl Refusal {
     /// The text for people.
-    pub fn text(self) -> Both {
+    pub fn text(self) -> Words {
         match self {
-            Self::Lockout => both(
-                "Lockout is on. Release it first.",
-                "Включена аварийная блокировка. Сначала снимите её.",
-            ),
-            Self::Off => both(
-                "The zone is switched off. Set another mode first.",
-                "Зона отключена. Сначала задайте другой режим.",
-            ),
-            Self::AbortPressed => both(
-                "An abort contact is pressed. Release it first.",
-                "Нажат контакт отмены пуска. Сначала отпустите его.",
-            ),
-            Self::JustRefused => both(
-                "A Stop, Close or abort came at the same time. Try again after 2 s.",
-                "Одновременно пришёл Stop, Close или отмена. Повторите через 2 с.",
-            ),
-            Self::Released => both(
-                "The zone is released. End the release first.",
-                "В зоне выполнен пуск. Сначала прекратите его.",
-            ),
-            Self::TooLate => both(
-                "It is too late: the zone is released already. Abort ends it.",
-                "Поздно: пуск уже выполнен. Его прекращает отмена.",
-            ),
-            Self::NoHold => {
-                both("The zone has no hold.", "Удержание в этой зоне не предусмотрено.")
-            }
-            Self::Unknown => {
-                both("The name is not configured.", "Такого имени в конфигурации нет.")
-            }
-            Self::Range => both(
-                "The value is out of range: a test lasts 1 to 3600 s, another mode 1 to 604800 s; a test of the \
-                 outlet needs a test outlet.",
-                "Значение вне диапазона: испытание длится от 1 до 3600 с, другой режим — от 1 до 604800 с; \
-                 испытание выпуска требует испытательного выпуска.",
-            ),
-            Self::StillPressed => both(
-                "A contact that says the opposite is still pressed.",
-                "Ещё нажат контакт с противоположным действием.",
-            ),
+            Self::Lockout => text::RefusalLockout.words(),
+            Self::Off => text::RefusalOff.words(),
+            Self::AbortPressed => text::RefusalAbortPressed.words(),
+            Self::JustRefused => text::RefusalJustRefused.words(),
+            Self::Released => text::RefusalReleased.words(),
+            Self::TooLate => text::RefusalTooLate.words(),
+            Self::NoHold => text::RefusalNoHold.words(),
+            Self::Unknown => text::RefusalUnknown.words(),
+            Self::Range => text::RefusalRange.words(),
+            Self::StillPressed => text::RefusalStillPressed.words(),
         }
     }
 }

@@ -1,11 +1,11 @@
 //! The state for a console: everything that a person has to see, in typed form.
 
+use lafet_texts::{Text as _, Words, site as text};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Mode;
 use crate::event::{Bypass, Condition, Signal};
 use crate::output::{Tone, Why};
-use crate::text::{Both, both};
 
 /// The site as it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -135,35 +135,20 @@ pub enum NotReleased {
 
 impl NotReleased {
     /// The text for people.
-    pub fn text(&self) -> Both {
+    pub fn text(&self) -> Words {
         match self {
-            Self::Lockout => both("lockout is on", "включена аварийная блокировка"),
-            Self::AbortPressed => both("abort is pressed", "нажата отмена пуска"),
-            Self::Ended(_) => {
-                both("it was ended; reset the zone", "пуск прекращён; выполните сброс зоны")
-            }
-            Self::Mode(_) => {
-                both("the zone is not in automatic", "зона не в автоматическом режиме")
-            }
-            Self::Votes { have, need } => {
-                both(format!("{have} of {need} votes"), format!("голосов {have} из {need}"))
-            }
-            Self::Kinds => both("the votes are of too few kinds", "голоса извещателей одного вида"),
-            Self::Failed => {
-                both("too many detectors have failed", "отказало слишком много извещателей")
-            }
-            Self::Stale => both(
-                "an alarm that was there at the start has no vote",
-                "тревога, существовавшая при запуске, голоса не имеет",
-            ),
-            Self::Coincidence => {
-                both("the votes have to coincide for longer", "голоса должны совпадать дольше")
-            }
-            Self::Delay => both("the delay runs", "идёт задержка"),
-            Self::Held => both("the delay is held", "задержка удерживается"),
-            Self::NoMonitor => {
-                both("no monitor can serve the zone", "зону не может обслужить ни один ствол")
-            }
+            Self::Lockout => text::NotReleasedLockout.words(),
+            Self::AbortPressed => text::NotReleasedAbortPressed.words(),
+            Self::Ended(_) => text::NotReleasedEnded.words(),
+            Self::Mode(_) => text::NotReleasedMode.words(),
+            Self::Votes { have, need } => text::NotReleasedVotes { have, need }.words(),
+            Self::Kinds => text::NotReleasedKinds.words(),
+            Self::Failed => text::NotReleasedFailed.words(),
+            Self::Stale => text::NotReleasedStale.words(),
+            Self::Coincidence => text::NotReleasedCoincidence.words(),
+            Self::Delay => text::NotReleasedDelay.words(),
+            Self::Held => text::NotReleasedHeld.words(),
+            Self::NoMonitor => text::NotReleasedNoMonitor.words(),
         }
     }
 }
@@ -312,38 +297,22 @@ pub enum Trouble {
 
 impl Trouble {
     /// The text for people.
-    pub fn text(self) -> Both {
+    pub fn text(self) -> Words {
         match self {
-            Self::DetectorFault => both("fault of a detector", "неисправность извещателя"),
-            Self::DetectorSilent => both("a detector is silent", "извещатель не отвечает"),
-            Self::DetectorDirty => {
-                both("a detector's window is dirty", "загрязнено окно извещателя")
-            }
-            Self::DetectorStuck => both(
-                "a detector's self-test does not end",
-                "самотестирование извещателя не заканчивается",
-            ),
-            Self::Path => both("a line is at fault", "неисправность линии"),
-            Self::ContactStuck => both(
-                "a release contact was pressed when it was first read",
-                "контакт пуска был нажат при первом опросе",
-            ),
-            Self::MonitorUnreachable => both("a monitor does not answer", "ствол не отвечает"),
-            Self::MonitorFailure => both("a monitor has failed", "отказ ствола"),
-            Self::MonitorIdle => {
-                both("a monitor does not act on the order", "ствол не выполняет команду")
-            }
-            Self::NotClosed => {
-                both("a valve is not reported closed", "нет подтверждения закрытия затвора")
-            }
-            Self::OutputOverdue => {
-                both("an output is not reported as commanded", "нет подтверждения выхода")
-            }
-            Self::PumpFailed => both("a pump gives no pressure", "насос не создаёт давления"),
-            Self::NoPressure => both("no pump gives pressure", "ни один насос не создаёт давления"),
-            Self::NoMonitor => {
-                both("no monitor can serve a released zone", "нет ствола для зоны с пуском")
-            }
+            Self::DetectorFault => text::TroubleDetectorFault.words(),
+            Self::DetectorSilent => text::TroubleDetectorSilent.words(),
+            Self::DetectorDirty => text::TroubleDetectorDirty.words(),
+            Self::DetectorStuck => text::TroubleDetectorStuck.words(),
+            Self::Path => text::TroublePath.words(),
+            Self::ContactStuck => text::TroubleContactStuck.words(),
+            Self::MonitorUnreachable => text::TroubleMonitorUnreachable.words(),
+            Self::MonitorFailure => text::TroubleMonitorFailure.words(),
+            Self::MonitorIdle => text::TroubleMonitorIdle.words(),
+            Self::NotClosed => text::TroubleNotClosed.words(),
+            Self::OutputOverdue => text::TroubleOutputOverdue.words(),
+            Self::PumpFailed => text::TroublePumpFailed.words(),
+            Self::NoPressure => text::TroubleNoPressure.words(),
+            Self::NoMonitor => text::TroubleNoMonitor.words(),
         }
     }
 }

@@ -4,20 +4,15 @@ use std::fmt::Write;
 
 use lafet_proto::bus::{PORT_EXTERNAL_CONN, PORT_RADIO};
 use lafet_proto::dictionary::layouts::{Field, Kind, Layout, of_answer, of_request};
-use lafet_proto::dictionary::{REQUESTS, STATUSES, SUBSYSTEMS, Text};
+use lafet_proto::dictionary::{self, REQUESTS, STATUSES, SUBSYSTEMS};
 use lafet_proto::flags::{ButtonState, FlagClass, FlagInfo, flags_of};
 use lafet_proto::id::{Status, SubsystemId, key};
 use lafet_proto::param::{Param, Unit};
 use lafet_proto::{ParamId, RequestId};
+use lafet_texts::{Text, capture as text};
 
 /// Language of names and explanations; identifiers stay as on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
-    /// English.
-    En,
-    /// Russian.
-    Ru,
-}
+pub use lafet_texts::Lang as Language;
 
 /// The source of the dissector: save it where Wireshark looks for plugins, or pass it to `-X
 /// lua_script:`.
@@ -32,32 +27,30 @@ pub fn lua(language: Language) -> String {
     text + include_str!("body.lua")
 }
 
-/// Texts of the dissector itself: key, English, Russian.
-const TEXTS: [(&str, &str, &str); 20] = [
-    ("protocol", "Fire monitor", "Лафетный ствол"),
-    ("protocol_records", "Fire monitor, bare records", "Лафетный ствол, записи без кадров"),
-    ("tcp_ports", "TCP ports of monitors", "Порты TCP стволов"),
-    ("udp_ports", "UDP ports of monitors", "Порты UDP стволов"),
-    ("dst", "Receiver", "Получатель"),
-    ("src", "Sender", "Отправитель"),
-    ("kind", "Kind", "Вид"),
-    ("probe", "presence probe", "проба присутствия"),
-    ("request", "request", "запрос"),
-    ("answer", "answer", "ответ"),
-    ("noise", "Bytes outside frames", "Байты вне кадров"),
-    ("record", "Record", "Запись"),
-    ("device", "Subsystem", "Подсистема"),
-    ("status", "Status", "Статус"),
-    ("size", "Size of the data", "Размер данных"),
-    ("data", "Data", "Данные"),
-    ("bad_crc", "The CRC is wrong", "Неверная CRC"),
-    ("bad_escape", "DB is followed by neither DC nor DD", "После DB не DC и не DD"),
-    ("cut", "record cut short", "запись оборвана"),
-    ("unescaped", "Unescaped frame", "Кадр без экранирования"),
-];
-const MORE_TEXTS: [(&str, &str, &str); 2] = [
-    ("shape", "Data of an unexpected size", "Неожиданный размер данных"),
-    ("refused", "Refused", "Отказ"),
+/// Texts of the dissector itself: their names in Lua.
+const TEXTS: [(&str, &dyn Text); 22] = [
+    ("protocol", &text::Protocol),
+    ("protocol_records", &text::ProtocolRecords),
+    ("tcp_ports", &text::TcpPorts),
+    ("udp_ports", &text::UdpPorts),
+    ("dst", &text::Dst),
+    ("src", &text::Src),
+    ("kind", &text::Kind),
+    ("probe", &text::Probe),
+    ("request", &text::Request),
+    ("answer", &text::Answer),
+    ("noise", &text::Noise),
+    ("record", &text::Record),
+    ("device", &text::Device),
+    ("status", &text::Status),
+    ("size", &text::Size),
+    ("data", &text::Data),
+    ("bad_crc", &text::BadCrc),
+    ("bad_escape", &text::BadEscape),
+    ("cut", &text::Cut),
+    ("unescaped", &text::Unescaped),
+    ("shape", &text::Shape),
+    ("refused", &text::Refused),
 ];
 
 struct Tables {
@@ -74,7 +67,7 @@ impl Tables {
         self.text
     }
 
-    fn say(&self, text: &Text) -> &'static str {
+    fn say(&self, text: &dictionary::Text) -> &'static str {
         match self.language {
             Language::En => text.en,
             Language::Ru => text.ru,
@@ -88,8 +81,8 @@ impl Tables {
 
     fn texts(&mut self) {
         self.line("local T = {");
-        for (key, en, ru) in TEXTS.into_iter().chain(MORE_TEXTS) {
-            let text = quoted(self.say(&Text::new(en, ru)));
+        for (key, text) in TEXTS {
+            let text = quoted(&text.of(self.language));
             self.line(&format!("  {key} = {text},"));
         }
         self.line("}");

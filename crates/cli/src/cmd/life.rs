@@ -3,8 +3,9 @@
 use lafet_proto::flags::Button;
 use lafet_proto::record::Records;
 use lafet_proto::text::{AnswerText, RequestText};
-use lafet_sim::attribution::{Bilingual, Output, cause};
+use lafet_sim::attribution::{Output, cause};
 use lafet_sim::event::What;
+use lafet_sim::exercise::Words;
 use lafet_sim::fault::Post;
 use lafet_sim::sim::Config;
 use lafet_sim::swarm::{Entry, LIFE_MS, Log, run};
@@ -87,7 +88,7 @@ impl Printer<'_> {
     }
 }
 
-fn both(text: Bilingual) -> String {
+fn both(text: Words) -> String {
     pick(text.en, text.ru)
 }
 

@@ -1,7 +1,7 @@
 //! `lafet throw`: how far a jet reaches, with its band of uncertainty.
 
 use clap::{ArgGroup, Args};
-use lafet_sim::exercise::Both;
+use lafet_sim::exercise::Words;
 use lafet_sim::throw::{Figure, Kind, PRESSURE_MPA, Shot, Size, Throw};
 use serde_json::{Value, json};
 
@@ -68,7 +68,7 @@ struct Elevations {
 /// Computes and shows the throw.
 pub fn run(args: &ThrowArgs, out: &mut Out) -> Outcome {
     let shots = shots(args)?;
-    let throws: Result<Vec<Throw>, Both> = shots.iter().map(Shot::throw).collect();
+    let throws: Result<Vec<Throw>, Words> = shots.iter().map(Shot::throw).collect();
     let throws = throws.map_err(|problem| Failure::Usage(pick(problem.en, problem.ru)))?;
     let simulator = simulator(&shots);
     out.show(text(&shots, &throws, &simulator), || as_json(&shots, &throws, &simulator))

@@ -5,8 +5,8 @@ use lafet_place::obstacle::Body;
 use lafet_place::site::{For, KeepOut, Kept, Monitor, Site, Wind};
 use lafet_place::supply::Supply;
 use lafet_place::{KEEP_OUTS_MAX, MONITORS_MAX, OBSTACLES_MAX, WINDS_MAX};
+use lafet_sim::exercise::Words;
 use lafet_sim::exercise::reader::{Document, Problem, Table};
-use lafet_sim::exercise::{Both, both};
 
 /// Flow of an outlet of 28 mm at 0.8 MPa, l/min: what a monitor has that does not say it.
 const USUAL_LPM: f64 = 1200.0;
@@ -81,8 +81,12 @@ pub fn parse(file: &str, text: &str) -> Read<Plan> {
 
 /// What the geometry refuses, with the line of the table.
 fn wrong(table: &Table<'_>, problem: lafet_place::Problem) -> Problem {
-    let lafet_place::Both { en, ru } = problem.0;
-    table.wrong("", Both { en, ru })
+    let lafet_place::Problem(text) = problem;
+    table.wrong("", text)
+}
+
+fn both(en: impl Into<String>, ru: impl Into<String>) -> Words {
+    Words { en: en.into(), ru: ru.into() }
 }
 
 /// The tables of a list of which there is a greatest number.

@@ -378,7 +378,7 @@ fn decided(check: &exercise::Check) -> Check {
     }
 }
 
-fn text(text: &exercise::Both) -> Both {
+fn text(text: &exercise::Words) -> Both {
     both(text.en.trim(), text.ru.trim())
 }
 

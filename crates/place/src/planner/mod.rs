@@ -15,6 +15,7 @@ mod offers;
 pub use assign::{Aimed, Assignment, Level, Offer, Score, Task, assign, better, exhaustive, score};
 pub use offers::{Situation, Turned, offers};
 
+use lafet_texts::place as text;
 use serde::Serialize;
 
 use crate::site::Site;
@@ -40,11 +41,11 @@ impl Fire {
     /// Refuses what is no number or no fire.
     pub fn check(&self) -> Result<(), Problem> {
         for value in self.at {
-            let what = ("the place of a fire, m,", "место очага, м");
+            let what = &text::FirePlace;
             within(what, value, -FARTHEST_M..=FARTHEST_M)?;
         }
-        within(("the area of a fire, m²,", "площадь очага, м²"), self.area_m2, 0.1..=100_000.0)?;
-        let what = ("the density for a fire, l/min/m²,", "интенсивность для очага, л/(мин·м²)");
+        within(&text::FireArea, self.area_m2, 0.1..=100_000.0)?;
+        let what = &text::FireDensity;
         within(what, self.density_lpm_m2, 0.1..=1000.0)
     }
 

@@ -1,5 +1,7 @@
 //! What each monitor brings to each fire in the wind and with the pressure that is left.
 
+use lafet_texts::place as text;
+
 use super::{Aimed, Fire, Level, Offer, Task};
 use crate::FIRES_MAX;
 use crate::flown::{Gun, Shot};
@@ -38,15 +40,15 @@ impl Situation {
     /// Refuses what does not belong to the site, is no number or too much.
     pub fn check(&self, site: &Site) -> Result<(), Problem> {
         site.check()?;
-        counted(("fires", "очагов"), self.fires.len(), 1..=FIRES_MAX)?;
+        counted(&text::Fires, self.fires.len(), 1..=FIRES_MAX)?;
         self.fires.iter().try_for_each(Fire::check)?;
         self.wind.check()?;
         let all = site.monitors.len();
-        counted(("states of monitors", "состояний стволов"), self.monitors.len(), all..=all)?;
+        counted(&text::MonitorStates, self.monitors.len(), all..=all)?;
         for Direction { bearing, elevation } in self.monitors.iter().map(|it| it.to) {
             for angle in [bearing, elevation] {
                 let turn = -std::f64::consts::TAU..=std::f64::consts::TAU;
-                within(("where a barrel points, rad,", "положение ствола, рад"), angle, turn)?;
+                within(&text::BarrelDirection, angle, turn)?;
             }
         }
         Ok(())

@@ -3,8 +3,7 @@
 use lafet_device::cause::Asked;
 use lafet_proto::record::Record;
 use lafet_proto::{RequestId, SubsystemId, dictionary};
-
-use super::Bilingual;
+use lafet_texts::{Text, Words, sim as text};
 
 /// How many of the answers belong to this request: one, or those of all who handle it.
 pub fn count(chain: &[SubsystemId], asked: &Asked, answers: &[Record<'_>]) -> usize {
@@ -33,33 +32,29 @@ pub fn count(chain: &[SubsystemId], asked: &Asked, answers: &[Record<'_>]) -> us
 
 /// A request has its answer; one to All or Motors those of all who handle it, or a refusal from
 /// General.
-pub fn complete(
-    chain: &[SubsystemId],
-    asked: &Asked,
-    mine: &[Record<'_>],
-) -> Result<(), Bilingual> {
+pub fn complete(chain: &[SubsystemId], asked: &Asked, mine: &[Record<'_>]) -> Result<(), Words> {
     let Some(first) = mine.first() else {
-        return wrong("a request is not answered", "запрос остался без ответа");
+        return wrong(&text::NotAnswered);
     };
     let refused =
         mine.len() == 1 && first.device == SubsystemId::GENERAL && !first.status.is_success();
     let all = chain.iter().filter(|id| handles(chain, **id, asked)).count();
     if is_broadcast(asked) && !refused && mine.len() != all {
-        return wrong("not all have answered", "ответили не все");
+        return wrong(&text::NotAllAnswered);
     }
     Ok(())
 }
 
 /// Nothing is answered that was not asked for, but so many.
-pub fn nothing_more(rest: &[Record<'_>], but: usize) -> Result<(), Bilingual> {
+pub fn nothing_more(rest: &[Record<'_>], but: usize) -> Result<(), Words> {
     match rest.len() <= but {
         true => Ok(()),
-        false => wrong("an answer that nobody has asked for", "ответ без запроса"),
+        false => wrong(&text::AnswerUnasked),
     }
 }
 
-fn wrong(en: &str, ru: &str) -> Result<(), Bilingual> {
-    Err(Bilingual { en: en.to_owned(), ru: ru.to_owned() })
+fn wrong(what: &dyn Text) -> Result<(), Words> {
+    Err(what.words())
 }
 
 const fn is_broadcast(asked: &Asked) -> bool {

@@ -14,9 +14,10 @@ use lafet_device::image::{AXES, Axis, Outputs, VALVES, ValveNo, ValveOutput};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param, ValveParam};
+use lafet_texts::{Text as _, Words, sim as text};
 
 use super::ledger::{Ledger, Lock};
-use super::{Bilingual, View, Violation};
+use super::{View, Violation};
 use crate::fault::{DriveFault, Fault, ValveFault, axis_name, valve_name};
 use crate::sensor::noise_counts;
 use crate::world::STEP_MS;
@@ -55,7 +56,7 @@ pub struct Invariants {
 impl Invariants {
     pub fn check(&mut self, ledger: &Ledger, view: &View<'_>, found: &mut Vec<Violation>) {
         self.follow(view);
-        let mut broken: Vec<(&'static str, Bilingual)> = Vec::new();
+        let mut broken: Vec<(&'static str, Words)> = Vec::new();
         inert(ledger, view, &mut broken);
         self.water(view, &mut broken);
         self.folding(view, &mut broken);
@@ -123,7 +124,7 @@ impl Invariants {
     }
 
     /// §3.8/1, §3.11/6: no water into a barrel that does not stand in its working position.
-    fn water(&self, view: &View<'_>, broken: &mut Vec<(&'static str, Bilingual)>) {
+    fn water(&self, view: &View<'_>, broken: &mut Vec<(&'static str, Words)>) {
         if !view.device.has(SubsystemId::DEPLOYER) || !self.believes(Axis::Deployer, view) {
             return;
         }
@@ -132,28 +133,16 @@ impl Invariants {
             let opens = view.outputs.valves[valve as usize] == ValveOutput::Opening;
             if opens && self.folded_ms > lag_ms {
                 let name = valve_name(valve);
-                broken.push((
-                    "water",
-                    Bilingual {
-                        en: format!("{name} is opened though the barrel is not deployed"),
-                        ru: format!("{name} открывается, хотя ствол не развёрнут"),
-                    },
-                ));
+                broken.push(("water", text::OpenedNotDeployed { name }.words()));
             }
         }
         if view.flooded && !self.excused {
-            broken.push((
-                "flood",
-                Bilingual {
-                    en: "water flows into a folded barrel".to_owned(),
-                    ru: "вода поступает в свёрнутый ствол".to_owned(),
-                },
-            ));
+            broken.push(("flood", text::Flood.words()));
         }
     }
 
     /// §3.1/1, §3.11/6: a folded barrel is not aimed, and none is folded with water in it.
-    fn folding(&self, view: &View<'_>, broken: &mut Vec<(&'static str, Bilingual)>) {
+    fn folding(&self, view: &View<'_>, broken: &mut Vec<(&'static str, Words)>) {
         if !view.device.has(SubsystemId::DEPLOYER) {
             return;
         }
@@ -163,13 +152,7 @@ impl Invariants {
             let folded = self.folded_ms > position_lag_ms(view);
             if believed && folded && speed(axis) != 0 {
                 let name = axis_name(axis);
-                broken.push((
-                    "aim",
-                    Bilingual {
-                        en: format!("{name} is driven though the barrel is not deployed"),
-                        ru: format!("{name} движется, хотя ствол не развёрнут"),
-                    },
-                ));
+                broken.push(("aim", text::DrivenNotDeployed { name }.words()));
             }
         }
         for valve in ValveNo::ALL {
@@ -185,33 +168,16 @@ impl Invariants {
                 if remote { REMOTE_LAG_MS } else { 0 } + if shaken { SHAKEN_LAG_MS } else { 0 };
             if self.wet_ms[index] > lag_ms && speed(Axis::Deployer) < 0 {
                 let name = valve_name(valve);
-                broken.push((
-                    "folding",
-                    Bilingual {
-                        en: format!("the barrel is folded though {name} is open"),
-                        ru: format!("ствол сворачивается, хотя {name} открыт"),
-                    },
-                ));
+                broken.push(("folding", text::FoldedWhileOpen { name }.words()));
             }
         }
     }
 
     /// §3.18/1: nothing moves, nothing opens, what is not closed closes; and it is told.
-    fn lockout(
-        &self,
-        ledger: &Ledger,
-        view: &View<'_>,
-        broken: &mut Vec<(&'static str, Bilingual)>,
-    ) {
+    fn lockout(&self, ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Words)>) {
         let told = view.told.general & GeneralFlags::LOCKED_OUT.bits() != 0;
         if told != (ledger.lock == Lock::On) {
-            broken.push((
-                "told",
-                Bilingual {
-                    en: format!("LockedOut is told as {told}, against what was accepted"),
-                    ru: format!("LockedOut = {told}, вопреки принятым запросам"),
-                },
-            ));
+            broken.push(("told", text::LockoutReportedWrong { reported: told }.words()));
         }
         if ledger.lock != Lock::On {
             return;
@@ -219,13 +185,7 @@ impl Invariants {
         for axis in Axis::ALL {
             if view.outputs.drives[axis as usize].speed_tenths != 0 {
                 let name = axis_name(axis);
-                broken.push((
-                    "lockout",
-                    Bilingual {
-                        en: format!("{name} moves under lockout"),
-                        ru: format!("{name} движется при блокировке"),
-                    },
-                ));
+                broken.push(("lockout", text::MovesUnderLockout { name }.words()));
             }
         }
         let settled = view.now_ms >= ledger.powered_ms + u64::from(SETTLE_MS);
@@ -238,24 +198,13 @@ impl Invariants {
                 && !is_in_vain(ledger, view, valve);
             if output == ValveOutput::Opening || left_open {
                 let name = valve_name(valve);
-                broken.push((
-                    "valve under lockout",
-                    Bilingual {
-                        en: format!("{name} is not being closed under lockout"),
-                        ru: format!("{name} не закрывается при блокировке"),
-                    },
-                ));
+                broken.push(("valve under lockout", text::OpenUnderLockout { name }.words()));
             }
         }
     }
 
     /// §D/6: water that flows though every valve says closed is told, at each of them.
-    fn unasked(
-        &self,
-        ledger: &Ledger,
-        view: &View<'_>,
-        broken: &mut Vec<(&'static str, Bilingual)>,
-    ) {
+    fn unasked(&self, ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Words)>) {
         let lasts_ms = self.unasked_ms.min(view.now_ms - ledger.powered_ms);
         let untold = |valve: ValveNo| {
             let told = ValveFlags::from_bits_retain(view.told.valves[valve as usize]);
@@ -265,23 +214,12 @@ impl Invariants {
             && let Some(valve) = ValveNo::ALL.into_iter().find(|valve| untold(*valve))
         {
             let name = valve_name(valve);
-            broken.push((
-                "unasked",
-                Bilingual {
-                    en: format!("{name} tells nothing of water that flows though it says closed"),
-                    ru: format!("{name} не сообщает о воде, текущей через закрытый затвор"),
-                },
-            ));
+            broken.push(("unasked", text::LeakUnreported { name }.words()));
         }
     }
 
     /// §3.17, §D/5: no drive is driven further out of its limits while they are on.
-    fn limits(
-        &self,
-        ledger: &Ledger,
-        view: &View<'_>,
-        broken: &mut Vec<(&'static str, Bilingual)>,
-    ) {
+    fn limits(&self, ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Words)>) {
         for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
             if ledger.has_no_limits(axis) || !self.believes(axis, view) {
                 continue;
@@ -300,12 +238,13 @@ impl Invariants {
                 let name = axis_name(axis);
                 broken.push((
                     "limits",
-                    Bilingual {
-                        en: format!(
-                            "{name} at {at:.1} is driven out of its limits {min:.0}…{max:.0}"
-                        ),
-                        ru: format!("{name} ({at:.1}) движется за пределы {min:.0}…{max:.0}"),
-                    },
+                    text::DrivenOutOfLimits {
+                        name,
+                        at: format_args!("{at:.1}"),
+                        least: format_args!("{min:.0}"),
+                        most: format_args!("{max:.0}"),
+                    }
+                    .words(),
                 ));
             }
         }
@@ -322,20 +261,14 @@ fn is_unasked(view: &View<'_>) -> bool {
 }
 
 /// §D/1: all off until the sensors have settled.
-fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Bilingual)>) {
+fn inert(ledger: &Ledger, view: &View<'_>, broken: &mut Vec<(&'static str, Words)>) {
     let settling = view.now_ms < ledger.powered_ms + u64::from(SETTLE_MS);
     let Outputs { drives, valves, heaters, .. } = view.outputs;
     let idle = drives.iter().all(|drive| drive.speed_tenths == 0)
         && valves.iter().all(|valve| *valve == ValveOutput::Off)
         && heaters.iter().all(|heater| !heater);
     if settling && !idle {
-        broken.push((
-            "inert",
-            Bilingual {
-                en: "an output is on before the sensors have settled".to_owned(),
-                ru: "выход включён до окончания выдержки после подачи питания".to_owned(),
-            },
-        ));
+        broken.push(("inert", text::OnBeforeSettled.words()));
     }
 }
 

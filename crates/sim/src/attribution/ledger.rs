@@ -10,6 +10,7 @@ use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::record::{Record, Records};
 use lafet_proto::request::{Body, LimitsState};
 use lafet_proto::{RequestId, Status, SubsystemId};
+use lafet_texts::Words;
 
 use super::answers;
 use super::buttons::{Button, Posts};
@@ -18,7 +19,7 @@ pub use super::grants::{Lock, Move, Start, Work};
 use super::homing::Homings;
 use super::rules::Step;
 use super::view::{View, axis_of};
-use super::{Bilingual, Output, Told};
+use super::{Output, Told};
 use crate::world::STEP_MS;
 
 mod follow;
@@ -159,7 +160,7 @@ impl Ledger {
         source: Source,
         payload: &[u8],
         answer: &[u8],
-    ) -> Result<(), Bilingual> {
+    ) -> Result<(), Words> {
         self.now_ms = now_ms;
         let answers: Vec<Record<'_>> = Records::new(answer).flatten().collect();
         let mut rest = answers.as_slice();

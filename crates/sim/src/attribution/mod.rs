@@ -30,13 +30,14 @@ mod view;
 mod tests;
 
 pub use output::Output;
-pub use text::{Bilingual, cause, program_name, rule, rule_name};
+pub use text::{cause, program_name, rule, rule_name};
 pub use view::{Told, View};
 
 use invariants::Invariants;
 use lafet_device::Source;
 use lafet_device::cause::Causes;
 use lafet_device::image::Outputs;
+use lafet_texts::Words;
 use ledger::Ledger;
 
 /// What must never happen, and has happened.
@@ -47,7 +48,7 @@ pub struct Violation {
     /// Whether an output is not explained; otherwise an invariant does not hold.
     pub unexplained: bool,
     /// What, and why it must not be.
-    pub text: Bilingual,
+    pub text: Words,
 }
 
 /// The check over one monitor.
@@ -95,14 +96,7 @@ impl Attribution {
     /// done nothing.
     pub fn stand_still(&self, view: &View<'_>) -> Vec<Violation> {
         let changed = |output: &Output| output.value(&self.outputs) != output.value(view.outputs);
-        let violation = |output: Output| Violation {
-            at_ms: view.now_ms,
-            unexplained: true,
-            text: Bilingual {
-                en: format!("{} changed while the program stood still", output.name()),
-                ru: format!("{}: изменение при остановленной программе", output.name()),
-            },
-        };
+        let violation = |output: Output| text::stood_still(view.now_ms, output);
         Output::all().filter(changed).map(violation).collect()
     }
 

@@ -6,11 +6,12 @@ use lafet_device::image::{Axis, Place, ValveNo, ValveOutput};
 use lafet_proto::flags::{ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::{Text, Words, sim as text};
 
 use super::invariants::is_in_vain;
 use super::ledger::{Ledger, Lock, Move, Start, Work, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
-use super::{Bilingual, Output, View};
+use super::{Output, View};
 use crate::world::STEP_MS;
 
 /// A drive that has passed its target by so much has arrived, arc-minutes or mm.
@@ -51,7 +52,7 @@ pub struct Step {
 }
 
 /// Why a cause does not explain.
-pub type Why = Bilingual;
+pub type Why = Words;
 
 /// Whether what an output does is explained; otherwise why not.
 pub fn explain(ledger: &Ledger, view: &View<'_>, step: &Step) -> Result<(), Why> {
@@ -62,12 +63,12 @@ pub fn explain(ledger: &Ledger, view: &View<'_>, step: &Step) -> Result<(), Why>
     }
 }
 
-fn no<T>(en: &str, ru: &str) -> Result<T, Why> {
-    Err(Bilingual { en: en.to_owned(), ru: ru.to_owned() })
+fn no<T>(why: &dyn Text) -> Result<T, Why> {
+    Err(why.words())
 }
 
-fn holds(condition: bool, en: &str, ru: &str) -> Result<(), Why> {
-    if condition { Ok(()) } else { no(en, ru) }
+fn holds(condition: bool, why: &dyn Text) -> Result<(), Why> {
+    if condition { Ok(()) } else { no(why) }
 }
 
 fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<(), Why> {
@@ -79,40 +80,28 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
     }
     let set = 10 * view.params.drive(axis, DriveParam::Speed).max(0);
     if grows && i32::from(after).abs() > set {
-        return no("it goes faster than it is set to", "скорость выше заданной");
+        return no(&text::TooFast);
     }
     match cause {
         Cause::Request(asked) if after == 0 && stops(ledger, asked, axis) => Ok(()),
         Cause::Request(asked) => {
             let Some(granted) = ledger.moves[axis as usize].filter(|g| g.asked == asked) else {
-                return no("no such Move is in force", "такой Move не действует");
+                return no(&text::NoSuchMove);
             };
-            holds(
-                !grows || leads_to(view, &granted, axis, after),
-                "it moves away from the destination",
-                "движение прочь от точки назначения",
-            )
+            holds(!grows || leads_to(view, &granted, axis, after), &text::AwayFromDestination)
         }
         Cause::Program(program, asked) => {
-            holds(
-                moves(program, axis),
-                "this program has no business with this drive",
-                "эта программа не управляет этим приводом",
-            )?;
+            holds(moves(program, axis), &text::NotOfProgram)?;
             if ledger.start_of(program, asked).is_none() {
-                return no("no such program is in force", "такая программа не действует");
+                return no(&text::NoSuchProgram);
             }
             // What ends or pauses a program stops its drives in the same step; but a button takes
             // its drive over a step before that shows.
-            holds(
-                is_running(program, &view.told) || after == 0,
-                "the program has ended",
-                "программа завершена",
-            )?;
+            holds(is_running(program, &view.told) || after == 0, &text::ProgramEnded)?;
             let waits = is_extinguishing(program)
                 && view.told.control & ControlFlags::PAUSED.bits() != 0
                 && !ledger.buttons.was_held(axis);
-            holds(!waits || after == 0, "the program is paused", "программа приостановлена")
+            holds(!waits || after == 0, &text::ProgramPaused)
         }
         Cause::Button(post) => {
             // One that is held for the other way brakes first.
@@ -121,14 +110,10 @@ fn drive(ledger: &Ledger, view: &View<'_>, step: &Step, axis: Axis) -> Result<()
                 // The other post holds it on: it takes over a step before that shows.
                 || ledger.is_asked_by_button(axis, after > 0)
                     && ledger.buttons.held_before(post, axis, after > 0);
-            holds(held, "no such button is held", "кнопка не нажата")
+            holds(held, &text::NoSuchButton)
         }
-        Cause::Rule(_) if grows => {
-            no("a rule may only take away", "правило может только останавливать")
-        }
-        Cause::Rule(_) if after != 0 => {
-            no("a rule stops, it does not slow down", "правило останавливает, а не замедляет")
-        }
+        Cause::Rule(_) if grows => no(&text::RuleOnlyTakesAway),
+        Cause::Rule(_) if after != 0 => no(&text::RuleOnlyStops),
         Cause::Rule(rule) => drive_rule(ledger, view, step, axis, rule),
     }
 }
@@ -262,11 +247,11 @@ fn drive_rule(
         | Rule::Warm
         | Rule::NoTemperature
         | Rule::HeaterFault => {
-            return no("this rule is not for drives", "это правило не для приводов");
+            return no(&text::RuleNotForDrives);
         }
         Rule::Absent => !view.device.has(axis.id()),
     };
-    holds(condition, "the condition of the rule does not hold", "условие правила не выполнено")
+    holds(condition, &text::RuleConditionUnmet)
 }
 
 /// Until the sensors have settled; and before the erase after which there should have been a reset,
@@ -411,50 +396,33 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
         ledger.works[valve as usize].iter().any(|work| work.output == way && work.cause == cause);
     match (cause, way) {
         (_, ValveOutput::Opening | ValveOutput::Closing) if granted => Ok(()),
-        (Cause::Button(post), ValveOutput::Opening | ValveOutput::Closing) => holds(
-            ledger.buttons.pressed(post, valve_button(way)),
-            "no such button was pressed",
-            "кнопку не нажимали",
-        ),
+        (Cause::Button(post), ValveOutput::Opening | ValveOutput::Closing) => {
+            holds(ledger.buttons.pressed(post, valve_button(way)), &text::ButtonNotPressed)
+        }
         // Released, what it closes goes on to its end: the safe direction.
         (Cause::Rule(Rule::Lockout), ValveOutput::Closing) => {
             let goes_on = before < 0 && step.cause_before == cause;
             let condition = ledger.lock == Lock::On || goes_on;
-            holds(condition, "there is no lockout", "блокировки нет")
+            holds(condition, &text::NoLockout)
         }
-        (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => holds(
-            ledger.is_unconfirmed(view, valve),
-            "its water was confirmed, or needs not be",
-            "подача воды подтверждена или не требует подтверждения",
-        ),
-        (Cause::Rule(_), ValveOutput::Opening) => {
-            no("a rule never opens", "правило никогда не открывает")
+        (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => {
+            holds(ledger.is_unconfirmed(view, valve), &text::WaterWasConfirmed)
         }
-        (Cause::Program(..), _) => {
-            no("no program drives valves", "программы не управляют затворами")
-        }
-        (_, ValveOutput::Opening | ValveOutput::Closing) => {
-            no("no such request is in force", "такой запрос не действует")
-        }
+        (Cause::Rule(_), ValveOutput::Opening) => no(&text::RuleNeverOpens),
+        (Cause::Program(..), _) => no(&text::NoProgramDrivesValves),
+        (_, ValveOutput::Opening | ValveOutput::Closing) => no(&text::NoSuchRequest),
         (Cause::Request(asked), ValveOutput::Off) => {
             let concerns = matches!(asked.request, RequestId::STOP | RequestId::RESTART)
                 && (asked.to == SubsystemId::ALL || asked.to == valve.id());
             holds(
                 concerns && ledger.recent.iter().any(|(known, _)| *known == asked),
-                "no such stop was accepted",
-                "такой останов не принимался",
+                &text::NoSuchStop,
             )
         }
-        (Cause::Button(_), ValveOutput::Off) => {
-            no("no button stops a valve", "кнопки не останавливают затвор")
-        }
+        (Cause::Button(_), ValveOutput::Off) => no(&text::NoButtonStopsValves),
         (Cause::Rule(rule), ValveOutput::Off) => {
             let condition = valve_rule(ledger, view, step, valve, rule);
-            holds(
-                condition,
-                "the condition of the rule does not hold",
-                "условие правила не выполнено",
-            )
+            holds(condition, &text::RuleConditionUnmet)
         }
     }
 }
@@ -521,13 +489,13 @@ fn heater(ledger: &Ledger, view: &View<'_>, step: &Step, place: Place) -> Result
             let most = if began { on_below - 1 } else { off_above };
             temperature.is_some_and(|value| value <= most) && !input.heater_fault
         }
-        (_, 1) => return no("only cold switches heat on", "подогрев включает только холод"),
+        (_, 1) => return no(&text::OnlyColdHeats),
         _ if before == 0 => true,
         (Cause::Rule(Rule::Warm), _) => temperature.is_some_and(|value| value > off_above),
         (Cause::Rule(Rule::NoTemperature), _) => temperature.is_none(),
         (Cause::Rule(Rule::HeaterFault), _) => input.heater_fault,
         (Cause::Rule(Rule::Inert), _) => is_inert(ledger, view),
-        _ => return no("heaters follow rules alone", "подогрев подчиняется только правилам"),
+        _ => return no(&text::HeatersFollowRules),
     };
-    holds(condition, "the condition of the rule does not hold", "условие правила не выполнено")
+    holds(condition, &text::RuleConditionUnmet)
 }

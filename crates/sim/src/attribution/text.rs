@@ -3,66 +3,49 @@
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::image::Axis;
-use lafet_proto::dictionary::Text;
+use lafet_texts::{Text, Words, sim as text};
 
-use super::Violation;
 use super::rules::Step;
+use super::{Output, Violation};
 use crate::fault::axis_name;
 
-/// A text in both languages, made while running.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bilingual {
-    /// English.
-    pub en: String,
-    /// Russian.
-    pub ru: String,
-}
-
 /// A violation: what an output does is not explained.
-pub(super) fn unexplained(at_ms: u64, step: &Step, why: Bilingual) -> Violation {
+pub(super) fn unexplained(at_ms: u64, step: &Step, why: Words) -> Violation {
     let Step { output, before, after, cause: claimed, .. } = *step;
     let (name, from, to) = (output.name(), output.words(before), output.words(after));
     let claimed = cause(claimed);
-    let text = Bilingual {
-        en: format!("{name} {from} → {to} is not explained by “{}”: {}", claimed.en, why.en),
-        ru: format!("{name} {from} → {to} не объясняется причиной «{}»: {}", claimed.ru, why.ru),
-    };
+    let text = text::Unexplained { name, from, to, cause: claimed, why }.words();
+    Violation { at_ms, unexplained: true, text }
+}
+
+/// A violation: an output changed though the program stood still.
+pub(super) fn stood_still(at_ms: u64, output: Output) -> Violation {
+    let text = text::ChangedWhileStopped { output: output.name() }.words();
     Violation { at_ms, unexplained: true, text }
 }
 
 /// A violation: a drive counts as homed and cannot be.
 pub(super) fn not_homed(at_ms: u64, axis: Axis) -> Violation {
     let name = axis_name(axis);
-    let text = Bilingual {
-        en: format!("{name} tells wrongly whether its position is known"),
-        ru: format!("{name} неверно сообщает, известно ли положение"),
-    };
+    let text = text::HomedWrong { name }.words();
     Violation { at_ms, unexplained: false, text }
 }
 
 /// A cause in words: `quench, started by StartQuench Control (Radio)`.
-pub fn cause(cause: Cause) -> Bilingual {
+pub fn cause(cause: Cause) -> Words {
     match cause {
         Cause::Request(by) => {
             let by = asked(by);
-            Bilingual { en: format!("request {by}"), ru: format!("запрос {by}") }
+            text::CauseRequest { by }.words()
         }
         Cause::Program(program, by) => {
             let (name, by) = (program_name(program), asked(by));
-            Bilingual {
-                en: format!("{}, started by {by}", name.en),
-                ru: format!("{}, по запросу {by}", name.ru),
-            }
+            text::CauseProgram { program: name, by }.words()
         }
-        Cause::Button(post) => Bilingual {
-            en: format!("button of {post}"),
-            ru: format!("кнопка поста {post}"),
-        },
+        Cause::Button(post) => text::CauseButton { post: format_args!("{post}") }.words(),
         Cause::Rule(name) => {
             let text = rule(name);
-            Bilingual {
-                en: format!("rule: {}", text.en), ru: format!("правило: {}", text.ru)
-            }
+            text::CauseRule { rule: text }.words()
         }
     }
 }
@@ -76,14 +59,14 @@ fn asked(asked: Asked) -> String {
 }
 
 /// The name of a program.
-pub const fn program_name(program: Program) -> Text {
+pub const fn program_name(program: Program) -> &'static dyn Text {
     match program {
-        Program::Quench => Text::new("quench", "тушение"),
-        Program::Trajectory => Text::new("trajectory", "тушение по траектории"),
-        Program::Seek => Text::new("search", "поиск"),
-        Program::Justify => Text::new("justification", "юстировка"),
-        Program::Deploy => Text::new("deployment", "развёртывание"),
-        Program::Wrap => Text::new("wrapping", "свёртывание"),
+        Program::Quench => &text::ProgramQuench,
+        Program::Trajectory => &text::ProgramTrajectory,
+        Program::Seek => &text::ProgramSeek,
+        Program::Justify => &text::ProgramJustify,
+        Program::Deploy => &text::ProgramDeploy,
+        Program::Wrap => &text::ProgramWrap,
     }
 }
 
@@ -118,31 +101,31 @@ pub const fn rule_name(rule: Rule) -> &'static str {
 }
 
 /// What a rule says.
-pub const fn rule(rule: Rule) -> Text {
+pub const fn rule(rule: Rule) -> &'static dyn Text {
     match rule {
-        Rule::Inert => Text::new("inert until the sensors settle", "выдержка после включения"),
-        Rule::PowerUp => Text::new("valves close after power-up", "закрытие после включения"),
-        Rule::Lockout => Text::new("lockout", "аварийная блокировка"),
-        Rule::NotDeployed => Text::new("not deployed", "ствол не развёрнут"),
-        Rule::Water => Text::new("water in the barrel", "вода в стволе"),
-        Rule::Blocked => Text::new("hardware block of the valve", "аппаратная блокировка затвора"),
-        Rule::Unconfirmed => Text::new("water not confirmed", "подача воды не подтверждена"),
-        Rule::Limit => Text::new("limit", "предел"),
-        Rule::EndSwitch => Text::new("end switch", "концевой датчик"),
-        Rule::Overload => Text::new("overload", "перегрузка по току"),
-        Rule::CutOff => Text::new("current cut-off", "токовая отсечка"),
-        Rule::Timeout => Text::new("time over", "время истекло"),
-        Rule::Fault => Text::new("fault", "неисправность"),
-        Rule::ConnLost => Text::new("remote unit lost", "потеря связи с блоком"),
-        Rule::Arrived => Text::new("arrived", "прибыл"),
-        Rule::ProgramEnd => Text::new("end of the program", "конец программы"),
-        Rule::Paused => Text::new("program paused", "пауза программы"),
-        Rule::Released => Text::new("button released", "кнопка отпущена"),
-        Rule::Refused => Text::new("button refused", "кнопка отклонена"),
-        Rule::Cold => Text::new("too cold", "холодно"),
-        Rule::Warm => Text::new("warm enough", "тепло"),
-        Rule::NoTemperature => Text::new("no temperature", "нет температуры"),
-        Rule::HeaterFault => Text::new("heater fault", "неисправность подогрева"),
-        Rule::Absent => Text::new("not part of the monitor", "нет в составе ствола"),
+        Rule::Inert => &text::RuleInert,
+        Rule::PowerUp => &text::RulePowerUp,
+        Rule::Lockout => &text::RuleLockout,
+        Rule::NotDeployed => &text::RuleNotDeployed,
+        Rule::Water => &text::RuleWater,
+        Rule::Blocked => &text::RuleBlocked,
+        Rule::Unconfirmed => &text::RuleUnconfirmed,
+        Rule::Limit => &text::RuleLimit,
+        Rule::EndSwitch => &text::RuleEndSwitch,
+        Rule::Overload => &text::RuleOverload,
+        Rule::CutOff => &text::RuleCutOff,
+        Rule::Timeout => &text::RuleTimeout,
+        Rule::Fault => &text::RuleFault,
+        Rule::ConnLost => &text::RuleConnLost,
+        Rule::Arrived => &text::RuleArrived,
+        Rule::ProgramEnd => &text::RuleProgramEnd,
+        Rule::Paused => &text::RulePaused,
+        Rule::Released => &text::RuleReleased,
+        Rule::Refused => &text::RuleRefused,
+        Rule::Cold => &text::RuleCold,
+        Rule::Warm => &text::RuleWarm,
+        Rule::NoTemperature => &text::RuleNoTemperature,
+        Rule::HeaterFault => &text::RuleHeaterFault,
+        Rule::Absent => &text::RuleAbsent,
     }
 }

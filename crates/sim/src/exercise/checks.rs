@@ -1,8 +1,9 @@
 //! Expectations, looked at as time goes on.
 
+use lafet_texts::{Text as _, Words, sim as text};
+
 use super::director::Director;
 use super::plan::{Exercise, Expectation, Moment, Rule};
-use super::text::{Both, both};
 
 /// What became of an expectation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,13 +13,13 @@ pub struct Check {
     /// It is the answer to a request of the operator's.
     pub is_answer: bool,
     /// What was expected.
-    pub text: Both,
+    pub text: Words,
     /// Whether it is so.
     pub passed: bool,
     /// When that was clear, ms.
     pub at_ms: u64,
     /// What there was instead, or what made it so.
-    pub came: Both,
+    pub came: Words,
 }
 
 /// The expectations of a run.
@@ -33,7 +34,7 @@ pub struct Checks {
 enum Verdict {
     Open,
     Passed(String),
-    Failed(Both),
+    Failed(Words),
 }
 
 impl Checks {
@@ -53,7 +54,7 @@ impl Checks {
             let verdict = self.judge(index, expectation, director, at_end);
             let (passed, came) = match verdict {
                 Verdict::Open => continue,
-                Verdict::Passed(came) => (true, Both::same(came)),
+                Verdict::Passed(came) => (true, Words::same(came)),
                 Verdict::Failed(came) => (false, came),
             };
             self.decided[index] = Some(Check {
@@ -106,7 +107,7 @@ impl Checks {
                 match holds(expectation, director) {
                     Verdict::Failed(came) if within || late || at_end => Verdict::Failed(came),
                     Verdict::Failed(_) => Verdict::Open,
-                    _ if within || late => Verdict::Failed(both("too late", "слишком поздно")),
+                    _ if within || late => Verdict::Failed(text::TooLate.words()),
                     verdict => verdict,
                 }
             }
@@ -119,7 +120,7 @@ impl Checks {
                     self.begun[index] = true;
                     let never = matches!(expectation.rule, Rule::Never(..));
                     match (holds(expectation, director), never) {
-                        (Verdict::Passed(came), true) => return Verdict::Failed(Both::same(came)),
+                        (Verdict::Passed(came), true) => return Verdict::Failed(Words::same(came)),
                         (Verdict::Failed(came), false) => return Verdict::Failed(came),
                         _ => {}
                     }
@@ -137,11 +138,11 @@ impl Checks {
 fn holds(expectation: &Expectation, director: &mut Director) -> Verdict {
     match expectation.that.holds(&mut director.site) {
         Ok((true, came)) => Verdict::Passed(came),
-        Ok((false, came)) => Verdict::Failed(Both::same(came)),
-        Err(error) => Verdict::Failed(Both::same(error)),
+        Ok((false, came)) => Verdict::Failed(Words::same(came)),
+        Err(error) => Verdict::Failed(Words::same(error)),
     }
 }
 
-fn never_came() -> Both {
-    both("the time for it never came", "до этого не дошло")
+fn never_came() -> Words {
+    text::NeverCame.words()
 }

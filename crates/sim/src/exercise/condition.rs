@@ -16,8 +16,8 @@
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::flags_of;
+use lafet_texts::{Text as _, Words, sim as text};
 
-use super::text::{Both, both};
 use crate::condition::{Condition, unknown_flag};
 use crate::site::Site;
 
@@ -54,9 +54,9 @@ impl core::fmt::Display for SiteCondition {
 
 impl SiteCondition {
     /// Reads a condition.
-    pub fn parse(text: &str, names: Names<'_>) -> Result<Self, Both> {
+    pub fn parse(text: &str, names: Names<'_>) -> Result<Self, Words> {
         let parts = text.split(" and ").map(|part| part_of(part, names));
-        Ok(Self { text: text.trim().to_owned(), parts: parts.collect::<Result<_, Both>>()? })
+        Ok(Self { text: text.trim().to_owned(), parts: parts.collect::<Result<_, Words>>()? })
     }
 
     /// Whether it holds, and what the values are. `Err` when it makes no sense on this site.
@@ -115,29 +115,29 @@ impl Scope {
     }
 }
 
-fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Both> {
+fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Words> {
     let mut words: Vec<&str> = text.split_whitespace().collect();
     let negated = words.first() == Some(&"not");
     if negated {
         words.remove(0);
     }
     let monitor = |name: &str| names.monitors.iter().position(|known| known == name);
-    let unknown = |what: &str, name: &str, known: &[String]| {
-        let known = known.join(", ");
-        both(
-            format!("`{text}`: no {what} is called `{name}`; known: {known}"),
-            format!("`{text}`: имени `{name}` нет; есть: {known}"),
-        )
+    let unknown = |name: &str| {
+        let known = names.monitors.join(", ");
+        text::MonitorUnknown { condition: text, name, known }.words()
     };
     let (scope, rest) = match words.as_slice() {
         ["fire", name, ..] => {
             let index = names.fires.iter().position(|known| known == name);
-            let index = index.ok_or_else(|| unknown("fire", name, names.fires))?;
+            let index = index.ok_or_else(|| {
+                let known = names.fires.join(", ");
+                text::FireUnknown { condition: text, name, known }.words()
+            })?;
             (Scope::Fire(index), words.clone())
         }
         ["fires", "burning", ..] => (Scope::Fires, words.clone()),
         ["water", name, _, _] => {
-            let index = monitor(name).ok_or_else(|| unknown("monitor", name, names.monitors))?;
+            let index = monitor(name).ok_or_else(|| unknown(name))?;
             (Scope::Water(Some(index)), words.clone())
         }
         ["water", _, _] => (Scope::Water(None), words.clone()),
@@ -146,8 +146,8 @@ fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Both> {
             (Scope::Monitor(monitor(name).unwrap_or(0)), flags_in_full(rest)?)
         }
         _ if names.monitors.len() == 1 => (Scope::Monitor(0), flags_in_full(&words)?),
-        [name, ..] => return Err(unknown("monitor", name, names.monitors)),
-        [] => return Err(both("a condition is missing", "не хватает условия")),
+        [name, ..] => return Err(unknown(name)),
+        [] => return Err(text::ConditionMissing.words()),
     };
     let rest = format!("{}{}", if negated { "not " } else { "" }, rest.join(" "));
     Condition::parse(&rest)
@@ -156,11 +156,8 @@ fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Both> {
 }
 
 /// What to say of a condition that makes no sense.
-pub fn not_understood(error: &str) -> Both {
-    both(
-        format!("the condition is not understood: {error}"),
-        format!("условие непонятно: {error} (как писать условия: docs/scenarios.ru.md)"),
-    )
+pub fn not_understood(error: &str) -> Words {
+    text::ConditionNotUnderstood { error }.words()
 }
 
 /// Numbers that a state has beside its flags, and the count of the detector's: no flag is meant.
@@ -182,7 +179,7 @@ const FIELDS: [&str; 14] = [
 ];
 
 /// `Detector Found` is short for `Detector flags has Found`.
-fn flags_in_full<'a>(words: &[&'a str]) -> Result<Vec<&'a str>, Both> {
+fn flags_in_full<'a>(words: &[&'a str]) -> Result<Vec<&'a str>, Words> {
     let Some((subsystem, flags)) = words.split_first() else { return Ok(Vec::new()) };
     let Some(id) = SubsystemId::from_name(subsystem) else { return Ok(words.to_vec()) };
     if flags.first().is_none_or(|first| FIELDS.contains(first)) {

@@ -7,12 +7,12 @@ use lafet_proto::flags::{DetectorFlags, ValveFlags};
 use lafet_proto::record::{Record, Records};
 use lafet_proto::status::Hotbed;
 use lafet_proto::{Answer, SubsystemId};
+use lafet_texts::{Text as _, Words, sim as text};
 
 use super::director::{Director, Waiting};
 use super::file::payload;
 use super::log::Log;
 use super::plan::ControllerPlan;
-use super::text::{Both, both};
 
 /// It polls this often, ms.
 const POLL_MS: u64 = 500;
@@ -271,12 +271,9 @@ fn ignored(plan: &ControllerPlan, hotbed: &Hotbed) -> bool {
     plan.ignore.iter().any(|known| libm::hypot(azimuth - known.0, elevation - known.1) < SAME_DEG)
 }
 
-fn nothing_found(done: bool) -> Both {
+fn nothing_found(done: bool) -> Words {
     match done {
-        false => both(
-            "controller: nothing found, looks once more",
-            "автомат: очагов нет, повторный поиск",
-        ),
-        true => both("controller: nothing burns any more", "автомат: горения больше нет"),
+        false => text::ControllerLooksAgain.words(),
+        true => text::ControllerNothingBurns.words(),
     }
 }

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use lafet_device::Source;
+use lafet_texts::{Text, Words, sim as text};
 
 use super::plan::{Action, Exercise, FirePlan, Link, Trigger};
-use super::text::{Both, both};
 use crate::event::What;
 use crate::fault::button_name;
 use crate::fire::FireSpec;
@@ -26,7 +26,7 @@ pub struct Director {
     /// When each mark was passed, ms.
     marks: Vec<Option<u64>>,
     links: Vec<[Link; 2]>,
-    happened: Vec<(u64, Both)>,
+    happened: Vec<(u64, Words)>,
 }
 
 /// Something that waits for its trigger.
@@ -77,18 +77,18 @@ impl Director {
     }
 
     /// What has happened since the last call.
-    pub fn take_happened(&mut self) -> Vec<(u64, Both)> {
+    pub fn take_happened(&mut self) -> Vec<(u64, Words)> {
         core::mem::take(&mut self.happened)
     }
 
     /// What has happened to fires since the last call, for those who watch; a run takes the events
     /// of the site itself.
-    pub fn take_fires(&mut self) -> Vec<(u64, Both)> {
+    pub fn take_fires(&mut self) -> Vec<(u64, Words)> {
         let events = self.site.take_events().into_iter();
         let told = events.filter(|it| it.monitor.is_none()).filter_map(|it| {
-            let (index, (en, ru)) = fire_news(it.event.what)?;
-            let name = &self.exercise.fires[index].name;
-            Some((it.event.at_ms, both(format!("fire {name} {en}"), format!("очаг {name} {ru}"))))
+            let (index, what) = fire_news(it.event.what)?;
+            let fire = &self.exercise.fires[index].name;
+            Some((it.event.at_ms, text::FireNews { fire, what }.words()))
         });
         told.collect()
     }
@@ -210,100 +210,85 @@ impl Director {
         }
     }
 
-    fn told(&self, actions: &[Action]) -> Both {
-        let all: Vec<Both> = actions.iter().map(|action| self.told_one(*action)).collect();
-        let join = |of: fn(&Both) -> &str| all.iter().map(of).collect::<Vec<_>>().join("; ");
-        both(join(|text| &text.en), join(|text| &text.ru))
+    fn told(&self, actions: &[Action]) -> Words {
+        let all: Vec<Words> = actions.iter().map(|action| self.told_one(*action)).collect();
+        let join = |of: fn(&Words) -> &str| all.iter().map(of).collect::<Vec<_>>().join("; ");
+        Words { en: join(|text| &text.en), ru: join(|text| &text.ru) }
     }
 
-    fn told_one(&self, action: Action) -> Both {
+    fn told_one(&self, action: Action) -> Words {
         let exercise = &self.exercise;
         let name = |monitor: usize| &exercise.monitors[monitor].name;
         match action {
             Action::Inject(monitor, fault) => {
                 let (name, fault) = (name(monitor), fault.name());
-                both(format!("{name}: fault {fault}"), format!("{name}: неисправность {fault}"))
+                text::FaultInjected { name, fault }.words()
             }
             Action::Clear(monitor, Some(fault)) => {
                 let (name, fault) = (name(monitor), fault.name());
-                both(format!("{name}: {fault} repaired"), format!("{name}: {fault} устранено"))
+                text::FaultRepaired { name, fault }.words()
             }
             Action::Clear(monitor, None) => {
                 let name = name(monitor);
-                both(format!("{name}: all repaired"), format!("{name}: всё устранено"))
+                text::AllRepaired { name }.words()
             }
             Action::Wind(wind) => {
                 let (from, speed) = (wind.from_deg, wind.speed_mps);
-                both(
-                    format!("wind from {from}°, {speed} m/s"),
-                    format!("ветер с {from}°, {speed} м/с"),
-                )
+                text::WindFrom { from, speed }.words()
             }
-            Action::Temperature(c) => {
-                both(format!("air {c} °C"), format!("температура воздуха {c} °C"))
-            }
+            Action::Temperature(c) => text::AirTemperature { celsius: c }.words(),
             Action::Ignite(fire) => {
                 let name = &exercise.fires[fire].name;
-                both(format!("{name} is lit"), format!("{name} подожжён"))
+                text::FireIgnited { name }.words()
             }
             Action::Link(monitor, over, link) => {
-                let name = name(monitor);
-                let (en, ru) = match link {
-                    Link::Up => ("is back", "восстановлена"),
-                    Link::Lost => ("is lost", "потеряна"),
-                    Link::AnswersLost => ("loses the answers", "теряет ответы"),
+                let what: &dyn Text = match link {
+                    Link::Up => &text::LinkBack,
+                    Link::Lost => &text::LinkLost,
+                    Link::AnswersLost => &text::LinkLosesAnswers,
                 };
-                let (over_en, over_ru) = interface_name(over);
-                both(format!("{name}: {over_en} {en}"), format!("{name}: {over_ru} {ru}"))
+                let interface = interface_name(over);
+                text::LinkNews { monitor: name(monitor), interface, what }.words()
             }
             Action::Power(monitor, on) => {
                 let name = name(monitor);
                 match on {
-                    true => both(format!("{name}: power back"), format!("{name}: питание подано")),
-                    false => both(format!("{name}: power cut"), format!("{name}: питание снято")),
+                    true => text::PowerBack { name }.words(),
+                    false => text::PowerCut { name }.words(),
                 }
             }
             Action::Press(monitor, post, button, pressed) => {
                 let (name, button) = (name(monitor), button_name(button));
                 let post = post.name();
                 match pressed {
-                    true => both(
-                        format!("{name}: {post} {button} pressed"),
-                        format!("{name}: нажата {post} {button}"),
-                    ),
-                    false => both(
-                        format!("{name}: {post} {button} released"),
-                        format!("{name}: отпущена {post} {button}"),
-                    ),
+                    true => text::ButtonPressed { name, post, button }.words(),
+                    false => text::ButtonReleased { name, post, button }.words(),
                 }
             }
             Action::Supply(supply, share) => {
                 let (name, percent) = (&exercise.supplies[supply], share * 100.0);
-                both(
-                    format!("{name}: pressure at {percent:.0} %"),
-                    format!("{name}: давление {percent:.0} %"),
-                )
+                text::SupplyAt { name, percent: format_args!("{percent:.0}") }.words()
             }
         }
     }
 }
 
 /// Which fire an event is about, and what has happened to it.
-pub const fn fire_news(what: What) -> Option<(usize, (&'static str, &'static str))> {
+pub const fn fire_news(what: What) -> Option<(usize, &'static dyn Text)> {
     Some(match what {
-        What::FireLit(index) => (index, ("burns", "горит")),
-        What::FireHit(index) => (index, ("is reached by water", "достигнут водой")),
-        What::FireOut(index) => (index, ("is out", "потушен")),
-        What::FireReignited(index) => (index, ("flares up again", "воспламенился повторно")),
+        What::FireLit(index) => (index, &text::FireBurns),
+        What::FireHit(index) => (index, &text::FireHit),
+        What::FireOut(index) => (index, &text::FireOut),
+        What::FireReignited(index) => (index, &text::FireReignited),
         _ => return None,
     })
 }
 
 /// What an interface is called.
-pub const fn interface_name(over: Source) -> (&'static str, &'static str) {
+pub const fn interface_name(over: Source) -> &'static dyn Text {
     match over {
-        Source::Radio => ("radio link", "радиосвязь"),
-        _ => ("wired link", "проводная связь"),
+        Source::Radio => &text::InterfaceRadio,
+        _ => &text::InterfaceWired,
     }
 }
 

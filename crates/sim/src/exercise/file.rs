@@ -3,11 +3,11 @@
 use lafet_device::Source as Interface;
 use lafet_device::composition::Composition;
 use lafet_proto::record::{Records, Writer};
-use lafet_proto::{Answer, Status, text};
+use lafet_proto::{Answer, Status, text as wire};
+use lafet_texts::{Text as _, Words, sim as text};
 
 use super::plan::{Exercise, FirePlan, MonitorPlan};
 use super::reader::{Document, Problem, Table};
-use super::text::{Both, both};
 use super::{scenes, steps};
 use crate::fire::FireSpec;
 use crate::flash::Flash;
@@ -35,7 +35,7 @@ impl Exercise {
             exercise.read_monitor(table)?;
         }
         if exercise.monitors.is_empty() {
-            let what = both("at least one [[monitor]] is needed", "нужен хотя бы один [[monitor]]");
+            let what = text::NeedsMonitor.words();
             return Err(root.wrong("monitor", what));
         }
         for table in root.tables("fire")? {
@@ -49,8 +49,8 @@ impl Exercise {
     fn empty(file: &str) -> Self {
         Self {
             file: file.to_owned(),
-            title: Both::default(),
-            about: Both::default(),
+            title: Words::default(),
+            about: Words::default(),
             duration_ms: 0,
             site: SiteConfig { ambient_c: 20.0, ..SiteConfig::default() },
             view: None,
@@ -70,7 +70,7 @@ impl Exercise {
     }
 
     fn read_head(&mut self, root: &Table<'_>) -> Result<(), Problem> {
-        let needed = || root.wrong("scenario", both("[scenario] is missing", "нет [scenario]"));
+        let needed = || root.wrong("scenario", text::NeedsScenario.words());
         let head = root.table_of("scenario")?.ok_or_else(needed)?;
         self.title = head.needed_both("title")?;
         self.about = head.needed_both("about")?;
@@ -106,7 +106,7 @@ impl Exercise {
         let name = fresh_name(&table, &names)?;
         if names.len() == MONITORS_MAX {
             let max = MONITORS_MAX;
-            let what = both(format!("at most {max} monitors"), format!("не более {max} стволов"));
+            let what = text::MonitorsAtMost { most: max }.words();
             return Err(table.wrong("", what));
         }
         let [x, y] = table.needed_numbers("at")?;
@@ -126,8 +126,7 @@ impl Exercise {
         let twin = self.site.monitors.iter().position(|it| it.sim.address == config.address);
         if let Some(twin) = twin {
             let other = &self.monitors[twin].name;
-            let en = format!("{other} has this address already");
-            return Err(table.wrong("address", both(en, format!("адрес уже занят: {other}"))));
+            return Err(table.wrong("address", text::AddressTaken { monitor: other }.words()));
         }
         config.flash = Some(
             commissioned(&config, &table.texts("set")?).map_err(|what| table.wrong("set", what))?,
@@ -144,20 +143,19 @@ impl Exercise {
         let name = fresh_name(&table, &names)?;
         if names.len() == FIRES_MAX {
             let max = FIRES_MAX;
-            let what = both(format!("at most {max} fires"), format!("не более {max} очагов"));
+            let what = text::FiresAtMost { most: max }.words();
             return Err(table.wrong("", what));
         }
         let on = table.one_of_names("on", &self.obstacles)?;
         let on_tank = on.and_then(|on| scenes::top_of(&self.site.obstacles[on]));
         if on.is_some() && on_tank.is_none() {
-            return Err(table.wrong("on", both("only a tank", "только резервуар")));
+            return Err(table.wrong("on", text::OnlyTank.words()));
         }
         let at = match (table.numbers::<2>("at")?, on_tank) {
             (Some([x, y]), _) => (x, y),
             (None, Some((middle, _))) => middle,
             (None, None) => {
-                let what =
-                    both("at = [x, y] or on = \"a tank\"", "at = [x, y] или on = \"резервуар\"");
+                let what = text::FireAtOrOn.words();
                 return Err(table.wrong("at", what));
             }
         };
@@ -212,11 +210,11 @@ const PLAIN: FireSpec = FireSpec {
 pub fn fresh_name(table: &Table<'_>, others: &[String]) -> Result<String, Problem> {
     let name = table.needed_text("name")?;
     if name.is_empty() || name.contains(char::is_whitespace) {
-        let what = both("a name without blanks", "имя без пробелов");
+        let what = text::NameWithoutBlanks.words();
         return Err(table.wrong("name", what));
     }
     if others.iter().any(|other| other == name) {
-        let what = both(format!("`{name}` exists already"), format!("`{name}` уже есть"));
+        let what = text::NameExists { name }.words();
         return Err(table.wrong("name", what));
     }
     Ok(name.to_owned())
@@ -224,7 +222,7 @@ pub fn fresh_name(table: &Table<'_>, others: &[String]) -> Result<String, Proble
 
 /// The memory of a monitor that was commissioned for its place: height, nozzle, and what the file
 /// sets, all by real requests.
-fn commissioned(config: &Config, set: &[&str]) -> Result<Flash, Both> {
+fn commissioned(config: &Config, set: &[&str]) -> Result<Flash, Words> {
     let mut sim = Sim::new(config.clone());
     sim.advance_ms(1_000);
     let height_cm = libm::round(config.height_m * 100.0);
@@ -238,7 +236,7 @@ fn commissioned(config: &Config, set: &[&str]) -> Result<Flash, Both> {
     Ok(sim.world().flash.clone())
 }
 
-fn set_param(sim: &mut Sim, line: &str) -> Result<(), Both> {
+fn set_param(sim: &mut Sim, line: &str) -> Result<(), Words> {
     let payload = payload(&format!("SetParam {line}"))?;
     let mut status = None;
     // A remote unit answers Cached until it has been asked.
@@ -254,24 +252,16 @@ fn set_param(sim: &mut Sim, line: &str) -> Result<(), Both> {
         }
     }
     let status = status.map_or_else(|| "-".to_owned(), |status| status.to_string());
-    Err(both(
-        format!("`{line}` is answered with {status}"),
-        format!("на `{line}` ствол отвечает {status}"),
-    ))
+    Err(text::SetRefused { line, status }.words())
 }
 
 /// The records of requests written as text, with `;` between them.
-pub fn payload(requests: &str) -> Result<Vec<u8>, Both> {
+pub fn payload(requests: &str) -> Result<Vec<u8>, Words> {
     let mut bytes = Vec::new();
     for request in requests.split(';') {
-        let (mut buffer, mut record) = ([0; text::BUFFER_SIZE], [0; 260]);
-        let wrong = |error: String| {
-            both(
-                format!("`{request}` is no request: {error}"),
-                format!("`{request}` — не запрос: {error}"),
-            )
-        };
-        let parsed = text::parse(request.trim(), &mut buffer).map_err(|e| wrong(e.to_string()))?;
+        let (mut buffer, mut record) = ([0; wire::BUFFER_SIZE], [0; 260]);
+        let wrong = |error: String| text::NoRequest { request, error }.words();
+        let parsed = wire::parse(request.trim(), &mut buffer).map_err(|e| wrong(e.to_string()))?;
         let mut writer = Writer::new(&mut record);
         parsed.encode(&mut writer).map_err(|e| wrong(e.to_string()))?;
         bytes.extend_from_slice(writer.written());

@@ -3,8 +3,8 @@
 use lafet_device::Source;
 use lafet_proto::flags::Severity;
 use lafet_proto::record::Records;
+use lafet_texts::{Text as _, Words, sim as text};
 
-use super::text::{Both, both};
 use crate::scenario::answers_text;
 
 /// What a line of the time line is about.
@@ -75,7 +75,7 @@ pub struct Line {
     /// What it is about.
     pub kind: Kind,
     /// The text.
-    pub text: Both,
+    pub text: Words,
 }
 
 /// Requests of a monitor.
@@ -107,12 +107,12 @@ impl Log {
     }
 
     /// Adds a line.
-    pub fn add(&mut self, at_ms: u64, monitor: Option<usize>, kind: Kind, text: Both) {
+    pub fn add(&mut self, at_ms: u64, monitor: Option<usize>, kind: Kind, text: Words) {
         self.lines.push(Line { at_ms, monitor, kind, text });
     }
 
     /// Adds what somebody says.
-    pub fn say(&mut self, at_ms: u64, monitor: Option<usize>, text: Both) {
+    pub fn say(&mut self, at_ms: u64, monitor: Option<usize>, text: Words) {
         self.add(at_ms, monitor, Kind::Note, text);
     }
 
@@ -128,16 +128,16 @@ impl Log {
     ) -> Vec<String> {
         let counts = &mut self.counts[monitor];
         counts.requests += 1;
-        let (en, ru) = match over {
-            Source::Radio => (format!("{request} (radio)"), format!("{request} (радио)")),
-            Source::ExternalConn => (request.to_owned(), request.to_owned()),
+        let line = match over {
+            Source::Radio => text::RequestByRadio { request }.words(),
+            Source::ExternalConn => Words::same(request),
         };
-        let mut lines = vec![(Kind::Request, both(en, ru))];
+        let mut lines = vec![(Kind::Request, line)];
         let mut texts = Vec::new();
         match answers {
             None => {
                 counts.unanswered += 1;
-                lines.push((Kind::NoAnswer, both("no answer", "нет ответа")));
+                lines.push((Kind::NoAnswer, text::NoAnswer.words()));
             }
             Some(answers) => {
                 texts = answers_text(payload, answers);
@@ -146,7 +146,7 @@ impl Log {
                     let count = if success { &mut counts.accepted } else { &mut counts.refused };
                     *count += 1;
                     let kind = if success { Kind::Answer } else { Kind::Refusal };
-                    lines.push((kind, Both::same(text.clone())));
+                    lines.push((kind, Words::same(text.clone())));
                 }
             }
         }

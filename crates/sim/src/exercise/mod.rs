@@ -22,7 +22,8 @@ mod run;
 mod scenes;
 mod shipped;
 mod steps;
-mod text;
+
+pub use lafet_texts::{Lang, Words};
 
 pub use checks::Check;
 pub use condition::SiteCondition;
@@ -38,7 +39,6 @@ pub use recording::{Bar, BarKind, Bounds, Recording, Sample};
 pub use report::{json, text};
 pub use run::{FireFigures, MonitorFigures, Outcome, Run, run};
 pub use shipped::{SHIPPED, Shipped};
-pub use text::{Both, Lang, both};
 
 #[cfg(test)]
 mod tests;

@@ -2,9 +2,9 @@
 
 use lafet_device::Source;
 use lafet_proto::flags::Button;
+use lafet_texts::Words;
 
 use super::condition::SiteCondition;
-use super::text::Both;
 use crate::fault::{Fault, Post};
 use crate::site::{Site, SiteConfig, WindSpec};
 
@@ -14,9 +14,9 @@ pub struct Exercise {
     /// The file, as problems name it.
     pub file: String,
     /// What it is called.
-    pub title: Both,
+    pub title: Words,
     /// What it is about.
-    pub about: Both,
+    pub about: Words,
     /// How long it takes, ms.
     pub duration_ms: u64,
     /// The site.
@@ -97,7 +97,7 @@ pub struct EventPlan {
     /// When.
     pub trigger: Trigger,
     /// What the report says of it.
-    pub text: Option<Both>,
+    pub text: Option<Words>,
     /// What happens.
     pub actions: Vec<Action>,
 }
@@ -204,7 +204,7 @@ pub struct Expectation {
     /// Line of the file.
     pub line: usize,
     /// What the report calls it.
-    pub text: Both,
+    pub text: Words,
     /// What is looked at.
     pub that: SiteCondition,
     /// When it has to hold.

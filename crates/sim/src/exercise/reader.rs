@@ -3,10 +3,9 @@
 use core::cell::RefCell;
 use core::fmt;
 
+use lafet_texts::{Argument, Lang, Text as _, Words, sim as text};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-use super::text::{Both, both};
 
 /// Why a scenario file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,12 +17,12 @@ pub struct Problem {
     /// The key, with the tables that lead to it: `monitor.profile`.
     pub key: String,
     /// What is wrong, and what is allowed.
-    pub what: Both,
+    pub what: Words,
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.told(super::text::Lang::En))
+        f.write_str(&self.told(Lang::En))
     }
 }
 
@@ -31,7 +30,7 @@ impl core::error::Error for Problem {}
 
 impl Problem {
     /// The problem in a language.
-    pub fn told(&self, lang: super::text::Lang) -> String {
+    pub fn told(&self, lang: Lang) -> String {
         let Self { file, line, key, what } = self;
         let key = if key.is_empty() { String::new() } else { format!("{key}: ") };
         format!("{file}:{line}: {key}{}", what.of(lang))
@@ -49,7 +48,7 @@ pub struct Source<'a> {
 
 impl Source<'_> {
     /// A problem at a place of the text.
-    pub fn problem(&self, offset: usize, key: String, what: Both) -> Problem {
+    pub fn problem(&self, offset: usize, key: String, what: Words) -> Problem {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line = 1 + before.matches('\n').count();
         Problem { file: self.file.to_owned(), line, key, what }
@@ -69,8 +68,7 @@ impl<'a> Document<'a> {
         let table = DeTable::parse(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
             let message = error.message();
-            let ru = format!("файл не читается как TOML: {message}");
-            source.problem(offset, String::new(), both(format!("no TOML: {message}"), ru))
+            source.problem(offset, String::new(), text::NoToml { message }.words())
         })?;
         Ok(Self { source, table })
     }
@@ -112,7 +110,7 @@ impl<'a> Table<'a> {
     }
 
     /// A problem with one of the keys.
-    pub fn wrong(&self, key: &str, what: Both) -> Problem {
+    pub fn wrong(&self, key: &str, what: Words) -> Problem {
         let offset = self.table.get(key).map_or(self.offset, |value| value.span().start);
         self.source.problem(offset, self.path_of(key), what)
     }
@@ -126,7 +124,7 @@ impl<'a> Table<'a> {
 
     /// The line on which the table begins.
     pub fn line(&self) -> usize {
-        self.source.problem(self.offset, String::new(), Both::default()).line
+        self.source.problem(self.offset, String::new(), Words::default()).line
     }
 
     /// A value that may be missing.
@@ -141,8 +139,8 @@ impl<'a> Table<'a> {
         self.item(key).is_some()
     }
 
-    fn missing(&self, key: &str, en: &str, ru: &str) -> Problem {
-        self.wrong(key, both(format!("is missing: {en}"), format!("не хватает: {ru}")))
+    fn missing(&self, key: &str, what: impl Argument) -> Problem {
+        self.wrong(key, text::Missing { what }.words())
     }
 
     /// A number within bounds, or nothing.
@@ -151,48 +149,47 @@ impl<'a> Table<'a> {
         let number = number(item.value).filter(|number| (least..=most).contains(number));
         number.map(Some).ok_or_else(|| {
             let what = format!("{least} … {most}");
-            self.wrong(key, both(format!("a number, {what}"), format!("число, {what}")))
+            self.wrong(key, text::ANumber { what }.words())
         })
     }
 
     /// A number that has to be there.
     pub fn needed(&self, key: &'static str, least: f64, most: f64) -> Read<f64> {
         let what = format!("{least} … {most}");
-        self.number(key, least, most)?.ok_or_else(|| {
-            self.missing(key, &format!("a number, {what}"), &format!("число, {what}"))
-        })
+        self.number(key, least, most)?.ok_or_else(|| self.missing(key, text::ANumber { what }))
     }
 
     /// Yes or no.
     pub fn truth(&self, key: &'static str) -> Read<Option<bool>> {
         let Some(item) = self.item(key) else { return Ok(None) };
         let truth = item.value.as_bool();
-        truth.map(Some).ok_or_else(|| self.wrong(key, both("true or false", "true или false")))
+        truth.map(Some).ok_or_else(|| self.wrong(key, text::TrueOrFalse.words()))
     }
 
     /// Text, or nothing.
     pub fn text(&self, key: &'static str) -> Read<Option<&'a str>> {
         let Some(item) = self.item(key) else { return Ok(None) };
         let text = item.value.as_str();
-        text.map(Some).ok_or_else(|| self.wrong(key, both("text in quotes", "текст в кавычках")))
+        text.map(Some).ok_or_else(|| self.wrong(key, text::TextInQuotes.words()))
     }
 
     /// Text that has to be there.
     pub fn needed_text(&self, key: &'static str) -> Read<&'a str> {
-        self.text(key)?.ok_or_else(|| self.missing(key, "text in quotes", "текст в кавычках"))
+        self.text(key)?.ok_or_else(|| self.missing(key, text::TextInQuotes))
     }
 
     /// Text in both languages: `{ en = "…", ru = "…" }`.
-    pub fn both(&self, key: &'static str) -> Read<Option<Both>> {
+    pub fn both(&self, key: &'static str) -> Read<Option<Words>> {
         let Some(table) = self.table_of(key)? else { return Ok(None) };
-        let texts = both(table.needed_text("en")?, table.needed_text("ru")?);
+        let [en, ru] = [table.needed_text("en")?, table.needed_text("ru")?].map(String::from);
+        let texts = Words { en, ru };
         table.finish().map(|()| Some(texts))
     }
 
     /// Text in both languages that has to be there.
-    pub fn needed_both(&self, key: &'static str) -> Read<Both> {
+    pub fn needed_both(&self, key: &'static str) -> Read<Words> {
         let form = "{ en = \"…\", ru = \"…\" }";
-        self.both(key)?.ok_or_else(|| self.missing(key, form, form))
+        self.both(key)?.ok_or_else(|| self.missing(key, form))
     }
 
     /// One of a list of texts; without it the first.
@@ -228,14 +225,11 @@ impl<'a> Table<'a> {
     /// Several numbers that have to be there.
     pub fn needed_numbers<const N: usize>(&self, key: &'static str) -> Read<[f64; N]> {
         let what = format!("[{}]", ["…"; N].join(", "));
-        self.numbers(key)?.ok_or_else(|| self.missing(key, &what, &what))
+        self.numbers(key)?.ok_or_else(|| self.missing(key, what))
     }
 
     fn array<const N: usize>(&self, key: &str, value: &DeValue<'_>) -> Read<[f64; N]> {
-        let wrong = || {
-            let (en, ru) = (format!("{N} numbers: [1, 2.5]"), format!("{N} числа: [1, 2.5]"));
-            self.wrong(key, both(en, ru))
-        };
+        let wrong = || self.wrong(key, text::Numbers { count: N }.words());
         let array = value.as_array().filter(|array| array.len() == N).ok_or_else(wrong)?;
         let mut numbers = [0.0; N];
         for (slot, value) in numbers.iter_mut().zip(array.iter()) {
@@ -248,7 +242,7 @@ impl<'a> Table<'a> {
 
     /// A list of places: `[[0, 0], [10, 5]]`.
     pub fn places(&self, key: &'static str) -> Read<Vec<(f64, f64)>> {
-        let wrong = || self.missing(key, "[[x, y], [x, y], …]", "[[x, y], [x, y], …]");
+        let wrong = || self.missing(key, "[[x, y], [x, y], …]");
         let item = self.item(key).ok_or_else(wrong)?;
         let array = item.value.as_array().ok_or_else(wrong)?;
         let place = |value: &Spanned<DeValue<'_>>| {
@@ -260,8 +254,7 @@ impl<'a> Table<'a> {
     /// One text or several; none without the key.
     pub fn texts(&self, key: &'static str) -> Read<Vec<&'a str>> {
         let Some(item) = self.item(key) else { return Ok(Vec::new()) };
-        let wrong =
-            || self.wrong(key, both("text, or a list of texts", "текст или список текстов"));
+        let wrong = || self.wrong(key, text::TextOrTexts.words());
         if let Some(text) = item.value.as_str() {
             return Ok(vec![text]);
         }
@@ -272,10 +265,7 @@ impl<'a> Table<'a> {
     /// A table that may be missing: `[key]`, or `key = { … }`.
     pub fn table_of(&self, key: &'static str) -> Read<Option<Self>> {
         let Some(item) = self.item(key) else { return Ok(None) };
-        let table = item
-            .value
-            .as_table()
-            .ok_or_else(|| self.wrong(key, both("a table: { … }", "таблица: { … }")))?;
+        let table = item.value.as_table().ok_or_else(|| self.wrong(key, text::ATable.words()))?;
         Ok(Some(Self::new(self.source, self.path_of(key), item.offset, table)))
     }
 
@@ -284,7 +274,7 @@ impl<'a> Table<'a> {
         let Some(item) = self.item(key) else { return Ok(Vec::new()) };
         let wrong = || {
             let form = format!("[[{key}]]");
-            self.wrong(key, both(format!("tables: {form}"), format!("таблицы: {form}")))
+            self.wrong(key, text::Tables { form }.words())
         };
         let array = item.value.as_array().ok_or_else(wrong)?;
         let table = |value: &'a Spanned<DeValue<'a>>| {
@@ -314,20 +304,14 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
 }
 
 /// What to say of a word that is none of those known.
-pub fn one_of(word: &str, known: &[&str]) -> Both {
+pub fn one_of(word: &str, known: &[&str]) -> Words {
     let names = known.join(", ");
-    both(
-        format!("`{word}` is not known here; allowed: {names}"),
-        format!("`{word}` здесь не подходит; допустимо: {names}"),
-    )
+    text::WordUnknown { word, known: names }.words()
 }
 
 /// What to say of a text that is no time.
-pub fn a_time(text: &str) -> Both {
-    both(
-        format!("`{text}` is no time: write 500ms, 20s or 1.5min"),
-        format!("`{text}` — не время: пишите 500ms, 20s или 1.5min"),
-    )
+pub fn a_time(text: &str) -> Words {
+    text::NoTime { text }.words()
 }
 
 /// Reads `500ms`, `20s`, `1.5min`; at most two hours, in steps of 100 ms.

@@ -8,10 +8,10 @@ use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::Severity;
 use lafet_proto::request::Body;
+use lafet_texts::{Text as _, Words, sim as text};
 
 use super::director::{Director, interface_name};
 use super::plan::{Exercise, Link};
-use super::text::{Both, both};
 use crate::jet::Jet;
 use crate::obstacle::Shape;
 use crate::sim::Sim;
@@ -70,7 +70,7 @@ pub struct Bar {
     /// What it shows.
     pub kind: BarKind,
     /// Its name.
-    pub label: Both,
+    pub label: Words,
     /// From, ms.
     pub from_ms: u64,
     /// Until, ms.
@@ -183,26 +183,21 @@ impl Recording {
 
     fn bars(&mut self, director: &Director, told: &[(usize, String, Severity)]) {
         let now_ms = director.now_ms();
-        let mut on: Vec<(Option<usize>, BarKind, Both)> = Vec::new();
+        let mut on: Vec<(Option<usize>, BarKind, Words)> = Vec::new();
         for (index, member) in director.site.members.iter().enumerate() {
-            let mut cause = |label: Both| on.push((Some(index), BarKind::Cause, label));
+            let mut cause = |label: Words| on.push((Some(index), BarKind::Cause, label));
             for fault in member.sim.world().faults.active() {
-                cause(Both::same(fault.name()));
+                cause(Words::same(fault.name()));
             }
             if !member.sim.is_powered() {
-                cause(both("no power", "нет питания"));
+                cause(text::NoPower.words());
             }
             for over in [Source::ExternalConn, Source::Radio] {
-                let (en, ru) = interface_name(over);
+                let interface = interface_name(over);
                 match director.link(index, over) {
                     Link::Up => {}
-                    Link::Lost => cause(both(format!("{en} lost"), format!("{ru} потеряна"))),
-                    Link::AnswersLost => {
-                        cause(both(
-                            format!("{en}: answers lost"),
-                            format!("{ru}: ответы теряются"),
-                        ));
-                    }
+                    Link::Lost => cause(text::InterfaceLost { interface }.words()),
+                    Link::AnswersLost => cause(text::InterfaceAnswersLost { interface }.words()),
                 }
             }
         }
@@ -210,10 +205,7 @@ impl Recording {
             if supply.share < 1.0 {
                 let name = &director.exercise().supplies[index];
                 let percent = supply.share * 100.0;
-                let label = both(
-                    format!("{name}: pump at {percent:.0} %"),
-                    format!("{name}: насос {percent:.0} %"),
-                );
+                let label = text::PumpAt { name, percent: format_args!("{percent:.0}") }.words();
                 on.push((None, BarKind::Cause, label));
             }
         }
@@ -223,7 +215,7 @@ impl Recording {
         });
         on.extend(
             serious.map(|(monitor, flag, _)| {
-                (Some(*monitor), BarKind::Told, Both::same(flag.clone()))
+                (Some(*monitor), BarKind::Told, Words::same(flag.clone()))
             }),
         );
         let mut open = BTreeMap::new();

@@ -1,10 +1,11 @@
 //! A run as text for people and as JSON for programs.
 
+use lafet_texts::{Lang, Text as _, Words, sim as text};
 use serde_json::{Value, json};
 
 use super::log::{Kind, Line};
 use super::run::{FireFigures, MonitorFigures, Outcome};
-use super::text::Lang;
+use crate::dictionary::in_language;
 
 /// Width of the names of monitors in the time line at least.
 const NAME_WIDTH: usize = 4;
@@ -17,35 +18,31 @@ pub fn text(outcome: &Outcome, lang: Lang) -> String {
         exercise.about.of(lang).trim().to_owned(),
         format!(
             "{}: {}, seed {}",
-            lang.pick("Time", "Время"),
+            text::HeadingTime.str(lang),
             clock(exercise.duration_ms),
             outcome.seed
         ),
         String::new(),
-        lang.pick("What happened", "Ход событий").to_owned(),
+        text::HeadingEvents.str(lang).to_owned(),
     ];
     let names = exercise.monitors.iter().map(|monitor| monitor.name.chars().count());
     let width = names.max().unwrap_or(0).max(NAME_WIDTH);
     out.extend(outcome.lines.iter().map(|line| line_text(outcome, line, width, lang)));
     out.push(String::new());
-    out.push(lang.pick("Monitors", "Стволы").to_owned());
+    out.push(text::HeadingMonitors.str(lang).to_owned());
     out.extend(monitors(outcome, lang));
     out.push(String::new());
-    out.push(lang.pick("Fires", "Очаги").to_owned());
+    out.push(text::HeadingFires.str(lang).to_owned());
     out.extend(fires(outcome, lang));
     out.push(String::new());
-    out.push(lang.pick("Expectations", "Ожидания").to_owned());
+    out.push(text::HeadingExpectations.str(lang).to_owned());
     out.extend(checks(outcome, lang));
     let failed = outcome.checks.iter().filter(|check| !check.passed).count();
     let (held, all) = (outcome.checks.len() - failed, outcome.checks.len());
     out.push(String::new());
     out.push(match failed {
-        0 => lang
-            .pick(format!("PASSED: {held} of {all} hold"), format!("ВЫПОЛНЕНО: {held} из {all}")),
-        _ => lang.pick(
-            format!("FAILED: {failed} of {all} do not hold"),
-            format!("НЕ ВЫПОЛНЕНО: {failed} из {all}"),
-        ),
+        0 => text::VerdictPassed { held, all }.of(lang),
+        _ => text::VerdictFailed { failed, all }.of(lang),
     });
     out.join("\n")
 }
@@ -54,7 +51,7 @@ fn line_text(outcome: &Outcome, line: &Line, width: usize, lang: Lang) -> String
     let name = line.monitor.map_or("", |index| &outcome.exercise.monitors[index].name);
     let (mark, text) = (line.kind.mark(), line.text.of(lang));
     let severity = match line.kind {
-        Kind::Flag(severity) => format!("[{}] ", lang.pick(severity.text().en, severity.text().ru)),
+        Kind::Flag(severity) => format!("[{}] ", in_language(severity.text(), lang)),
         _ => String::new(),
     };
     format!("  {} {name:<width$} {mark} {severity}{text}", clock(line.at_ms))
@@ -72,20 +69,19 @@ fn monitors(outcome: &Outcome, lang: Lang) -> Vec<String> {
             "{}/{}/{}/{}",
             counts.requests, counts.accepted, counts.refused, counts.unanswered
         );
-        lang.pick(
-            format!(
-                "  {}: water {litres:.0} l in {seconds:.0} s, first {first}, up to {most_atm:.1} \
-                 atm; turned {turned:.0}°, raised and lowered {raised:.0}°; requests \
-                 sent/agreed/refused/unanswered {counts}; warnings {}, restarts {}",
-                plan.name, figures.warnings, figures.restarts
-            ),
-            format!(
-                "  {}: вода {litres:.0} л за {seconds:.0} с, впервые {first}, до {most_atm:.1} \
-                 атм; поворот {turned:.0}°, подъём и опускание {raised:.0}°; запросов \
-                 послано/принято/отклонено/без ответа {counts}; предупреждений {}, перезапусков {}",
-                plan.name, figures.warnings, figures.restarts
-            ),
-        )
+        text::MonitorFigures {
+            monitor: &plan.name,
+            litres: format_args!("{litres:.0}"),
+            seconds: format_args!("{seconds:.0}"),
+            first,
+            most_atm: format_args!("{most_atm:.1}"),
+            turned: format_args!("{turned:.0}"),
+            raised: format_args!("{raised:.0}"),
+            counts,
+            warnings: figures.warnings,
+            restarts: figures.restarts,
+        }
+        .of(lang)
     });
     rows.collect()
 }
@@ -95,21 +91,20 @@ fn fires(outcome: &Outcome, lang: Lang) -> Vec<String> {
     let rows = rows.map(|(figures, plan)| {
         let name = &plan.name;
         let Some(lit_ms) = figures.lit_ms else {
-            return lang.pick(format!("  {name}: never burned"), format!("  {name}: не загорался"));
+            return text::FireNeverBurned { fire: name }.of(lang);
         };
         let FireFigures { hit_ms, out_ms, reignited, size_m, .. } = figures;
         let time = |at_ms: &Option<u64>| at_ms.as_ref().map_or_else(|| "—".to_owned(), clock);
         let (lit, hit, out) = (clock(lit_ms), time(hit_ms), time(out_ms));
-        lang.pick(
-            format!(
-                "  {name}: burned from {lit}, reached by water {hit}, out {out}; flared up again \
-                 {reignited}×, up to {size_m:.1} m across"
-            ),
-            format!(
-                "  {name}: горел с {lit}, вода достигла {hit}, потушен {out}; повторных \
-                 воспламенений {reignited}, до {size_m:.1} м в поперечнике"
-            ),
-        )
+        text::FireFigures {
+            fire: name,
+            lit,
+            hit,
+            out,
+            reignited,
+            size_m: format_args!("{size_m:.1}"),
+        }
+        .of(lang)
     });
     rows.collect()
 }
@@ -139,7 +134,7 @@ pub fn clock(ms: impl core::borrow::Borrow<u64>) -> String {
 pub fn json(outcome: &Outcome) -> Value {
     let exercise = &outcome.exercise;
     let name = |index: usize| &exercise.monitors[index].name;
-    let both = |text: &super::text::Both| json!({ "en": text.en, "ru": text.ru });
+    let both = |Words { en, ru }: &Words| json!({ "en": en, "ru": ru });
     let seconds = |ms: u64| ms as f64 / 1000.0;
     let lines = outcome.lines.iter().map(|line| {
         json!({

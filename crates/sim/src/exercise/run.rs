@@ -7,6 +7,7 @@ use lafet_proto::flags::{SetFlag, Severity, set_flags};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Answer, Request, SubsystemId};
+use lafet_texts::{Text, Words, sim as text};
 
 use super::checks::{Check, Checks};
 use super::controller::Controller;
@@ -15,7 +16,6 @@ use super::file::{FIRES_MAX, kind_of_fire};
 use super::log::{Counts, Kind, Line, Log};
 use super::plan::{Exercise, Link, OperatorLine};
 use super::recording::Recording;
-use super::text::{Both, both};
 use crate::event::What;
 use crate::fire::FireSpec;
 use crate::site::{Site, SiteEvent};
@@ -189,7 +189,7 @@ impl Run {
     }
 
     /// What became of the expectations so far; those that are open have none.
-    pub fn checks(&self) -> Vec<(Both, Option<Check>)> {
+    pub fn checks(&self) -> Vec<(Words, Option<Check>)> {
         let exercise = self.director.exercise();
         let texts = exercise.expectations.iter().map(|it| it.text.clone());
         texts.zip(self.checks.decided().iter().cloned()).collect()
@@ -285,7 +285,7 @@ impl Run {
     }
 
     fn fire_event(&mut self, at_ms: u64, what: What) {
-        let Some((index, (en, ru))) = fire_news(what) else { return };
+        let Some((index, news)) = fire_news(what) else { return };
         let figures = &mut self.fires[index];
         match what {
             What::FireHit(_) => figures.hit_ms = figures.hit_ms.or(Some(at_ms)),
@@ -296,28 +296,28 @@ impl Run {
                 figures.reignited += u32::from(matches!(what, What::FireReignited(_)));
             }
         }
-        let name = &self.director.exercise().fires[index].name;
-        let text = both(format!("fire {name} {en}"), format!("очаг {name} {ru}"));
+        let fire = &self.director.exercise().fires[index].name;
+        let text = text::FireNews { fire, what: news }.words();
         self.log.add(at_ms, None, Kind::Fire, text);
     }
 
     fn plant_event(&mut self, at_ms: u64, monitor: usize, what: What) {
         let figures = &mut self.monitors[monitor];
-        let (en, ru) = match what {
+        let text: &dyn Text = match what {
             What::JetOn => {
                 figures.first_water_ms.get_or_insert(at_ms);
-                ("the jet begins", "струя пошла")
+                &text::JetBegins
             }
-            What::JetOff => ("the jet ends", "струя прекратилась"),
-            What::FoldedBarrelFlooded => ("WATER IN THE FOLDED BARREL", "ВОДА В СЛОЖЕННОМ СТВОЛЕ"),
+            What::JetOff => &text::JetEnds,
+            What::FoldedBarrelFlooded => &text::WaterInFoldedBarrel,
             What::PoweredUp if at_ms == 0 => return,
             What::PoweredUp | What::Reset | What::Crashed => {
                 figures.restarts += 1;
-                ("the program starts", "программа запускается")
+                &text::ProgramStarts
             }
             _ => return,
         };
-        self.log.add(at_ms, Some(monitor), Kind::Plant, both(en, ru));
+        self.log.add(at_ms, Some(monitor), Kind::Plant, text.words());
     }
 
     /// What the monitors tell, whoever may be able to hear it.
@@ -358,14 +358,12 @@ impl Run {
             let severity = flag.severity();
             self.monitors[monitor].warnings += u32::from(severity >= Severity::Warning);
             let meaning = flag.info.meaning;
-            let text = both(
-                format!("{subsystem} {flag}: {}", meaning.en),
-                format!("{subsystem} {flag}: {}", meaning.ru),
-            );
+            let said = |meaning: &str| format!("{subsystem} {flag}: {meaning}");
+            let text = Words { en: said(meaning.en), ru: said(meaning.ru) };
             self.log.add(at_ms, Some(monitor), Kind::Flag(severity), text);
         }
         for flag in old.iter().filter(|flag| !is_in(&new, flag)) {
-            let text = Both::same(format!("{subsystem} {flag}"));
+            let text = Words::same(format!("{subsystem} {flag}"));
             self.log.add(at_ms, Some(monitor), Kind::Cleared, text);
         }
     }
@@ -418,21 +416,18 @@ impl Run {
                 Some(came) => answers_so(came, wanted),
                 None => wanted == "none",
             };
-            let came = came.map_or_else(|| both("no answer", "нет ответа"), Both::same);
+            let came = came.map_or_else(|| text::NoAnswer.words(), Words::same);
             self.answers[index] = Some(self.answer_check(line, passed, came));
         }
     }
 
-    fn answer_check(&self, line: &OperatorLine, passed: bool, came: Both) -> Check {
+    fn answer_check(&self, line: &OperatorLine, passed: bool, came: Words) -> Check {
         let name = &self.director.exercise().monitors[line.monitor].name;
         let request = &line.request;
         let text = match line.answer.as_deref() {
-            None => Both::same(format!("{name}: {request}")),
-            Some("none") => both(
-                format!("{name}: {request} → no answer"),
-                format!("{name}: {request} → нет ответа"),
-            ),
-            Some(answer) => Both::same(format!("{name}: {request} → {answer}")),
+            None => Words::same(format!("{name}: {request}")),
+            Some("none") => text::RequestWithoutAnswer { monitor: name, request }.words(),
+            Some(answer) => Words::same(format!("{name}: {request} → {answer}")),
         };
         Check {
             line: line.line,
@@ -452,7 +447,7 @@ impl Run {
         for monitor in 0..undone {
             let own = exercise.operator.iter().enumerate().filter(|(_, it)| it.monitor == monitor);
             for (index, line) in own.skip(self.operators[monitor].done) {
-                let came = both("its turn never came", "до неё не дошла очередь");
+                let came = text::TurnNeverCame.words();
                 self.answers[index] = Some(self.answer_check(line, false, came));
             }
         }

@@ -1,9 +1,10 @@
 //! What stands on a site: walls, tanks, and what shines without burning.
 
+use lafet_texts::{Text as _, sim as text};
+
 use super::file::fresh_name;
 use super::plan::Exercise;
 use super::reader::{Problem, Table};
-use super::text::both;
 use crate::obstacle::{Obstacle, Shape};
 use crate::site::SiteGlare;
 
@@ -24,7 +25,7 @@ pub fn read(exercise: &mut Exercise, root: &Table<'_>) -> Result<(), Problem> {
         let points = table.places("points")?;
         let height_m = table.needed("height", 0.2, 60.0)?;
         if points.len() < 2 {
-            let what = both("two places at least", "не меньше двух точек");
+            let what = text::TwoPlaces.words();
             return Err(table.wrong("points", what));
         }
         for ends in points.windows(2) {

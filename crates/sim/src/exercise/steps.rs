@@ -2,6 +2,7 @@
 
 use lafet_device::Source as Interface;
 use lafet_proto::flags::Button;
+use lafet_texts::{Text as _, sim as text};
 
 use super::condition::{Names, SiteCondition, not_understood};
 use super::file::payload;
@@ -10,7 +11,6 @@ use super::plan::{
     Trigger,
 };
 use super::reader::{Problem, Table, a_time, one_of, time_ms};
-use super::text::both;
 use crate::fault::{Fault, Post, button_name};
 use crate::site::{Site, WindSpec};
 
@@ -54,10 +54,7 @@ pub fn read(exercise: &mut Exercise, root: &Table<'_>) -> Result<(), Problem> {
         reader.exercise.expectations.push(expectation);
     }
     if reader.exercise.expectations.is_empty() {
-        let what = both(
-            "at least one [[expect]]: a scenario that expects nothing proves nothing",
-            "нужно хотя бы одно [[expect]]: сценарий без ожиданий ничего не проверяет",
-        );
+        let what = text::NeedsExpect.words();
         return Err(root.wrong("expect", what));
     }
     Ok(())
@@ -118,10 +115,7 @@ impl Steps<'_> {
             None if self.monitors.len() == 1 => Ok(0),
             None => {
                 let known = self.monitors.join(", ");
-                let what = both(
-                    format!("which monitor? One of: {known}"),
-                    format!("какой ствол? Один из: {known}"),
-                );
+                let what = text::WhichMonitor { known }.words();
                 Err(table.wrong("monitor", what))
             }
         }
@@ -130,19 +124,14 @@ impl Steps<'_> {
     fn event(&mut self, table: Table<'_>) -> Result<EventPlan, Problem> {
         let trigger = self.trigger(&table)?;
         if trigger.at_ms.is_none() && trigger.when.is_none() && trigger.after.is_none() {
-            let what = both("at, when or after is needed", "нужно at, when или after");
+            let what = text::NeedsTrigger.words();
             return Err(table.wrong("at", what));
         }
         let mut actions = Vec::new();
         self.plant_actions(&table, &mut actions)?;
         self.site_actions(&table, &mut actions)?;
         if actions.is_empty() {
-            let what = both(
-                "nothing happens here; give one of: inject, clear, wind, gusts, wind_from, \
-                 temperature, ignite, radio, external, power, press, release, supply",
-                "здесь ничего не происходит; укажите одно из: inject, clear, wind, gusts, \
-                 wind_from, temperature, ignite, radio, external, power, press, release, supply",
-            );
+            let what = text::NeedsAction.words();
             return Err(table.wrong("", what));
         }
         let (line, mark, text) = (table.line(), self.mark(&table)?, table.both("text")?);
@@ -177,7 +166,7 @@ impl Steps<'_> {
             for text in table.texts(key)? {
                 let (post, button) = button(text).ok_or_else(|| {
                     let what = "buttons left, ext-buttons open …";
-                    table.wrong(key, both(format!("a button: {what}"), format!("кнопка: {what}")))
+                    table.wrong(key, text::AButton { known: what }.words())
                 })?;
                 actions.push(Action::Press(self.monitor(table)?, post, button, pressed));
             }
@@ -278,10 +267,7 @@ impl Steps<'_> {
             [None, Some(never), None] => (never, Rule::Never(from, until)),
             [None, None, Some(always)] => (always, Rule::Always(from, until)),
             _ => {
-                let what = both(
-                    "one of that, never, always is needed",
-                    "нужно одно из: that, never, always",
-                );
+                let what = text::NeedsExpectation.words();
                 return Err(table.wrong("that", what));
             }
         };

@@ -3,24 +3,13 @@
 use core::fmt::Write;
 use std::collections::BTreeMap;
 
-use lafet_proto::dictionary::Text;
 use lafet_proto::flags::Severity;
+use lafet_texts::{Lang, Text as _, sim as text};
 
 use super::page::shown;
 use super::{Measured, Row};
+use crate::dictionary::in_language;
 use crate::fault::Fault;
-
-const HEAD: Text = Text::new(
-    "| fault | reported by | severity | longest time | rows |\n| --- | --- | --- | --- | --- |\n",
-    "| неисправность | чем сообщается | важность | наибольшее время | строк |\n\
-     | --- | --- | --- | --- | --- |\n",
-);
-const WITHOUT_ROW: Text = Text::new(
-    "Faults of the simulator that no row of a flag injects:",
-    "Неисправности имитатора, которых нет ни в одной строке с флагом:",
-);
-const AT_ONCE: Text = Text::new("at once", "сразу");
-const SECONDS: [Text; 2] = [Text::new(".", ","), Text::new(" s", " с")];
 
 /// What is known of a kind of fault.
 #[derive(Default)]
@@ -33,8 +22,8 @@ struct Kind {
 }
 
 /// Kinds of faults in Markdown, with the flags that report each, the greatest severity, and the longest time of all
-/// rows; then the kinds that no row of a flag injects. `pick` chooses the language.
-pub fn detected(measured: &Measured<'_>, pick: fn(Text) -> &'static str) -> String {
+/// rows; then the kinds that no row of a flag injects.
+pub fn detected(measured: &Measured<'_>, lang: Lang) -> String {
     let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
     for (row, ms) in &measured.rows {
         let (Some(ms), Some(_)) = (*ms, row.subject.severity()) else { continue };
@@ -42,15 +31,15 @@ pub fn detected(measured: &Measured<'_>, pick: fn(Text) -> &'static str) -> Stri
             kinds.entry(kind_of(*fault)).or_default().add(row, ms);
         }
     }
-    let mut text = pick(HEAD).to_owned();
+    let mut page = format!("{}\n", text::DetectedHead.str(lang));
     for (name, kind) in &kinds {
         let flags: Vec<String> = kind.flags.iter().map(|flag| format!("`{flag}`")).collect();
         let _ = writeln!(
-            text,
+            page,
             "| `{name}` | {} | {} | {} | {} |",
             flags.join(", "),
-            kind.severity.map_or("", |severity| pick(severity.text())),
-            time(kind.ms, pick),
+            kind.severity.map_or("", |severity| in_language(severity.text(), lang)),
+            time(kind.ms, lang),
             kind.rows
         );
     }
@@ -60,9 +49,9 @@ pub fn detected(measured: &Measured<'_>, pick: fn(Text) -> &'static str) -> Stri
     silent.dedup();
     if !silent.is_empty() {
         let silent: Vec<String> = silent.iter().map(|name| format!("`{name}`")).collect();
-        let _ = writeln!(text, "\n{} {}.", pick(WITHOUT_ROW), silent.join(", "));
+        let _ = writeln!(page, "\n{} {}.", text::DetectedWithoutRow.str(lang), silent.join(", "));
     }
-    text
+    page
 }
 
 impl Kind {
@@ -92,10 +81,10 @@ fn kind_of(fault: Fault) -> String {
     }
 }
 
-fn time(ms: u64, pick: fn(Text) -> &'static str) -> String {
-    let [point, unit] = SECONDS.map(pick);
+fn time(ms: u64, lang: Lang) -> String {
+    let (point, unit) = (text::DecimalPoint.str(lang), text::SecondsBehindBlank.str(lang));
     match ms {
-        0 => pick(AT_ONCE).to_owned(),
+        0 => text::AtOnce.of(lang),
         ms => shown(ms).replace('.', point).replace(" s", unit),
     }
 }

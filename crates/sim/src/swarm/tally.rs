@@ -5,6 +5,7 @@ use lafet_device::Composition;
 use lafet_device::cause::{Cause, Program, Rule};
 use lafet_proto::dictionary::{self, Origin, REQUESTS};
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::Lang;
 
 use crate::attribution::{Output, program_name, rule_name};
 use crate::event::What;
@@ -86,7 +87,9 @@ impl Tally {
             REQUESTS.iter().filter(|i| !is_of_bus(i.id)).map(|i| format!("accepted {}", i.name)),
         );
         names.extend(Rule::ALL.iter().map(|rule| format!("rule {}", rule_name(*rule))));
-        names.extend(Program::ALL.iter().map(|p| format!("program {}", program_name(*p).en)));
+        names.extend(
+            Program::ALL.iter().map(|p| format!("program {}", program_name(*p).of(Lang::En))),
+        );
         names.extend(BUTTON_NAMES.iter().map(|name| (*name).to_owned()));
         names.extend(Composition::ALL.iter().map(|profile| format!("profile {}", profile.name)));
         names.extend(Output::all().map(|output| format!("output {}", output.name())));
@@ -163,7 +166,7 @@ impl Tally {
         match cause {
             Cause::Rule(rule) => self.count(&format!("rule {}", rule_name(rule))),
             Cause::Program(program, _) => {
-                self.count(&format!("program {}", program_name(program).en));
+                self.count(&format!("program {}", program_name(program).of(Lang::En)));
             }
             Cause::Button(post) => {
                 let own = usize::from(post == SubsystemId::EXT_BUTTONS);

@@ -10,10 +10,11 @@ use lafet_proto::flags::{Button, DeployerFlags, GeneralFlags};
 use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
 use lafet_proto::record::Records;
 use lafet_proto::status::FaultInfo;
+use lafet_texts::{Text, sim as text};
 
 use super::plan::setting;
 use super::tally::{Seen, Tally};
-use crate::attribution::{Attribution, Bilingual, Output, Told, View, Violation};
+use crate::attribution::{Attribution, Output, Told, View, Violation};
 use crate::event::What;
 use crate::fault::{Fault, Post, SingleFault};
 use crate::sim::{Config, Sim};
@@ -222,7 +223,7 @@ impl<'l> Watched<'l> {
             rest = &rest[used..];
         }
         if frames == 0 {
-            self.fail("a frame behind garbage is not answered", "кадр после помех без ответа");
+            self.fail(&text::FrameBehindGarbageNotAnswered);
         }
     }
 
@@ -243,14 +244,14 @@ impl<'l> Watched<'l> {
             self.fail_with(violation);
         }
         if answer.is_empty() != payload.is_empty() {
-            self.fail("a frame is not answered", "кадр остался без ответа");
+            self.fail(&text::FrameNotAnswered);
         }
         for record in Records::new(answer) {
             match record {
                 Ok(record) if record.status.is_success() => self.tally.accept(record.request),
                 Ok(record) if record.status == Status::NO_ROOM => self.tally.see(Seen::NoRoom),
                 Ok(_) => {}
-                Err(_) => self.fail("an answer is cut short", "ответ оборван"),
+                Err(_) => self.fail(&text::AnswerCutShort),
             }
         }
     }
@@ -408,11 +409,11 @@ impl<'l> Watched<'l> {
     }
 
     pub fn panicked(&mut self) {
-        self.fail("the device panicked", "аварийное завершение программы ствола");
+        self.fail(&text::ProgramPanicked);
     }
 
-    fn fail(&mut self, en: &str, ru: &str) {
-        let text = Bilingual { en: en.to_owned(), ru: ru.to_owned() };
+    fn fail(&mut self, what: &dyn Text) {
+        let text = what.words();
         self.fail_with(Violation { at_ms: self.sim.now_ms(), unexplained: false, text });
     }
 

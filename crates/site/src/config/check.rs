@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use lafet_texts::{Text, Words, site as text};
 use serde::{Deserialize, Serialize};
 
 use super::{Config, ContactKind, OutputKind, Reduced, Zone};
-use crate::text::{Both, both};
 
 /// Most things of one sort.
 const MOST: usize = 1024;
@@ -20,9 +20,9 @@ pub struct Problem {
     /// Where: `zone hall`.
     pub place: String,
     /// What is wrong.
-    pub what: Both,
+    pub what: Words,
     /// What to do.
-    pub remedy: Both,
+    pub remedy: Words,
 }
 
 impl fmt::Display for Problem {
@@ -54,7 +54,8 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn say(&mut self, place: impl Into<String>, what: Both, remedy: Both) {
+    fn say(&mut self, place: impl Into<String>, what: &dyn Text, remedy: &dyn Text) {
+        let (what, remedy) = (what.words(), remedy.words());
         self.problems.push(Problem { place: place.into(), what, remedy });
     }
 
@@ -63,11 +64,8 @@ impl Check<'_> {
             let (least, most) = (range.start(), range.end());
             self.say(
                 place,
-                both(
-                    format!("{key} = {value} is out of range."),
-                    format!("{key} = {value} вне диапазона."),
-                ),
-                both(format!("Write {least} to {most}."), format!("Укажите от {least} до {most}.")),
+                &text::OutOfRange { key, value },
+                &text::OutOfRangeRemedy { least, most },
             );
         }
     }
@@ -81,14 +79,7 @@ impl Check<'_> {
         mut list: impl Iterator<Item = &'i str>,
     ) {
         if !list.any(|known| known == name) {
-            self.say(
-                place,
-                both(
-                    format!("{key} names `{name}`, which is not configured."),
-                    format!("{key}: `{name}` не описан."),
-                ),
-                both("Correct the name or add it.", "Исправьте имя или добавьте описание."),
-            );
+            self.say(place, &text::NotConfigured { key, name }, &text::NotConfiguredRemedy);
         }
     }
 
@@ -104,14 +95,7 @@ impl Check<'_> {
         for name in names {
             self.known(place, key, name, list.clone());
             if !seen.insert(name) {
-                self.say(
-                    place,
-                    both(
-                        format!("{key} names `{name}` twice."),
-                        format!("{key}: `{name}` указан дважды."),
-                    ),
-                    both("Name it once.", "Укажите его один раз."),
-                );
+                self.say(place, &text::NamedTwice { key, name }, &text::NamedTwiceRemedy);
             }
         }
     }
@@ -134,38 +118,18 @@ impl Check<'_> {
             let path = matches!(*sort, "input" | "output" | "paths");
             for id in ids {
                 if id.is_empty() || id.chars().count() > ID_MAX {
-                    self.say(
-                        *sort,
-                        both(
-                            format!("The id `{id}` is empty or too long."),
-                            format!("Имя `{id}` пустое или слишком длинное."),
-                        ),
-                        both(
-                            format!("Write 1 to {ID_MAX} characters."),
-                            format!("Укажите от 1 до {ID_MAX} символов."),
-                        ),
-                    );
+                    self.say(*sort, &text::IdLength { id }, &text::IdLengthRemedy { most: ID_MAX });
                 }
                 let twice = !seen.insert(*id) || (path && paths.insert(*id, *sort).is_some());
                 if twice {
-                    self.say(
-                        format!("{sort} {id}"),
-                        both("The id is used twice.", "Имя использовано дважды."),
-                        both("Give each its own id.", "Дайте каждому своё имя."),
-                    );
+                    self.say(format!("{sort} {id}"), &text::IdTwice, &text::IdTwiceRemedy);
                 }
             }
             if ids.len() > MOST {
                 self.say(
                     *sort,
-                    both(
-                        format!("{} are too many.", ids.len()),
-                        format!("{} — слишком много.", ids.len()),
-                    ),
-                    both(
-                        format!("{MOST} at most; divide the site."),
-                        format!("Не более {MOST}; разделите объект."),
-                    ),
+                    &text::TooMany { count: ids.len() },
+                    &text::TooManyRemedy { most: MOST },
                 );
             }
         }
@@ -184,14 +148,7 @@ impl Check<'_> {
                 config.zones.iter().map(|it| it.id.as_str()),
             );
             if detector.zones.is_empty() {
-                self.say(
-                    place,
-                    both(
-                        "It has no zone, so its alarm would show nowhere.",
-                        "Не указана зона: тревога нигде не будет показана.",
-                    ),
-                    both("Name its zone in `zones`.", "Укажите зону в `zones`."),
-                );
+                self.say(place, &text::DetectorWithoutZone, &text::DetectorWithoutZoneRemedy);
             }
         }
     }
@@ -210,14 +167,7 @@ impl Check<'_> {
             self.range(&place, "return_after_s", value, 1..=604_800);
         }
         if zone.mode.is_test() {
-            self.say(
-                place.clone(),
-                both(
-                    "A zone cannot start in a test.",
-                    "Зона не может начинать работу с испытания.",
-                ),
-                both("Write automatic, manual or off.", "Укажите automatic, manual или off."),
-            );
+            self.say(place.clone(), &text::StartsInTest, &text::StartsInTestRemedy);
         }
         self.votes(&place, zone);
         self.reduced(&place, zone);
@@ -232,51 +182,30 @@ impl Check<'_> {
         if votes.need == 0 || votes.need > votes.of {
             self.say(
                 place,
-                both(
-                    format!("votes = {votes} needs no vote, or more than there are."),
-                    format!("votes = {votes}: голосов не нужно или нужно больше, чем есть."),
-                ),
-                both("Write, for example, 2oo3.", "Укажите, например, 2oo3."),
+                &text::VotesImpossible { votes: format_args!("{votes}") },
+                &text::VotesImpossibleRemedy,
             );
         }
         if usize::from(votes.of) != count {
             self.say(
                 place,
-                both(
-                    format!("votes = {votes}, but the zone has {count} detectors."),
-                    format!("votes = {votes}, но в зоне извещателей: {count}."),
-                ),
-                both(
-                    format!("Write …oo{count}, or correct `zones` of the detectors."),
-                    format!("Укажите …oo{count} или исправьте `zones` извещателей."),
-                ),
+                &text::VotesNotOfDetectors { votes: format_args!("{votes}"), count },
+                &text::VotesNotOfDetectorsRemedy { count },
             );
         }
         if votes.need == 1 && !zone.one_detector_releases {
-            self.say(
-                place,
-                both(
-                    "One detector would release water by itself.",
-                    "Один извещатель сам подал бы воду.",
-                ),
-                both(
-                    "Require two votes, or write one_detector_releases = true.",
-                    "Потребуйте два голоса или укажите one_detector_releases = true.",
-                ),
-            );
+            self.say(place, &text::OneVoteReleases, &text::OneVoteReleasesRemedy);
         }
         let needed = usize::from(zone.kinds);
         if zone.kinds == 0 || zone.kinds > votes.need || needed > kinds.len() {
             self.say(
                 place,
-                both(
-                    format!("kinds = {needed} can never be met: {votes}, {} kinds.", kinds.len()),
-                    format!("kinds = {needed} невыполнимо: {votes}, видов: {}.", kinds.len()),
-                ),
-                both(
-                    "Write 1 to the number of votes and of kinds in the zone.",
-                    "Укажите от 1 до числа голосов и видов в зоне.",
-                ),
+                &text::KindsImpossible {
+                    needed,
+                    votes: format_args!("{votes}"),
+                    kinds: kinds.len(),
+                },
+                &text::KindsImpossibleRemedy,
             );
         }
     }
@@ -290,43 +219,15 @@ impl Check<'_> {
             if wrong || votes.need < zone.kinds {
                 self.say(
                     place,
-                    both(
-                        format!(
-                            "when_failed: {votes} does not fit {failed} failed of {}.",
-                            zone.votes.of
-                        ),
-                        format!(
-                            "when_failed: {votes} не подходит к {failed} отказавшим из {}.",
-                            zone.votes.of
-                        ),
-                    ),
-                    both(
-                        format!(
-                            "Write …oo{left} with at least {} votes, or \"alarm\".",
-                            zone.kinds.max(1)
-                        ),
-                        format!(
-                            "Укажите …oo{left} не менее чем с {} голосами или \"alarm\".",
-                            zone.kinds.max(1)
-                        ),
-                    ),
+                    &text::ReducedNotFitting {
+                        votes: format_args!("{votes}"),
+                        failed,
+                        of: zone.votes.of,
+                    },
+                    &text::ReducedNotFittingRemedy { left, kinds: zone.kinds.max(1) },
                 );
             } else if votes.need == 1 && !zone.one_detector_releases {
-                self.say(
-                    place,
-                    both(
-                        format!(
-                            "when_failed: with {failed} failed, one detector would release water."
-                        ),
-                        format!(
-                            "when_failed: при {failed} отказавших воду подал бы один извещатель."
-                        ),
-                    ),
-                    both(
-                        "Write \"alarm\", or one_detector_releases = true.",
-                        "Укажите \"alarm\" или one_detector_releases = true.",
-                    ),
-                );
+                self.say(place, &text::ReducedToOne { failed }, &text::ReducedToOneRemedy);
             }
         }
     }
@@ -335,22 +236,15 @@ impl Check<'_> {
         let config = self.config;
         self.list(place, "monitors", &zone.monitors, config.monitors.iter().map(String::as_str));
         if zone.monitors.is_empty() {
-            self.say(
-                place,
-                both("No monitor serves it.", "Зону не обслуживает ни один ствол."),
-                both("Name its monitors in `monitors`.", "Укажите стволы в `monitors`."),
-            );
+            self.say(place, &text::NoMonitor, &text::NoMonitorRemedy);
         }
         if let Some(jets) = zone.jets
             && (jets == 0 || usize::from(jets) > zone.monitors.len())
         {
             self.say(
                 place,
-                both(
-                    format!("jets = {jets}, but {} monitors serve it.", zone.monitors.len()),
-                    format!("jets = {jets}, а стволов: {}.", zone.monitors.len()),
-                ),
-                both("Write 1 to the number of its monitors.", "Укажите от 1 до числа её стволов."),
+                &text::JetsImpossible { jets, monitors: zone.monitors.len() },
+                &text::JetsImpossibleRemedy,
             );
         }
         let valves = || {
@@ -368,17 +262,7 @@ impl Check<'_> {
         };
         for output in [&zone.valve, &zone.test_outlet].into_iter().flatten() {
             if users(output) > 1 {
-                self.say(
-                    place,
-                    both(
-                        format!("The valve `{output}` is used more than once."),
-                        format!("Клапан `{output}` использован несколько раз."),
-                    ),
-                    both(
-                        "Give each zone and test outlet its own valve.",
-                        "Дайте каждой зоне и каждому испытательному выпуску свой клапан.",
-                    ),
-                );
+                self.say(place, &text::ValveUsedTwice { output }, &text::ValveUsedTwiceRemedy);
             }
         }
     }
@@ -396,24 +280,10 @@ impl Check<'_> {
             );
             let whole = matches!(contact.kind, ContactKind::Lockout | ContactKind::Pressure);
             if whole && !contact.zones.is_empty() {
-                self.say(
-                    place.clone(),
-                    both(
-                        "Lockout and pressure are for the whole site.",
-                        "Блокировка и давление относятся ко всему объекту.",
-                    ),
-                    both("Remove `zones`.", "Удалите `zones`."),
-                );
+                self.say(place.clone(), &text::ContactOfWholeSite, &text::ContactOfWholeSiteRemedy);
             }
             if contact.kind == ContactKind::Release && contact.zones.is_empty() {
-                self.say(
-                    place,
-                    both(
-                        "A release station without zones would start the whole site.",
-                        "Пост пуска без зон пустил бы весь объект.",
-                    ),
-                    both("Name its zones.", "Укажите его зоны."),
-                );
+                self.say(place, &text::StationWithoutZones, &text::StationWithoutZonesRemedy);
             }
         }
     }
@@ -428,14 +298,7 @@ impl Check<'_> {
             let named = config.zones.iter().flat_map(|it| [&it.valve, &it.test_outlet]);
             let used = named.flatten().any(|it| *it == output.id);
             if output.kind == OutputKind::Valve && !used {
-                self.say(
-                    place,
-                    both("No zone uses this valve.", "Этот клапан не использует ни одна зона."),
-                    both(
-                        "Name it in `valve` or `test_outlet` of a zone.",
-                        "Укажите его в `valve` или `test_outlet` зоны.",
-                    ),
-                );
+                self.say(place, &text::ValveUnused, &text::ValveUnusedRemedy);
             }
         }
     }
@@ -452,14 +315,7 @@ impl Check<'_> {
             }
         }
         if !config.pumps.is_empty() && config.pumps.iter().all(|pump| pump.standby) {
-            self.say(
-                "pump",
-                both(
-                    "All pumps are on standby, so none would ever start.",
-                    "Все насосы резервные: ни один не запустился бы.",
-                ),
-                both("Remove `standby` from one of them.", "Уберите `standby` у одного из них."),
-            );
+            self.say("pump", &text::AllStandby, &text::AllStandbyRemedy);
         }
     }
 }

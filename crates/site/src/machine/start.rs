@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use lafet_texts::{Text as _, site as text};
+
 use super::contact::Contact;
 use super::detector::Detector;
 use super::monitor::Monitor;
@@ -14,7 +16,6 @@ use crate::output::{Entry, Reaction};
 use crate::persisted::{Persisted, StoredMonitor, StoredZone, VERSION};
 use crate::plan::Plan;
 use crate::rules::Rules;
-use crate::text::both;
 
 impl Site {
     /// A machine at the start of the hub. It sends no command for a monitor, a pump or a valve: votes of
@@ -47,14 +48,8 @@ impl Site {
         if let Some(version) = stored.map(|it| it.version).filter(|it| *it != VERSION) {
             problems.push(Problem {
                 place: "state".to_owned(),
-                what: both(
-                    format!("The stored state has version {version}, not {VERSION}."),
-                    format!("Версия сохранённого состояния {version}, а не {VERSION}."),
-                ),
-                remedy: both(
-                    "Use the program that wrote it, or accept its loss and set masks and modes again.",
-                    "Запустите записавшую его программу или подтвердите потерю и задайте режимы и отключения заново.",
-                ),
+                what: text::StoredVersion { found: version, wanted: VERSION }.words(),
+                remedy: text::StoredVersionRemedy.words(),
             });
         }
         if !problems.is_empty() {

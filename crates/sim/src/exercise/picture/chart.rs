@@ -2,6 +2,8 @@
 
 use core::fmt::Write as _;
 
+use lafet_texts::{Lang, Words, sim as text};
+
 use super::canvas::{
     Anchor, CAUSE, Canvas, FAINT, FIRES, GRID, INK, MONITORS, SOFT, TOLD, Type, tick, width_of,
     wrapped,
@@ -10,7 +12,6 @@ use crate::exercise::log::Kind;
 use crate::exercise::recording::{BarKind, Recording, Sample};
 use crate::exercise::report::clock;
 use crate::exercise::run::Outcome;
-use crate::exercise::text::Lang;
 
 /// Space for the names and numbers on the left.
 const LEFT: f64 = 140.0;
@@ -85,26 +86,26 @@ fn panels<'a>(outcome: &Outcome, lang: Lang) -> Vec<Panel<'a>> {
     let mut panels = vec![
         fires(outcome, lang),
         Panel {
-            title: lang.pick("azimuth", "азимут"),
+            title: text::Azimuth.str(lang),
             unit: "°",
             range: (-10.0, 10.0),
             series: of_monitors(recording, |sample| sample.azimuth_deg),
         },
         Panel {
-            title: lang.pick("elevation", "возвышение"),
+            title: text::ChartElevation.str(lang),
             unit: "°",
             range: (-5.0, 10.0),
             series: of_monitors(recording, |sample| sample.elevation_deg),
         },
         Panel {
-            title: lang.pick("pressure", "давление"),
-            unit: lang.pick("atm", "атм"),
+            title: text::Pressure.str(lang),
+            unit: text::UnitAtm.str(lang),
             range: (0.0, 8.0),
             series: of_monitors(recording, |sample| sample.pressure_atm),
         },
         Panel {
-            title: lang.pick("flow", "расход"),
-            unit: lang.pick("l/s", "л/с"),
+            title: text::Flow.str(lang),
+            unit: text::UnitLps.str(lang),
             range: (0.0, 20.0),
             series: of_monitors(recording, |sample| sample.flow_lps),
         },
@@ -126,8 +127,8 @@ fn fires<'a>(outcome: &Outcome, lang: Lang) -> Panel<'a> {
             .collect(),
     });
     Panel {
-        title: lang.pick("heat of fires", "мощность очагов"),
-        unit: lang.pick("MW", "МВт"),
+        title: text::Heat.str(lang),
+        unit: text::UnitMw.str(lang),
         range: (0.0, 0.1),
         series: fires.collect(),
     }
@@ -155,8 +156,8 @@ fn add_what_moves(panels: &mut Vec<Panel<'_>>, recording: &Recording, lang: Lang
         panels.insert(
             3,
             Panel {
-                title: lang.pick("nozzle", "насадок"),
-                unit: lang.pick("mm", "мм"),
+                title: text::ChartNozzle.str(lang),
+                unit: text::UnitMm.str(lang),
                 range: (0.0, 60.0),
                 series: of_monitors(recording, |sample| sample.nozzle_mm),
             },
@@ -166,7 +167,7 @@ fn add_what_moves(panels: &mut Vec<Panel<'_>>, recording: &Recording, lang: Lang
         panels.insert(
             1,
             Panel {
-                title: lang.pick("deployer", "развёртывание"),
+                title: text::Deployer.str(lang),
                 unit: "°",
                 range: (0.0, 90.0),
                 series: of_monitors(recording, |sample| sample.deployer_deg),
@@ -175,7 +176,7 @@ fn add_what_moves(panels: &mut Vec<Panel<'_>>, recording: &Recording, lang: Lang
     }
     if moves(|sample| sample.drive_c, 3.0) {
         panels.push(Panel {
-            title: lang.pick("vertical drive", "привод по вертикали"),
+            title: text::VerticalDrive.str(lang),
             unit: "°C",
             range: (-5.0, 5.0),
             series: of_monitors(recording, |sample| sample.drive_c),
@@ -198,7 +199,7 @@ fn time_axis(canvas: &mut Canvas, time: &Time, top: f64, bottom: f64, lang: Lang
         at_s += step_s;
     }
     let end = Type::new(11.0, SOFT).at(Anchor::End);
-    canvas.text((time.x - 14.0, bottom + 17.0), end, lang.pick("min:s", "мин:с"));
+    canvas.text((time.x - 14.0, bottom + 17.0), end, text::TimeAxis.str(lang));
 }
 
 fn draw_panel(canvas: &mut Canvas, panel: &Panel<'_>, time: &Time, step_ms: f64, x: f64, y: f64) {
@@ -257,8 +258,8 @@ fn polyline(values: &[f64], x: impl Fn(usize) -> f64, y: impl Fn(f64) -> f64) ->
 }
 
 /// The rows of bars: one for each name of each monitor.
-fn rows(outcome: &Outcome) -> Vec<(Option<usize>, BarKind, &crate::exercise::Both)> {
-    let mut rows: Vec<(Option<usize>, BarKind, &crate::exercise::Both)> = Vec::new();
+fn rows(outcome: &Outcome) -> Vec<(Option<usize>, BarKind, &Words)> {
+    let mut rows: Vec<(Option<usize>, BarKind, &Words)> = Vec::new();
     for bar in &outcome.recording.bars {
         let row = (bar.monitor, bar.kind, &bar.label);
         if bar.until_ms > bar.from_ms + 300 && !rows.contains(&row) {
@@ -279,8 +280,8 @@ fn bars(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, time: &Time, x: f64,
         let fill = if kind == BarKind::Cause { CAUSE } else { TOLD };
         let name = monitor.map_or("", |index| &outcome.exercise.monitors[index].name);
         let what = match kind {
-            BarKind::Cause => lang.pick("fault", "отказ"),
-            BarKind::Told => lang.pick("told", "флаг"),
+            BarKind::Cause => text::BarCause.str(lang),
+            BarKind::Told => text::BarFlag.str(lang),
         };
         canvas.text((x, y + 10.5), Type::new(10.5, SOFT), &format!("{name} {what}"));
         let bars = outcome.recording.bars.iter();

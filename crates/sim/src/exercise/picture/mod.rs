@@ -5,9 +5,10 @@ mod chart;
 mod plan;
 mod side;
 
+use lafet_texts::{Lang, Text as _, sim as text};
+
 use super::report::clock;
 use super::run::Outcome;
-use super::text::Lang;
 use canvas::{Anchor, BAD, Canvas, FAINT, GOOD, INK, PAPER, SOFT, Type};
 
 const WIDTH: f64 = 1200.0;
@@ -42,17 +43,8 @@ fn header(canvas: &mut Canvas, outcome: &Outcome, lang: Lang) -> f64 {
     let failed = outcome.checks.iter().filter(|check| !check.passed).count();
     let all = outcome.checks.len();
     let (colour, verdict) = match failed {
-        0 => (
-            GOOD,
-            lang.pick(format!("✓ passed: {all} of {all}"), format!("✓ выполнено: {all} из {all}")),
-        ),
-        _ => (
-            BAD,
-            lang.pick(
-                format!("✗ failed: {failed} of {all}"),
-                format!("✗ не выполнено: {failed} из {all}"),
-            ),
-        ),
+        0 => (GOOD, text::PicturePassed { all }.of(lang)),
+        _ => (BAD, text::PictureFailed { failed, all }.of(lang)),
     };
     let badge = canvas::width_of(&verdict, 14.0) + 24.0;
     let x = WIDTH - MARGIN - badge;
@@ -61,8 +53,7 @@ fn header(canvas: &mut Canvas, outcome: &Outcome, lang: Lang) -> f64 {
     canvas.text((x + badge / 2.0, 39.0), white, &verdict);
     let seed = outcome.seed;
     let duration = clock(exercise.duration_ms);
-    let run =
-        lang.pick(format!("{duration} min, seed {seed}"), format!("{duration} мин, seed {seed}"));
+    let run = text::PictureRun { duration, seed }.of(lang);
     canvas.text((x - 14.0, 39.0), Type::new(12.0, SOFT).at(Anchor::End), run.trim());
     // Letters of a title are wider than those of text.
     let title = exercise.title.of(lang);

@@ -2,13 +2,14 @@
 
 use core::fmt::Write as _;
 
+use lafet_texts::{Lang, Text as _, sim as text};
+
 use super::canvas::{
     Anchor, BAD, Canvas, DEPTHS, FAINT, FIRES, GRID, GROUND, INK, MONITORS, SOFT, STEEL, Type, tick,
 };
 use crate::exercise::recording::CELL_M;
 use crate::exercise::report::clock;
 use crate::exercise::run::Outcome;
-use crate::exercise::text::Lang;
 use crate::obstacle::Shape;
 use crate::site::{Pose, SiteGlare};
 
@@ -230,12 +231,12 @@ fn fires(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, map: &Map) {
             format!("{fill} stroke=\"{colour}\" stroke-width=\"2.2\" stroke-dasharray=\"{dash}\"");
         canvas.circle(middle, radius(fire.spec.size_m), &style);
         let fate = match (figures.lit_ms, figures.out_ms) {
-            (None, _) => lang.pick("never burned", "не загорался").to_owned(),
+            (None, _) => text::PlanNeverBurned.str(lang).to_owned(),
             (_, Some(out_ms)) => {
                 let at = clock(out_ms);
-                format!("{} {}", lang.pick("out", "потушен"), at.trim())
+                format!("{} {}", text::PlanOut.str(lang), at.trim())
             }
-            (_, None) => lang.pick("BURNS", "ГОРИТ").to_owned(),
+            (_, None) => text::PlanBurns.str(lang).to_owned(),
         };
         let name = &exercise.fires[index].name;
         let below = middle.1 + radius(largest.min(fire.spec.size_m * 2.0)) + 14.0;
@@ -271,7 +272,7 @@ fn monitors(canvas: &mut Canvas, outcome: &Outcome, map: &Map) {
 fn scale_bar(canvas: &mut Canvas, lang: Lang, map: &Map, at: (f64, f64), width_m: f64) {
     let length_m = tick(width_m, 6.0);
     let length = length_m * map.scale;
-    let text = format!("{length_m:.0} {}", lang.pick("m", "м"));
+    let text = format!("{length_m:.0} {}", text::UnitM.str(lang));
     canvas.rect(
         at.0 - 6.0,
         at.1 - 20.0,
@@ -296,14 +297,14 @@ fn compass(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64)) {
         "fill=\"#ffffff\" fill-opacity=\"0.88\" rx=\"4\"",
     );
     let middle = Type::new(11.0, INK).at(Anchor::Middle);
-    canvas.text((at.0, at.1 - 24.0), middle.bold(), lang.pick("N", "С"));
+    canvas.text((at.0, at.1 - 24.0), middle.bold(), text::North.str(lang));
     let north = format!("M{:.1} {:.1}l5 10h-10z", at.0, at.1 - 21.0);
     canvas.path(&north, &format!("fill=\"{INK}\""));
     canvas.circle(at, 11.0, &format!("fill=\"none\" stroke=\"{FAINT}\""));
     let text = if exercise.indoors {
-        lang.pick("indoors", "в здании").to_owned()
+        text::Indoors.str(lang).to_owned()
     } else if wind.speed_mps < 0.05 {
-        lang.pick("calm", "штиль").to_owned()
+        text::Calm.str(lang).to_owned()
     } else {
         let from = wind.from_deg.to_radians();
         let toward = (-libm::sin(from), libm::cos(from));
@@ -322,13 +323,13 @@ fn compass(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64)) {
                 &format!("stroke=\"{INK}\" stroke-width=\"2\""),
             );
         }
-        let unit = lang.pick("m/s", "м/с");
+        let unit = text::UnitMps.str(lang);
         format!("{:.0} {unit}", wind.speed_mps)
     };
     canvas.text((at.0, at.1 + 34.0), middle, &text);
     if wind.gusts_mps > 0.05 && !exercise.indoors {
         let most = wind.speed_mps + wind.gusts_mps;
-        let gusts = lang.pick(format!("gusts {most:.0}"), format!("порывы {most:.0}"));
+        let gusts = text::Gusts { most: format_args!("{most:.0}") }.of(lang);
         canvas.text((at.0, at.1 + 49.0), middle, &gusts);
     }
 }

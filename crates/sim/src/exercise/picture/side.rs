@@ -1,20 +1,21 @@
 //! Beside the plan: what the signs mean, figures, expectations.
 
+use lafet_texts::{Lang, Text as _, sim as text};
+
 use super::canvas::{BAD, Canvas, DEPTHS, FAINT, GOOD, INK, MONITORS, SOFT, Type, wrapped};
 use crate::exercise::report::clock;
 use crate::exercise::run::Outcome;
-use crate::exercise::text::Lang;
 
 const SIZE: f64 = 12.0;
 const STEP: f64 = 17.0;
 
 /// Draws it; the place below.
 pub fn draw(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), width: f64) -> f64 {
-    let mut y = heading(canvas, (at.0, at.1 + 10.0), lang.pick("Expectations", "Ожидания"));
+    let mut y = heading(canvas, (at.0, at.1 + 10.0), text::HeadingExpectations.str(lang));
     y = checks(canvas, outcome, lang, (at.0, y), width);
-    y = heading(canvas, (at.0, y + 10.0), lang.pick("Monitors", "Стволы"));
+    y = heading(canvas, (at.0, y + 10.0), text::HeadingMonitors.str(lang));
     y = monitors(canvas, outcome, lang, (at.0, y), width);
-    y = heading(canvas, (at.0, y + 10.0), lang.pick("On the plan", "На плане"));
+    y = heading(canvas, (at.0, y + 10.0), text::HeadingPlan.str(lang));
     legend(canvas, lang, (at.0, y), width)
 }
 
@@ -28,10 +29,7 @@ fn checks(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), wi
     let answers: Vec<_> = outcome.checks.iter().filter(|check| check.is_answer).collect();
     let (agreed, all) = (answers.iter().filter(|check| check.passed).count(), answers.len());
     if all > 0 && agreed == all {
-        let text = lang.pick(
-            format!("all {all} requests are answered as expected"),
-            format!("на все {all} запросов даны ожидаемые ответы"),
-        );
+        let text = text::AllAnsweredAsExpected { all }.of(lang);
         y = check(canvas, true, &text, (at.0, y), width);
     }
     for it in outcome.checks.iter().filter(|check| !(check.is_answer && check.passed)) {
@@ -72,13 +70,14 @@ fn monitors(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), 
         let (litres, seconds) = (figures.litres, figures.water_ms as f64 / 1000.0);
         let first = figures.first_water_ms.map(|ms| clock(ms).trim().to_owned());
         let text = match first {
-            Some(first) => lang.pick(
-                format!("{}: {litres:.0} l in {seconds:.0} s, water from {first}", plan.name),
-                format!("{}: {litres:.0} л за {seconds:.0} с, вода с {first}", plan.name),
-            ),
-            None => {
-                lang.pick(format!("{}: no water", plan.name), format!("{}: без воды", plan.name))
+            Some(first) => text::MonitorWater {
+                monitor: &plan.name,
+                litres: format_args!("{litres:.0}"),
+                seconds: format_args!("{seconds:.0}"),
+                first,
             }
+            .of(lang),
+            None => text::MonitorNoWater { monitor: &plan.name }.of(lang),
         };
         y = canvas.paragraph((at.0 + 38.0, y), width - 38.0, Type::new(SIZE, INK), &text) + 1.0;
     }
@@ -89,7 +88,7 @@ fn legend(canvas: &mut Canvas, lang: Lang, at: (f64, f64), width: f64) -> f64 {
     let mut y = at.1;
     let swatch = 26.0;
     let text = Type::new(SIZE, SOFT);
-    canvas.text((at.0, y), text, lang.pick("water fallen, l/m²", "выпало воды, л/м²"));
+    canvas.text((at.0, y), text, text::LegendDepth.str(lang));
     for (index, (from, fill)) in DEPTHS.iter().enumerate() {
         let x = at.0 + 140.0 + index as f64 * (swatch + 20.0);
         canvas.rect(x, y - 10.0, swatch, 12.0, &format!("fill=\"{fill}\" stroke=\"{FAINT}\""));
@@ -97,16 +96,7 @@ fn legend(canvas: &mut Canvas, lang: Lang, at: (f64, f64), width: f64) -> f64 {
         canvas.text((x, y + 15.0), Type::new(10.0, SOFT), &format!("≥{label}"));
     }
     y += STEP + 16.0;
-    let items = [
-        lang.pick(
-            "dotted: limits of the azimuth, reach of the jet in still air",
-            "точками: пределы по азимуту, дальность струи в безветрие",
-        ),
-        lang.pick(
-            "circle of a fire: filled while it burns, pale when it is out, dashed: its greatest extent",
-            "круг очага: залит — горит, бледный — потушен; пунктир — наибольший размер",
-        ),
-    ];
+    let items = [text::LegendDotted.str(lang), text::LegendCircle.str(lang)];
     for item in items {
         y = canvas.paragraph((at.0, y), width, text, item) + 2.0;
     }

@@ -1,0 +1,239 @@
+## What the simulator says: violations, exercises and their pictures, throws.
+
+verdict-passed = PASSED: { $held } of { $all } hold
+fire-news = fire { $fire } { $what }
+link-news = { $monitor }: { $interface } { $what }
+address-taken = { $monitor } has this address already
+no-toml = no TOML: { $message }
+missing = is missing: { $what }
+numbers = { $count } numbers: [1, 2.5]
+interface-lost = { $interface } lost
+interface-answers-lost = { $interface }: answers lost
+request-by-radio = { $request } (radio)
+outside-law = { $what } { $value } { $unit }: the law holds from { $least } to { $most } { $unit }
+unit-degree = °
+
+not-answered = a request is not answered
+not-all-answered = not all have answered
+answer-unasked = an answer that nobody has asked for
+
+opened-not-deployed = { $name } is opened though the barrel is not deployed
+flood = water flows into a folded barrel
+driven-not-deployed = { $name } is driven though the barrel is not deployed
+folded-while-open = the barrel is folded though { $name } is open
+lockout-reported-wrong = LockedOut is told as { $reported }, against what was accepted
+moves-under-lockout = { $name } moves under lockout
+open-under-lockout = { $name } is not being closed under lockout
+leak-unreported = { $name } tells nothing of water that flows though it says closed
+driven-out-of-limits = { $name } at { $at } is driven out of its limits { $least }…{ $most }
+on-before-settled = an output is on before the sensors have settled
+
+unexplained = { $name } { $from } → { $to } is not explained by “{ $cause }”: { $why }
+homed-wrong = { $name } tells wrongly whether its position is known
+cause-request = request { $by }
+cause-program = { $program }, started by { $by }
+cause-button = button of { $post }
+cause-rule = rule: { $rule }
+program-quench = quench
+program-trajectory = trajectory
+program-seek = search
+program-justify = justification
+program-deploy = deployment
+program-wrap = wrapping
+rule-inert = inert until the sensors settle
+rule-power-up = valves close after power-up
+rule-lockout = lockout
+rule-not-deployed = not deployed
+rule-water = water in the barrel
+rule-blocked = hardware block of the valve
+rule-unconfirmed = water not confirmed
+rule-limit = limit
+rule-end-switch = end switch
+rule-overload = overload
+rule-cut-off = current cut-off
+rule-timeout = time over
+rule-fault = fault
+rule-conn-lost = remote unit lost
+rule-arrived = arrived
+rule-program-end = end of the program
+rule-paused = program paused
+rule-released = button released
+rule-refused = button refused
+rule-cold = too cold
+rule-warm = warm enough
+rule-no-temperature = no temperature
+rule-heater-fault = heater fault
+rule-absent = not part of the monitor
+
+changed-while-stopped = { $output } changed while the program stood still
+
+too-fast = it goes faster than it is set to
+no-such-move = no such Move is in force
+away-from-destination = it moves away from the destination
+not-of-program = this program has no business with this drive
+no-such-program = no such program is in force
+program-ended = the program has ended
+program-paused = the program is paused
+no-such-button = no such button is held
+rule-only-takes-away = a rule may only take away
+rule-only-stops = a rule stops, it does not slow down
+rule-not-for-drives = this rule is not for drives
+rule-condition-unmet = the condition of the rule does not hold
+button-not-pressed = no such button was pressed
+no-lockout = there is no lockout
+water-was-confirmed = its water was confirmed, or needs not be
+rule-never-opens = a rule never opens
+no-program-drives-valves = no program drives valves
+no-such-request = no such request is in force
+no-such-stop = no such stop was accepted
+no-button-stops-valves = no button stops a valve
+only-cold-heats = only cold switches heat on
+heaters-follow-rules = heaters follow rules alone
+
+too-late = too late
+never-came = the time for it never came
+
+fire-unknown = `{ $condition }`: no fire is called `{ $name }`; known: { $known }
+monitor-unknown = `{ $condition }`: no monitor is called `{ $name }`; known: { $known }
+condition-missing = a condition is missing
+condition-not-understood = the condition is not understood: { $error }
+
+needs-monitor = at least one [[monitor]] is needed
+needs-scenario = [scenario] is missing
+monitors-at-most = at most { $most } monitors
+fires-at-most = at most { $most } fires
+only-tank = only a tank
+fire-at-or-on = at = [x, y] or on = "a tank"
+name-without-blanks = a name without blanks
+name-exists = `{ $name }` exists already
+set-refused = `{ $line }` is answered with { $status }
+no-request = `{ $request }` is no request: { $error }
+
+a-number = a number, { $what }
+true-or-false = true or false
+text-in-quotes = text in quotes
+text-or-texts = text, or a list of texts
+a-table = a table: {"{"} … {"}"}
+tables = tables: { $form }
+word-unknown = `{ $word }` is not known here; allowed: { $known }
+no-time = `{ $text }` is no time: write 500ms, 20s or 1.5min
+
+fault-injected = { $name }: fault { $fault }
+fault-repaired = { $name }: { $fault } repaired
+all-repaired = { $name }: all repaired
+wind-from = wind from { $from }°, { $speed } m/s
+air-temperature = air { $celsius } °C
+fire-ignited = { $name } is lit
+link-back = is back
+link-lost = is lost
+link-loses-answers = loses the answers
+power-back = { $name }: power back
+power-cut = { $name }: power cut
+button-pressed = { $name }: { $post } { $button } pressed
+button-released = { $name }: { $post } { $button } released
+supply-at = { $name }: pressure at { $percent } %
+fire-burns = burns
+fire-hit = is reached by water
+fire-out = is out
+fire-reignited = flares up again
+interface-radio = radio link
+interface-wired = wired link
+
+two-places = two places at least
+
+controller-looks-again = controller: nothing found, looks once more
+controller-nothing-burns = controller: nothing burns any more
+
+no-power = no power
+pump-at = { $name }: pump at { $percent } %
+
+no-answer = no answer
+
+needs-expect = at least one [[expect]]: a scenario that expects nothing proves nothing
+which-monitor = which monitor? One of: { $known }
+needs-trigger = at, when or after is needed
+needs-action = nothing happens here; give one of: inject, clear, wind, gusts, wind_from, temperature, ignite, radio, external, power, press, release, supply
+a-button = a button: { $known }
+needs-expectation = one of that, never, always is needed
+
+heading-time = Time
+heading-events = What happened
+heading-monitors = Monitors
+heading-fires = Fires
+heading-expectations = Expectations
+verdict-failed = FAILED: { $failed } of { $all } do not hold
+monitor-figures = {" "} { $monitor }: water { $litres } l in { $seconds } s, first { $first }, up to { $most_atm } atm; turned { $turned }°, raised and lowered { $raised }°; requests sent/agreed/refused/unanswered { $counts }; warnings { $warnings }, restarts { $restarts }
+fire-never-burned = {" "} { $fire }: never burned
+fire-figures = {" "} { $fire }: burned from { $lit }, reached by water { $hit }, out { $out }; flared up again { $reignited }×, up to { $size_m } m across
+
+jet-begins = the jet begins
+jet-ends = the jet ends
+water-in-folded-barrel = WATER IN THE FOLDED BARREL
+program-starts = the program starts
+request-without-answer = { $monitor }: { $request } → no answer
+turn-never-came = its turn never came
+
+picture-passed = ✓ passed: { $all } of { $all }
+picture-failed = ✗ failed: { $failed } of { $all }
+picture-run = { $duration } min, seed { $seed }
+
+plan-never-burned = never burned
+plan-out = out
+plan-burns = BURNS
+unit-m = m
+north = N
+indoors = indoors
+calm = calm
+unit-mps = m/s
+gusts = gusts { $most }
+
+heading-plan = On the plan
+all-answered-as-expected = all { $all } requests are answered as expected
+monitor-water = { $monitor }: { $litres } l in { $seconds } s, water from { $first }
+monitor-no-water = { $monitor }: no water
+legend-depth = water fallen, l/m²
+legend-dotted = dotted: limits of the azimuth, reach of the jet in still air
+legend-circle = circle of a fire: filled while it burns, pale when it is out, dashed: its greatest extent
+
+azimuth = azimuth
+chart-elevation = elevation
+pressure = pressure
+unit-atm = atm
+flow = flow
+unit-lps = l/s
+heat = heat of fires
+unit-mw = MW
+chart-nozzle = nozzle
+unit-mm = mm
+deployer = deployer
+vertical-drive = vertical drive
+time-axis = min:s
+bar-cause = fault
+bar-flag = told
+
+detected-head =
+    | fault | reported by | severity | longest time | rows |
+    | --- | --- | --- | --- | --- |
+detected-without-row = Faults of the simulator that no row of a flag injects:
+at-once = at once
+decimal-point = .
+seconds-behind-blank = {" "}s
+
+frame-behind-garbage-not-answered = a frame behind garbage is not answered
+frame-not-answered = a frame is not answered
+answer-cut-short = an answer is cut short
+program-panicked = the device panicked
+
+unit-mpa = MPa
+outlet = outlet
+nozzle-position = nozzle
+smooth-bore-has-no-spray = a smooth bore has no spray: leave out the position of the nozzle
+elevation = elevation
+height = height
+wind = wind
+wind-direction = wind direction
+note-pressure = No published row has this pressure and outlet: the band is extrapolated.
+note-elevation = Rows are known for elevations of 20–45° only: the band is extrapolated.
+note-monitor = No row states the middle or the top of a monitor's jet: their bands are those of smooth bores, widened by that of the greatest reach.
+note-spray = No row of a spray is known: its band is wider by a share that is ours.
+note-wind = No row of a jet in wind is known: the band is wider by a third of what the wind changes (ours).

@@ -1,0 +1,24 @@
+## Разборщик для Wireshark.
+
+protocol = Лафетный ствол
+protocol-records = Лафетный ствол, записи без кадров
+tcp-ports = Порты TCP стволов
+udp-ports = Порты UDP стволов
+dst = Получатель
+src = Отправитель
+kind = Вид
+probe = проба присутствия
+request = запрос
+answer = ответ
+noise = Байты вне кадров
+record = Запись
+device = Подсистема
+status = Статус
+size = Размер данных
+data = Данные
+bad-crc = Неверная CRC
+bad-escape = После DB не DC и не DD
+cut = запись оборвана
+unescaped = Кадр без экранирования
+shape = Неожиданный размер данных
+refused = Отказ

@@ -1,0 +1,239 @@
+## Имитатор: нарушения, занятия и их рисунки, дальность струи.
+
+verdict-passed = ВЫПОЛНЕНО: { $held } из { $all }
+fire-news = очаг { $fire } { $what }
+link-news = { $monitor }: { $interface } { $what }
+address-taken = адрес уже занят: { $monitor }
+no-toml = файл не читается как TOML: { $message }
+missing = не хватает: { $what }
+numbers = { $count } числа: [1, 2.5]
+interface-lost = { $interface } потеряна
+interface-answers-lost = { $interface }: ответы теряются
+request-by-radio = { $request } (радио)
+outside-law = { $what } { $value } { $unit }: закон действует от { $least } до { $most } { $unit }
+unit-degree = °
+
+not-answered = запрос остался без ответа
+not-all-answered = ответили не все
+answer-unasked = ответ без запроса
+
+opened-not-deployed = { $name } открывается, хотя ствол не развёрнут
+flood = вода поступает в свёрнутый ствол
+driven-not-deployed = { $name } движется, хотя ствол не развёрнут
+folded-while-open = ствол сворачивается, хотя { $name } открыт
+lockout-reported-wrong = LockedOut = { $reported }, вопреки принятым запросам
+moves-under-lockout = { $name } движется при блокировке
+open-under-lockout = { $name } не закрывается при блокировке
+leak-unreported = { $name } не сообщает о воде, текущей через закрытый затвор
+driven-out-of-limits = { $name } ({ $at }) движется за пределы { $least }…{ $most }
+on-before-settled = выход включён до окончания выдержки после подачи питания
+
+unexplained = { $name } { $from } → { $to } не объясняется причиной «{ $cause }»: { $why }
+homed-wrong = { $name } неверно сообщает, известно ли положение
+cause-request = запрос { $by }
+cause-program = { $program }, по запросу { $by }
+cause-button = кнопка поста { $post }
+cause-rule = правило: { $rule }
+program-quench = тушение
+program-trajectory = тушение по траектории
+program-seek = поиск
+program-justify = юстировка
+program-deploy = развёртывание
+program-wrap = свёртывание
+rule-inert = выдержка после включения
+rule-power-up = закрытие после включения
+rule-lockout = аварийная блокировка
+rule-not-deployed = ствол не развёрнут
+rule-water = вода в стволе
+rule-blocked = аппаратная блокировка затвора
+rule-unconfirmed = подача воды не подтверждена
+rule-limit = предел
+rule-end-switch = концевой датчик
+rule-overload = перегрузка по току
+rule-cut-off = токовая отсечка
+rule-timeout = время истекло
+rule-fault = неисправность
+rule-conn-lost = потеря связи с блоком
+rule-arrived = прибыл
+rule-program-end = конец программы
+rule-paused = пауза программы
+rule-released = кнопка отпущена
+rule-refused = кнопка отклонена
+rule-cold = холодно
+rule-warm = тепло
+rule-no-temperature = нет температуры
+rule-heater-fault = неисправность подогрева
+rule-absent = нет в составе ствола
+
+changed-while-stopped = { $output }: изменение при остановленной программе
+
+too-fast = скорость выше заданной
+no-such-move = такой Move не действует
+away-from-destination = движение прочь от точки назначения
+not-of-program = эта программа не управляет этим приводом
+no-such-program = такая программа не действует
+program-ended = программа завершена
+program-paused = программа приостановлена
+no-such-button = кнопка не нажата
+rule-only-takes-away = правило может только останавливать
+rule-only-stops = правило останавливает, а не замедляет
+rule-not-for-drives = это правило не для приводов
+rule-condition-unmet = условие правила не выполнено
+button-not-pressed = кнопку не нажимали
+no-lockout = блокировки нет
+water-was-confirmed = подача воды подтверждена или не требует подтверждения
+rule-never-opens = правило никогда не открывает
+no-program-drives-valves = программы не управляют затворами
+no-such-request = такой запрос не действует
+no-such-stop = такой останов не принимался
+no-button-stops-valves = кнопки не останавливают затвор
+only-cold-heats = подогрев включает только холод
+heaters-follow-rules = подогрев подчиняется только правилам
+
+too-late = слишком поздно
+never-came = до этого не дошло
+
+fire-unknown = `{ $condition }`: имени `{ $name }` нет; есть: { $known }
+monitor-unknown = `{ $condition }`: имени `{ $name }` нет; есть: { $known }
+condition-missing = не хватает условия
+condition-not-understood = условие непонятно: { $error } (как писать условия: docs/scenarios.ru.md)
+
+needs-monitor = нужен хотя бы один [[monitor]]
+needs-scenario = нет [scenario]
+monitors-at-most = не более { $most } стволов
+fires-at-most = не более { $most } очагов
+only-tank = только резервуар
+fire-at-or-on = at = [x, y] или on = "резервуар"
+name-without-blanks = имя без пробелов
+name-exists = `{ $name }` уже есть
+set-refused = на `{ $line }` ствол отвечает { $status }
+no-request = `{ $request }` — не запрос: { $error }
+
+a-number = число, { $what }
+true-or-false = true или false
+text-in-quotes = текст в кавычках
+text-or-texts = текст или список текстов
+a-table = таблица: {"{"} … {"}"}
+tables = таблицы: { $form }
+word-unknown = `{ $word }` здесь не подходит; допустимо: { $known }
+no-time = `{ $text }` — не время: пишите 500ms, 20s или 1.5min
+
+fault-injected = { $name }: неисправность { $fault }
+fault-repaired = { $name }: { $fault } устранено
+all-repaired = { $name }: всё устранено
+wind-from = ветер с { $from }°, { $speed } м/с
+air-temperature = температура воздуха { $celsius } °C
+fire-ignited = { $name } подожжён
+link-back = восстановлена
+link-lost = потеряна
+link-loses-answers = теряет ответы
+power-back = { $name }: питание подано
+power-cut = { $name }: питание снято
+button-pressed = { $name }: нажата { $post } { $button }
+button-released = { $name }: отпущена { $post } { $button }
+supply-at = { $name }: давление { $percent } %
+fire-burns = горит
+fire-hit = достигнут водой
+fire-out = потушен
+fire-reignited = воспламенился повторно
+interface-radio = радиосвязь
+interface-wired = проводная связь
+
+two-places = не меньше двух точек
+
+controller-looks-again = автомат: очагов нет, повторный поиск
+controller-nothing-burns = автомат: горения больше нет
+
+no-power = нет питания
+pump-at = { $name }: насос { $percent } %
+
+no-answer = нет ответа
+
+needs-expect = нужно хотя бы одно [[expect]]: сценарий без ожиданий ничего не проверяет
+which-monitor = какой ствол? Один из: { $known }
+needs-trigger = нужно at, when или after
+needs-action = здесь ничего не происходит; укажите одно из: inject, clear, wind, gusts, wind_from, temperature, ignite, radio, external, power, press, release, supply
+a-button = кнопка: { $known }
+needs-expectation = нужно одно из: that, never, always
+
+heading-time = Время
+heading-events = Ход событий
+heading-monitors = Стволы
+heading-fires = Очаги
+heading-expectations = Ожидания
+verdict-failed = НЕ ВЫПОЛНЕНО: { $failed } из { $all }
+monitor-figures = {" "} { $monitor }: вода { $litres } л за { $seconds } с, впервые { $first }, до { $most_atm } атм; поворот { $turned }°, подъём и опускание { $raised }°; запросов послано/принято/отклонено/без ответа { $counts }; предупреждений { $warnings }, перезапусков { $restarts }
+fire-never-burned = {" "} { $fire }: не загорался
+fire-figures = {" "} { $fire }: горел с { $lit }, вода достигла { $hit }, потушен { $out }; повторных воспламенений { $reignited }, до { $size_m } м в поперечнике
+
+jet-begins = струя пошла
+jet-ends = струя прекратилась
+water-in-folded-barrel = ВОДА В СЛОЖЕННОМ СТВОЛЕ
+program-starts = программа запускается
+request-without-answer = { $monitor }: { $request } → нет ответа
+turn-never-came = до неё не дошла очередь
+
+picture-passed = ✓ выполнено: { $all } из { $all }
+picture-failed = ✗ не выполнено: { $failed } из { $all }
+picture-run = { $duration } мин, seed { $seed }
+
+plan-never-burned = не загорался
+plan-out = потушен
+plan-burns = ГОРИТ
+unit-m = м
+north = С
+indoors = в здании
+calm = штиль
+unit-mps = м/с
+gusts = порывы { $most }
+
+heading-plan = На плане
+all-answered-as-expected = на все { $all } запросов даны ожидаемые ответы
+monitor-water = { $monitor }: { $litres } л за { $seconds } с, вода с { $first }
+monitor-no-water = { $monitor }: без воды
+legend-depth = выпало воды, л/м²
+legend-dotted = точками: пределы по азимуту, дальность струи в безветрие
+legend-circle = круг очага: залит — горит, бледный — потушен; пунктир — наибольший размер
+
+azimuth = азимут
+chart-elevation = возвышение
+pressure = давление
+unit-atm = атм
+flow = расход
+unit-lps = л/с
+heat = мощность очагов
+unit-mw = МВт
+chart-nozzle = насадок
+unit-mm = мм
+deployer = развёртывание
+vertical-drive = привод по вертикали
+time-axis = мин:с
+bar-cause = отказ
+bar-flag = флаг
+
+detected-head =
+    | неисправность | чем сообщается | важность | наибольшее время | строк |
+    | --- | --- | --- | --- | --- |
+detected-without-row = Неисправности имитатора, которых нет ни в одной строке с флагом:
+at-once = сразу
+decimal-point = ,
+seconds-behind-blank = {" "}с
+
+frame-behind-garbage-not-answered = кадр после помех без ответа
+frame-not-answered = кадр остался без ответа
+answer-cut-short = ответ оборван
+program-panicked = аварийное завершение программы ствола
+
+unit-mpa = МПа
+outlet = выходное отверстие
+nozzle-position = положение насадка
+smooth-bore-has-no-spray = гладкий насадок не даёт распылённой струи: не задавайте положение насадка
+elevation = возвышение
+height = высота
+wind = ветер
+wind-direction = направление ветра
+note-pressure = Опубликованных данных для такого давления и отверстия нет: интервал экстраполирован.
+note-elevation = Данные известны только для возвышений 20–45°: интервал экстраполирован.
+note-monitor = Середину и высоту струи лафетных стволов не указывает ни один источник: их интервалы взяты от гладких насадков и расширены на интервал наибольшей дальности.
+note-spray = Данных о распылённых струях нет: интервал расширен на долю, выбранную нами.
+note-wind = Данных о струях на ветру нет: интервал расширен на треть влияния ветра (выбрано нами).

@@ -1,0 +1,89 @@
+//! What lafet says to people: texts in every language, compiled from catalogues.
+//!
+//! A text is a structure, in the module of the crate that says it, and its fields are the arguments. It
+//! becomes words where it is shown: [`Text::of`] a language, [`Text::words`] in all of them.
+
+use std::borrow::Cow;
+use std::fmt;
+
+include!(concat!(env!("OUT_DIR"), "/texts.rs"));
+
+/// What may be an argument of a text: ready text, a number, or another text, which is put in the same
+/// language.
+pub trait Argument {
+    /// Writes it in a language.
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result;
+}
+
+/// A text for people: a key of a catalogue with its arguments.
+pub trait Text: Argument {
+    /// In a language.
+    fn of(&self, lang: Lang) -> String {
+        let mut text = String::new();
+        // A string takes whatever is written to it.
+        _ = self.write(lang, &mut text);
+        text
+    }
+
+    /// In every language.
+    fn words(&self) -> Words {
+        Words::each(|lang| self.of(lang))
+    }
+}
+
+impl<T: Argument + ?Sized> Argument for &T {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        (**self).write(lang, out)
+    }
+}
+
+impl<T: Text + ?Sized> Text for &T {}
+
+impl Argument for Words {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        out.write_str(self.of(lang))
+    }
+}
+
+/// Arguments that are the same in all languages.
+macro_rules! same_in_all {
+    ($($type:ty),*) => {
+        $(impl Argument for $type {
+            fn write(&self, _: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+                write!(out, "{self}")
+            }
+        })*
+    };
+}
+
+same_in_all!(str, String, char, bool, Cow<'_, str>, fmt::Arguments<'_>);
+same_in_all!(u8, u16, u32, u64, usize, i8, i16, i32, i64, isize, f32, f64);
+
+/// A part of a text.
+#[derive(Clone, Copy)]
+enum Piece {
+    /// As it is.
+    Text(&'static str),
+    /// The argument at this place.
+    Argument(usize),
+}
+
+/// Writes the parts of a text.
+fn put(
+    pieces: &[Piece],
+    arguments: &[&dyn Argument],
+    lang: Lang,
+    out: &mut dyn fmt::Write,
+) -> fmt::Result {
+    pieces.iter().try_for_each(|piece| match *piece {
+        Piece::Text(text) => out.write_str(text),
+        Piece::Argument(index) => {
+            arguments.get(index).map_or(Ok(()), |argument| argument.write(lang, out))
+        }
+    })
+}
+
+/// The examples of the README are compiled and run as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

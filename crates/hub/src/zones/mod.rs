@@ -23,7 +23,8 @@ use std::time::Duration;
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_site::config::ContactKind;
 use lafet_site::{
-    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State, ZoneState,
+    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State,
+    ZoneState,
 };
 use tokio::sync::Notify;
 use tokio::time::{sleep, timeout};

@@ -98,7 +98,9 @@ impl Request {
         }
         let function = self.table.function();
         match pdu {
-            [exception, code] if *exception == function | 0x80 => Err(Failure::Exception(*code)),
+            [exception, code] if *exception == exception_of(function) => {
+                Err(Failure::Exception(*code))
+            }
             [other, ..] if *other != function => Err(Failure::WrongFunction(*other)),
             [_, len, data @ ..]
                 if data.len() == self.data_len() && usize::from(*len) == data.len() =>
@@ -188,6 +190,11 @@ fn exception(code: u8) -> Both {
         _ => ["not in the standard", "нет в стандарте"],
     };
     both(format!("Exception {code}: {en}."), format!("Исключение {code}: {ru}."))
+}
+
+/// The function code of an exception to a request of this function: its top bit is set.
+const fn exception_of(function: u8) -> u8 {
+    function | 1 << 7
 }
 
 /// How frames are delimited.
@@ -302,7 +309,7 @@ impl Codec {
                 [unit, got, ..] if *unit == request.unit && *got == function => {
                     3 + request.data_len()
                 }
-                [unit, got, ..] if *unit == request.unit && *got == function | 0x80 => 3,
+                [unit, got, ..] if *unit == request.unit && *got == exception_of(function) => 3,
                 _ => continue,
             };
             let Some((frame, sum)) = rest.get(..len + 2).and_then(<[u8]>::split_last_chunk::<2>)

@@ -49,7 +49,7 @@ fn every_kind_of_argument() {
     }
     let around = |id: &str| format!("Имя `{id}` пустое или слишком длинное.");
     assert_eq!(shown("a"), around("a"));
-    assert_eq!(shown(&String::from("a")), around("a"));
+    assert_eq!(shown(String::from("a")), around("a"));
     assert_eq!(shown(std::borrow::Cow::Borrowed("a")), around("a"));
     assert_eq!(shown('я'), around("я"));
     assert_eq!(shown(u64::MAX), around("18446744073709551615"));

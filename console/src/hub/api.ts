@@ -1412,6 +1412,117 @@ export interface components {
             /** @enum {string} */
             type: "missed";
         };
+        /** @description A bus. */
+        ModbusBus: {
+            /**
+             * Format: int64
+             * @description Age of the latest right answer, ms; left out: none since the start.
+             */
+            answered_ms_ago?: number | null;
+            /**
+             * Format: int64
+             * @description Right answers.
+             */
+            answers: number;
+            /** @description The line is open. */
+            connected: boolean;
+            /** @description The detectors on it. */
+            detectors: components["schemas"]["ModbusSource"][];
+            /** @description Failures by kind. */
+            errors: components["schemas"]["ModbusErrors"];
+            /** @description The contacts on it. */
+            inputs: components["schemas"]["ModbusSource"][];
+            last_error?: components["schemas"]["ModbusProblem"] | null;
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: int64
+             * @description Requests sent.
+             */
+            requests: number;
+            /** @description Where it is. */
+            url: string;
+        };
+        /** @description Failures since the start, by kind. */
+        ModbusErrors: {
+            /**
+             * Format: int64
+             * @description The connection was lost.
+             */
+            closed: number;
+            /**
+             * Format: int64
+             * @description The device has refused.
+             */
+            exception: number;
+            /**
+             * Format: int64
+             * @description What came was no frame.
+             */
+            garbage: number;
+            /**
+             * Format: int64
+             * @description Answers that came after their time, over TCP.
+             */
+            late: number;
+            /**
+             * Format: int64
+             * @description The line could not be opened.
+             */
+            open: number;
+            /**
+             * Format: int64
+             * @description No answer in time.
+             */
+            timeout: number;
+            /**
+             * Format: int64
+             * @description An answer of another device, to another function, or with another number of values.
+             */
+            wrong: number;
+        };
+        /** @description A failure. */
+        ModbusProblem: {
+            /**
+             * Format: int64
+             * @description When, ms since 1970.
+             */
+            at_ms: number;
+            /**
+             * Format: int32
+             * @description Address of the device; left out: the line itself.
+             */
+            unit?: number | null;
+            /** @description What was wrong. */
+            what: components["schemas"]["Both"];
+        };
+        /**
+         * @description How a detector is read.
+         * @enum {string}
+         */
+        ModbusReading: "waiting" | "good" | "unproven" | "frozen" | "lost";
+        /** @description A detector or a contact on a bus. */
+        ModbusSource: {
+            /** @description Its id. */
+            id: string;
+            /**
+             * Format: int64
+             * @description Age of its values, ms; left out: none since the start.
+             */
+            read_ms_ago?: number | null;
+            /** @description How it is read. */
+            reading: components["schemas"]["ModbusReading"];
+            /**
+             * Format: int32
+             * @description Address of its device.
+             */
+            unit: number;
+        };
+        /** @description The buses. */
+        ModbusView: {
+            /** @description In the order of the file. */
+            buses: components["schemas"]["ModbusBus"][];
+        };
         /** @description Everything about a monitor: the published values as they are. */
         MonitorView: components["schemas"]["Info"] & {
             authority: components["schemas"]["Control"] | null;
@@ -3357,6 +3468,12 @@ export type Loss = components['schemas']['Loss'];
 export type LossWord = components['schemas']['LossWord'];
 export type MadeToken = components['schemas']['MadeToken'];
 export type Message = components['schemas']['Message'];
+export type ModbusBus = components['schemas']['ModbusBus'];
+export type ModbusErrors = components['schemas']['ModbusErrors'];
+export type ModbusProblem = components['schemas']['ModbusProblem'];
+export type ModbusReading = components['schemas']['ModbusReading'];
+export type ModbusSource = components['schemas']['ModbusSource'];
+export type ModbusView = components['schemas']['ModbusView'];
 export type MonitorView = components['schemas']['MonitorView'];
 export type MotionEnd = components['schemas']['MotionEnd'];
 export type MotionWord = components['schemas']['MotionWord'];

@@ -22,7 +22,8 @@ const CATEGORIES_MAX: usize = 5;
 const INCLUDES: [&str; 2] = ["include_str!(", "include_bytes!("];
 
 /// What the session of the client needs besides the standard library.
-const SESSION_NEEDS: [&str; 5] = ["lafet-client", "lafet-proto", "bitflags", "crc", "crc-catalog"];
+const SESSION_NEEDS: [&str; 6] =
+    ["lafet-client", "lafet-proto", "bitflags", "crc", "crc-catalog", "smallvec"];
 
 pub fn package(arguments: &[String]) -> TaskResult {
     let oldest = flag(arguments, Some("--oldest"))?;

@@ -98,6 +98,8 @@ export default {
   'alarms.own_DetectorStuck': 'The self-test of a detector does not end.',
   'alarms.own_MonitorIdle': 'A monitor does not act on the order of a zone.',
   'alarms.own_NotClosed': 'A valve is not reported closed.',
+  'alarms.own_PathFault': 'The line of a contact is at fault.',
+  'alarms.own_ContactStuck': 'A release station was pressed from the start.',
   'alarms.own_NoMonitor': 'No monitor can serve a released zone.',
   'alarms.own_ZoneDisabled': 'A zone is disabled.',
   'alarms.own_ZoneNotReady': 'A zone is not ready.',

@@ -100,6 +100,8 @@ export default {
   'alarms.own_DetectorStuck': 'Самопроверка извещателя затянулась.',
   'alarms.own_MonitorIdle': 'Ствол не выполняет команду зоны.',
   'alarms.own_NotClosed': 'Закрытие затвора не подтверждено.',
+  'alarms.own_PathFault': 'Неисправна линия контакта.',
+  'alarms.own_ContactStuck': 'Пост пуска нажат с самого начала.',
   'alarms.own_NoMonitor': 'Зону с пуском не может обслужить ни один ствол.',
   'alarms.own_ZoneDisabled': 'Зона отключена.',
   'alarms.own_ZoneNotReady': 'Зона не готова.',

@@ -52,7 +52,11 @@ fn of_trouble(trouble: Trouble, subject: &str) -> Option<Condition> {
         Trouble::MonitorIdle => ("MonitorIdle", idle(subject)),
         Trouble::NotClosed => ("NotClosed", not_closed(subject)),
         Trouble::NoMonitor => ("NoMonitor", no_monitor(subject)),
-        _ => return None,
+        Trouble::Path => ("PathFault", path(subject)),
+        Trouble::ContactStuck => ("ContactStuck", contact(subject)),
+        Trouble::MonitorUnreachable | Trouble::MonitorFailure => return None,
+        // Nothing drives outputs and pumps.
+        Trouble::OutputOverdue | Trouble::PumpFailed | Trouble::NoPressure => return None,
     };
     Some(condition(flag, subject, texts))
 }
@@ -140,6 +144,44 @@ fn no_monitor(subject: &str) -> Texts {
         remedy: both(
             "Extinguish by other means; give control of a monitor up, or reset it.",
             "Тушите другими средствами; верните управление стволом или сбросьте его.",
+        ),
+    }
+}
+
+fn path(subject: &str) -> Texts {
+    Texts {
+        priority: Priority::Medium,
+        what: what(subject, &Trouble::Path.text().into()),
+        cause: both(
+            "A broken wire, a device without power, or a bus that does not answer.",
+            "Обрыв провода, устройство без питания либо линия, которая не отвечает.",
+        ),
+        consequence: both(
+            "It counts as it was last: a press of it is not seen.",
+            "Действует последнее состояние: нажатие не будет замечено.",
+        ),
+        remedy: both(
+            "Use the console or the posts of the monitors; look at the wire and the device.",
+            "Используйте пульт или посты стволов; проверьте провод и устройство.",
+        ),
+    }
+}
+
+fn contact(subject: &str) -> Texts {
+    Texts {
+        priority: Priority::Medium,
+        what: what(subject, &Trouble::ContactStuck.text().into()),
+        cause: both(
+            "The station is still pressed, or its contact is welded.",
+            "Пост ещё нажат либо контакт сварился.",
+        ),
+        consequence: both(
+            "A press of it releases nothing until it was seen released.",
+            "Пуска от него нет, пока не замечено отпускание.",
+        ),
+        remedy: both(
+            "Reset the station; if the trouble stays, look at its contact.",
+            "Верните пост в исходное положение; если неисправность осталась, проверьте контакт.",
         ),
     }
 }
@@ -236,6 +278,34 @@ mod tests {
         alarms.zones(20, Some(&site.state()));
         alarms.zones(2020, Some(&site.state()));
         assert!(alarms.list().iter().all(|it| it.state == State::RtnUnack && !it.active));
+    }
+
+    /// A Stop that is not heard any more is as bad as a detector.
+    #[test]
+    fn a_contact_whose_line_is_lost_is_an_alarm() {
+        let text = r#"
+            monitors = ["M1"]
+            [[zone]]
+            id = "hall"
+            votes = "1oo1"
+            one_detector_releases = true
+            water_max_s = 600
+            monitors = ["M1"]
+            [[detector]]
+            id = "heat"
+            kind = "heat"
+            zones = ["hall"]
+            [[input]]
+            id = "stop"
+            kind = "stop"
+        "#;
+        let mut site = lafet_site::Site::new(toml::from_str(text).unwrap(), 0, None).unwrap().0;
+        let mut alarms = Alarms::default();
+        let fault = Some(lafet_site::PathFault::Lost);
+        site.handle(10, &Event::Path { path: "stop".into(), fault });
+        alarms.zones(10, Some(&site.state()));
+        let path = ids(&alarms).into_iter().find(|(id, ..)| id.starts_with("zones/stop/"));
+        assert_eq!(path, Some(("zones/stop/PathFault", Priority::Medium, true)));
     }
 
     #[test]

@@ -17,9 +17,9 @@
 //! w = 1 / vₓ² it reads dz/dx = p, dp/dx = −g·w, dw/dx = 2·c·w·√(1 + p²), ds/dx = √(1 + p²).
 //!
 //! Cost: a shot is 64 midpoint steps of about 1200 cycles on a Cortex-M3 without FPU, a solution
-//! 3 to 25 shots. [`Solver::step`] does 16 of those steps, 0.3 ms at 72 MHz, so that a solution
-//! takes 12 to 100 cycles of the device and never disturbs one. The high solution, for planning,
-//! takes up to 2000.
+//! 3 to 25 shots. [`Solver::step`] does 16 of those steps, so that a solution takes 12 to 100 calls;
+//! [`Solver::steps`] as many as a cycle of the device has time for. The high solution, for planning,
+//! takes up to 2000 calls.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -38,7 +38,13 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "lumps")]
+pub mod lumps;
 mod math;
+#[cfg(feature = "lumps")]
+pub mod nozzle;
+#[cfg(feature = "lumps")]
+pub mod throw;
 mod wind;
 
 pub use wind::{Drift, Spot, Wind};
@@ -161,13 +167,13 @@ pub struct Target {
 /// The slope is raised from the line of sight, at first by what the last shot fell short: less
 /// than that cannot do, because the jet hangs ever more than its aim is raised. So the first
 /// elevation that reaches the target is the low one; halving then narrows it down. The high one is
-/// found from the steepest slope downwards; it drops the water on what stands behind a wall.
+/// found from the steepest slope downwards; it drops the water on what is behind a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
     jet: Jet,
     target: Target,
     flight: Flight,
-    steps: u8,
+    made: u8,
     steps_of_shot: u8,
     fallen: f32,
     shots: u8,
@@ -316,7 +322,7 @@ impl Solver {
             jet,
             target,
             flight: jet.leave(slope),
-            steps: 0,
+            made: 0,
             steps_of_shot: STEPS,
             fallen: SLOPE_FALLEN,
             shots: 0,
@@ -340,12 +346,17 @@ impl Solver {
 
     /// Goes on a little; the elevation in arc-minutes when it is found, or why there is none.
     pub fn step(&mut self) -> Option<Result<i32, Fault>> {
+        self.steps(STEPS_PER_CALL)
+    }
+
+    /// Goes on by so many steps of a flight at most; what [`Solver::step`] says.
+    pub fn steps(&mut self, most: u8) -> Option<Result<i32, Fault>> {
         let piece = self.target.way / f32::from(self.steps_of_shot);
-        for _ in 0..STEPS_PER_CALL {
+        for _ in 0..most {
             self.jet.advance(&mut self.flight, piece);
-            self.steps += 1;
+            self.made += 1;
             let fallen = self.flight.slope <= self.fallen;
-            if fallen || self.steps >= self.steps_of_shot {
+            if fallen || self.made >= self.steps_of_shot {
                 let miss = (!fallen).then_some(self.target.height - self.flight.height);
                 return self.judge(miss);
             }
@@ -408,7 +419,7 @@ impl Solver {
         };
         self.slope = next;
         self.flight = self.jet.leave(next);
-        self.steps = 0;
+        self.made = 0;
         None
     }
 
@@ -521,7 +532,7 @@ mod tests {
             let wanted = f64::from(distance) * radians(sight).cos();
             assert!((range - wanted).abs() < 0.02, "{distance} m: {high}' {range}");
         }
-        // Over a wall, to something that stands above the nozzle: flown again in finer steps.
+        // Over a wall, to something above the nozzle: flown again in finer steps.
         for (sight, distance) in [(600, 25), (1200, 25), (2000, 20)] {
             let target = Target::new(sight, distance, 150);
             let elevation = high(target).unwrap();

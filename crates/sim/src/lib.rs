@@ -32,9 +32,7 @@ pub mod fire;
 pub mod fires;
 pub mod flash;
 pub mod gust;
-pub mod jet;
 pub mod line;
-pub mod nozzle;
 pub mod obstacle;
 mod power;
 pub mod radio;
@@ -51,6 +49,8 @@ pub mod valve;
 pub mod water;
 pub mod world;
 pub mod years;
+
+pub use lafet_ballistics::{lumps as jet, nozzle};
 
 /// The examples of the README are compiled and run as documentation tests.
 #[cfg(doctest)]

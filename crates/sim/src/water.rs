@@ -29,8 +29,6 @@ use crate::rng::Rng;
 pub const NOMINAL_MPA: f64 = 0.8;
 /// One physical atmosphere, MPa.
 pub const ATM_MPA: f64 = 0.101_325;
-/// Density of water, kg/m³.
-pub const DENSITY: f64 = 1000.0;
 
 const PUMP_MPA: f64 = 1.0;
 const PUMP_DROP_MPA: f64 = 0.08;

@@ -1,8 +1,7 @@
 //! `lafet throw`: how far a jet reaches, with its band of uncertainty.
 
 use clap::{ArgGroup, Args};
-use lafet_sim::exercise::Words;
-use lafet_sim::throw::{Figure, Kind, PRESSURE_MPA, Shot, Size, Throw};
+use lafet_sim::throw::{Figure, Kind, PRESSURE_MPA, Refusal, Shot, Size, Throw, noted, refused};
 use serde_json::{Value, json};
 
 use crate::coverage::report::comma;
@@ -68,8 +67,11 @@ struct Elevations {
 /// Computes and shows the throw.
 pub fn run(args: &ThrowArgs, out: &mut Out) -> Outcome {
     let shots = shots(args)?;
-    let throws: Result<Vec<Throw>, Words> = shots.iter().map(Shot::throw).collect();
-    let throws = throws.map_err(|problem| Failure::Usage(pick(problem.en, problem.ru)))?;
+    let throws: Result<Vec<Throw>, Refusal> = shots.iter().map(Shot::throw).collect();
+    let throws = throws.map_err(|refusal| {
+        let problem = refused(&refusal);
+        Failure::Usage(pick(problem.en, problem.ru))
+    })?;
     let simulator = simulator(&shots);
     out.show(text(&shots, &throws, &simulator), || as_json(&shots, &throws, &simulator))
 }
@@ -133,7 +135,7 @@ fn text(shots: &[Shot], throws: &[Throw], simulator: &[Option<f64>]) -> String {
         let mut row = vec![format!("{}°", shot.elevation_deg)];
         row.extend(figures.map(banded));
         if in_wind {
-            row.push(aside(throw.left_m));
+            row.push(aside(throw.left_m.value));
         }
         row.extend(simulator.map(|middle_m| format!("{middle_m:.1}")));
         rows.push(row);
@@ -201,10 +203,11 @@ fn aside(left_m: f64) -> String {
 /// What the bands do not cover, each once.
 fn notes(throws: &[Throw]) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
-    for note in throws.iter().flat_map(|throw| &throw.notes) {
-        let note = pick(&note.en, &note.ru);
-        if !notes.contains(note) {
-            notes.push(note.clone());
+    for note in throws.iter().flat_map(|throw| throw.notes.iter().flatten()) {
+        let note = noted(*note);
+        let note = pick(note.en, note.ru);
+        if !notes.contains(&note) {
+            notes.push(note);
         }
     }
     notes
@@ -220,7 +223,7 @@ fn as_json(shots: &[Shot], throws: &[Throw], simulator: &[Option<f64>]) -> Value
             "greatest_m": banded(throw.greatest_m),
             "top_m": banded(throw.top_m),
             "flight_s": banded(throw.flight_s),
-            "left_m": rounded(throw.left_m),
+            "left_m": rounded(throw.left_m.value),
             "simulator_middle_m": simulator.map(rounded),
         })
     });

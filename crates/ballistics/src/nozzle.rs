@@ -8,15 +8,15 @@
 //! - spray: w = 1 − n/60 for the nozzle at n mm, 0 narrowest … 1 widest; half-angle of the cone
 //!   δ = 1° + 34°·w (ours).
 
-use crate::water::DENSITY;
-
+/// Density of water at 10 °C, kg/m³.
+pub const DENSITY: f64 = 1000.0;
 /// Travel of the nozzle from widest to narrowest, mm.
 pub const NOZZLE_TRAVEL_MM: f64 = 60.0;
 
 const CONE_DEG: f64 = 1.0;
 const SPRAY_CONE_DEG: f64 = 34.0;
 
-/// A family of nozzles; everything that tells one family's jets from another's.
+/// A family of nozzles; everything in which one family's jets differ from another's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Family {
     /// What people call it.
@@ -25,7 +25,7 @@ pub struct Family {
     pub discharge: f64,
     /// Coefficient of velocity φ.
     pub velocity: f64,
-    /// Factor k of the size of the lumps that the jet breaks into (see `jet`).
+    /// Factor k of the size of the lumps that the jet breaks into (see [`crate::lumps`]).
     pub lump: f64,
 }
 

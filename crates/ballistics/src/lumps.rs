@@ -1,4 +1,4 @@
-//! The jet: where the water lands, and on how much ground.
+//! The jet as water that breaks into lumps of several sizes: where it lands, and on how much ground.
 //!
 //! - **Core.** The jet leaves with v₀ (see `nozzle`) and holds together over a path of
 //!   L_b = 3.15·d·We^0.32·(1 − w)², We = ρ·v₀²·d/σ; gravity alone bends it, neither drag nor wind.
@@ -20,14 +20,15 @@
 //! from the literature; its constants are ours, fitted to the published throws that
 //! docs/physics.md lists. They cover 0.2–2 MPa and 12–73 mm; w > 0 is more uncertain.
 
-use crate::nozzle::{self, Family};
-use crate::water::DENSITY;
+use crate::nozzle::{self, DENSITY, Family};
 
 /// Acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.806_65;
 
 /// Sizes of the lumps over the middle one, and where they leave the core over its length.
-const LUMPS: [(f64, f64); 5] = [(0.65, 0.75), (0.85, 0.9), (1.0, 1.0), (1.15, 1.08), (1.35, 1.17)];
+const LUMPS: [(f64, f64); 5] = [(0.65, 0.75), (0.85, 0.9), MIDDLE, (1.15, 1.08), BIGGEST];
+const MIDDLE: (f64, f64) = (1.0, 1.0);
+const BIGGEST: (f64, f64) = (1.35, 1.17);
 const CORE_DIAMETERS: f64 = 3.15;
 const CORE_WEBER_EXPONENT: f64 = 0.32;
 const ENTRAINED: f64 = 0.75;
@@ -172,7 +173,7 @@ impl Jet {
         let n = LUMPS.len() as f64;
         let mean = |of: &dyn Fn(&Motion) -> f64| landed.iter().map(of).sum::<f64>() / n;
         let at = (mean(&|m| m.at[0]), mean(&|m| m.at[1]));
-        let v = landed[LUMPS.len() / 2].v;
+        let [_, _, Motion { v, .. }, ..] = landed;
         let heading = libm::atan2(v[1], v[0]);
         let (sin, cos) = (libm::sin(heading), libm::cos(heading));
         let scatter = |x: f64, y: f64| {
@@ -198,13 +199,13 @@ impl Jet {
 
     /// How far the big lumps go, m: where the outermost water lands.
     pub fn reach_m(&self) -> f64 {
-        let at = self.fall(LUMPS[LUMPS.len() - 1]).at;
+        let at = self.fall(BIGGEST).at;
         libm::hypot(at[0], at[1])
     }
 
     /// How high the big lumps go, m above the ground: the top of the outermost water.
     pub fn top_m(&self) -> f64 {
-        let size = LUMPS[LUMPS.len() - 1];
+        let size = BIGGEST;
         let core_s = self.lump(size).core_m / self.exit_mps().max(1e-3);
         let apex_s = self.exit_mps() * libm::sin(self.elevation) / GRAVITY;
         let mut top = self.core(apex_s.min(core_s).max(0.0)).at[2];
@@ -214,7 +215,7 @@ impl Jet {
 
     /// Where the middle of the water is after a time: way on the ground and height above it, m.
     pub fn after(&self, time_s: f64) -> (f64, f64) {
-        let lump = self.lump(LUMPS[LUMPS.len() / 2]);
+        let lump = self.lump(MIDDLE);
         let core_s = (lump.core_m / self.exit_mps()).min(time_s);
         let mut motion = self.core(core_s);
         let mut path = 0.0;
@@ -413,7 +414,7 @@ mod tests {
     #[test]
     fn on_the_way() {
         let jet = Jet { family: SMOOTH_BORE, ..jet(0.5, 30.0) };
-        let landed = jet.fall(LUMPS[2]);
+        let landed = jet.fall(MIDDLE);
         let (way, height) = jet.after(landed.time_s);
         assert!((way - landed.at[0]).abs() < 0.05 && height.abs() < 0.1, "{way} {height}");
         assert_eq!(jet.after(0.0), (0.0, 1.5));

@@ -386,13 +386,24 @@ pub enum Context {
 }
 
 impl Context {
-    /// Its name in English and Russian; for an interrupt and a reserved number the number follows.
-    pub const fn text(self) -> Text {
+    /// Its name where the architecture gives one.
+    pub const fn name(self) -> Option<&'static str> {
         match self {
-            Self::Program => Text::new("the program, no interrupt", "программа, не прерывание"),
-            Self::Handler(name) => Text::new(name, name),
-            Self::Interrupt(_) => Text::new("interrupt", "прерывание"),
-            Self::Reserved(_) => Text::new("unknown number", "неизвестный номер"),
+            Self::Handler(name) => Some(name),
+            Self::Program | Self::Interrupt(_) | Self::Reserved(_) => None,
+        }
+    }
+
+    /// Its description where it has no name; for an interrupt and a reserved number the number
+    /// follows.
+    pub const fn text(self) -> Option<Text> {
+        match self {
+            Self::Program => {
+                Some(Text::new("the program, no interrupt", "программа, не прерывание"))
+            }
+            Self::Handler(_) => None,
+            Self::Interrupt(_) => Some(Text::new("interrupt", "прерывание")),
+            Self::Reserved(_) => Some(Text::new("unknown number", "неизвестный номер")),
         }
     }
 

@@ -51,7 +51,7 @@ mod engine {
     /// The change of the checksum for each value of four bits.
     const fn table(polynomial: u32) -> [u32; 16] {
         let mut table = [0; 16];
-        let mut rest = table.as_mut_slice();
+        let mut rest: &mut [u32] = &mut table;
         let mut half = 0;
         while let [entry, tail @ ..] = rest {
             *entry = half;

@@ -130,6 +130,24 @@ impl SubsystemId {
     }
 }
 
+impl RequestId {
+    /// §3.3.1/4 What must not begin on a bad supply: motion, water, erasing.
+    pub const fn needs_supply(self) -> bool {
+        matches!(
+            self,
+            Self::MOVE
+                | Self::OPEN
+                | Self::DEPLOY
+                | Self::WRAP
+                | Self::START_JUSTIFY
+                | Self::START_QUENCH
+                | Self::START_TRAJECTORY
+                | Self::START_SEEK
+                | Self::CLEAN_FLASH
+        )
+    }
+}
+
 const fn reversed(table: [SubsystemId; 14]) -> [SubsystemId; 14] {
     let [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = table;
     [n, m, l, k, j, i, h, g, f, e, d, c, b, a]

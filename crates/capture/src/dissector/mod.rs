@@ -209,7 +209,7 @@ impl Tables {
         let Field { name, kind, unit, text, .. } = field;
         let mut line = format!("      {{ name = \"{name}\", kind = \"{kind:?}\"");
         let text = quoted(self.say(text));
-        let shown = self.say(&unit.name());
+        let shown = unit.name().map_or("", |unit| self.say(&unit));
         // Writing to a String cannot fail.
         let _ = write!(line, ", text = {text}");
         if *unit == Unit::Bits && !matches!(kind, Kind::Flags | Kind::Key) {

@@ -111,7 +111,7 @@ async fn get(args: GetArgs, global: &Global, out: &mut Out) -> Outcome {
             let spec = param.spec();
             let range = range(spec);
             let range = if range.is_empty() { range } else { format!(" ({range})") };
-            format!("{who} {name} = {}{range}\n{}", shown(Some(spec), &values), of(param.text()))
+            format!("{who} {name} = {}{range}\n{}", shown(Some(spec), &values), of(&param.text()))
         }
         None => format!("{who} {name} = {}", shown(None, &values)),
     };
@@ -180,8 +180,8 @@ fn explain(failure: Failure, param: Option<Param>) -> Failure {
     let Some(param) = param else { return failure };
     if wrong_value.iter().any(|status| failure.is_refused_with(*status)) {
         let hint = pick(
-            format!("{}: allowed are {}. {}", param.name(), range(param.spec()), of(param.text())),
-            format!("{}: допустимо {}. {}", param.name(), range(param.spec()), of(param.text())),
+            format!("{}: allowed are {}. {}", param.name(), range(param.spec()), of(&param.text())),
+            format!("{}: допустимо {}. {}", param.name(), range(param.spec()), of(&param.text())),
         );
         // The error itself describes the refusal; the hint precedes it.
         eprintln!("{hint}");
@@ -261,7 +261,7 @@ fn with_unit(spec: &ParamSpec, index: usize, value: i32) -> String {
         Unit::Bits => format!("{value:#x}"),
         // Symbols like "×0.1 A" apply to the number as sent.
         _ => {
-            let name = of(&unit.name());
+            let name = unit.name().map_or("", |name| of(&name));
             let blank = if matches!(name, "" | "'" | "°") { "" } else { " " };
             format!("{value}{blank}{name}")
         }
@@ -300,7 +300,7 @@ fn value_json(who: SubsystemId, id: ParamId, name: &str, values: &[i32]) -> Valu
         "name": name,
         "id": id.0,
         "values": values,
-        "unit": Param::find(who, id).map(|param| param.spec().unit.name().en),
+        "unit": Param::find(who, id).map(|param| param.spec().unit.symbol()),
     })
 }
 

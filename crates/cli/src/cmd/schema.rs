@@ -77,6 +77,10 @@ fn text(text: &Text) -> Value {
     json!({ "en": text.en, "ru": text.ru })
 }
 
+fn unit(unit: lafet_proto::param::Unit) -> Value {
+    text(&unit.name().unwrap_or(Text::new("", "")))
+}
+
 fn subsystems() -> Vec<Value> {
     let one = |info: &lafet_proto::dictionary::SubsystemInfo| {
         json!({
@@ -139,7 +143,7 @@ fn layout(layout: &Layout) -> Value {
         json!({
             "name": field.name,
             "type": format!("{:?}", field.kind),
-            "unit": text(&field.unit.name()),
+            "unit": unit(field.unit),
             "text": text(&field.text),
         })
     };
@@ -192,15 +196,14 @@ fn flags() -> Value {
 }
 
 fn params() -> Vec<Value> {
-    let element =
-        |one: &Element| json!({ "unit": text(&one.unit.name()), "min": one.min, "max": one.max });
+    let element = |one: &Element| json!({ "unit": unit(one.unit), "min": one.min, "max": one.max });
     let one = |param: Param| {
         let spec = param.spec();
         json!({
             "subsystem": spec.subsystem.to_string(),
             "name": param.name(),
             "id": spec.id.0,
-            "unit": text(&spec.unit.name()),
+            "unit": unit(spec.unit),
             "quantity": format!("{:?}", spec.unit),
             "min": spec.min,
             "max": spec.max,
@@ -224,7 +227,7 @@ fn params() -> Vec<Value> {
                 Placement::Unit => "unit",
             },
             "required": spec.required,
-            "text": text(param.text()),
+            "text": text(&param.text()),
         })
     };
     Param::ALL.into_iter().map(one).collect()

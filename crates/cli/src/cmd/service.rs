@@ -110,7 +110,12 @@ fn remark(info: &FaultInfo, name: &str) -> String {
     let context = info.context();
     let number = context.number().map(|number| format!(" {number}")).unwrap_or_default();
     let running = pick("running", "исполнялось");
-    format!("  {running}: {}{number}", of(&context.text()))
+    format!("  {running}: {}{number}", running_in(context))
+}
+
+/// What the processor was at.
+fn running_in(context: lafet_proto::crash::Context) -> &'static str {
+    context.name().or(context.text().map(|text| of(&text))).unwrap_or_default()
 }
 
 fn crash_json(info: &FaultInfo) -> Value {
@@ -132,7 +137,7 @@ fn crash_json(info: &FaultInfo) -> Value {
     json!({
         "fault": words,
         "bits": bits,
-        "running": { "what": of(&context.text()), "number": context.number() },
+        "running": { "what": running_in(context), "number": context.number() },
     })
 }
 

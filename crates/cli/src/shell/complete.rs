@@ -158,7 +158,7 @@ impl<'a> Place<'a> {
     fn params(&self) -> Vec<Candidate> {
         let named = self.before.iter().rev().find_map(|word| subsystem(&word.text).ok());
         let params = named.into_iter().flat_map(Param::of);
-        params.map(|param| candidate(param.name(), of(param.text()))).collect()
+        params.map(|param| candidate(param.name(), of(&param.text()))).collect()
     }
 
     /// The words of a request as text.

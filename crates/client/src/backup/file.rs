@@ -218,9 +218,9 @@ fn values(param: Param, value: &Value) -> Result<Vec<i32>, FileError> {
 fn allowed(spec: &ParamSpec) -> String {
     let one = |min: i32, max: i32, unit: &str| format!("{min}…{max} {unit}").trim_end().to_owned();
     match spec.elements {
-        [] => one(spec.min, spec.max, spec.unit.name().en),
+        [] => one(spec.min, spec.max, spec.unit.symbol()),
         elements => {
-            let all = elements.iter().map(|e| one(e.min, e.max, e.unit.name().en));
+            let all = elements.iter().map(|e| one(e.min, e.max, e.unit.symbol()));
             all.collect::<Vec<_>>().join(", ")
         }
     }

@@ -91,10 +91,16 @@ impl From<&FaultInfo> for Crash {
             notes: words.iter().filter_map(note).collect(),
             words,
             running: filled
-                .then(|| Running { what: context.text().into(), number: context.number() }),
+                .then(|| Running { what: running_in(context), number: context.number() }),
             summary: info.summary().map(Both::from),
         }
     }
+}
+
+/// What the processor was at, in words or by the name of the architecture.
+fn running_in(context: lafet_proto::crash::Context) -> Both {
+    let name = context.name().map(|name| crate::text::both(name, name));
+    name.or(context.text().map(Both::from)).unwrap_or_default()
 }
 
 impl From<&FaultBit> for CrashBit {

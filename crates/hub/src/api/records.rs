@@ -277,7 +277,7 @@ async fn series(
             let field_name = if field.kind == Kind::Flags { "bits" } else { field.name };
             list.push(SeriesInfo {
                 series: format!("{name}.{field_name}"),
-                unit: field.unit.name().into(),
+                unit: field.unit.name().map(Into::into).unwrap_or_default(),
                 text: field.text.into(),
             });
         }

@@ -76,7 +76,7 @@ fn values(info: &FlagInfo) -> Vec<String> {
 }
 
 fn meaning(field: &Field) -> String {
-    match field.unit.name().en {
+    match field.unit.symbol() {
         "" => format!("{}.", field.text.en),
         unit => format!("{}, {unit}.", field.text.en),
     }

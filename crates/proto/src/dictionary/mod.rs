@@ -35,6 +35,9 @@ impl Text {
     }
 }
 
+/// What shows a text of the dictionary.
+pub type Key = Text;
+
 /// Description of a status (§2); `None` if unknown.
 pub fn status(status: Status) -> Option<&'static StatusInfo> {
     STATUSES.iter().find(|info| info.status == status)

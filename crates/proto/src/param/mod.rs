@@ -72,10 +72,38 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The unit as written after a value; empty for a plain number.
-    pub const fn name(self) -> Text {
+    /// The unit behind a value in the text form of answers and in files; empty for a plain number.
+    pub const fn symbol(self) -> &'static str {
         match self {
-            Unit::None | Unit::Bits | Unit::Choice => Text::new("", ""),
+            Unit::None | Unit::Bits | Unit::Choice => "",
+            Unit::Arcmin => "'",
+            Unit::Degree => "°",
+            Unit::Millimetre => "mm",
+            Unit::DeciMillimetre => "×0.1 mm",
+            Unit::Centimetre => "cm",
+            Unit::Metre => "m",
+            Unit::DegreePerSecond => "°/s",
+            Unit::MillimetrePerSecond => "mm/s",
+            Unit::DeciDegreePerSecond => "×0.1 °/s",
+            Unit::DeciMillimetrePerSecond => "×0.1 mm/s",
+            Unit::DegreePerSecond2 => "°/s²",
+            Unit::MillimetrePerSecond2 => "mm/s²",
+            Unit::DeciAmpere => "×0.1 A",
+            Unit::Volt => "V",
+            Unit::Millisecond => "ms",
+            Unit::Second => "s",
+            Unit::DeciSecond => "×0.1 s",
+            Unit::DeciCelsius => "×0.1 °C",
+            Unit::DeciAtmosphere => "×0.1 atm",
+            Unit::LitrePerSecond => "l/s",
+            Unit::Percent => "%",
+        }
+    }
+
+    /// The unit behind a value in a text for people; `None` for a plain number.
+    pub const fn name(self) -> Option<Text> {
+        Some(match self {
+            Unit::None | Unit::Bits | Unit::Choice => return None,
             Unit::Arcmin => Text::new("'", "'"),
             Unit::Degree => Text::new("°", "°"),
             Unit::Millimetre => Text::new("mm", "мм"),
@@ -97,7 +125,7 @@ impl Unit {
             Unit::DeciAtmosphere => Text::new("×0.1 atm", "×0,1 атм"),
             Unit::LitrePerSecond => Text::new("l/s", "л/с"),
             Unit::Percent => Text::new("%", "%"),
-        }
+        })
     }
 }
 

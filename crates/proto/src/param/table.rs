@@ -60,9 +60,9 @@ macro_rules! params {
             }
 
             /// What the parameter is and does.
-            pub const fn text(self) -> &'static Text {
+            pub const fn text(self) -> Text {
                 match self {
-                    $(Param::$variant => &const { $text },)+
+                    $(Param::$variant => const { $text },)+
                 }
             }
         }

@@ -122,14 +122,14 @@ impl Display for Measured {
             Unit::None | Unit::Choice => return write!(f, "{}", self.value),
             Unit::Bits => return write!(f, "{:#x}", self.value),
             Unit::Arcmin | Unit::Degree => {
-                return write!(f, "{}{}", self.value, self.unit.name().en);
+                return write!(f, "{}{}", self.value, self.unit.symbol());
             }
             Unit::DeciAmpere => "A",
             Unit::DeciCelsius => "°C",
             Unit::DeciAtmosphere => "atm",
             Unit::DeciSecond => "s",
             Unit::DeciMillimetre => "mm",
-            _ => return write!(f, "{} {}", self.value, self.unit.name().en),
+            _ => return write!(f, "{} {}", self.value, self.unit.symbol()),
         };
         let sign = if self.value < 0 { "-" } else { "" };
         let size = self.value.unsigned_abs();

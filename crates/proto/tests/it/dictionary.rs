@@ -81,11 +81,11 @@ fn flags_parameters_and_small_words() {
         }
     }
     for param in Param::ALL {
-        check(param.name(), param.text());
+        check(param.name(), &param.text());
     }
     Severity::ALL.iter().for_each(|severity| check("severity", &severity.text()));
     ButtonState::ALL.iter().for_each(|state| check("state", &state.text()));
     Button::ALL.iter().for_each(|button| check("button", &button.text()));
     assert!(Severity::ALL.is_sorted());
-    assert_eq!(Unit::DeciAmpere.name().ru, "×0,1 А");
+    assert_eq!(Unit::DeciAmpere.name().map(|it| it.ru), Some("×0,1 А"));
 }

@@ -48,6 +48,13 @@ pub enum Piece {
     Argument(String),
 }
 
+/// A part of a text as it is written.
+enum Part {
+    Piece(Piece),
+    /// The text of this key, in the same file.
+    Reference(String),
+}
+
 /// The texts of a file, by key, in its order.
 type File = Vec<(String, Vec<Piece>)>;
 
@@ -65,7 +72,7 @@ impl Catalogue {
             files.insert((&source.language, &source.area), file);
         }
         let all: BTreeSet<&str> = sources.iter().map(|it| it.language.as_str()).collect();
-        for language in all.iter().filter(|it| !is_name(it, '_')) {
+        for language in all.iter().filter(|it| !is_field(it)) {
             problems.push(format!("{language}: a folder is of small letters, as `en`"));
         }
         let others = all.iter().copied().filter(|it| *it != FIRST);
@@ -131,14 +138,14 @@ fn arguments(pieces: &[Piece]) -> Vec<String> {
     names
 }
 
-/// The name of the structure that a text becomes.
+/// The name of the structure that a text becomes: `status-Busy-remedy` is `StatusBusyRemedy`.
 pub fn type_name(key: &str) -> String {
     let word = |word: &str| {
         let mut letters = word.chars();
         let first = letters.next().map(|it| it.to_ascii_uppercase());
         first.into_iter().chain(letters).collect::<String>()
     };
-    key.split('-').map(word).collect()
+    key.split(['-', '_']).map(word).collect()
 }
 
 /// Reads a file of a language.
@@ -152,7 +159,7 @@ fn file(source: &Source, problems: &mut Vec<String>) -> File {
         }
         resource
     });
-    let mut file = File::new();
+    let mut file: Vec<(&str, Vec<Part>)> = Vec::new();
     let mut names = BTreeSet::new();
     for entry in &resource.body {
         let message = match entry {
@@ -172,27 +179,60 @@ fn file(source: &Source, problems: &mut Vec<String>) -> File {
         if !message.attributes.is_empty() {
             problems.push(format!("{path}: {key}: attributes are not compiled; use a key each"));
         }
-        if !is_name(key, '-') {
-            problems.push(format!("{path}: {key}: a key is of small letters, digits and -"));
+        if !is_key(key) {
+            problems.push(format!(
+                "{path}: {key}: a key is of small letters, digits, - and names of the protocol"
+            ));
         }
         if !names.insert(type_name(key)) {
             problems.push(format!("{path}: {key}: another key has the same name"));
         }
-        match message.value.as_ref().map_or_else(|| Ok(Vec::new()), pieces) {
-            Ok(pieces) => {
-                if let Err(problem) = letters(&source.language, &pieces) {
+        match message.value.as_ref().map_or_else(|| Ok(Vec::new()), parts) {
+            Ok(parts) => {
+                if let Err(problem) = letters(&source.language, &parts) {
                     problems.push(format!("{path}: {key}: {problem}"));
                 }
-                file.push((key.to_owned(), pieces));
+                file.push((key, parts));
             }
             Err(problem) => problems.push(format!("{path}: {key}: {problem}")),
         }
     }
-    file
+    resolved(&path, &file, problems)
 }
 
-fn pieces(pattern: &Pattern<&str>) -> Result<Vec<Piece>, String> {
-    let mut pieces: Vec<Piece> = Vec::new();
+/// The same with the texts that others refer to in the place of the references.
+fn resolved(path: &str, file: &[(&str, Vec<Part>)], problems: &mut Vec<String>) -> File {
+    let mut whole = File::new();
+    for (key, parts) in file {
+        let mut pieces = Vec::new();
+        for part in parts {
+            match part {
+                Part::Piece(piece) => pieces.push(piece.clone()),
+                Part::Reference(other) => match plain(file, other) {
+                    Some(text) => pieces.extend(text),
+                    None => problems.push(format!(
+                        "{path}: {key}: {other} is no text here, or refers to another itself"
+                    )),
+                },
+            }
+        }
+        whole.push(((*key).to_owned(), pieces));
+    }
+    whole
+}
+
+/// The text of a key, unless it has references.
+fn plain(file: &[(&str, Vec<Part>)], key: &str) -> Option<Vec<Piece>> {
+    let (_, parts) = file.iter().find(|(known, _)| *known == key)?;
+    let piece = |part: &Part| match part {
+        Part::Piece(piece) => Some(piece.clone()),
+        Part::Reference(_) => None,
+    };
+    parts.iter().map(piece).collect()
+}
+
+fn parts(pattern: &Pattern<&str>) -> Result<Vec<Part>, String> {
+    let mut parts: Vec<Part> = Vec::new();
     for element in &pattern.elements {
         let text = match element {
             PatternElement::TextElement { value } => (*value).to_owned(),
@@ -201,17 +241,21 @@ fn pieces(pattern: &Pattern<&str>) -> Result<Vec<Piece>, String> {
                     fluent_syntax::unicode::unescape_unicode_to_string(value).into_owned()
                 }
                 InlineExpression::VariableReference { id } => {
-                    if !is_name(id.name, '_') {
+                    if !is_field(id.name) {
                         let name = id.name;
                         return Err(format!(
                             "${name}: an argument is of small letters, digits and _"
                         ));
                     }
-                    pieces.push(Piece::Argument(id.name.to_owned()));
+                    parts.push(Part::Piece(Piece::Argument(id.name.to_owned())));
+                    continue;
+                }
+                InlineExpression::MessageReference { id, attribute: None } => {
+                    parts.push(Part::Reference(id.name.to_owned()));
                     continue;
                 }
                 _ => {
-                    return Err("only { $argument } and { \"text\" } are compiled: \
+                    return Err("only { $argument }, { key } and { \"text\" } are compiled: \
                                 prepare numbers and choices in the code"
                         .to_owned());
                 }
@@ -222,17 +266,27 @@ fn pieces(pattern: &Pattern<&str>) -> Result<Vec<Piece>, String> {
                     .to_owned());
             }
         };
-        match pieces.last_mut() {
-            Some(Piece::Text(before)) => before.push_str(&text),
-            _ => pieces.push(Piece::Text(text)),
+        match parts.last_mut() {
+            Some(Part::Piece(Piece::Text(before))) => before.push_str(&text),
+            _ => parts.push(Part::Piece(Piece::Text(text))),
         }
     }
-    Ok(pieces)
+    Ok(parts)
 }
 
-/// A name that may stand in Rust as it is: letters, digits and one sign between them.
-fn is_name(name: &str, between: char) -> bool {
-    name.split(between).all(|word| {
+/// Words of letters and digits, as the names of the protocol have them, with - or _ between; it
+/// becomes the name of a type.
+fn is_key(key: &str) -> bool {
+    let word = |word: &str| word.starts_with(|c: char| c.is_ascii_alphanumeric());
+    key.starts_with(|c: char| c.is_ascii_lowercase())
+        && key.split(['-', '_']).all(word)
+        && key != "self"
+}
+
+/// A name of a field: letters and digits, `_` between them, no keyword. That of a key becomes the name of a type, so it may
+/// be a keyword: `move`.
+fn is_field(name: &str) -> bool {
+    name.split('_').all(|word| {
         !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit())
     }) && name.starts_with(|c: char| c.is_ascii_lowercase())
         && !KEYWORDS.contains(&name)
@@ -244,10 +298,10 @@ const KEYWORDS: [&str; 10] =
 
 /// Refuses a text in the letters of another language, and words of two alphabets, in which one letter
 /// only looks right.
-fn letters(language: &str, pieces: &[Piece]) -> Result<(), String> {
-    let texts = pieces.iter().filter_map(|piece| match piece {
-        Piece::Text(text) => Some(text.as_str()),
-        Piece::Argument(_) => None,
+fn letters(language: &str, parts: &[Part]) -> Result<(), String> {
+    let texts = parts.iter().filter_map(|part| match part {
+        Part::Piece(Piece::Text(text)) => Some(text.as_str()),
+        Part::Piece(Piece::Argument(_)) | Part::Reference(_) => None,
     });
     let text: String = texts.collect::<Vec<_>>().join(" ");
     if let Some(word) = text
@@ -258,13 +312,18 @@ fn letters(language: &str, pieces: &[Piece]) -> Result<(), String> {
     }
     let russian = text.chars().any(is_russian);
     match language {
-        "ru" if !russian && text.chars().any(char::is_alphabetic) => {
+        // Units are single letters, some of them the same in all languages.
+        "ru" if !russian && has_words(&text) => {
             Err("no Russian letter: is it translated?".to_owned())
         }
         "ru" => Ok(()),
         _ if russian => Err(format!("Russian letters in a text of `{language}`")),
         _ => Ok(()),
     }
+}
+
+fn has_words(text: &str) -> bool {
+    text.split(|c: char| !c.is_alphabetic()).any(|word| word.chars().nth(1).is_some())
 }
 
 fn is_russian(c: char) -> bool {

@@ -8,8 +8,9 @@ use crate::catalogue::{Catalogue, FIRST, Message, Piece, type_name};
 pub fn module(catalogue: &Catalogue) -> String {
     let mut out = languages(&catalogue.languages);
     for (area, messages) in &catalogue.areas {
-        out += &format!("\n/// Texts of `lafet-{area}`.\npub mod {} {{\n", area.replace('-', "_"));
-        out += "    use std::fmt;\n\n    use crate::{Argument, Lang, Text};\n";
+        out += &format!("\n/// Texts of `{area}.ftl`.\npub mod {} {{\n", area.replace('-', "_"));
+        out += "    use std::fmt;\n\n    use crate::{Argument, Fixed, Lang, Text};\n";
+        out += &by_key(messages);
         for message in messages {
             out += &structure(message, &catalogue.languages);
         }
@@ -29,6 +30,9 @@ fn languages(all: &[String]) -> String {
     let mut codes = String::new();
     let mut of = String::new();
     let mut each = String::new();
+    let mut fixed = String::new();
+    let mut fixed_of = String::new();
+    let mut fixed_same = String::new();
     for language in all {
         let (name, first) = (variant(language), language == FIRST);
         let default = if first { "#[default] " } else { "" };
@@ -37,6 +41,9 @@ fn languages(all: &[String]) -> String {
         codes += &format!("            Self::{name} => {language:?},\n");
         of += &format!("            Lang::{name} => &self.{language},\n");
         each += &format!("            {language}: form(Lang::{name}),\n");
+        fixed += &format!("    /// In `{language}`.\n    pub {language}: &'static str,\n");
+        fixed_of += &format!("            Lang::{name} => self.{language},\n");
+        fixed_same += &format!("            {language}: text,\n");
     }
     let names: Vec<String> = all.iter().map(|it| format!("Self::{}", variant(it))).collect();
     let (count, names) = (all.len(), names.join(", "));
@@ -61,6 +68,7 @@ impl Lang {{
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = \"serde\", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = \"serde\", serde(deny_unknown_fields))]
+#[cfg_attr(feature = \"schema\", derive(utoipa::ToSchema), schema(as = Both))]
 pub struct Words {{
 {fields}}}
 
@@ -81,6 +89,25 @@ impl Words {{
     pub(crate) fn each(form: impl Fn(Lang) -> String) -> Self {{
         Self {{
 {each}        }}
+    }}
+}}
+
+/// A text without arguments in every language, for tables and constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Fixed {{
+{fixed}}}
+
+impl Fixed {{
+    /// In a language.
+    pub const fn str(self, lang: Lang) -> &'static str {{
+        match lang {{
+{fixed_of}        }}
+    }}
+
+    /// The same in every language.
+    pub const fn same(text: &'static str) -> Self {{
+        Self {{
+{fixed_same}        }}
     }}
 }}
 "
@@ -138,6 +165,16 @@ fn structure(message: &Message, languages: &[String]) -> String {
     out
 }
 
+/// The texts of a file that have no arguments, for programs that find them by names of their own.
+fn by_key(messages: &[Message]) -> String {
+    let mut out = String::from("\n    /// The texts without arguments, by key.\n");
+    out += "    pub const BY_KEY: &[(&str, Fixed)] = &[\n";
+    for Message { key, .. } in messages.iter().filter(|it| it.arguments.is_empty()) {
+        _ = writeln!(out, "        ({key:?}, {}.fixed()),", type_name(key));
+    }
+    out + "    ];\n"
+}
+
 /// What a text without arguments has more: it need not be put together.
 fn fixed(message: &Message, languages: &[String]) -> String {
     let mut out = format!("\n    impl {} {{\n", type_name(&message.key));
@@ -146,6 +183,12 @@ fn fixed(message: &Message, languages: &[String]) -> String {
         "        pub const fn str(self, lang: Lang) -> &'static str {\n            match lang {\n";
     for (language, form) in languages.iter().zip(&message.forms) {
         _ = writeln!(out, "                Lang::{} => {:?},", variant(language), shown(form));
+    }
+    out += "            }\n        }\n\n";
+    out += "        /// In every language.\n        pub const fn fixed(self) -> Fixed {\n";
+    out += "            Fixed {\n";
+    for (language, form) in languages.iter().zip(&message.forms) {
+        _ = writeln!(out, "                {language}: {:?},", shown(form));
     }
     out + "            }\n        }\n    }\n"
 }

@@ -6,6 +6,11 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use common as text;
+use lafet_proto::dictionary::Key;
+
+pub mod toml;
+
 include!(concat!(env!("OUT_DIR"), "/texts.rs"));
 
 /// What may be an argument of a text: ready text, a number, or another text, which is put in the same
@@ -44,6 +49,46 @@ impl Argument for Words {
         out.write_str(self.of(lang))
     }
 }
+
+impl Text for Words {}
+
+impl Argument for Fixed {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        out.write_str(self.str(lang))
+    }
+}
+
+impl Text for Fixed {}
+
+/// What shows itself, the same in every language: names, addresses, errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<T>(pub T);
+
+impl<T: fmt::Display> Argument for Shown<T> {
+    fn write(&self, _: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        write!(out, "{}", self.0)
+    }
+}
+
+impl<T: fmt::Display> Text for Shown<T> {}
+
+/// The mark between whole and decimal digits.
+pub const fn decimal_mark(lang: Lang) -> &'static str {
+    text::DecimalMark.str(lang)
+}
+
+/// The words of a text of the protocol's dictionary.
+pub const fn dictionary(key: Key) -> Fixed {
+    Fixed { en: key.en, ru: key.ru }
+}
+
+impl Argument for Key {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        dictionary(*self).write(lang, out)
+    }
+}
+
+impl Text for Key {}
 
 /// Arguments that are the same in all languages.
 macro_rules! same_in_all {

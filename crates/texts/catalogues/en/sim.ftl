@@ -1,4 +1,4 @@
-## What the simulator says: violations, exercises and their pictures, throws.
+## What the simulator says: exercises and their pictures, throws.
 
 verdict-passed = PASSED: { $held } of { $all } hold
 fire-news = fire { $fire } { $what }
@@ -13,83 +13,6 @@ request-by-radio = { $request } (radio)
 outside-law = { $what } { $value } { $unit }: the law holds from { $least } to { $most } { $unit }
 unit-degree = °
 
-not-answered = a request is not answered
-not-all-answered = not all have answered
-answer-unasked = an answer that nobody has asked for
-
-opened-not-deployed = { $name } is opened though the barrel is not deployed
-flood = water flows into a folded barrel
-driven-not-deployed = { $name } is driven though the barrel is not deployed
-folded-while-open = the barrel is folded though { $name } is open
-lockout-reported-wrong = LockedOut is told as { $reported }, against what was accepted
-moves-under-lockout = { $name } moves under lockout
-open-under-lockout = { $name } is not being closed under lockout
-leak-unreported = { $name } tells nothing of water that flows though it says closed
-driven-out-of-limits = { $name } at { $at } is driven out of its limits { $least }…{ $most }
-on-before-settled = an output is on before the sensors have settled
-
-unexplained = { $name } { $from } → { $to } is not explained by “{ $cause }”: { $why }
-homed-wrong = { $name } tells wrongly whether its position is known
-cause-request = request { $by }
-cause-program = { $program }, started by { $by }
-cause-button = button of { $post }
-cause-rule = rule: { $rule }
-program-quench = quench
-program-trajectory = trajectory
-program-seek = search
-program-justify = justification
-program-deploy = deployment
-program-wrap = wrapping
-rule-inert = inert until the sensors settle
-rule-power-up = valves close after power-up
-rule-lockout = lockout
-rule-not-deployed = not deployed
-rule-water = water in the barrel
-rule-blocked = hardware block of the valve
-rule-unconfirmed = water not confirmed
-rule-limit = limit
-rule-end-switch = end switch
-rule-overload = overload
-rule-cut-off = current cut-off
-rule-timeout = time over
-rule-fault = fault
-rule-conn-lost = remote unit lost
-rule-arrived = arrived
-rule-program-end = end of the program
-rule-paused = program paused
-rule-released = button released
-rule-refused = button refused
-rule-cold = too cold
-rule-warm = warm enough
-rule-no-temperature = no temperature
-rule-heater-fault = heater fault
-rule-absent = not part of the monitor
-
-changed-while-stopped = { $output } changed while the program stood still
-
-too-fast = it goes faster than it is set to
-no-such-move = no such Move is in force
-away-from-destination = it moves away from the destination
-not-of-program = this program has no business with this drive
-no-such-program = no such program is in force
-program-ended = the program has ended
-program-paused = the program is paused
-no-such-button = no such button is held
-rule-only-takes-away = a rule may only take away
-rule-only-stops = a rule stops, it does not slow down
-rule-not-for-drives = this rule is not for drives
-rule-condition-unmet = the condition of the rule does not hold
-button-not-pressed = no such button was pressed
-no-lockout = there is no lockout
-water-was-confirmed = its water was confirmed, or needs not be
-rule-never-opens = a rule never opens
-no-program-drives-valves = no program drives valves
-no-such-request = no such request is in force
-no-such-stop = no such stop was accepted
-no-button-stops-valves = no button stops a valve
-only-cold-heats = only cold switches heat on
-heaters-follow-rules = heaters follow rules alone
-
 too-late = too late
 never-came = the time for it never came
 
@@ -102,6 +25,7 @@ needs-monitor = at least one [[monitor]] is needed
 needs-scenario = [scenario] is missing
 monitors-at-most = at most { $most } monitors
 fires-at-most = at most { $most } fires
+drains-between = from 10 s to 1 h
 only-tank = only a tank
 fire-at-or-on = at = [x, y] or on = "a tank"
 name-without-blanks = a name without blanks
@@ -209,20 +133,8 @@ deployer = deployer
 vertical-drive = vertical drive
 time-axis = min:s
 bar-cause = fault
+log-flag = { $subsystem } { $flag }: { $meaning }
 bar-flag = told
-
-detected-head =
-    | fault | reported by | severity | longest time | rows |
-    | --- | --- | --- | --- | --- |
-detected-without-row = Faults of the simulator that no row of a flag injects:
-at-once = at once
-decimal-point = .
-seconds-behind-blank = {" "}s
-
-frame-behind-garbage-not-answered = a frame behind garbage is not answered
-frame-not-answered = a frame is not answered
-answer-cut-short = an answer is cut short
-program-panicked = the device panicked
 
 unit-mpa = MPa
 outlet = outlet
@@ -237,3 +149,87 @@ note-elevation = Rows are known for elevations of 20–45° only: the band is ex
 note-monitor = No row states the middle or the top of a monitor's jet: their bands are those of smooth bores, widened by that of the greatest reach.
 note-spray = No row of a spray is known: its band is wider by a share that is ours.
 note-wind = No row of a jet in wind is known: the band is wider by a third of what the wind changes (ours).
+
+not-answered = a request is not answered
+not-all-answered = not all have answered
+answer-unasked = an answer that nobody has asked for
+opened-not-deployed = { $name } is opened though the barrel is not deployed
+flood = water flows into a folded barrel
+driven-not-deployed = { $name } is driven though the barrel is not deployed
+folded-while-open = the barrel is folded though { $name } is open
+lockout-reported-wrong = LockedOut is told as { $reported }, against what was accepted
+moves-under-lockout = { $name } moves under lockout
+open-under-lockout = { $name } is not being closed under lockout
+leak-unreported = { $name } tells nothing of water that flows though it says closed
+driven-out-of-limits = { $name } at { $at } is driven out of its limits { $least }…{ $most }
+on-before-settled = an output is on before the sensors have settled
+unexplained = { $name } { $from } → { $to } is not explained by “{ $cause }”: { $why }
+homed-wrong = { $name } tells wrongly whether its position is known
+cause-request = request { $by }
+cause-program = { $program }, started by { $by }
+cause-button = button of { $post }
+cause-rule = rule: { $rule }
+program-quench = quench
+program-trajectory = trajectory
+program-seek = search
+program-justify = justification
+program-deploy = deployment
+program-wrap = wrapping
+rule-inert = inert until the sensors settle
+rule-power-up = valves close after power-up
+rule-lockout = lockout
+rule-not-deployed = not deployed
+rule-water = water in the barrel
+rule-blocked = hardware block of the valve
+rule-unconfirmed = water not confirmed
+rule-limit = limit
+rule-end-switch = end switch
+rule-overload = overload
+rule-cut-off = current cut-off
+rule-timeout = time over
+rule-fault = fault
+rule-conn-lost = remote unit lost
+rule-arrived = arrived
+rule-program-end = end of the program
+rule-paused = program paused
+rule-released = button released
+rule-refused = button refused
+rule-cold = too cold
+rule-warm = warm enough
+rule-no-temperature = no temperature
+rule-heater-fault = heater fault
+rule-absent = not part of the monitor
+changed-while-stopped = { $output } changed while the program stood still
+too-fast = it goes faster than it is set to
+no-such-move = no such Move is in force
+away-from-destination = it moves away from the destination
+not-of-program = this program has no business with this drive
+no-such-program = no such program is in force
+program-ended = the program has ended
+program-paused = the program is paused
+no-such-button = no such button is held
+rule-only-takes-away = a rule may only take away
+rule-only-stops = a rule stops, it does not slow down
+rule-not-for-drives = this rule is not for drives
+rule-condition-unmet = the condition of the rule does not hold
+button-not-pressed = no such button was pressed
+no-lockout = there is no lockout
+water-was-confirmed = its water was confirmed, or needs not be
+rule-never-opens = a rule never opens
+no-program-drives-valves = no program drives valves
+no-such-request = no such request is in force
+no-such-stop = no such stop was accepted
+no-button-stops-valves = no button stops a valve
+only-cold-heats = only cold switches heat on
+heaters-follow-rules = heaters follow rules alone
+detected-head =
+    | fault | reported by | severity | longest time | rows |
+    | --- | --- | --- | --- | --- |
+detected-without-row = Faults of the simulator that no row of a flag injects:
+at-once = at once
+decimal-point = .
+seconds-behind-blank = {" "}s
+frame-behind-garbage-not-answered = a frame behind garbage is not answered
+frame-not-answered = a frame is not answered
+answer-cut-short = an answer is cut short
+program-panicked = the device panicked

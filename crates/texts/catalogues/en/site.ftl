@@ -34,6 +34,7 @@ trouble-monitor-failure = a monitor has failed
 trouble-monitor-idle = a monitor does not act on the order
 trouble-not-closed = a valve is not reported closed
 trouble-output-overdue = an output is not reported as commanded
+trouble-pump-overdue = a pump is not reported as ordered
 trouble-pump-failed = a pump gives no pressure
 trouble-no-pressure = no pump gives pressure
 trouble-no-monitor = no monitor can serve a released zone

@@ -1,4 +1,4 @@
-## Имитатор: нарушения, занятия и их рисунки, дальность струи.
+## Имитатор: занятия и их рисунки, дальность струи.
 
 verdict-passed = ВЫПОЛНЕНО: { $held } из { $all }
 fire-news = очаг { $fire } { $what }
@@ -13,83 +13,6 @@ request-by-radio = { $request } (радио)
 outside-law = { $what } { $value } { $unit }: закон действует от { $least } до { $most } { $unit }
 unit-degree = °
 
-not-answered = запрос остался без ответа
-not-all-answered = ответили не все
-answer-unasked = ответ без запроса
-
-opened-not-deployed = { $name } открывается, хотя ствол не развёрнут
-flood = вода поступает в свёрнутый ствол
-driven-not-deployed = { $name } движется, хотя ствол не развёрнут
-folded-while-open = ствол сворачивается, хотя { $name } открыт
-lockout-reported-wrong = LockedOut = { $reported }, вопреки принятым запросам
-moves-under-lockout = { $name } движется при блокировке
-open-under-lockout = { $name } не закрывается при блокировке
-leak-unreported = { $name } не сообщает о воде, текущей через закрытый затвор
-driven-out-of-limits = { $name } ({ $at }) движется за пределы { $least }…{ $most }
-on-before-settled = выход включён до окончания выдержки после подачи питания
-
-unexplained = { $name } { $from } → { $to } не объясняется причиной «{ $cause }»: { $why }
-homed-wrong = { $name } неверно сообщает, известно ли положение
-cause-request = запрос { $by }
-cause-program = { $program }, по запросу { $by }
-cause-button = кнопка поста { $post }
-cause-rule = правило: { $rule }
-program-quench = тушение
-program-trajectory = тушение по траектории
-program-seek = поиск
-program-justify = юстировка
-program-deploy = развёртывание
-program-wrap = свёртывание
-rule-inert = выдержка после включения
-rule-power-up = закрытие после включения
-rule-lockout = аварийная блокировка
-rule-not-deployed = ствол не развёрнут
-rule-water = вода в стволе
-rule-blocked = аппаратная блокировка затвора
-rule-unconfirmed = подача воды не подтверждена
-rule-limit = предел
-rule-end-switch = концевой датчик
-rule-overload = перегрузка по току
-rule-cut-off = токовая отсечка
-rule-timeout = время истекло
-rule-fault = неисправность
-rule-conn-lost = потеря связи с блоком
-rule-arrived = прибыл
-rule-program-end = конец программы
-rule-paused = пауза программы
-rule-released = кнопка отпущена
-rule-refused = кнопка отклонена
-rule-cold = холодно
-rule-warm = тепло
-rule-no-temperature = нет температуры
-rule-heater-fault = неисправность подогрева
-rule-absent = нет в составе ствола
-
-changed-while-stopped = { $output }: изменение при остановленной программе
-
-too-fast = скорость выше заданной
-no-such-move = такой Move не действует
-away-from-destination = движение прочь от точки назначения
-not-of-program = эта программа не управляет этим приводом
-no-such-program = такая программа не действует
-program-ended = программа завершена
-program-paused = программа приостановлена
-no-such-button = кнопка не нажата
-rule-only-takes-away = правило может только останавливать
-rule-only-stops = правило останавливает, а не замедляет
-rule-not-for-drives = это правило не для приводов
-rule-condition-unmet = условие правила не выполнено
-button-not-pressed = кнопку не нажимали
-no-lockout = блокировки нет
-water-was-confirmed = подача воды подтверждена или не требует подтверждения
-rule-never-opens = правило никогда не открывает
-no-program-drives-valves = программы не управляют затворами
-no-such-request = такой запрос не действует
-no-such-stop = такой останов не принимался
-no-button-stops-valves = кнопки не останавливают затвор
-only-cold-heats = подогрев включает только холод
-heaters-follow-rules = подогрев подчиняется только правилам
-
 too-late = слишком поздно
 never-came = до этого не дошло
 
@@ -102,6 +25,7 @@ needs-monitor = нужен хотя бы один [[monitor]]
 needs-scenario = нет [scenario]
 monitors-at-most = не более { $most } стволов
 fires-at-most = не более { $most } очагов
+drains-between = от 10 с до 1 ч
 only-tank = только резервуар
 fire-at-or-on = at = [x, y] или on = "резервуар"
 name-without-blanks = имя без пробелов
@@ -209,20 +133,8 @@ deployer = развёртывание
 vertical-drive = привод по вертикали
 time-axis = мин:с
 bar-cause = отказ
+log-flag = { $subsystem } { $flag }: { $meaning }
 bar-flag = флаг
-
-detected-head =
-    | неисправность | чем сообщается | важность | наибольшее время | строк |
-    | --- | --- | --- | --- | --- |
-detected-without-row = Неисправности имитатора, которых нет ни в одной строке с флагом:
-at-once = сразу
-decimal-point = ,
-seconds-behind-blank = {" "}с
-
-frame-behind-garbage-not-answered = кадр после помех без ответа
-frame-not-answered = кадр остался без ответа
-answer-cut-short = ответ оборван
-program-panicked = аварийное завершение программы ствола
 
 unit-mpa = МПа
 outlet = выходное отверстие
@@ -237,3 +149,87 @@ note-elevation = Данные известны только для возвыш�
 note-monitor = Середину и высоту струи лафетных стволов не указывает ни один источник: их интервалы взяты от гладких насадков и расширены на интервал наибольшей дальности.
 note-spray = Данных о распылённых струях нет: интервал расширен на долю, выбранную нами.
 note-wind = Данных о струях на ветру нет: интервал расширен на треть влияния ветра (выбрано нами).
+
+not-answered = запрос остался без ответа
+not-all-answered = ответили не все
+answer-unasked = ответ без запроса
+opened-not-deployed = { $name } открывается, хотя ствол не развёрнут
+flood = вода поступает в свёрнутый ствол
+driven-not-deployed = { $name } движется, хотя ствол не развёрнут
+folded-while-open = ствол сворачивается, хотя { $name } открыт
+lockout-reported-wrong = LockedOut = { $reported }, вопреки принятым запросам
+moves-under-lockout = { $name } движется при блокировке
+open-under-lockout = { $name } не закрывается при блокировке
+leak-unreported = { $name } не сообщает о воде, текущей через закрытый затвор
+driven-out-of-limits = { $name } ({ $at }) движется за пределы { $least }…{ $most }
+on-before-settled = выход включён до окончания выдержки после подачи питания
+unexplained = { $name } { $from } → { $to } не объясняется причиной «{ $cause }»: { $why }
+homed-wrong = { $name } неверно сообщает, известно ли положение
+cause-request = запрос { $by }
+cause-program = { $program }, по запросу { $by }
+cause-button = кнопка поста { $post }
+cause-rule = правило: { $rule }
+program-quench = тушение
+program-trajectory = тушение по траектории
+program-seek = поиск
+program-justify = юстировка
+program-deploy = развёртывание
+program-wrap = свёртывание
+rule-inert = выдержка после включения
+rule-power-up = закрытие после включения
+rule-lockout = аварийная блокировка
+rule-not-deployed = ствол не развёрнут
+rule-water = вода в стволе
+rule-blocked = аппаратная блокировка затвора
+rule-unconfirmed = подача воды не подтверждена
+rule-limit = предел
+rule-end-switch = концевой датчик
+rule-overload = перегрузка по току
+rule-cut-off = токовая отсечка
+rule-timeout = время истекло
+rule-fault = неисправность
+rule-conn-lost = потеря связи с блоком
+rule-arrived = прибыл
+rule-program-end = конец программы
+rule-paused = пауза программы
+rule-released = кнопка отпущена
+rule-refused = кнопка отклонена
+rule-cold = холодно
+rule-warm = тепло
+rule-no-temperature = нет температуры
+rule-heater-fault = неисправность подогрева
+rule-absent = нет в составе ствола
+changed-while-stopped = { $output }: изменение при остановленной программе
+too-fast = скорость выше заданной
+no-such-move = такой Move не действует
+away-from-destination = движение прочь от точки назначения
+not-of-program = эта программа не управляет этим приводом
+no-such-program = такая программа не действует
+program-ended = программа завершена
+program-paused = программа приостановлена
+no-such-button = кнопка не нажата
+rule-only-takes-away = правило может только останавливать
+rule-only-stops = правило останавливает, а не замедляет
+rule-not-for-drives = это правило не для приводов
+rule-condition-unmet = условие правила не выполнено
+button-not-pressed = кнопку не нажимали
+no-lockout = блокировки нет
+water-was-confirmed = подача воды подтверждена или не требует подтверждения
+rule-never-opens = правило никогда не открывает
+no-program-drives-valves = программы не управляют затворами
+no-such-request = такой запрос не действует
+no-such-stop = такой останов не принимался
+no-button-stops-valves = кнопки не останавливают затвор
+only-cold-heats = подогрев включает только холод
+heaters-follow-rules = подогрев подчиняется только правилам
+detected-head =
+    | неисправность | чем сообщается | важность | наибольшее время | строк |
+    | --- | --- | --- | --- | --- |
+detected-without-row = Неисправности имитатора, которых нет ни в одной строке с флагом:
+at-once = сразу
+decimal-point = ,
+seconds-behind-blank = {" "}с
+frame-behind-garbage-not-answered = кадр после помех без ответа
+frame-not-answered = кадр остался без ответа
+answer-cut-short = ответ оборван
+program-panicked = аварийное завершение программы ствола

@@ -34,6 +34,7 @@ trouble-monitor-failure = отказ ствола
 trouble-monitor-idle = ствол не выполняет команду
 trouble-not-closed = нет подтверждения закрытия затвора
 trouble-output-overdue = нет подтверждения выхода
+trouble-pump-overdue = выполнение команды насосом не подтверждено
 trouble-pump-failed = насос не создаёт давления
 trouble-no-pressure = ни один насос не создаёт давления
 trouble-no-monitor = нет ствола для зоны с пуском

@@ -79,6 +79,7 @@ fn letters_of_another_language_are_refused() {
     // Names of the protocol and of keys stay as they are; so does what has no letters.
     assert!(read(EN, &RU.replace("все", "все `zones`, Stop")).is_ok());
     assert!(read("all = { $a } °\n", "all = { $a } °\n").is_ok());
+    assert!(read("unit = ×0.1 °C\n", "unit = ×0,1 °C\n").is_ok());
 }
 
 #[test]
@@ -86,10 +87,25 @@ fn what_is_not_compiled_is_refused() {
     let both = |text: &str| read(text, text).unwrap_err().concat();
     assert!(both("n = { $n ->\n    [one] 1\n   *[other] 2\n}\n").contains("selectors"));
     assert!(both("n = { NUMBER($n) }\n").contains("only { $argument }"));
-    assert!(both("n = { other }\nother = 1\n").contains("only { $argument }"));
+    assert!(both("n = { other.part }\nother = 1\n").contains("only { $argument }"));
     assert!(both("-n = 1\n").contains("terms"));
     assert!(both("n = 1\n    .tip = 2\n").contains("attributes"));
     assert!(both("n = { $n\nm = 1\n").contains("a.ftl:"));
+}
+
+/// What two rows of a table share is written once.
+#[test]
+fn a_text_may_refer_to_another() {
+    let text = |n: &str| format!("a = {n}\nb = {n}, {{ a }}\n");
+    let catalogue = read(&text("one"), &text("один")).unwrap();
+    let [a, b] = &catalogue.areas["a"][..] else { panic!("{catalogue:?}") };
+    assert_eq!((a.key.as_str(), b.key.as_str()), ("a", "b"));
+    let module = rust::module(&catalogue);
+    assert!(module.contains("\"one, one\"") && module.contains("\"один, один\""), "{module}");
+    let both = |text: &str| read(text, text).unwrap_err().concat();
+    assert!(both("a = { b }\n").contains("b is no text here"));
+    assert!(both("a = { b }\nb = { c }\nc = 1\n").contains("a: b is no text here"));
+    assert!(both("a = { a }\n").contains("a: a is no text here"));
 }
 
 #[test]
@@ -99,10 +115,14 @@ fn names_that_are_none_in_rust_are_refused() {
     assert!(both("a--b = 1\n").contains("a key is of small letters"));
     assert!(both("a = { $Big }\n").contains("an argument is of small letters"));
     assert!(both("a = { $type }\n").contains("an argument is of small letters"));
+    assert!(both("self = 1\n").contains("a key is of small letters"));
+    assert!(read("move = move\n", "move = двигать\n").is_ok());
     assert!(both("a-b1 = 1\na-b-1 = 2\n").contains("another key has the same name"));
     let folder = [source("pt-br", "a", "")];
     assert!(Catalogue::read(&folder).unwrap_err().concat().contains("pt-br"));
     assert_eq!(type_name("flow-at-1-mpa"), "FlowAt1Mpa");
+    assert_eq!(type_name("field-Quench-centre_h"), "FieldQuenchCentreH");
+    assert!(read("flag-TrajectoryCRCFault = 1\n", "flag-TrajectoryCRCFault = 1\n").is_ok());
 }
 
 /// A third language is a folder: it becomes a variant and a field.
@@ -118,6 +138,8 @@ fn a_folder_is_a_language() {
         "pub de: String,",
         "Lang::De => &[Piece::Text(\"all \"), Piece::Argument(0)]",
         "pub struct All<A0> {",
+        "pub de: &'static str,",
+        "Lang::De => self.de,",
     ] {
         assert!(module.contains(part), "{part}\n{module}");
     }

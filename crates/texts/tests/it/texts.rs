@@ -1,6 +1,6 @@
 //! Texts in each language, with their arguments.
 
-use lafet_texts::{Argument, Lang, Text, Words, capture, place, site};
+use lafet_texts::{Argument, Fixed, Lang, Shown, Text, Words, capture, place, site};
 
 #[test]
 fn a_text_has_words_in_every_language() {
@@ -56,6 +56,7 @@ fn every_kind_of_argument() {
     assert_eq!(shown(-1_i8), around("-1"));
     assert_eq!(shown(true), around("true"));
     assert_eq!(shown(1e300), around(&1e300.to_string()));
+    assert_eq!(shown(Shown(std::net::Ipv4Addr::LOCALHOST)), around("127.0.0.1"));
     assert_eq!(shown(Words { en: "a".into(), ru: "б".into() }), around("б"));
 }
 
@@ -67,4 +68,19 @@ fn the_dissectors_texts() {
         assert_ne!(text.of(Lang::En), text.of(Lang::Ru));
         assert!(!text.of(Lang::En).is_empty() && !text.of(Lang::Ru).is_empty());
     }
+}
+
+/// Without arguments, a text is a constant.
+#[test]
+fn a_fixed_text_is_a_constant_and_has_a_key() {
+    const NO_HOLD: Fixed = site::RefusalNoHold.fixed();
+    assert_eq!(NO_HOLD.en, "The zone has no hold.");
+    for lang in Lang::ALL {
+        assert_eq!(NO_HOLD.str(lang), site::RefusalNoHold.str(lang));
+        assert_eq!(NO_HOLD.of(lang), NO_HOLD.str(lang));
+        assert_eq!(NO_HOLD.words().of(lang), NO_HOLD.str(lang));
+    }
+    let find = |key| site::BY_KEY.iter().find(|(known, _)| *known == key).map(|(_, text)| *text);
+    assert_eq!(find("refusal-no-hold"), Some(NO_HOLD));
+    assert_eq!(find("id-length"), None);
 }

@@ -1,0 +1,459 @@
+## What the hub says: errors, alarms, events, its configuration.
+
+# Roles.
+role-observer = observer
+role-operator = operator
+role-engineer = engineer
+role-administrator = administrator
+
+# Names of users.
+name-length = A name has 1…64 characters, without spaces at its ends or two in a row.
+name-characters = A name has letters, digits, spaces and . - _ @ + ' only.
+name-alphabets = A word of a name has letters of one alphabet: Latin and Cyrillic ones look alike.
+name-of-hub = This name is the hub's own.
+name-alike = This name looks like “{ $other }”, which there is already.
+
+# Passwords.
+password-short = A password has 10 characters or more.
+password-guessed = This password is guessed easily. Take three or four words that have nothing to do with each other, or a longer one; no rows of keys, repetitions, dates or names.
+
+# Alarms: the condition, its cause, what follows, what to do.
+alarm-link-down = There is no connection to the monitor.
+alarm-link-down-cause = The cable, the network or a serial server has failed, or the monitor has no power.
+alarm-link-down-consequence = It cannot be commanded or stopped from here; what it was doing goes on by itself.
+alarm-link-down-remedy = Use the button post at the monitor; check power, cable and address.
+monitor-silent = The monitor does not answer.
+alarm-stale-cause = The link is up, but the monitor is off, restarts, has another address or speed, or answers are lost.
+alarm-unheld = A motion by hand may go on for more than 0.5 s if the hub or the connection fails.
+alarm-unheld-cause = The monitor has no parameter MoveHold: its drive stops after about 2 s. Or the line is slow (round trip of 180 ms and more): the drive stops after three round trips or so.
+alarm-unheld-consequence = People near the barrel while it is moved by hand are in danger for longer.
+alarm-unheld-remedy = While it is moved by hand, keep the hardware emergency stop within reach. Install firmware with MoveHold, or make the line faster; shelve the alarm where neither is possible.
+alarm-audit = The audit log is not being stored.
+alarm-disk-cause = The disk is full, read-only or has failed.
+alarm-audit-consequence = Commands go on; their entries wait in memory and are lost if the hub ends.
+alarm-audit-remedy = Make room on the disk or repair it; the entries are then stored by themselves.
+alarm-chain = The audit log was changed.
+alarm-chain-cause = audit.db was edited, or the disk has corrupted it.
+alarm-chain-consequence = Control is not affected. Entries from the one that is named in the event log on prove nothing.
+alarm-chain-remedy = Keep a copy of the folder for the investigation; then restore audit.db, or put it aside and start with --accept-lost audit.
+alarm-state = Files of the state were lost.
+alarm-state-cause = Files in the hub's folder were removed, replaced or cut; the event log names them.
+alarm-state-consequence = Control is not affected. What was in them is missing.
+alarm-state-remedy = Find out who or what did it, restore a copy if there is one; then acknowledge.
+alarm-logins = Passwords are being guessed.
+alarm-logins-cause = Many logins have failed in the last minutes; the audit log has their users and addresses.
+alarm-logins-consequence = A login from a new place has to wait. Places from which a user has logged in before do not.
+alarm-logins-remedy = Find the addresses in the audit log and cut them off from the network of the hub.
+alarm-revocations = Ended sessions and removed users are not stored.
+alarm-revocations-consequence = They are in effect. If the hub restarts before the disk takes them, they may be undone.
+alarm-revocations-remedy = Make room on the disk or repair it before the hub is restarted.
+alarm-history = The history is not being stored.
+alarm-history-cause = The disk is full or faulty; or PostgreSQL, if it is used, does not answer or refuses the hub.
+alarm-history-consequence = Control is not affected. Values of this time are missing; PostgreSQL's wait in memory until there are too many.
+alarm-history-remedy = Make room on the disk, or correct the server or url in [history].
+
+# Alarms of the zones.
+alarm-trouble = { $subject }: { $trouble }.
+alarm-detector-cause = The detector or its gateway has no power, no link or a fault, or its window is dirty.
+alarm-detector-consequence = It has no vote: its zones may release later, or only alarm.
+alarm-detector-remedy = Watch its area; look at the detector, its gateway and its link.
+alarm-idle-cause = It refuses, a valve or drive does not move, or its post is locked.
+alarm-idle-consequence = Another monitor is used in its place, if the zone has one.
+alarm-idle-remedy = Take control and open it by hand, or use its button post.
+alarm-not-closed-cause = The valve does not close, its sensor has failed, or the monitor does not answer.
+alarm-not-closed-consequence = Water may still run.
+alarm-not-closed-remedy = Look whether water runs; shut it off at the monitor.
+alarm-no-monitor-cause = All of its monitors are lost, failed, locked, closed or controlled by people.
+alarm-no-monitor-consequence = A released zone gets no water.
+alarm-no-monitor-remedy = Extinguish by other means; give control of a monitor up, or reset it.
+alarm-path-cause = A broken wire, a device without power, or a bus that does not answer.
+alarm-path-consequence = An input counts as it was last: a press of it is not seen. An output may not do what it is ordered.
+alarm-path-remedy = Use the console or the posts of the monitors, valves and pumps by hand; look at the wire and the device.
+alarm-output-cause = The line or the device does not take the order, or the valve, relay or contactor does not move.
+alarm-output-consequence = It may still be as it was before. The order is repeated every second.
+alarm-output-remedy = Operate it by hand on the spot; look at the device and its limit switch.
+alarm-pump-cause = The pump does not run, has no water, or its pressure switch or line has failed.
+alarm-pump-consequence = A pump on standby starts in its place, if there is one. Jets may be short.
+alarm-pump-remedy = Start a pump by hand on the spot; look at its supply, suction and pressure switch.
+alarm-contact-cause = The station is still pressed, or its contact is welded.
+alarm-contact-consequence = A press of it releases nothing until it was seen released.
+alarm-contact-remedy = Reset the station; if the trouble stays, look at its contact.
+alarm-zone-disabled = Zone { $subject } is disabled: not in automatic, ended or locked.
+alarm-zone-disabled-cause = A person's order.
+alarm-zone-disabled-consequence = A fire is only an alarm; water comes by hand, if at all.
+alarm-zone-disabled-remedy = Watch the zone. Afterwards set automatic, reset it or unlock the zones.
+alarm-zone-not-ready = Zone { $subject } is not ready: it would release nothing by itself.
+alarm-zone-not-ready-cause = Too many of its detectors have failed, or none of its monitors can serve it.
+
+# The page that replaces the console where it was not built.
+console-not-built = The hub runs, but the console was not built in
+console-not-built-remedy = Build the console with these commands, then the program again. The API works without it.
+
+# What the API refuses.
+answers-too-many = Too many answers are still being taken. Try again.
+csrf-missing = The header X-CSRF-Token is missing or wrong: take it from /api/session.
+body-unreadable = The body cannot be read; at most { $body_max } bytes.
+not-understood = Not understood: { $error }. See /api/openapi.json.
+login-first = Log in first.
+host-unknown = The hub has no such name. Add it to names in [server], or use its address.
+origin-unknown = Another page asks. If it may, add it to origins in [server].
+jets-too-many = At most { $jets_max } jets in a request.
+toward-wrong = toward is max or min.
+no-parquet = This lafet is built without Parquet. Take /api/history.csv, or build with the feature parquet.
+encoding-refused = The hub takes bodies of requests as they are, without Content-Encoding.
+past-too-long = At most 24 hours at a time.
+seconds-range = seconds is { $from }…{ $to }.
+recording-not-frames = This is no recording of frames: { $error }.
+upload-broken = The file has not arrived: { $error }.
+upload-too-large = The file is too large; at most { $megabytes } MiB.
+shelve-range = It takes a reason of 1…{ $reason_max } characters and 1…{ $shelve_max_min } minutes.
+times-wrong = from_ms must not be after to_ms, nor either after { $time_max_ms }.
+no-password = Only who has logged in with a password has one.
+sim-at-or-name = Give at or name.
+sim-out-of-range = { $name } = { $value } is out of range: { $from }…{ $to }.
+subscribed-too-many = At most { $subscribed_max } monitors; without a list, all of them.
+detector-kind-differs = kind is not that of the configuration. Correct hub.toml, or the detector that reports here.
+detector-place-range = bearing_deg is 0…360, elevation_deg −90…90, quality 0…1.
+
+# The clock.
+clock-stepped = The clock was changed by { $by_s } s, or the machine was asleep.
+
+# Requests.
+only-set-param = Only SetParam is waited for.
+request-too-long = The request is too long.
+bus-controller-own = This is the bus controller's own.
+
+# What is wrong with hub.toml, and what to write.
+check-open-without-login = login = false, but { $listen } can be reached from other machines.
+check-open-without-login-remedy = Set login = true, or listen on 127.0.0.1.
+check-plain-passwords = Passwords would travel in the clear to { $listen }.
+check-plain-passwords-remedy = Add [tls] with cert and key; or, behind a proxy that has TLS, plain_http = true.
+check-file-readable = Every user of this machine can read { $name }.
+check-listen = `{ $text }` is no place to listen.
+check-listen-remedy = Write ADDRESS:PORT, as 127.0.0.1:8480 or 0.0.0.0:8480.
+check-pem-files-remedy = sslrootcert, sslcert and sslkey name PEM files; relative ones start from the folder of this file.
+check-out-of-range = { $name } = { $value } is out of range.
+check-out-of-range-remedy = Write { $from }…{ $to }.
+check-client-roles = client_roles without client_ca.
+check-client-roles-remedy = Add client_ca: the file with the certificate that signs clients.
+check-pem-remedy = Give the path of a PEM file; relative ones start from the folder of this file.
+check-input-no-zone = There is no zone for it.
+check-input-no-zone-remedy = Add [[zone]], or remove the input.
+check-output-no-zone-remedy = Add [[zone]], or remove the output.
+check-target = `{ $text }` says nothing that can be written.
+check-target-table = `{ $text }`: discrete and input are only read.
+check-target-no-value = `{ $text }`: which bit or values of the register are meant?
+check-target-same = `{ $text }`: on and off are the same.
+check-target-remedy = Write coil:12, holding:100.3, holding:100=1/0 or holding:100&0x00FF=0x0012/0: the values for on and off; ! in front inverts.
+check-same-target = { $id } and { $other } both write { $bit }: one would undo the other.
+check-same-target-remedy = Give each output a bit of its own.
+check-target-alarms = { $id } writes { $bit }, which is read as { $other }: the hub would cause its own signal.
+check-target-alarms-remedy = Correct unit and bit of one of them.
+check-own-feedback = { $id } writes { $bit } and reads it as its report: it says what was written, not what has happened.
+check-own-feedback-remedy = Name the bit of a limit switch or relay, or remove it: what was written is read back anyway.
+check-part-unread = { $id } writes a part of a register, whose rest cannot be left as it is without reading it.
+check-part-unread-remedy = Remove read_back = false, or give the output the whole register: holding:100=1/0.
+check-single-reading = { $id } would release by a single reading.
+check-single-reading-remedy = Write debounce_ms = { $least } or more (1000 at most), or a smaller poll_ms of { $name }.
+check-bus-name = `{ $name }` is no name of a bus.
+check-bus-name-remedy = Write 1…32 letters a–z, digits, - or _.
+check-bus-twice = { $name } is given twice.
+check-bus-twice-remedy = Give each bus a name of its own.
+check-bus-same-line = The bus { $name } is on the same line.
+check-bus-same-line-remedy = A line is one [[modbus]], with all of its devices.
+check-bus-with-monitor = A monitor is on this line, with a protocol of its own.
+check-bus-with-monitor-remedy = Give the detectors a line of their own.
+check-bus-unknown = There is no bus { $name }.
+check-bus-unknown-remedy = Add [[modbus]] with name = "{ $name }", or correct the name.
+check-key-meaningless = { $key } has no meaning here.
+check-key-meaningless-remedy = With map = "fv300": register, axis, field; with map = "notifier": register; without map: alarm and other bits, and heartbeat_s with heartbeat.
+check-axis-and-field = axis and field belong together.
+check-view = No detector is mounted so.
+check-register-missing = register is missing.
+check-register-missing-remedy = Write the register of the point, counted from 0.
+check-alarm-bit-missing = The bit that alarms is missing.
+check-alarm-bit-missing-remedy = Write alarm = "discrete:12", or map = "fv300".
+check-heartbeat = heartbeat without heartbeat_s.
+check-heartbeat-remedy = Write heartbeat_s: twice the time in which the bit changes, s.
+check-same-bit = { $id } and { $other } have the same alarm bit ({ $bit }): one device would vote twice.
+check-same-bit-remedy = Correct unit and bit, or remove one of them.
+check-silent-too-soon = { $id } is silent after { $silent } ms, but { $name } needs { $own } ms to try twice.
+check-silent-too-soon-remedy = Write a smaller poll_ms or timeout_ms of { $name }, or silent_after_s = { $least } or more.
+check-bus-unused = Nothing is on the bus { $name }: it would have no effect.
+check-bus-unused-remedy = Write source = { "{" } modbus = "{ $name }", unit = 1, … { "}" } in a [[detector]] or [[input]], target = … in an [[output]] or [[pump]], or remove the bus.
+check-round-too-long = One round on { $name } takes { $round } ms at this speed, more than poll_ms = { $poll_ms }.
+check-round-too-long-remedy = Write poll_ms = { $poll_ms } or more, a higher speed, or divide the bus.
+check-view-remedy = Write axis = [bearing 0…360, elevation −90…90] and field = [width, height], 1…180, all in degrees.
+check-example-remedy = For what is allowed here: lafet serve --example.
+check-no-monitor = There is no monitor.
+check-no-monitor-remedy = Add one: [[monitor]] with id = "M1" and url = "tcp://192.168.1.50?addr=1".
+check-monitor-id = `{ $id }` is not an id.
+check-monitor-id-remedy = Write 1…32 letters a–z, digits, - or _; what people read is name.
+check-monitor-twice = { $id } is given twice.
+check-monitor-twice-remedy = Give each monitor an id of its own.
+check-no-simulator = The hub has no simulator inside.
+check-no-simulator-remedy = Run `lafet sim` and write the address that it prints.
+check-same-url = { $url }: two monitors with the same URL.
+check-same-url-remedy = Give each its own address: ?addr=2.
+check-url-remedy = Write tcp://HOST:PORT?addr=1, udp://… or serial:///dev/ttyUSB0?baud=19200.
+check-host-name = `{ $name }` is no name.
+check-host-name-remedy = Write the name alone: hub.site.example, without http:// and port.
+check-origin = `{ $text }` is no origin.
+check-origin-remedy = Write https://NAME or https://NAME:PORT, without a path; * is not there.
+check-plan = This cannot be on the plan.
+check-plan-remedy = Places are metres within 100 km, headings −360…360°, heights 0…1000 m, diameters more than 0.
+toml-unknown = { $name } is not known here; what is: { $known }.
+toml-not-one-of = { $name } is not one of { $known }.
+toml-missing = { $name } is missing.
+toml-twice = This is given twice.
+toml-no-vote = { $votes } is no vote: write 2oo3 for two of three detectors.
+toml-meant = Did you mean { $name }?
+check-no-driver = [[{ $table }]]: the hub has no driver for it: it would have no effect.
+check-no-driver-remedy = Remove it, or give an input its `source`, an output or a pump its `target` on a [[modbus]]. Abort, hold and release are given over HTTP too.
+check-aims = zone { $id }: { $count } aims of monitor { $monitor } instead of one.
+check-aims-remedy = Write one [[aim]] with zone = "{ $id }", monitor = "{ $monitor }", horizontal, vertical and nozzle.
+check-poll-seldom = { $name } serves zone { $id }: this is too seldom to confirm a Close.
+check-poll-seldom-remedy = Write { $poll_ms_max } or less.
+check-not-served = Monitor { $name } does not serve a zone { $of }.
+check-not-served-remedy = Correct zone and monitor, or name the monitor in `monitors` of the zone.
+check-aim = No monitor can aim so.
+check-aim-remedy = program is 0…7, horizontal and vertical are −21600…21600 arc-minutes, nozzle is mm from 0.
+check-station = A detector cannot be there, or its bearings have no such error.
+check-station-remedy = at = [east, north, up] in metres within 10 km, error_deg from { $least } to { $most }.
+check-no-place = error_deg is of a detector that has no place.
+check-no-place-remedy = Write at = [east, north, up] too, in metres, or remove it.
+check-stations-too-many = zone { $zone }: more than { $most } detectors with a place.
+check-stations-too-many-remedy = Remove `at` of those that add least: three stations around a zone are enough to tell two fires from ghosts.
+toml-kind = { $given } where { $wanted } is needed.
+toml-kind-value = { $kind }{ $value }
+check-zones = { $place }: { $what }
+
+# Motion by hand.
+jog-axes = Only Vertical, Horizontal and Nozzle are moved by hand.
+jog-taken-over = { $by } has taken the drive over.
+jog-still-moving = The drive goes on in spite of Stop. Use the emergency stop.
+jog-unbounded = Limits are off, and this monitor would not end the motion by itself if the connection failed. Switch the limits on, or set MoveTimeout of General, 500 ms for example.
+
+# Errors of the API.
+no-monitor = There is no monitor { $id }.
+no-zones = No zones are configured. See docs/installation.md.
+no-detector = There is no detector { $id }. Add it to the configuration, or correct the name.
+detector-on-bus = Detector { $id } is read on the bus { $bus }. Remove `source` from hub.toml to report it here.
+order-void = The order was withdrawn before it was sent.
+confirm-needed = This needs "confirm": "{ $id }", so that it is not done by mistake.
+nothing-here = There is nothing here. See /api/openapi.json.
+role-needed = This needs the role { $role }.
+session-ended = This session was ended: only Stop still works, for ten minutes. Log in.
+too-fast = Too fast. Try again in { $wait_s } s.
+control-held = { $monitor } is held by { $user }. Request control, or wait.
+control-free = No client holds { $monitor }. Take control first.
+control-not-asked = No client asks for control.
+force-needs-reason = Taking over by force needs a reason, 5 characters or more.
+not-connected = There is no connection to { $monitor }. Nothing was sent.
+no-answer-within = { $monitor } has not answered for { $seconds } s. Check its link, and ask again.
+postgres-away = PostgreSQL, which has the history, does not answer. Check that server.
+postgres-failed = PostgreSQL, which has the history: { $error }. Check that server.
+storage-failed = The hub's storage does not work: { $error }. Check the disk.
+login-failed = Wrong user, password or link. Each failure makes the next try wait longer.
+access-conflict = There is one of this name already, or it is the last administrator.
+
+# Buses of detectors: events.
+bus-open = Modbus { $name }: the line is open.
+bus-lost = Modbus { $name }: no connection. { $why }
+bus-reading = { $sort } { $id } (modbus { $bus } unit { $unit }): { $news }.
+bus-detector = Detector
+bus-input = Input
+bus-output = Output
+bus-pump = Pump
+bus-output-fault = its fault contact is set
+bus-output-dropped = the device has lost what it was ordered, as after a restart; ordered again if it is still wanted
+bus-output-refused = the device refuses the write
+bus-reading-lost = no valid answer; a fault
+bus-reading-frozen = its heartbeat does not change; a fault
+bus-reading-back = it is read again
+
+# Buses of detectors: their lines.
+check-line = `{ $url }` is no line.
+check-line-remedy = Write tcp://10.0.0.9:502, rtu+tcp://10.0.0.9:4001 or serial:///dev/ttyUSB1?baud=19200&parity=even.
+check-line-option = `{ $url }`: { $name } cannot be given so.
+bus-takes-nothing = It takes no more bytes.
+
+# Buses of detectors: addresses of bits.
+check-point-one-bit = `{ $text }`: a coil or discrete input is one bit, and has no bits or mask.
+check-point-no-bit = `{ $text }`: which bit of the register is meant?
+check-point-remedy = Write discrete:12, coil:12, holding:100.3 or input:100&0x00F0=0x0020; the address counts from 0, the bit is 0…15, and ! in front inverts.
+check-point = `{ $text }` names no bit.
+check-point-address = `{ $whole }`: the address is not 0…65535.
+check-point-bit = `{ $whole }`: the bit is not 0…15.
+check-point-mask = `{ $whole }`: the value has bits that the mask has not, or the mask has none.
+
+# Buses of detectors: answers.
+bus-no-answer = No answer in time.
+bus-other-unit = Unit { $unit } has answered instead.
+bus-other-function = The answer is to function { $function }, which was not asked for.
+bus-other-count = The answer has another number of values than was asked for.
+bus-other-value = The answer confirms another value than was written.
+bus-given-up = Not waited for: an order came.
+bus-no-frame = What came is no Modbus frame. Check speed, parity and the other end of the line.
+bus-exception = Exception { $code }: { $why }.
+bus-function = function not supported
+bus-address = no such address
+bus-value = value refused
+bus-device = device failure
+bus-busy = device busy
+bus-no-path = gateway: no path
+bus-behind-gateway = gateway: the device does not answer
+bus-unknown-code = not in the standard
+
+# Control.
+reason-too-long = reason has at most { $reason_max } characters.
+action-unknown = `{ $action }` is none of { $list }.
+control-expired = { $monitor }: control of { $user } is lost, drives are stopped.
+
+# State of a monitor.
+link-connected = Connected again.
+link-lost = No connection: { $error }.
+check-link-remedy = Check the power, the cable and the address in the configuration.
+link-down = There is no connection.
+barrel-stowed = The barrel is stowed.
+barrel-stowed-remedy = Deploy it; a search or extinguishing deploys it by itself.
+no-move-hold = The monitor has no parameter MoveHold: if the hub or the connection fails during a motion by hand, the drive stops after about 2 s, not within 0.5 s.
+no-move-hold-remedy = While it is moved by hand, keep the hardware emergency stop within reach; firmware with MoveHold ends the motion sooner.
+
+# Jets.
+jet-value-needed = { $name } is needed where no monitor is given.
+jet-target-range = way_m is 0 … { $way_max_m } m, rise_m −{ $way_max_m } … { $way_max_m } m.
+
+# State of the hub.
+audit-changed = The audit log was changed: entry { $n } is not the one that was written.
+state-missing = { $name } is missing or empty, the other files of the state are not.
+state-foreign = { $name } does not belong to this site: it is from another folder or copy.
+state-cut = { $name } was cut or is an older copy: { $found } instead of at least { $noted } entries.
+state-changed = { $name } was changed: entry { $n } is not the one that was noted.
+state-no-users = { $name } has no user, although there were users.
+
+# PostgreSQL.
+no-postgres = This lafet is built without PostgreSQL.
+no-postgres-remedy = Leave url out for SQLite, or build with the feature postgres.
+postgres-sslmode = sslmode={ $other } is unknown.
+postgres-sslmode-remedy = Write disable, allow, prefer, require, verify-ca or verify-full.
+postgres-address = This is no address of PostgreSQL.
+postgres-address-remedy = Write postgres://USER:PASSWORD@HOST/DATABASE, or leave url out for SQLite.
+postgres-verify-by-what = The server is to be verified, but not by what.
+postgres-verify-by-what-remedy = Add sslrootcert=FILE (the certificate that signs it), or sslrootcert=system.
+postgres-system-not-full = sslrootcert=system without verify-full: anyone can get such a certificate.
+postgres-verify-full-remedy = Write sslmode=verify-full.
+postgres-verifies-nothing = sslrootcert is given, but sslmode verifies nothing.
+postgres-cert-and-key = sslcert and sslkey go together.
+postgres-cert-and-key-remedy = Write both, or neither.
+postgres-no-authority = This machine trusts no authority (Debian: apt install ca-certificates).
+
+# Events of the zones.
+zones-not-stored = Modes, masks and refusals of the zones are not stored: a restart would lose them. Check the disk.
+zones-stored = Modes, masks and refusals of the zones are stored again.
+zone-detector-alarm = Detector { $detector }: alarm ({ $by }).
+zone-countdown = Zone { $zone }: enough votes, release in { $seconds } s.
+zone-held = Zone { $zone }: the delay is held.
+zone-hold-over = Zone { $zone }: the hold is over.
+zone-water-found = { $monitor }: water was running when the hub started; it is closed after { $seconds } s.
+zone-monitor-replaced = Zone { $zone }: { $monitor } is used in place of another monitor.
+why-lockout = lockout
+why-abort = abort
+why-duration = greatest duration
+why-quiet = no detector in alarm
+why-test-over = the test is over
+why-votes = too few votes
+why-mode = not in automatic
+mode-automatic = automatic
+mode-manual = manual
+mode-off = off
+mode-test-dry = dry test
+mode-test-outlet = test of the outlet
+zone-news = Zone { $zone }: { $news }.
+zone-cancelled = Zone { $zone }: cancelled ({ $why }).
+zone-ended = Zone { $zone }: the release ended ({ $why }).
+zone-no = { $scope }: { $why }; it lasts until a reset.
+zone-reset = { $scope }: reset.
+zones-lockout-on = Zones: lockout is on.
+zones-lockout-off = Zones: lockout is off.
+zone-trouble = { $subject }: { $trouble }.
+zone-trouble-over = { $subject }: { $trouble }, over.
+released-dry = released in a test, without water
+released-by-votes = released by votes
+released-by-hand = released by hand
+scope-site = All zones
+scope-zone = Zone { $zone }
+
+# Files of certificates and keys.
+file-wrong = { $path }: { $what }.
+file-no-certificate = no certificate in it
+file-no-key = no private key in it
+file-unreadable = cannot be read: { $error }
+file-no-pem = no PEM: { $error }
+file-useless = { $error }
+
+# Kinds of values in hub.toml: what is needed, what is given.
+kind-a-string = a text in quotes
+kind-a-boolean = true or false
+kind-a-list = a list: [[…]] or […]
+kind-a-table = a table
+kind-whole = a whole number
+kind-whole-from-0 = a whole number from 0
+kind-a-number = a number
+kind-a-path = a path in quotes
+kind-two-numbers = two numbers: [east, north]
+kind-integer = the number
+kind-fraction = the fraction
+kind-string = the text
+kind-boolean = the value
+
+# Figures of a link.
+figure-sent = Frames sent in a second
+figure-received = Frames received in a second
+figure-retries = Frames sent again in a second
+figure-timeouts = Answers that did not come in a second
+figure-errors = Frames with errors on the line in a second
+figure-rtt = Smoothed round trip
+figure-ms = ms
+
+# Alarms of flags: what follows.
+flag-drive = The axis cannot be trusted: it stops and may refuse to move, so the jet cannot be aimed.
+flag-deployer = The barrel may stay stowed: then it can neither aim nor give water.
+flag-heating = In frost the unit may freeze and no longer move.
+flag-remote = Parameters on the remote unit may not be what they are shown to be.
+flag-button = This button of the post does nothing; the others go on working.
+flag-config-fault = The subsystem works with default values: limits and zero point may be wrong.
+flag-config-invalid = The subsystem may refuse to work until its parameters are complete.
+flag-config-write-fault = What was set is lost when the power goes.
+flag-conn-lost = The monitor cannot command this unit: it stays as it is.
+flag-bad-power = Drives and valves may be slow, stop, or not work at all.
+flag-internal-fault = What the subsystem was doing has ended; extinguishing may have stopped.
+flag-wdt-fault = The unit was reset: what it was doing has ended.
+flag-protocol-fault = Some commands do not reach the unit.
+flag-pressure-sensor = The pressure is not known; programs aim without ballistics, the jet may fall short.
+flag-locked-out = All motion is stopped and the valves are closed; every command is refused.
+flag-heating-sensor = Heating of this part is not controlled: in frost it may freeze.
+flag-valve-overload = The valve has stopped midway: it may be partly open.
+flag-drive-overload = The drive has stopped and refuses this direction until the flag goes.
+flag-limitless = Nothing keeps the barrel from running against its stops.
+flag-blocked = The valve does not open on command.
+flag-valve-sensors = It is not known whether the valve is open or closed.
+flag-outside-limits = Part of the fire is not reached by the jet.
+flag-mode-fault = The program does not run.
+flag-trajectory = The barrel aims straight at the target: far away the jet falls short.
+flag-found = Something burns in the searched sector.
+flag-device-fault = The monitor does not find fires: an operator has to look and aim by hand.
+flag-bad-sector = The search does not run.
+flag-dirty-lens = Small or distant fires may be overlooked.
+
+# Tuning of a drive.
+tune-drives = Only Horizontal, Vertical and Nozzle can be tuned.
+tune-put-back = { $drive }: a tuning was cut off; StopLag and MinSpeed are as before it.
+tune-not-put-back = { $drive }: a tuning was cut off, and StopLag and MinSpeed could not be put back: { $error }
+tune-note-bad = What a tuning has changed is not known: { $file }: { $error }. Check StopLag and MinSpeed of the drives, then delete the file.
+tune-not-noted = Ended: the values before cannot be noted on the disk: { $error }.
+tune-running = A drive of this monitor is being tuned already.
+tune-interrupted = Ended by STOP or another command to the monitor.
+tune-ended = Ended by its operator.
+tune-authority-lost = Ended: control of the monitor was lost.
+tune-page-gone = Ended: the page that started it does not answer.

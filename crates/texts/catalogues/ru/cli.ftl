@@ -1,0 +1,741 @@
+## What the program says on the command line, in the terminal and in its pictures.
+
+# angle.rs
+two-angles-expected = ожидаются два угла через запятую, например `-20deg,3deg` или `-1200,180`
+unit-mm = мм
+nozzle-not-mm = `{ $text }`: положение насадка — целое число мм, например `30` или `30mm`
+not-an-angle = `{ $text }` — не угол: пишите угловые минуты (`1200`, `1200'`) или градусы (`20deg`, `12.5°`, `12°30'`), не более ±32767' (546°)
+
+# cli.rs
+one-of-names = ожидается одно из: { $names }
+seconds-from = ожидаются секунды, { $least }…3600
+
+# cmd/backup.rs
+subsystem-and-name-expected = ожидаются подсистема и имя, например Vertical.Speed
+file-exists = { $name } уже есть; --force заменит его
+parameters-saved = { $name }: параметров: { $count }
+parameters-not-set = ; не заданы: { $list }
+reading-parameters = чтение параметров
+no-differences = Различий нет.
+heading-parameter = параметр
+heading-monitor = ствол
+parameters-absent = Пропущено, у этого ствола их нет: { $absent }
+restore-interrupted = Прервано. Та же команда продолжит с этого места.
+restore-incomplete = Восстановлено не всё. Устраните причину и повторите команду: она запишет только недостающее.
+other-subsystems =
+    Файл от ствола с другими подсистемами.
+      файл:  { $file }
+      ствол: { $present }
+    --except General.Chain оставит подсистемы ствола, --force запишет те, что в файле.
+parameters-differ = отличается параметров: { $count }
+writing-parameter = запись { $name }
+retrying-parameter = { $name }: занято или нет ответа, пробую снова
+reading-back = контрольное чтение
+nothing-to-write = Различий нет: записывать нечего.
+takes-effect-after-restart = Подействуют после `lafet restart`: { $list }
+reads-back-as = читается обратно как { $values }
+cannot-write-file = не удаётся записать { $name }
+
+# cmd/bus.rs
+bus-addresses-expected = ожидаются адреса вида 1-8,129: у стволов 1…127, у пультов 129…254
+line-never-open = { $url }: { $why }. Линия ни разу не открылась: проверьте URL и наличие порта.
+bus-needs-line = нужна линия; запустите `lafet sim` и укажите URL, на котором он слушает.
+bus-needs-addresses = у записей без кадров нет адресов, и магистрали из них не бывает.
+controller-not-console = role=active — для пультов, а это контроллер.
+cannot-listen = нельзя открыть { $place }
+addresses-lent = С --listen адреса { $first }…{ $last } выдаются программам, поэтому { $address } не может быть адресом пульта.
+line-open = { $url }: открыта
+line-retrying = { $url }: { $why }; пробую снова
+address-lent = программа на { $from }: выдан адрес { $address }
+program-disconnected = программа с адресом { $address } отключилась
+device-controller = контроллер
+device-monitor = ствол { $a }
+device-console = пульт { $a }
+device-here = { $who }: на связи
+device-dropped = { $who }: не отвечает, отключён; опрашивается каждую секунду
+bus-counters = кадров отправлено { $sent }, переслано { $passed_on }; запросов пультов { $requests }, ответов { $answers }, повторов { $repeated }; посторонних { $strays }; не отправлено от программ { $dropped }
+
+# cmd/bus_ask.rs
+nobody-on-bus = На магистрали ни одно устройство не отвечает.
+nothing-asked-yet = Запросов ещё не было.
+no-controller-answers = Контроллер магистрали не отвечает на { $endpoint } (адрес { $controller }, попыток: { $tries }). На своей линии он отвечает только пультам, каждому в его очередь: добавьте в URL role=active и свой src= (129…254). Программам на --listen `lafet bus` это не нужно.
+not-a-controller = Отвечает не контроллер магистрали.
+
+# cmd/calibrate.rs
+fitted-diameter = NozzleDiameter { $diameter_mm } мм: выстрелов { $count }, среднеквадратичный промах { $rms } м, наибольший { $worst } м.
+shot-range = дальность, м
+shot-miss = промах, м
+fitted-table = Таблица поправок для { $distance_m } м, атм → градусы: { $degrees }
+written-to-monitor = Записано в ствол.
+nothing-written = Ничего не записано.
+no-diameter-fits = Ни при каком диаметре насадка баллистика не сходится с этими выстрелами (лучший даёт промах { $worst } м). Проверьте давление, возвышение и дальность каждого и то, что струя была самой узкой; ничего не записано.
+jet-too-short = Струя не достаёт до { $distance_m } м ни при каком давлении: укажите меньшее --distance. Ничего не записано.
+shot-expected = ожидаются давление 1…25 атм, возвышение −15…75 градусов, дальность 1…200 м: 7.9,15,39
+millimetres-expected = ожидаются миллиметры, { $least }…{ $most }
+
+# cmd/chip.rs
+chip-reset = программа перезапущена
+chip-crashed = отказ программы, она запущена снова; что записано, покажет `lafet crash`
+chip-one-address = С --on qemu слушать можно в одном месте: tcp://УЗЕЛ:ПОРТ, порт не 0.
+emulated-chip = эмулируемый контроллер
+
+# cmd/conform.rs
+no-such-test = Проверки `{ $wrong }` нет; все покажет `lafet conform --list --erase`.
+conform-takes-long = Около десяти минут на настоящем стволе, с водой и движением. Ctrl-C прекращает проверку и возвращает всё как было.
+interrupted-restoring = Прервано: всё возвращается
+restoring-everything = Всё возвращается
+conform-lost-monitor = Ствол больше не слышен и, возможно, ещё движется. До { $seconds } с продолжаются попытки связаться с ним, остановить его и вернуть всё как было; Ctrl-C дважды прекращает их. При опасности сразу нажмите аварийный останов.
+cannot-write = не удаётся записать
+conform-cut-off = Связь прервана, покоя ствола не видно: возможно, он ещё движется, вода, возможно, течёт. Нажмите аварийный останов.
+
+# cmd/coverage.rs
+cannot-read-site = не читается { $shown }
+site-too-long = { $shown }: больше 1 МиБ; это не файл объекта
+
+# cmd/decode.rs
+neither-hex-nor-file = `{ $text }` — не шестнадцатеричные байты (как `ff c0 01 81`) и не файл
+hex-ends = Вход шестнадцатеричный до символа { $offset }, но не дальше. Укажите --raw, если это не текст.
+cannot-read = не удаётся прочитать { $path }
+frame-broken = Кадр с байта { $offset } испорчен: { $why }. Приёмник молча отбрасывает такой кадр.
+no-frame = Кадров нет: кадр — это FF C0 … C0 с верной CRC (docs/protocol.md, link frame).
+
+# cmd/demo.rs
+demo-running =
+    { $url }
+
+    Имитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других машин сюда не попасть.
+    Попробуйте в другом терминале (demo.pcapng открывает и Wireshark: lafet dissector):
+    { $list }Ctrl-C завершает. В терминале: lafet demo --terminal
+
+# cmd/dissector.rs
+home-not-set = HOME не задан: выведите разборщик в файл папки модулей Wireshark
+cannot-write-dissector = не удаётся записать { $shown }
+dissector-written =
+    { $shown }
+    Wireshark узнает протокол при следующем запуске.
+
+# cmd/doctor.rs
+severity-good = хорошо
+severity-warning = внимание
+severity-fault = неисправ.
+monitor-reports = Ствол сообщает:
+
+# cmd/exercise.rs
+expectations-failed = Не выполнено ожиданий: { $failed }.
+the-simulator = имитатор
+simulator-failed = Отказ имитатора.
+monitors-count = стволов: { $monitors }
+minutes-count = { $minutes } мин
+cannot-read-scenario = не читается { $name }
+no-such-scenario = Нет файла `{ $name }` и сценария с таким именем. С lafet поставляются: { $known }.
+cannot-write-path = не удаётся записать { $path }
+
+# cmd/install.rs
+cannot-write-to = не удаётся записать в { $shown }
+pages-written = { $shown }: страниц: { $count }
+
+# cmd/jog.rs
+lease-expected = ожидаются секунды, 0,05…2
+jog-needs-keyboard = Для jog нужна клавиатура: запустите в терминале. Из программы используйте `lafet move` и `lafet stop` либо `Drive::jog` библиотеки.
+all-motions-ended = Больше ничего не удерживается.
+drives-not-seen-at-rest = { $drives }: возможно, ещё движется, покоя не видно. Нажмите аварийный останов.
+drives-stop-not-answered = { $drives }: возможно, ещё движется, на Stop нет ответа. Попытки до { $seconds } с; Ctrl-C прекращает их. При опасности сразу нажмите аварийный останов.
+drive-at-rest = { $drive } остановлен в { $at }.
+drive-taken-over = { $drive }: приводом теперь управляет { $by }.
+drive-moves-in-spite = { $drive } движется, несмотря на Stop: нажмите аварийный останов.
+drive-not-moved = { $drive } не двинут: контроль пределов выключен, и при обрыве связи ствол не прекратит движение сам. Включите пределы или задайте время: `lafet param set general MoveTimeout 500`.
+drive-state-unknown = Неизвестно, стоит ли { $drive }: нажмите аварийный останов. { $error }
+jog-keys = ←→ Horizontal  ↑↓ Vertical  + - Nozzle  пробел: Stop All  q: конец
+
+# cmd/limits.rs
+limits-usage = Пишите `limits ПРИВОД`, чтобы увидеть пределы, `limits off|on|reject [ПРИВОД]`, чтобы переключить их.
+
+# cmd/motion.rs
+done-then = исполнено,
+stopped-before = { $drive } остановился в { $show }, не дойдя до { $to }. { $flags }
+stopped-without-flag = { $who } остановлен; флаги не говорят почему. Возможно, Stop послал другой клиент.
+
+# cmd/param.rs
+takes-effect-later = {" "}Подействует после `lafet restart`.
+value-stored = сохранено
+value-accepted = принято, не подтверждено (ствол не сообщил о сохранении: он может двигаться или вовсе этого не сообщать)
+value-in-force = действует, не сохранено
+memory-not-written = Ствол не смог записать ЭНОЗУ (ConfigWriteFault): при сбросе это пропадёт. Проверьте питание и повторите.
+values-allowed = { $name }: допустимо { $range }. { $text }
+no-parameters = У этой подсистемы нет параметров.
+no-values = (пусто)
+read-only = только чтение
+default-value = по умолчанию { $value }
+after-restart = после перезапуска
+may-be-on-remote-unit = может быть на удалённом блоке
+whole-number-expected = ожидается целое число, десятичное или 0x
+
+# cmd/ports.rs
+no-serial-port = Последовательных портов нет. Подключите адаптер; `dmesg` покажет, распознан ли он.
+port-free = свободен
+port-no-permission = нет прав
+port-in-use-by = занят:
+
+# cmd/program.rs
+program-number-expected = ожидается номер от 0 до 7
+the-trajectory = траектория
+the-program = программа
+program-is-empty = пусто
+program-centre = центр { $h } по горизонтали, { $v } по вертикали
+program-sector = сектор шириной { $width }, высотой { $height }, строки через { $step }°
+program-nozzle = насадок { $nozzle } мм
+aimed-straight = прямая наводка
+fire-away = до очага { $metres } м
+trajectory-point = { $number }: { $h } { $v }, { $distance } м, задержка { $seconds } с
+
+# cmd/quench.rs
+corrections-too-few = --corrections требует не менее двух значений: одно означало бы расстояние (§3.14)
+no-such-program = --program { $program }: программы имеют номера от 0 до 7
+program-empty = Программа { $program } пуста: ствол развернётся и наведётся на 0°, 0° (или на --centre), без сектора и без поправки на расстояние. Ничего не послано. Смотрите `lafet program list`, запишите её: `lafet program set { $program } …`, или добавьте --empty.
+request-done = { $request }: исполнено
+point-expected = ожидается горизонталь,вертикаль,метры,десятые доли секунды, например 20deg,-2deg,25,10
+
+# cmd/record.rs
+recording-extension = имя должно кончаться на .mcap или .pcapng
+recorded = { $name }: кадров: { $frames }, байт линии: { $bytes }
+polls-withheld = На этой линии доступ даёт контроллер, поэтому запросов нет: записывается то, что передают другие. С role=active и своим src= в URL ствол будет опрашиваться.
+cannot-listen-tap = нельзя слушать { $address }
+connect-tap = Подключите программу к tcp://{ $bound } вместо { $url }.
+reconnecting = { $url }: { $error }; соединяюсь снова
+
+# cmd/replay.rs
+cannot-read-recording = не удаётся прочитать { $name }
+not-a-recording = не запись MCAP и не pcapng. Их делает `lafet record`; сырые байты — для `lafet decode`
+recording-of-network = запись сети, а не линии: откройте её в Wireshark с разборщиком (`lafet dissector`)
+recording-without-frames = файл MCAP без кадров, которые пишет `lafet record`
+recording-too-large = в распакованном виде больше { $most } МиБ
+recording-damaged = повреждён: { $why }
+replay-waits = tcp://{ $bound }: воспроизведение начнётся с первым соединением
+
+# cmd/scan.rs
+hosts-expected = ожидается 192.168.1.0/24 (не больше /20), 192.168.1.10-40, адрес или имя
+scan-addresses-expected = ожидаются адреса, например 1-127, не больше 254
+nothing-to-scan = framing=records ведёт к одному стволу без адреса: искать нечего.
+probing-addresses = пробы по адресам
+noise-before-scan = На линии идут байты, которые не складываются в кадры: обмен на другой скорости (baud=) или помехи. Проба могла бы столкнуться с чужим Stop, поэтому проб не было. `lafet doctor` прослушает другие скорости; --insist всё же выполнит пробы.
+others-before-scan = На линии идёт чужой обмен ({ $who }); проба могла бы столкнуться с чужим Stop, поэтому проб не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети.
+answers-bare-records = голые записи
+open-without-monitor = открыт, но ствол не отвечает
+no-open-port = Открытых портов нет.
+ports-examined = проверено портов: { $done } из { $all }, { $seconds } с
+bus-controller = контроллер сети
+console = пульт
+crc32c-only = , только CRC-32C
+two-have-address = , этот адрес у ДВУХ устройств
+unit-ms = мс
+others-after-scan = На линии идёт и чужой обмен ({ $who }): часть ответов могла пропасть.
+broken-frames = Испорченных кадров: { $broken }. Подробнее — `lafet doctor`.
+nobody-at-addresses = По адресам { $first }…{ $last } ни одно устройство не отвечает. Причину ищет `lafet doctor`.
+no-monitor-found = Стволов не найдено.
+
+# cmd/seek.rs
+aligned = Отъюстировано: ось извещателя на { $horizontal }' левее и { $vertical }' выше.
+no-fire-spots = Очагов загорания нет.
+seek-deploying = развёртывание
+seek-looks-at = осмотр: азимут { $horizontal }, возвышение { $vertical }
+
+# cmd/send.rs
+not-records = `{ $text }` — не последовательность записей: { $reason }
+
+# cmd/serve.rs
+one-of-words = одно из: { $words }
+config-good = { $file }: ошибок нет; стволов: { $count }; адрес { $listen }
+no-config = Нет конфигурации: ни { $first }, ни { $second } не существует. С чего начать: lafet serve --example > hub.toml. Посмотреть без стволов: lafet demo.
+cannot-read-config = не читается { $file }
+audit-good = записей: { $entries }, до последней ничего не изменено и не удалено; её хэш { $head }
+audit-changed = Запись { $bad } — не та, что была сделана: изменена либо удалена предыдущая.
+
+# cmd/service.rs
+crash-memory = ЭНОЗУ
+no-crash-data = Данных об отказе нет.
+no-hardware-fault = Аппаратных отказов не записано.
+unknown-bits = неизвестные биты
+crash-running = исполнялось
+
+# cmd/shell.rs
+motion-continues = Движение продолжается.
+script-line = Строка { $number }: { $line }
+shell-in-shell = Оболочка уже запущена.
+monitor-lost = { $name } не отвечает{ $why }
+monitor-back = { $name } снова отвечает: { $state }.
+shell-help =
+    help — команды lafet, без URL. Tab дополняет. exit — выход.
+    stop и Ctrl-C останавливают любое движение.
+option-at-start-only = --{ $name } задаётся при запуске оболочки: `exit` и запустите её заново.
+line-held-by-shell = Линию держит оболочка, а команде она нужна целиком: выполните её без оболочки.
+
+# cmd/sim.rs
+nothing-burns = ничего не горит; --fire az=30,range=25 зажигает очаг в 25 м, на 30° левее
+radio-needs-frames = { $place }: с --radio нужны кадры, иначе потери незаметны.
+radio-expected = `{ $part }`: ожидается rate=300…10000000, latency=0…10000 (мс), loss=0…1, errors=0…1
+cannot-listen-sim = нельзя открыть { $place } (не запущен ли другой имитатор? порт 0 — любой свободный)
+cannot-keep-memory = не удаётся сохранить память в { $path }
+not-a-memory = { $path } — не память имитатора ствола, повреждён или создан прежней версией. Удалите файл, чтобы начать с новой памяти, или укажите другой.
+
+# cmd/teach.rs
+deployer-without-limits = Крайние положения Deployer определяются его датчиками: задать их нельзя.
+old-limits-again = У { $drive } прежние пределы; они снова включены.
+limits-are-off = { $drive }: пределы { $range }. Теперь они выключены: в конце хода его остановит только перегрузка двигателя.
+teach-keys = Подведите { $drive }: { $word } предел. Enter — принять, s — оставить прежний, q — отказаться.
+limits-are-on = { $drive }: пределы включены: { $range }.
+limit-taken = { $drive }: { $word } предел { $at }. Пределы: { $range }.
+limit-taken-later = { $drive }: { $word } предел { $at }, вступит в силу после `lafet limits on { $drive }`.
+
+# cmd/throw.rs
+throw-step = --step: не меньше { $step_least }° и не больше { $lines_max } строк таблицы
+throw-elevation = возвышение
+throw-middle = середина, м
+throw-greatest = наибольшая, м
+throw-top = высота, м
+throw-flight = полёт, с
+throw-aside = снос, м
+throw-simulator = имитатор: середина, м
+throw-legend = Середина — политого места; наибольшая дальность — по крайним каплям; высота — верхних капель. В скобках — интервал, в котором лежат опубликованные данные, не вошедшие в подгонку (docs/physics.md).
+throw-simulator-legend = У имитатора и `lafet coverage` струя компактнее, чем у лафетных стволов по данным изготовителей: её середина — в последнем столбце.
+nozzle-of-monitor = Лафетный ствол
+smooth-bore = Гладкий насадок
+wind-from = ветер { $wind_mps } м/с с { $wind_from_deg }° от струи
+still-air = штиль
+throw-conditions = { $kind }: { $flow } л/с при { $pressure_mpa } МПа, отверстие { $outlet } мм, насадок на { $nozzle_mm } мм, { $height_m } м над землёй, { $wind }
+wind-left = влево
+wind-right = вправо
+flow-expected = ожидается расход, например 20 (л/с) или 1200л/мин
+pressure-expected = ожидаются { $least }…{ $most } МПа либо { $bar_least }…{ $bar_most } бар, например 8бар
+elevation-expected = ожидаются градусы, например 30, либо 10..75, меньшее первым
+nozzle-kind-expected = ожидается monitor или smooth
+
+# cmd/top.rs
+size-expected = ожидаются столбцы и строки, например 80x24
+top-needs-terminal = Для top нужен терминал. `lafet top --once` печатает одну картину текстом, с --json — объект на каждый ствол; `lafet watch --json` повторяет вывод.
+state-not-known = о состоянии ничего не известно
+cannot-draw = терминал
+stop-not-sent = Stop All НЕ послан: нет связи
+
+# cmd/tune.rs
+tune-not-deployer = Deployer движется между датчиками крайних положений: настраивать нечего.
+tune-put-back = Прошлая настройка { $drive } была оборвана: { $name } { $from } → { $to }, как было до неё.
+tune-not-put-back = В { $drive } могли остаться значения, нужные для измерения. Прежние записаны: их вернёт следующий lafet tune.
+tuned-drive = привод
+tuned-lag = StopLag, мс
+tuned-error = ошибка в покое
+
+# cmd/watch.rs
+enter-ends = Enter — конец
+ctrl-c-ends = Ctrl-C — конец
+
+# connect.rs
+waiting-for-late-answers = Ствол не отвечает на номера кадров, поэтому опоздавшие ответы неотличимы от нужных: ожидание { $s } с. Параметр late= в URL задаёт наибольшее опоздание; late=0, если соединением не пользуется другая программа.
+which-monitor = Какой ствол? Укажите его URL через -c (или в LAFET_CONNECT), например `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200` или `-c sim:` для имитатора.
+sim-options = sim: не поддерживает `{ $key }={ $value }`. Параметры: profile={ $profiles }, seed=7, speed=20, fire=az=30,range=25,size=1.5 и addr=1.
+
+# coverage/file.rs
+site-needs-monitor = нужен хотя бы один [[monitor]]
+site-needs-site = нужен раздел [site]
+tables-at-most = { $count }, не больше { $most }
+monitors-with-one-name = два ствола с именем `{ $name }`
+body-needs-size = нужен `radius` (цилиндр) либо `size = [длина, ширина]` (бокс)
+
+# coverage/picture.rs
+picture-legend = струи в пределах 90 % дальности, худший ветер; кружки — слабейшие точки
+jets-none = нет струй
+jets-one = одна
+jets-two = две
+jets-three = три и больше
+
+# coverage/report.rs
+coverage-shares = Доля ячеек с одной струёй / с двумя и наименьшее число струй на ячейку (90 %):
+coverage-head = { $name }: { $east } × { $north } м, ячейки { $cell } м, под защитой { $protected }; стволов: { $count }, одновременно работают { $flowing } при { $pressure } МПа
+coverage-wind-from = с { $from }°, { $speed } м/с
+coverage-wind = ветер
+coverage-reached = достигается
+coverage-90 = 90 % дальности
+coverage-75 = 75 % дальности в штиль
+coverage-fewest = наименьшее
+weakest-points = Слабейшие точки (90 %):
+weakest-fewest = струй при худшем ветре: { $fewest }
+weakest-still = в штиль: { $still }
+lost-monitor-costs = Цена потери ствола (90 %, худший ветер):
+cells-without-jet = без струи { $none }
+cells-with-one = с одной вместо двух { $one }
+
+# decode/mod.rs
+probe-frame = (проба)
+record-cut-short = запись оборвана
+before-byte = до байта
+count-skipped = байт пропущено
+count-crc = ошибок CRC
+count-escapes = ошибок экранирования
+count-too-long = слишком длинных кадров
+count-cut-short = оборванных кадров
+decode-summary = { $bytes } байт: кадров: { $frames }, записей: { $records }, оборванных записей: { $malformed }, пропущено байт: { $bytes_skipped }{ $why }
+
+# demo/drawing.rs
+cannot-write-picture = не удалось записать картину
+
+# demo/picture.rs
+unit-s = с
+q-quits = q — выход
+picture-monitor = {" "}ствол{" "}
+picture-water = { $pressure } атм  { $flow } л/с{" "}
+unit-a = А
+picture-fire-spot = очаг { $number }: { $azimuth }, { $elevation }, яркость { $brightness }
+picture-exchange = {" "}запросы и ответы{" "}
+
+# demo/plan.rs
+plan-title = {" "}план, м{" "}
+plan-out = {" "}потушен
+
+# demo/script.rs
+demo-standby = дежурное положение
+demo-standby-done = Дежурное положение: ствол свёрнут, затворы закрыты.
+demo-found-nothing = Поиск ничего не нашёл: находится ли очаг в пределах ±60° и на виду?
+demo-fire-burns = Очаг ещё горит.
+demo-search = поиск
+demo-search-endless = Поиск не заканчивается.
+demo-quench = тушение
+demo-no-flames = Пламени там больше не видно.
+demo-closing = Очаг не гаснет: закрываю.
+demo-valve-open = Valve1 не закрывается.
+demo-not-put-out = Очаг не потушен.
+demo-distance-seen = Основание пламени видно под углом { $angle } с высоты { $height_m } м: расстояние { $height_m } / tg = { $estimate_m } м.
+demo-distance-told = Край под углом { $angle } не даёт расстояния; по карте оператора { $told_m } м.
+demo-stowing = сворачивание
+demo-not-stowed = Ствол не сворачивается.
+demo-standby-again = Снова дежурное положение.
+
+# demo/stage.rs
+no-port-free = на 127.0.0.1 нет свободного порта
+stage-fire-breaks-out = возник очаг{ $fire }: азимут { $azimuth }°, расстояние { $range } м
+stage-water-reaches = вода достигла очага{ $fire }
+stage-fire-out = очаг{ $fire } потушен
+stage-fire-again = повторное воспламенение: очаг{ $fire }
+stage-jet-begins = струя пошла
+stage-jet-ends = струя прекратилась
+stage-water-in-barrel = ВОДА В СЛОЖЕННОМ СТВОЛЕ
+
+# demo/summary.rs
+never = никогда
+time-to-detect = до обнаружения
+time-to-water = до подачи воды на очаг
+time-to-out = до ликвидации
+time-to-standby = снова в дежурном положении
+water-used = израсходовано воды
+unit-litre = л
+requests-and-answers = запросов / ответов
+demo-summary = Итог (время имитации от возникновения очага, seed { $seed }): потушено очагов: { $out } из { $fires }
+
+# describe.rs
+value-invalid = недостоверно
+unit-v = В
+unit-atm = атм
+unit-lps = л/с
+unit-mmps = мм/с
+unit-degps = °/с
+place-horizontal = горизонталь
+place-vertical = вертикаль
+place-nozzle = насадок
+place-deployer = развёртывание
+place-housing = корпус
+spot = очаг загорания
+spot-azimuth = азимут
+spot-width = ширина
+spot-height = высота
+spot-brightness = яркость
+
+# failure.rs
+requests-refused = Отклонено запросов: { $count }; первый: { $first }
+interrupted = Прервано.
+answers = отвечает
+exchange-request = запрос
+exchange-answer = ответ{" "}
+why = Почему
+try = Попробуйте
+standard-streams = стандартный ввод или вывод
+
+# hub/faults.rs
+part-vertical = Привод вертикали
+part-horizontal = Привод горизонтали
+part-nozzle = Насадок
+part-deployer = Механизм развёртывания
+part-valve1 = Затвор 1
+part-valve2 = Затвор 2
+part-box = Блок управления
+part-buttons = Кнопочный пост
+part-ext-buttons = Выносной кнопочный пост
+part-water = Вода
+part-detector = Извещатель
+part-monitor = Ствол
+fault-temperature-dead = Датчик температуры не отвечает
+fault-temperature-frozen = Показание температуры не меняется
+fault-temperature-drift = Показание температуры уходит вверх, 0,1 °C в секунду
+fault-heater = Обрыв цепи обогревателя
+fault-button-short = короткое замыкание
+fault-button-break = обрыв
+fault-button = Кнопка { $button }: { $what }
+fault-motor-open = Обрыв цепи двигателя
+fault-jam = Заклинило: не движется
+fault-power-stage = Силовой каскад мёртв, диагностики нет
+fault-runaway = Силовой каскад пробит: движется без команды
+fault-friction = Трение: ток выше допустимого
+fault-flicker = Трение, показание тока с пропусками
+fault-lag = Скорость запаздывает, 300 мс
+fault-dead-band = Не движется медленнее 1 °/с или 1 мм/с
+fault-droop = Скорость падает под нагрузкой, 0,4 °/с на 1 А
+fault-backlash = Люфт редуктора 12′ или 1 мм
+fault-stiff = Густая смазка: ток повышен
+fault-encoder-dead = Положение не меняется
+fault-encoder-reversed = Положение считается наоборот
+fault-encoder-fast = Положение считается вчетверо быстрее
+fault-encoder-jump = Положение скачком изменилось на 20° или 15 мм
+fault-encoder-noise = Шум датчика положения, ±2′ или ±1 мм
+fault-encoder-fault = Датчик положения сообщает о неисправности
+fault-speed-dead = Датчик скорости показывает ноль
+fault-speed-reversed = Датчик скорости с обратным знаком
+fault-speed-fault = Датчик скорости сообщает о неисправности
+fault-min-switch = Залип концевой выключатель min
+fault-max-switch = Залип концевой выключатель max
+fault-min-bounce = Дребезг концевого выключателя min
+fault-max-bounce = Дребезг концевого выключателя max
+fault-open-relay = Реле приварилось: открывается само
+fault-valve-jam = Заклинило
+fault-open-switch = Неисправна цепь датчика «открыт»
+fault-close-switch = Неисправна цепь датчика «закрыт»
+fault-close-stuck = Залип концевой выключатель «закрыт»
+fault-blocked = Включена аппаратная блокировка
+fault-open-bounce = Дребезг концевого выключателя «открыт»
+fault-close-bounce = Дребезг концевого выключателя «закрыт»
+fault-blocked-bounce = Дребезг контакта аппаратной блокировки
+fault-unit-offline = Удалённый модуль не отвечает
+fault-unit-lossy = Удалённый модуль: теряется половина
+fault-unit-protocol = Удалённый модуль нарушает протокол
+fault-unit-watchdog = Удалённый модуль перезапущен таймером
+fault-remote-no-answer = Удалённые параметры: нет ответа
+fault-remote-incomplete = Удалённые параметры: неполный обмен
+fault-remote-bad-id = Удалённые параметры: неверный id
+fault-remote-bad-value = Удалённые параметры: неверное значение
+fault-remote-error = Удалённые параметры: ошибка
+fault-pressure-break = Датчик давления: обрыв
+fault-pressure-short = Датчик давления: замыкание
+fault-pressure-frozen = Показание давления не меняется
+fault-pressure-drift = Датчик давления уходит вниз, 20 мкА в секунду
+fault-flow-frozen = Показание расхода не меняется
+fault-flow-drift = Расходомер уходит вверх, 1 л/с за пять секунд
+fault-pump-off = Насос не работает
+fault-pump-weak = Насос даёт четверть давления
+fault-supply-low = Питание ниже на треть
+fault-supply-high = Питание выше на треть
+fault-supply-dip = Провал питания 0,2 с при пуске привода
+fault-supply-sag = Просадка питания, пока работает двигатель
+fault-humidity = Датчик влажности не отвечает
+fault-detector-dead = Извещатель не отвечает
+fault-detector-saturated = Извещатель засвечен по всему полю
+fault-dirty-lens = Загрязнено стекло извещателя
+fault-memory-read = Память не читается
+fault-memory-write = Память не записывается
+
+# hub/mod.rs
+folder-shared = В папку { $folder } могут писать другие пользователи, и в ней чужие файлы. Укажите в data отдельную папку.
+folder-in-use = Папкой { $folder } уже пользуется другой сервер объекта: остановите его либо укажите другую папку data.
+cannot-open-storage = не открывается хранилище
+cannot-listen-hub = { $listen } занят или недоступен
+no-users-yet =
+    Пользователей ещё нет. Создайте администратора по одноразовой ссылке:
+      { $link }
+state-lost =
+    Состояние не то, что было сохранено:
+      { $list }
+    Выясните причину; если есть копия всей папки, восстановите её. Продолжить без потерянного, с записью об этом: lafet serve --accept-lost { $words }
+
+# hub/training.rs
+kind-monitor = ствола
+fire-kind-unknown = `{ $kind }` — не pool, pile, spray; либо очагов уже слишком много.
+kind-fire = очага
+kind-fault = неисправности
+kind-scenario = сценария
+kind-place = адреса
+side-north = Север
+side-north-east = Северо-восток
+side-east = Восток
+side-south-east = Юго-восток
+side-south = Юг
+side-south-west = Юго-запад
+side-west = Запад
+side-north-west = Северо-запад
+side-middle = Центр
+no-such-one = Нет { $kind } «{ $name }».
+
+# interrupt.rs
+cannot-catch-signals = не удаётся перехватить сигналы
+
+# serve/listener.rs
+listener-expected = ожидается tcp://УЗЕЛ:ПОРТ (?framing=records — записи без кадров), udp://УЗЕЛ:ПОРТ или pty, перед каждым можно поставить radio+; порт 0 — любой свободный
+
+# shell/complete.rs
+leave-shell = Выйти из оболочки
+explain-command = Объяснить команду
+
+# shell/words.rs
+quote-open = Кавычка не закрыта.
+
+# simulator.rs
+speed-expected = ожидается множитель больше 0, не более { $speed_max }
+profile-expected = ожидается одно из { $known }
+no-such-fault = такой неисправности нет; список в docs/faults.md: horizontal-lag, valve1-jam, pump-off …
+no-such-fault-but = такой неисправности нет; ожидается одна из: { $known }
+fire-expected = az=ГРАДУСЫ (влево положительно) и range=МЕТРЫ, при желании size=МЕТРЫ, growth=М/С, reignites=1, lit=0; например az=30,range=25,size=1.5
+
+# surroundings.rs
+wind-expected = ожидаются метры в секунду вперёд и влево, не более { $wind_max_mps }: -5,0 — встречный ветер
+gusts-expected = ожидается доля среднего ветра, от 0 до { $gusts_max }; 0.15 — открытое место
+glare-expected = az=ГРАДУСЫ (влево положительно, от -360 до 360), el=ГРАДУСЫ (от -90 до 90), size=ГРАДУСЫ (больше 0, до 90) и brightness=N (от 1 до 1000000): az=30,el=5,size=0.5,brightness=2000
+wall-expected = from=ГРАДУСЫ и to=ГРАДУСЫ (правый и левый край, от -180 до 180), range=МЕТРЫ и height=МЕТРЫ (больше 0): from=-10,to=10,range=15,height=3
+write-instead = пишите { $form }
+
+# top/detail.rs
+top-problems = Что не так
+stale-for = УСТАРЕЛО,{" "}
+stale-ago = назад
+
+# top/frame.rs
+page-list = 1 список
+page-monitor = 2 ствол
+page-link = 3 линия
+list-selected = {"  "}{ $selected } из { $count }
+list-alarms = {"  "}тревога: { $alarms }
+list-stale = {"  "}устарело: { $stale }
+top-keys = {" "}↑↓ ствол  Tab страница  1 2 3  PgUp PgDn прокрутка  ? клавиши  q выход
+top-stop-key = {" "}s (ы)  СТОП ВСЕ: { $name }{" "}
+keys-title = {" "}клавиши{" "}
+keys-help =
+    s (ы)        Stop All выбранному стволу, на любой странице
+    ↑ ↓  k j     предыдущий, следующий ствол
+    Tab Shift+Tab  следующая, предыдущая страница
+    1 2 3        список, ствол, линия;  Enter: ствол,  Esc: список
+    PgUp PgDn    прокрутить то, что не поместилось
+    q  Ctrl-C    выход; этим ничего не останавливается
+
+    !  предупреждение   !! тревога   серое: устарело, может быть уже не так
+    Stop — единственный запрос этого экрана, который что-либо меняет.
+
+# top/link.rs
+chart-title = задержка по секундам; наибольшая
+link-connecting = соединение
+link-up = есть связь
+link-down = нет связи
+figures-later = Первые цифры — через секунду.
+last-second = за секунду
+link-of-all = линия
+frames-unanswered = запросы, оставшиеся без ответа
+frames-sent = кадров послано
+frames-received = кадров принято
+answers-accepted = ответов принято
+frames-with-errors = кадров с ошибками (CRC, формат)
+answers-not-in-time = ответов не в срок
+frames-repeated = повторов
+late-answers = запоздалых ответов
+answers-twice = ответов повторно
+frames-of-others = кадров других устройств
+answers-to-nothing = ответов без запроса
+collisions = столкновений, нет эха
+reconnections = повторных соединений
+round-trip = задержка:
+trip-last = последняя
+trip-average = средняя
+trip-min = мин
+trip-max = макс
+
+# top/list.rs
+list-problems = что не так
+column-state = состояние
+column-horizontal = гориз.
+column-vertical = верт.
+column-age = возраст
+no-problems = Нет: флаги неисправности не установлены.
+
+# top/scene.rs
+scene-no-link = нет связи
+scene-no-answer = нет ответа
+scene-locked-out = БЛОКИРОВКА
+scene-deploying = разворот
+scene-paused = пауза
+scene-seek = поиск
+scene-aligning = юстировка
+scene-moving = движение
+scene-stowed = свёрнут
+scene-deployed = развёрнут
+scene-in-between = на полпути
+scene-ready = готов
+
+# top/words.rs
+scene-stale = устарело
+unit-min = мин
+unit-h = ч
+
+# undo.rs
+interrupted-while = Прервано: { $words }
+risk-barrel = ствол, возможно, ещё движется
+risk-program = программа тушения, возможно, ещё выполняется, ствол, возможно, ещё движется
+risk-valve-moves = { $valve }: затвор, возможно, ещё движется
+risk-drives = { $drives }: привод, возможно, ещё движется
+risk-valves-open = { $valves }: затвор, возможно, открыт, вода, возможно, течёт
+risk-limits-off = { $drives }: пределы, возможно, ещё выключены
+undo-tries =
+    { $error }
+    { $risk }. До { $seconds } с продолжаются попытки связаться со стволом и послать { $words }; Ctrl-C прекращает их. При опасности сразу нажмите аварийный останов.
+undo-done = Послано: { $words }; теперь всё в покое.{ $state }
+undo-not-at-rest = { $words }: ответ получен, но покоя нет: { $state }. { $emergency }
+undo-not-seen = { $risk }: покоя после { $words } не видно. { $emergency }{ $why }
+undo-gave-up = Попытки прекращены до того, как наступил покой. { $risk }. { $emergency }
+use-emergency-stop = Нажмите аварийный останов.
+
+# texts.rs: why bytes cannot be decoded.
+at-byte = байт { $offset }: { $what }
+header-expected = заголовок записи — 4 байта, осталось { $got }
+data-expected = data_size обещает { $size } байт, осталось { $got }
+other-size-expected = { $got } байт данных: у этой записи такого размера не бывает
+other-value-expected = значение { $got } вне допустимых пределов
+request-unknown = неизвестный запрос { $got }
+frame-start-expected = кадр начинается с FF C0, а здесь { $got }
+escape-expected = после DB может следовать только DC или DD, а здесь { $got }
+crc-expected = CRC должна быть { $crc }, в кадре { $got }
+crc32c-expected = CRC-32C должна быть { $crc }, в кадре { $got }
+frame-end-expected = кадр не завершён байтом C0
+frame-too-long = кадр длиннее { $got } байт, которые хранит приёмник
+bytes-wrong = байты не соответствуют протоколу ({ $got })
+
+# help/mod.rs: the frame of the help of a command. In English clap has its own words.
+heading-usage = Использование:
+heading-commands = Команды
+heading-arguments = Аргументы
+heading-options = Параметры
+heading-general-options = Общие параметры
+heading-examples = Примеры:
+option-help = Показать справку
+option-version = Показать версию
+usage-options = ПАРАМЕТРЫ
+usage-command = КОМАНДА
+
+# help/errors.rs: errors in the arguments. In English clap has its own words.
+usage-error = Ошибка: { $what }
+usage-error-meant = Ошибка: { $what }. Может быть, `{ $meant }`?
+usage-more = Подробнее: lafet --help или lafet КОМАНДА --help
+needs-value = для `{ $arg }` нужно значение
+value-not-known = неверное значение `{ $value }` для `{ $arg }`; возможны: { $known }
+value-wrong = неверное значение `{ $value }` для `{ $arg }`{ $why }
+argument-unknown = неизвестный аргумент `{ $arg }`
+command-unknown = неизвестная команда `{ $name }`
+arguments-conflict = `{ $arg }` нельзя указывать вместе с `{ $other }`
+arguments-missing = не хватает аргументов: { $arg }
+command-missing = не указана команда
+value-too-many = лишнее значение `{ $value }` для `{ $arg }`
+value-count = неверное число значений для `{ $arg }`
+equals-missing = после `{ $arg }` нужен знак =
+argument-not-utf8 = аргумент не в кодировке UTF-8
+reason-range = : допустимо { $range }
+reason-integer = : ожидается целое число, в допустимых пределах
+reason-number = : ожидается число

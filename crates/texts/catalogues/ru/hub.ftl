@@ -1,0 +1,459 @@
+## What the hub says: errors, alarms, events, its configuration.
+
+# Roles.
+role-observer = наблюдатель
+role-operator = оператор
+role-engineer = инженер
+role-administrator = администратор
+
+# Names of users.
+name-length = Имя — 1…64 знака, без пробелов по краям и двух подряд внутри.
+name-characters = В имени допустимы буквы, цифры, пробелы и . - _ @ + '.
+name-alphabets = Слово в имени — из букв одного алфавита: латинские и кириллические похожи.
+name-of-hub = Это имя занято самим сервером объекта.
+name-alike = Это имя похоже на «{ $other }», которое уже есть.
+
+# Passwords.
+password-short = Пароль — не короче 10 знаков.
+password-guessed = Такой пароль легко подобрать. Возьмите три-четыре не связанных слова или пароль длиннее; без рядов клавиш, повторов, дат и имён.
+
+# Alarms: the condition, its cause, what follows, what to do.
+alarm-link-down = Нет соединения со стволом.
+alarm-link-down-cause = Отказ кабеля, сети или преобразователя интерфейса либо ствол обесточен.
+alarm-link-down-consequence = Отсюда им нельзя управлять и нельзя его остановить; начатое продолжается само.
+alarm-link-down-remedy = Используйте кнопочный пост у ствола; проверьте питание, кабель и адрес.
+monitor-silent = Ствол не отвечает.
+alarm-stale-cause = Линия есть, но ствол выключен, перезапускается, имеет другой адрес или скорость либо ответы теряются.
+alarm-unheld = При отказе сервера объекта или связи ручное перемещение может продолжаться дольше 0,5 с.
+alarm-unheld-cause = У ствола нет параметра MoveHold: привод остановится примерно через 2 с. Либо линия медленная (ответ через 180 мс и более): привод остановится примерно через три таких времени.
+alarm-unheld-consequence = Тот, кто стоит у ствола при ручном перемещении, дольше находится в опасности.
+alarm-unheld-remedy = При ручном перемещении держите аппаратный аварийный останов под рукой. Установите прошивку с MoveHold или ускорьте линию; где нельзя ни того ни другого, отложите тревогу.
+alarm-audit = Журнал аудита не сохраняется.
+alarm-disk-cause = Диск заполнен, доступен только для чтения или отказал.
+alarm-audit-consequence = Команды исполняются; записи ждут в памяти и пропадут при завершении программы.
+alarm-audit-remedy = Освободите место или исправьте диск; записи сохранятся сами.
+alarm-chain = Журнал аудита изменён.
+alarm-chain-cause = Файл audit.db правили, либо его повредил диск.
+alarm-chain-consequence = На управление не влияет. Записи, начиная с указанной в журнале событий, ничего не доказывают.
+alarm-chain-remedy = Сохраните копию папки для расследования; затем восстановите audit.db либо уберите его и запустите с --accept-lost audit.
+alarm-state = Потеряны файлы состояния.
+alarm-state-cause = Файлы в папке сервера объекта удалены, заменены или укорочены; какие — в журнале событий.
+alarm-state-consequence = На управление не влияет. Того, что в них было, больше нет.
+alarm-state-remedy = Выясните причину, восстановите копию, если она есть; затем подтвердите.
+alarm-logins = Идёт подбор паролей.
+alarm-logins-cause = За последние минуты много неудачных входов; пользователи и адреса — в журнале аудита.
+alarm-logins-consequence = Вход с нового места ждёт. С мест, откуда пользователь уже входил, — не ждёт.
+alarm-logins-remedy = Найдите адреса в журнале аудита и отключите их от сети сервера объекта.
+alarm-revocations = Завершённые сеансы и удаления пользователей не сохранены.
+alarm-revocations-consequence = Они действуют. Если сервер объекта перезапустится раньше, чем диск их примет, они могут пропасть.
+alarm-revocations-remedy = Освободите место или исправьте диск до перезапуска сервера объекта.
+alarm-history = История не сохраняется.
+alarm-history-cause = Диск заполнен или неисправен; либо PostgreSQL, если он используется, не отвечает или не принимает сервер объекта.
+alarm-history-consequence = На управление не влияет. Значений за это время не будет; для PostgreSQL они ждут в памяти, пока их не слишком много.
+alarm-history-remedy = Освободите место либо исправьте сервер или url раздела [history].
+
+# Alarms of the zones.
+alarm-trouble = { $subject }: { $trouble }.
+alarm-detector-cause = У извещателя или его шлюза нет питания или связи, он неисправен либо загрязнено окно.
+alarm-detector-consequence = Голоса у него нет: пуск в его зонах задержится или останется только тревога.
+alarm-detector-remedy = Наблюдайте за его участком; проверьте извещатель, шлюз и связь.
+alarm-idle-cause = Ствол отказывает, не движется затвор или привод либо заблокирован пост.
+alarm-idle-consequence = Вместо него используется другой ствол зоны, если он есть.
+alarm-idle-remedy = Возьмите управление и откройте вручную либо используйте пост у ствола.
+alarm-not-closed-cause = Затвор не закрывается, отказал его датчик либо ствол не отвечает.
+alarm-not-closed-consequence = Вода может идти.
+alarm-not-closed-remedy = Посмотрите, идёт ли вода; перекройте её у ствола.
+alarm-no-monitor-cause = Все её стволы не отвечают, неисправны, заблокированы, закрыты или под управлением людей.
+alarm-no-monitor-consequence = В зону с пуском вода не идёт.
+alarm-no-monitor-remedy = Тушите другими средствами; верните управление стволом или сбросьте его.
+alarm-path-cause = Обрыв провода, устройство без питания либо линия, которая не отвечает.
+alarm-path-consequence = У входа действует последнее состояние: нажатие не будет замечено. Выход может не исполнить команду.
+alarm-path-remedy = Используйте пульт или посты стволов, клапаны и насосы — вручную; проверьте провод и устройство.
+alarm-output-cause = Линия или устройство не принимает команду либо не движется клапан, реле или контактор.
+alarm-output-consequence = Он может оставаться в прежнем состоянии. Команда повторяется каждую секунду.
+alarm-output-remedy = Приведите его в действие вручную на месте; проверьте устройство и концевой выключатель.
+alarm-pump-cause = Насос не работает, в нём нет воды либо отказало реле давления или его линия.
+alarm-pump-consequence = Вместо него включается резервный, если он есть. Струи могут быть короче.
+alarm-pump-remedy = Включите насос вручную на месте; проверьте питание, всасывание и реле давления.
+alarm-contact-cause = Пост ещё нажат либо контакт сварился.
+alarm-contact-consequence = Пуска от него нет, пока не замечено отпускание.
+alarm-contact-remedy = Верните пост в исходное положение; если неисправность осталась, проверьте контакт.
+alarm-zone-disabled = Зона { $subject } отключена: не в автоматическом режиме, прекращена или заблокирована.
+alarm-zone-disabled-cause = Команда человека.
+alarm-zone-disabled-consequence = Пожар даёт только тревогу; вода — рукой, если вообще возможна.
+alarm-zone-disabled-remedy = Наблюдайте за зоной. Затем верните автоматический режим, сбросьте зону или снимите блокировку.
+alarm-zone-not-ready = Зона { $subject } не готова: сама она пуска не даст.
+alarm-zone-not-ready-cause = Отказало слишком много её извещателей либо её не может обслужить ни один ствол.
+
+# The page that replaces the console where it was not built.
+console-not-built = Сервер объекта работает, но пульт в программу не встроен
+console-not-built-remedy = Соберите пульт этими командами, затем заново программу. API работает и без него.
+
+# What the API refuses.
+answers-too-many = Слишком много ответов ещё не принято. Повторите.
+csrf-missing = Нет заголовка X-CSRF-Token или он неверен: возьмите его из /api/session.
+body-unreadable = Тело запроса не читается; не более { $body_max } байт.
+not-understood = Не понято: { $error }. См. /api/openapi.json.
+login-first = Сначала войдите.
+host-unknown = У сервера объекта нет такого имени. Добавьте его в names раздела [server] или используйте адрес.
+origin-unknown = Запрос от другой страницы. Если это допустимо, добавьте её в origins раздела [server].
+jets-too-many = Не более { $jets_max } струй в запросе.
+toward-wrong = toward — max или min.
+no-parquet = Этот lafet собран без Parquet. Возьмите /api/history.csv или соберите с возможностью parquet.
+encoding-refused = Сервер объекта принимает тела запросов только без сжатия (без Content-Encoding).
+past-too-long = Не более 24 часов за раз.
+seconds-range = seconds: допустимо { $from }…{ $to }.
+recording-not-frames = Это не запись кадров: { $error }.
+upload-broken = Файл не дошёл: { $error }.
+upload-too-large = Файл слишком велик; не более { $megabytes } МиБ.
+shelve-range = Нужны причина (1…{ $reason_max } символов) и 1…{ $shelve_max_min } минут.
+times-wrong = from_ms не может быть больше to_ms, и оба — больше { $time_max_ms }.
+no-password = Пароль есть только у того, кто вошёл с паролем.
+sim-at-or-name = Нужно at или name.
+sim-out-of-range = { $name } = { $value } вне диапазона { $from }…{ $to }.
+subscribed-too-many = Не более { $subscribed_max } стволов; без списка — все.
+detector-kind-differs = kind не такой, как в конфигурации. Исправьте hub.toml или извещатель, который сообщает сюда.
+detector-place-range = Допустимо: bearing_deg 0…360, elevation_deg −90…90, quality 0…1.
+
+# The clock.
+clock-stepped = Часы переведены на { $by_s } с, либо машина спала.
+
+# Requests.
+only-set-param = Ожидается только SetParam.
+request-too-long = Запрос слишком длинный.
+bus-controller-own = Этот запрос — только для контроллера магистрали.
+
+# What is wrong with hub.toml, and what to write.
+check-open-without-login = login = false, но { $listen } доступен с других машин.
+check-open-without-login-remedy = Задайте login = true или слушайте на 127.0.0.1.
+check-plain-passwords = Пароли передавались бы на { $listen } открыто.
+check-plain-passwords-remedy = Добавьте [tls] с cert и key либо, за прокси с TLS, plain_http = true.
+check-file-readable = Файл { $name } может прочитать любой пользователь этой машины.
+check-listen = `{ $text }` — не адрес.
+check-listen-remedy = Напишите АДРЕС:ПОРТ, например 127.0.0.1:8480 или 0.0.0.0:8480.
+check-pem-files-remedy = sslrootcert, sslcert и sslkey — файлы PEM; относительный путь — от папки этого файла.
+check-out-of-range = { $name } = { $value } вне допустимых значений.
+check-out-of-range-remedy = Допустимо { $from }…{ $to }.
+check-client-roles = client_roles без client_ca.
+check-client-roles-remedy = Добавьте client_ca — файл сертификата, которым подписаны клиенты.
+check-pem-remedy = Укажите путь к файлу PEM; относительный путь — от папки этого файла.
+check-input-no-zone = Зоны для него нет.
+check-input-no-zone-remedy = Добавьте [[zone]] или удалите вход.
+check-output-no-zone-remedy = Добавьте [[zone]] или удалите выход.
+check-target = `{ $text }` не указывает, что писать.
+check-target-table = `{ $text }`: discrete и input только читаются.
+check-target-no-value = `{ $text }`: не указано, какой бит или какие значения регистра.
+check-target-same = `{ $text }`: значения «включено» и «выключено» одинаковы.
+check-target-remedy = Напишите coil:12, holding:100.3, holding:100=1/0 или holding:100&0x00FF=0x0012/0: значения «включено» и «выключено»; знак ! впереди инвертирует.
+check-same-target = { $id } и { $other } пишут { $bit }: один отменял бы другого.
+check-same-target-remedy = Дайте каждому выходу свой бит.
+check-target-alarms = { $id } пишет { $bit }, а он читается как { $other }: сервер вызывал бы сигнал сам.
+check-target-alarms-remedy = Исправьте unit и бит одного из них.
+check-own-feedback = { $id } пишет { $bit } и его же читает как подтверждение: в нём то, что записано, а не то, что произошло.
+check-own-feedback-remedy = Укажите бит концевого выключателя или реле либо удалите его: записанное и так читается обратно.
+check-part-unread = { $id } пишет часть регистра: не прочитав его, остальное не сохранить.
+check-part-unread-remedy = Удалите read_back = false или отдайте выходу весь регистр: holding:100=1/0.
+check-single-reading = { $id } пускал бы по одному чтению.
+check-single-reading-remedy = Укажите debounce_ms не меньше { $least } (не больше 1000) или poll_ms у { $name } поменьше.
+check-bus-name = `{ $name }` — не имя линии.
+check-bus-name-remedy = Допустимо 1…32 латинских букв, цифр, - и _.
+check-bus-twice = { $name } указано дважды.
+check-bus-twice-remedy = Имена линий различны.
+check-bus-same-line = На этой же линии — { $name }.
+check-bus-same-line-remedy = Линия — один раздел [[modbus]] со всеми её устройствами.
+check-bus-with-monitor = На этой линии — ствол со своим протоколом.
+check-bus-with-monitor-remedy = Отведите извещателям отдельную линию.
+check-bus-unknown = Линии { $name } нет.
+check-bus-unknown-remedy = Добавьте [[modbus]] с name = "{ $name }" или исправьте имя.
+check-key-meaningless = { $key } здесь не имеет смысла.
+check-key-meaningless-remedy = При map = "fv300" — register, axis, field; при map = "notifier" — register; без map — alarm и другие биты, heartbeat_s — вместе с heartbeat.
+check-axis-and-field = axis и field указываются вместе.
+check-view = Так извещатель не установить.
+check-register-missing = Не хватает register.
+check-register-missing-remedy = Укажите регистр точки, считая с 0.
+check-alarm-bit-missing = Не указан бит тревоги.
+check-alarm-bit-missing-remedy = Напишите alarm = "discrete:12" или map = "fv300".
+check-heartbeat = heartbeat без heartbeat_s.
+check-heartbeat-remedy = Укажите heartbeat_s: вдвое больше времени, за которое бит меняется, с.
+check-same-bit = У { $id } и { $other } один бит тревоги ({ $bit }): одно устройство голосовало бы дважды.
+check-same-bit-remedy = Исправьте unit и бит или удалите один из них.
+check-silent-too-soon = { $id } считается молчащим через { $silent } мс, а на две попытки { $name } нужно { $own } мс.
+check-silent-too-soon-remedy = Уменьшите poll_ms или timeout_ms у { $name } или укажите silent_after_s не меньше { $least }.
+check-bus-unused = На линии { $name } ничего нет: раздел остался бы без действия.
+check-bus-unused-remedy = Напишите в [[detector]] или [[input]] source = { "{" } modbus = "{ $name }", unit = 1, … { "}" }, в [[output]] или [[pump]] target = … или удалите линию.
+check-round-too-long = Один обход { $name } занимает на этой скорости { $round } мс — больше poll_ms = { $poll_ms }.
+check-round-too-long-remedy = Укажите poll_ms не меньше { $poll_ms }, скорость выше или разделите линию.
+check-view-remedy = Напишите axis = [пеленг 0…360, угол места −90…90] и field = [ширина, высота], 1…180, всё в градусах.
+check-example-remedy = Что здесь может стоять: lafet serve --example.
+check-no-monitor = Не указан ни один ствол.
+check-no-monitor-remedy = Добавьте: [[monitor]], id = "M1", url = "tcp://192.168.1.50?addr=1".
+check-monitor-id = `{ $id }` — не id.
+check-monitor-id-remedy = Допустимо 1…32 латинских букв, цифр, - и _; для людей служит name.
+check-monitor-twice = { $id } указан дважды.
+check-monitor-twice-remedy = id стволов различны.
+check-no-simulator = В сервере объекта нет имитатора.
+check-no-simulator-remedy = Запустите `lafet sim` и укажите напечатанный адрес.
+check-same-url = { $url }: два ствола с одним URL.
+check-same-url-remedy = Дайте каждому свой адрес: ?addr=2.
+check-url-remedy = Напишите tcp://УЗЕЛ:ПОРТ?addr=1, udp://… или serial:///dev/ttyUSB0?baud=19200.
+check-host-name = `{ $name }` — не имя.
+check-host-name-remedy = Напишите только имя: hub.site.example, без http:// и порта.
+check-origin = `{ $text }` — не origin.
+check-origin-remedy = Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не бывает.
+check-plan = Этого на плане быть не может.
+check-plan-remedy = Место — метры в пределах 100 км, направление −360…360°, высота 0…1000 м, диаметр больше 0.
+toml-unknown = { $name } здесь неизвестно; возможно: { $known }.
+toml-not-one-of = { $name } — не то; возможно: { $known }.
+toml-missing = Не хватает { $name }.
+toml-twice = Это указано дважды.
+toml-no-vote = { $votes } — не число голосов: напишите 2oo3, то есть два из трёх извещателей.
+toml-meant = Возможно, имелось в виду { $name }.
+check-no-driver = [[{ $table }]]: драйвера нет, таблица осталась бы без действия.
+check-no-driver-remedy = Удалите её или укажите входу `source`, выходу или насосу `target` на [[modbus]]. Отмена, удержание и пуск есть и по HTTP.
+check-aims = zone { $id }: наведений ствола { $monitor } — { $count }, а нужно одно.
+check-aims-remedy = Напишите один раздел [[aim]]: zone = "{ $id }", monitor = "{ $monitor }", horizontal, vertical и nozzle.
+check-poll-seldom = { $name } обслуживает зону { $id }: слишком редко для подтверждения Close.
+check-poll-seldom-remedy = Укажите не больше { $poll_ms_max }.
+check-not-served = Ствол { $name } не обслуживает зону { $of }.
+check-not-served-remedy = Исправьте zone и monitor или укажите ствол в `monitors` зоны.
+check-aim = Так навести ствол нельзя.
+check-aim-remedy = program — 0…7, horizontal и vertical — −21600…21600 угловых минут, nozzle — мм от 0.
+check-station = Там извещатель стоять не может, или погрешность его пеленгов не может быть такой.
+check-station-remedy = at = [восток, север, высота] в метрах в пределах 10 км, error_deg — от { $least } до { $most }.
+check-no-place = error_deg относится к извещателю, место которого не указано.
+check-no-place-remedy = Укажите также at = [восток, север, высота] в метрах или удалите её.
+check-stations-too-many = zone { $zone }: извещателей с указанным местом больше { $most }.
+check-stations-too-many-remedy = Удалите `at` у тех, которые дают меньше всего: трёх мест вокруг зоны хватает, чтобы отличить два пожара от ложных пересечений.
+toml-kind = Указано: { $given }, а нужно: { $wanted }.
+toml-kind-value = { $kind }{ $value }
+check-zones = { $place }: { $what }
+
+# Motion by hand.
+jog-axes = Вручную ведутся только Vertical, Horizontal и Nozzle.
+jog-taken-over = Приводом управляет { $by }.
+jog-still-moving = Привод движется, несмотря на Stop. Используйте аварийный останов.
+jog-unbounded = Контроль пределов выключен, и при обрыве связи ствол не прекратит движение сам. Включите пределы или задайте MoveTimeout подсистемы General, например 500 мс.
+
+# Errors of the API.
+no-monitor = Ствола { $id } нет.
+no-zones = Зоны не настроены. См. docs/installation.ru.md.
+no-detector = Извещателя { $id } нет. Добавьте его в конфигурацию или исправьте имя.
+detector-on-bus = Извещатель { $id } читается по линии { $bus }. Чтобы сообщать о нём здесь, удалите `source` в hub.toml.
+order-void = Команда отозвана до отправки.
+confirm-needed = Нужно "confirm": "{ $id }", чтобы это не сделали по ошибке.
+nothing-here = Здесь ничего нет. См. /api/openapi.json.
+role-needed = Нужна роль «{ $role }».
+session-ended = Сеанс завершён: ещё десять минут работает только «Стоп». Войдите снова.
+too-fast = Слишком часто. Повторите через { $wait_s } с.
+control-held = { $monitor } управляет { $user }. Запросите управление или подождите.
+control-free = { $monitor } никем не управляется. Сначала возьмите управление.
+control-not-asked = Никто не запрашивает управление.
+force-needs-reason = Для принудительного захвата нужна причина, не короче 5 знаков.
+not-connected = Нет соединения с { $monitor }. Ничего не отправлено.
+no-answer-within = { $monitor } не отвечает { $seconds } с. Проверьте связь с ним и повторите запрос.
+postgres-away = PostgreSQL, где хранится история, не отвечает. Проверьте этот сервер.
+postgres-failed = PostgreSQL, где хранится история: { $error }. Проверьте этот сервер.
+storage-failed = Хранилище не работает: { $error }. Проверьте диск.
+login-failed = Неверный пользователь, пароль или ссылка. С каждой ошибкой ждать дольше.
+access-conflict = Такой уже есть, либо это последний администратор.
+
+# Buses of detectors: events.
+bus-open = Modbus { $name }: линия открыта.
+bus-lost = Modbus { $name }: нет соединения. { $why }
+bus-reading = { $sort } { $id } (modbus { $bus }, устройство { $unit }): { $news }.
+bus-detector = Извещатель
+bus-input = Вход
+bus-output = Выход
+bus-pump = Насос
+bus-output-fault = сработал его контакт неисправности
+bus-output-dropped = устройство потеряло команду, как после перезапуска; она повторяется, если ещё нужна
+bus-output-refused = устройство отклоняет запись
+bus-reading-lost = нет верного ответа, неисправность
+bus-reading-frozen = признак работы не меняется, неисправность
+bus-reading-back = снова читается
+
+# Buses of detectors: their lines.
+check-line = `{ $url }` — не линия.
+check-line-remedy = Напишите tcp://10.0.0.9:502, rtu+tcp://10.0.0.9:4001 или serial:///dev/ttyUSB1?baud=19200&parity=even.
+check-line-option = `{ $url }`: { $name } так указать нельзя.
+bus-takes-nothing = Байты не принимаются.
+
+# Buses of detectors: addresses of bits.
+check-point-one-bit = `{ $text }`: coil и discrete — это один бит, бит и маска не указываются.
+check-point-no-bit = `{ $text }`: не указан бит регистра.
+check-point-remedy = Напишите discrete:12, coil:12, holding:100.3 или input:100&0x00F0=0x0020: адрес считается с 0, бит — 0…15, знак ! впереди инвертирует.
+check-point = `{ $text }` не называет бит.
+check-point-address = `{ $whole }`: адрес — не 0…65535.
+check-point-bit = `{ $whole }`: бит — не 0…15.
+check-point-mask = `{ $whole }`: в значении есть биты вне маски, или маска пуста.
+
+# Buses of detectors: answers.
+bus-no-answer = Нет ответа в срок.
+bus-other-unit = Вместо него ответило устройство { $unit }.
+bus-other-function = Ответ на функцию { $function }, которую не запрашивали.
+bus-other-count = В ответе не столько значений, сколько запрошено.
+bus-other-value = Ответ подтверждает не то значение, которое записано.
+bus-given-up = Ответа не ждали: пришла команда.
+bus-no-frame = Принятое — не кадр Modbus. Проверьте скорость, чётность и другой конец линии.
+bus-exception = Исключение { $code }: { $why }.
+bus-function = функция не поддерживается
+bus-address = нет такого адреса
+bus-value = значение отклонено
+bus-device = отказ устройства
+bus-busy = устройство занято
+bus-no-path = шлюз: нет пути
+bus-behind-gateway = шлюз: устройство не отвечает
+bus-unknown-code = нет в стандарте
+
+# Control.
+reason-too-long = reason — не длиннее { $reason_max } символов.
+action-unknown = `{ $action }` — не { $list }.
+control-expired = { $monitor }: управление { $user } потеряно, приводы остановлены.
+
+# State of a monitor.
+link-connected = Соединение восстановлено.
+link-lost = Нет соединения: { $error }.
+check-link-remedy = Проверьте питание, кабель и адрес в конфигурации.
+link-down = Нет соединения.
+barrel-stowed = Ствол свёрнут.
+barrel-stowed-remedy = Разверните; поиск и тушение разворачивают ствол сами.
+no-move-hold = У ствола нет параметра MoveHold: если при ручном перемещении откажет сервер объекта или связь, привод остановится примерно через 2 с, а не в пределах 0,5 с.
+no-move-hold-remedy = При ручном перемещении держите аппаратный аварийный останов под рукой; прошивка с MoveHold прекращает движение раньше.
+
+# Jets.
+jet-value-needed = Без ствола нужно значение { $name }.
+jet-target-range = way_m — 0…{ $way_max_m } м, rise_m — −{ $way_max_m }…{ $way_max_m } м.
+
+# State of the hub.
+audit-changed = Журнал аудита изменён: запись { $n } не та, что была сделана.
+state-missing = { $name } отсутствует или пуст, остальные файлы состояния на месте.
+state-foreign = { $name } не от этого объекта: он из другой папки или копии.
+state-cut = { $name } укорочен или это старая копия: записей { $found }, должно быть не менее { $noted }.
+state-changed = { $name } изменён: запись { $n } не та, что была отмечена.
+state-no-users = { $name } без пользователей, хотя они были.
+
+# PostgreSQL.
+no-postgres = Этот lafet собран без PostgreSQL.
+no-postgres-remedy = Уберите url — будет SQLite; либо соберите с возможностью postgres.
+postgres-sslmode = Нет sslmode={ $other }.
+postgres-sslmode-remedy = Напишите disable, allow, prefer, require, verify-ca или verify-full.
+postgres-address = Это не адрес PostgreSQL.
+postgres-address-remedy = Напишите postgres://ИМЯ:ПАРОЛЬ@УЗЕЛ/БАЗА либо уберите url — будет SQLite.
+postgres-verify-by-what = Сервер надо проверять, но не сказано по чему.
+postgres-verify-by-what-remedy = Добавьте sslrootcert=ФАЙЛ (сертификат, которым он подписан) либо sslrootcert=system.
+postgres-system-not-full = sslrootcert=system без verify-full: такой сертификат есть у кого угодно.
+postgres-verify-full-remedy = Напишите sslmode=verify-full.
+postgres-verifies-nothing = sslrootcert указан, но с таким sslmode ничего не проверяется.
+postgres-cert-and-key = sslcert и sslkey нужны вместе.
+postgres-cert-and-key-remedy = Укажите оба или ни одного.
+postgres-no-authority = Эта машина не доверяет ни одному центру (Debian: apt install ca-certificates).
+
+# Events of the zones.
+zones-not-stored = Режимы, отключения и запреты зон не сохраняются и пропадут при перезапуске. Проверьте диск.
+zones-stored = Режимы, отключения и запреты зон снова сохраняются.
+zone-detector-alarm = Извещатель { $detector }: тревога ({ $by }).
+zone-countdown = Зона { $zone }: голосов достаточно, пуск через { $seconds } с.
+zone-held = Зона { $zone }: задержка удерживается.
+zone-hold-over = Зона { $zone }: удержание окончено.
+zone-water-found = { $monitor }: при запуске сервера шла вода; закрытие через { $seconds } с.
+zone-monitor-replaced = Зона { $zone }: ствол { $monitor } используется вместо другого.
+why-lockout = аварийная блокировка
+why-abort = отмена
+why-duration = наибольшая длительность
+why-quiet = тревог нет
+why-test-over = испытание окончено
+why-votes = мало голосов
+why-mode = не в автоматическом режиме
+mode-automatic = автоматический режим
+mode-manual = ручной режим
+mode-off = отключена
+mode-test-dry = испытание без воды
+mode-test-outlet = испытание выпуска
+zone-news = Зона { $zone }: { $news }.
+zone-cancelled = Зона { $zone }: отсчёт прекращён ({ $why }).
+zone-ended = Зона { $zone }: пуск прекращён ({ $why }).
+zone-no = { $scope }: { $why }; действует до сброса.
+zone-reset = { $scope }: сброс.
+zones-lockout-on = Зоны: аварийная блокировка включена.
+zones-lockout-off = Зоны: аварийная блокировка снята.
+zone-trouble = { $subject }: { $trouble }.
+zone-trouble-over = { $subject }: { $trouble }, устранено.
+released-dry = испытательный пуск, без воды
+released-by-votes = пуск по голосам извещателей
+released-by-hand = пуск рукой
+scope-site = Все зоны
+scope-zone = Зона { $zone }
+
+# Files of certificates and keys.
+file-wrong = { $path }: { $what }.
+file-no-certificate = в нём нет сертификата
+file-no-key = в нём нет закрытого ключа
+file-unreadable = не читается: { $error }
+file-no-pem = не PEM: { $error }
+file-useless = не годится: { $error }
+
+# Kinds of values in hub.toml: what is needed, what is given.
+kind-a-string = текст в кавычках
+kind-a-boolean = true или false
+kind-a-list = список: [[…]] или […]
+kind-a-table = таблица
+kind-whole = целое число
+kind-whole-from-0 = целое число от 0
+kind-a-number = число
+kind-a-path = путь в кавычках
+kind-two-numbers = два числа: [восток, север]
+kind-integer = число
+kind-fraction = дробь
+kind-string = текст
+kind-boolean = значение
+
+# Figures of a link.
+figure-sent = Кадров отправлено за секунду
+figure-received = Кадров получено за секунду
+figure-retries = Кадров повторено за секунду
+figure-timeouts = Ответов не пришло за секунду
+figure-errors = Ошибочных кадров за секунду
+figure-rtt = Сглаженное время ответа
+figure-ms = мс
+
+# Alarms of flags: what follows.
+flag-drive = Оси нельзя доверять: она останавливается и может не двигаться, струю не навести.
+flag-deployer = Ствол может остаться свёрнутым: тогда нельзя ни наводить, ни подавать воду.
+flag-heating = На морозе узел может замёрзнуть и перестать двигаться.
+flag-remote = Параметры удалённого устройства могут отличаться от показанных.
+flag-button = Эта кнопка поста не действует; остальные работают.
+flag-config-fault = Подсистема работает с исходными значениями: пределы и нулевая точка могут быть неверны.
+flag-config-invalid = Подсистема может не работать, пока параметры не заданы полностью.
+flag-config-write-fault = Заданное пропадёт при отключении питания.
+flag-conn-lost = Ствол не может управлять этим устройством: оно остаётся как есть.
+flag-bad-power = Приводы и затворы могут замедлиться, остановиться или не работать.
+flag-internal-fault = Работа подсистемы прервана; тушение могло остановиться.
+flag-wdt-fault = Устройство было перезапущено: его работа прервана.
+flag-protocol-fault = Часть команд не доходит до устройства.
+flag-pressure-sensor = Давление неизвестно; программы наводят без баллистики, возможен недолёт струи.
+flag-locked-out = Всё остановлено, затворы закрыты; команды отклоняются.
+flag-heating-sensor = Обогрев этого узла не регулируется: на морозе он может замёрзнуть.
+flag-valve-overload = Затвор остановился в пути: он может быть открыт не полностью или не закрыт.
+flag-drive-overload = Привод остановлен и не движется в эту сторону, пока флаг не снят.
+flag-limitless = Ничто не удерживает ствол от удара об упоры.
+flag-blocked = Затвор не открывается по команде.
+flag-valve-sensors = Неизвестно, открыт затвор или закрыт.
+flag-outside-limits = Часть очага не орошается.
+flag-mode-fault = Программа не выполняется.
+flag-trajectory = Ствол наводится прямо на цель: на большой дальности струя не долетает.
+flag-found = В секторе поиска есть горение.
+flag-device-fault = Ствол не находит очаги: наблюдать и наводить нужно вручную.
+flag-bad-sector = Поиск не выполняется.
+flag-dirty-lens = Небольшие или далёкие очаги могут быть не замечены.
+
+# Настройка привода.
+tune-drives = Настроить можно только Horizontal, Vertical и Nozzle.
+tune-put-back = { $drive }: настройка была прервана; StopLag и MinSpeed снова прежние.
+tune-not-put-back = { $drive }: настройка была прервана, вернуть прежние StopLag и MinSpeed не удалось: { $error }
+tune-note-bad = Неизвестно, что изменила прерванная настройка: { $file }: { $error }. Проверьте StopLag и MinSpeed приводов, затем удалите файл.
+tune-not-noted = Прервано: прежние значения нельзя записать на диск: { $error }.
+tune-running = Привод этого ствола уже настраивается.
+tune-interrupted = Прервано: СТОП или другая команда стволу.
+tune-ended = Прервано оператором.
+tune-authority-lost = Прервано: управление стволом потеряно.
+tune-page-gone = Прервано: страница, которая начала настройку, не отвечает.

@@ -15,11 +15,12 @@ mod read;
 mod splitter;
 mod whole;
 
-use std::io::{self, Seek, Write};
+use std::io;
 use std::path::Path;
 
 pub use read::{ReadError, read, read_each, read_pieces};
 pub use splitter::Splitter;
+pub use whole::Medium;
 
 /// A piece of a line's traffic: usually one frame, preceded by any noise before it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,17 +102,18 @@ impl Format {
     }
 }
 
-/// Writes a recording. Without [`Recorder::finish`] it is still complete up to the last flush.
-pub struct Recorder<W: Write + Seek> {
+/// Writes a recording. Without [`Recorder::finish`], and when the disk is full, it is still complete
+/// up to the last flush.
+pub struct Recorder<W: Medium> {
     form: Form<W>,
 }
 
-enum Form<W: Write + Seek> {
+enum Form<W: Medium> {
     Mcap(Box<mcap::Writer<W>>),
     Pcapng(pcapng::Writer<W>),
 }
 
-impl<W: Write + Seek> Recorder<W> {
+impl<W: Medium> Recorder<W> {
     /// Starts a recording.
     pub fn new(format: Format, out: W) -> io::Result<Self> {
         let form = match format {

@@ -5,7 +5,7 @@
 //! and answers as text), `/note/…` (remarks beside the traffic, as JSON).
 
 use std::collections::{BTreeMap, HashMap};
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, Read, Write};
 
 use ::mcap::parse_record;
 use ::mcap::records::{MessageHeader, Record};
@@ -16,7 +16,7 @@ use lafet_proto::link::{Decoder, Frame};
 
 use crate::messages::{self, Message, Schema};
 use crate::read::ReadError;
-use crate::whole::Whole;
+use crate::whole::{End, Medium, Whole};
 use crate::{Captured, Direction, Note, Piece};
 
 /// Topic of the raw frames.
@@ -33,7 +33,7 @@ const CHANNELS_MAX: usize = 10_000;
 const PART: usize = 64 * 1024;
 
 /// Writes MCAP.
-pub struct Writer<W: Write + Seek> {
+pub struct Writer<W: Medium> {
     out: ::mcap::Writer<Whole<W>>,
     /// Bytes of messages since the last flush.
     since: u64,
@@ -43,7 +43,7 @@ pub struct Writer<W: Write + Seek> {
     sequence: u32,
 }
 
-impl<W: Write + Seek> Writer<W> {
+impl<W: Medium> Writer<W> {
     pub fn new(out: W) -> io::Result<Self> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Zstd))
@@ -56,7 +56,7 @@ impl<W: Write + Seek> Writer<W> {
             .disable_seeking(true)
             .profile("")
             .library(concat!("lafet ", env!("CARGO_PKG_VERSION")));
-        let mut out = options.create(Whole::new(out)).map_err(to_io)?;
+        let mut out = options.create(Whole::new(out, End::Mcap)).map_err(to_io)?;
         let about = BTreeMap::from([(
             "about".to_owned(),
             "direction (0 heard, 1 to a monitor, 2 from a monitor), then bytes of the wire".into(),

@@ -86,16 +86,17 @@ fn schema(from: SubsystemId, layout: &Layout) -> Schema {
         if field.kind == Kind::Flags {
             let one = |flag: &lafet_proto::flags::FlagInfo| {
                 let kind = if flag.width == 1 { "boolean" } else { "integer" };
-                let text = flag.meaning.en;
+                let text = lafet_texts::dictionary(flag.meaning).en;
                 (flag.name.to_owned(), json!({ "type": kind, "description": text }))
             };
             let flags: Map<_, _> = flags_of(from).flags.iter().map(one).collect();
             properties.insert("flags".into(), json!({ "type": "object", "properties": flags }));
         } else {
             let (suffix, _, unit) = plain(field.unit);
+            let text = lafet_texts::dictionary(field.text).en;
             let text = match unit {
-                "" => field.text.en.to_owned(),
-                unit => format!("{}, {unit}", field.text.en),
+                "" => text.to_owned(),
+                unit => format!("{text}, {unit}"),
             };
             let property = json!({ "type": "number", "description": text });
             properties.insert(name(field, suffix), property);

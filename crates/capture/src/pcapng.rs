@@ -12,6 +12,7 @@ use pcap_file::pcapng::{Block, PcapNgReader, PcapNgWriter};
 use pcap_file::{DataLink, PcapError};
 
 use crate::read::ReadError;
+use crate::whole::{End, Medium, Whole};
 use crate::{Captured, Direction};
 
 /// Timestamps are in nanoseconds: a negative power of ten.
@@ -21,12 +22,15 @@ const DIRECTION: u32 = 0b11;
 const INBOUND: u32 = 0b01;
 const OUTBOUND: u32 = 0b10;
 
-/// Writes pcapng.
-pub struct Writer<W: Write>(PcapNgWriter<W>);
+/// Blocks are written at this many bytes, or when the recorder flushes.
+const PART: usize = 64 * 1024;
 
-impl<W: Write> Writer<W> {
+/// Writes pcapng.
+pub struct Writer<W: Medium>(PcapNgWriter<Whole<W>>);
+
+impl<W: Medium> Writer<W> {
     pub fn new(out: W) -> io::Result<Self> {
-        let mut writer = PcapNgWriter::new(out).map_err(to_io)?;
+        let mut writer = PcapNgWriter::new(Whole::new(out, End::Anywhere)).map_err(to_io)?;
         let interface = InterfaceDescriptionBlock {
             linktype: DataLink::USER0,
             snaplen: 0,
@@ -52,7 +56,8 @@ impl<W: Write> Writer<W> {
             data: Cow::Borrowed(&captured.bytes),
             options: vec![EnhancedPacketOption::Flags(flags)],
         };
-        self.0.write_pcapng_block(packet).map(|_| ()).map_err(to_io)
+        self.0.write_pcapng_block(packet).map_err(to_io)?;
+        if self.0.get_mut().waiting() > PART { self.flush() } else { Ok(()) }
     }
 
     pub fn flush(&mut self) -> io::Result<()> {

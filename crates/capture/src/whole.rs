@@ -1,14 +1,19 @@
-//! An MCAP file that is complete at any moment, for a recorder that may be killed.
+//! A file that is complete at any moment, for a recorder that may be killed and a disk that may be
+//! full.
 //!
-//! Only whole records reach the file, always followed by the end of a file without summary, which
-//! the next records overwrite:
+//! Only whole records reach the file. In MCAP they are always followed by the end of a file without
+//! summary, which the next records overwrite:
 //!
 //! ```text
 //! magic, header, chunk, chunk, …, data end, footer, magic
 //!                              └── overwritten by the next flush ──┘
 //! ```
+//!
+//! What the disk takes in part is cut off again, and the end that was there is put back: it was
+//! overwritten, so its place is on the disk already.
 
-use std::io::{self, Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
 
 use ::mcap::MAGIC;
 
@@ -22,43 +27,115 @@ const FOOTER: [u8; 29] = {
     footer
 };
 
+/// What a recording is written to: without a buffer of its own, so that it can be cut off.
+pub trait Medium: Write + Seek {
+    /// Cuts everything behind this length off.
+    ///
+    /// # Errors
+    ///
+    /// Those of the medium.
+    fn cut(&mut self, len: u64) -> io::Result<()>;
+}
+
+impl Medium for File {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.set_len(len)
+    }
+}
+
+impl Medium for Cursor<Vec<u8>> {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.get_mut().truncate(usize::try_from(len).unwrap_or(usize::MAX));
+        Ok(())
+    }
+}
+
+impl<M: Medium + ?Sized> Medium for &mut M {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        (**self).cut(len)
+    }
+}
+
+/// What a file ends with while it is being written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Nothing: it may end behind any record.
+    Anywhere,
+    /// The end of an MCAP file without summary.
+    Mcap,
+}
+
 /// Buffers what is written until it is flushed, which happens where records end.
 pub struct Whole<W> {
     out: W,
+    end: End,
     /// Length of the file that will not be overwritten, bytes.
     kept: u64,
     /// Bytes written since the last flush.
     tail: Vec<u8>,
+    /// What could not be written is missing, so that nothing may follow it.
+    broken: Option<io::ErrorKind>,
 }
 
-impl<W: Write + Seek> Whole<W> {
-    pub const fn new(out: W) -> Self {
-        Self { out, kept: 0, tail: Vec::new() }
+impl<W: Medium> Whole<W> {
+    pub const fn new(out: W, end: End) -> Self {
+        Self { out, end, kept: 0, tail: Vec::new(), broken: None }
+    }
+
+    /// Bytes that wait for the next flush.
+    pub const fn waiting(&self) -> usize {
+        self.tail.len()
+    }
+
+    fn put(&mut self) -> io::Result<()> {
+        self.out.seek(SeekFrom::Start(self.kept))?;
+        // In one write, so that a program that is killed has written all of it or nothing.
+        self.out.write_all(&self.tail)?;
+        self.out.flush()
+    }
+
+    /// The file as it was before what could not be written whole.
+    fn put_back(&mut self) -> io::Result<()> {
+        if self.kept == 0 || self.end == End::Anywhere {
+            return self.out.cut(self.kept);
+        }
+        let end = [&DATA_END[..], &FOOTER, MAGIC].concat();
+        self.out.seek(SeekFrom::Start(self.kept))?;
+        self.out.write_all(&end)?;
+        self.out.flush()?;
+        self.out.cut(self.kept + end.len() as u64)
     }
 }
 
-impl<W: Write + Seek> Write for Whole<W> {
+impl<W: Medium> Write for Whole<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.tail.extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
+        if let Some(kind) = self.broken {
+            return Err(kind.into());
+        }
         if self.tail.is_empty() {
             return self.out.flush();
         }
         let len = self.tail.len();
         // A recording that is finished has its own end.
-        if self.kept == 0 || !self.tail.ends_with(MAGIC) {
+        if self.end == End::Mcap && (self.kept == 0 || !self.tail.ends_with(MAGIC)) {
             self.tail.extend([&DATA_END[..], &FOOTER, MAGIC].concat());
         }
-        self.out.seek(SeekFrom::Start(self.kept))?;
-        // In one write, so that a program that is killed has written all of it or nothing.
-        self.out.write_all(&self.tail)?;
-        self.out.flush()?;
-        self.kept += len as u64;
+        let put = self.put();
         self.tail.clear();
-        Ok(())
+        match &put {
+            Ok(()) => self.kept += len as u64,
+            Err(error) => {
+                self.broken = Some(error.kind());
+                // The error that is reported is the first.
+                _ = self.put_back();
+            }
+        }
+        put
     }
 }
 

@@ -310,8 +310,6 @@ end
 local pieces, pieces_kept = {}, 0
 
 local function line_of(bytes)
-  local known = pieces[bytes]
-  if known then return known end
   local info = single(bytes)
   if info then
     if pieces_kept == SINGLES_MAX then pieces, pieces_kept = {}, 0 end
@@ -353,7 +351,7 @@ function lafet.dissector(tvb, pinfo, tree)
   local bytes = tvb:raw()
   -- What is visible counts as referenced.
   local shown = tree:referenced(self)
-  local info = not shown and line_of(bytes)
+  local info = not shown and (pieces[bytes] or line_of(bytes))
   if info then
     name(pinfo, info)
     return #bytes

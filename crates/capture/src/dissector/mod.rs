@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use lafet_proto::bus::{PORT_EXTERNAL_CONN, PORT_RADIO};
 use lafet_proto::dictionary::layouts::{Field, Kind, Layout, of_answer, of_request};
-use lafet_proto::dictionary::{self, REQUESTS, STATUSES, SUBSYSTEMS};
+use lafet_proto::dictionary::{Key, REQUESTS, STATUSES, SUBSYSTEMS};
 use lafet_proto::flags::{ButtonState, FlagClass, FlagInfo, flags_of};
 use lafet_proto::id::{Status, SubsystemId, key};
 use lafet_proto::param::{Param, Unit};
@@ -67,11 +67,8 @@ impl Tables {
         self.text
     }
 
-    fn say(&self, text: &dictionary::Text) -> &'static str {
-        match self.language {
-            Language::En => text.en,
-            Language::Ru => text.ru,
-        }
+    fn say(&self, text: Key) -> &'static str {
+        lafet_texts::dictionary(text).str(self.language)
     }
 
     fn line(&mut self, line: &str) {
@@ -113,7 +110,7 @@ impl Tables {
             (key::DISABLE, "Disable"),
         ];
         self.names("KEYS", keys.into_iter().map(|(value, name)| (value.into(), name)));
-        let states = ButtonState::ALL.map(|state| (state as u32, self.say(&state.text())));
+        let states = ButtonState::ALL.map(|state| (state as u32, self.say(state.text())));
         self.names("BUTTON_STATES", states.into_iter());
         self.line(&format!("local GET_STATUS = {:#x}", RequestId::GET_STATUS.0));
         self.line(&format!("local ACCESS_GRANTED = {:#x}", RequestId::ACCESS_GRANTED.0));
@@ -138,7 +135,7 @@ impl Tables {
         for flag in class.flags {
             let FlagInfo { name, width, meaning, .. } = flag;
             let (abbr, mask) = (snake(name), flag.mask());
-            let text = quoted(self.say(meaning));
+            let text = quoted(self.say(*meaning));
             self.line(&format!(
                 "    {{ name = \"{name}\", abbr = \"{abbr}\", width = {width}, mask = {mask:#x}, \
                  text = {text} }},"
@@ -208,8 +205,8 @@ impl Tables {
     fn field(&mut self, field: &Field) {
         let Field { name, kind, unit, text, .. } = field;
         let mut line = format!("      {{ name = \"{name}\", kind = \"{kind:?}\"");
-        let text = quoted(self.say(text));
-        let shown = unit.name().map_or("", |unit| self.say(&unit));
+        let text = quoted(self.say(*text));
+        let shown = unit.name().map_or("", |unit| self.say(unit));
         // Writing to a String cannot fail.
         let _ = write!(line, ", text = {text}");
         if *unit == Unit::Bits && !matches!(kind, Kind::Flags | Kind::Key) {

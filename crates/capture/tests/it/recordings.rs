@@ -1,10 +1,10 @@
 //! A recording returns what was recorded, even when its recorder was killed.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use lafet_capture::{Captured, Direction, Format, ReadError, Recorder, read};
+use lafet_capture::{Captured, Direction, Format, Medium, ReadError, Recorder, read};
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use serde_json::Value;
 
@@ -194,4 +194,89 @@ fn mcap_is_whole_after_every_flush() {
         let frames = messages.iter().filter(|message| message.channel.topic == "/frames").count();
         assert_eq!(frames, count);
     }
+}
+
+/// A medium that takes so many bytes and no more.
+struct Full<'a> {
+    bytes: &'a mut Cursor<Vec<u8>>,
+    most: u64,
+}
+
+impl Write for Full<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let room = usize::try_from(self.most.saturating_sub(self.bytes.position())).unwrap();
+        match bytes.get(..room).unwrap_or(bytes) {
+            [] if !bytes.is_empty() => Err(io::ErrorKind::StorageFull.into()),
+            some => self.bytes.write(some),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Full<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.bytes.seek(to)
+    }
+}
+
+impl Medium for Full<'_> {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.bytes.cut(len)
+    }
+}
+
+/// Wherever the disk becomes full, the file has whole records, and all that were flushed before.
+#[test]
+fn on_a_disk_that_becomes_full_everything_flushed_stays_whole() {
+    for format in FORMATS {
+        let all = record(format, &pieces()).len() as u64;
+        let mut counts = Vec::new();
+        for most in 0..all {
+            let mut bytes = Cursor::new(Vec::new());
+            let mut flushed = 0;
+            if let Ok(mut recorder) = Recorder::new(format, Full { bytes: &mut bytes, most }) {
+                let mut put = |piece| recorder.write(piece).and_then(|()| recorder.flush());
+                flushed = pieces().iter().map_while(|piece| put(piece).ok()).count();
+                if flushed < pieces().len() {
+                    // What is dropped or ended later changes nothing.
+                    _ = recorder.finish();
+                }
+            }
+            let bytes = bytes.into_inner();
+            counts.push(flushed);
+            if bytes.is_empty() {
+                assert_eq!(flushed, 0);
+                continue;
+            }
+            let frames = match format {
+                Format::Mcap => {
+                    let messages = mcap::MessageStream::new(&bytes).expect("magic at both ends");
+                    let of = |it: &mcap::Message<'_>| it.channel.topic == "/frames";
+                    let all: Vec<_> = messages.map(Result::unwrap).collect();
+                    all.iter().filter(|it| of(it)).count()
+                }
+                Format::Pcapng => packets(&bytes),
+            };
+            assert_eq!(frames, flushed, "{format:?}: {most} of {all} bytes");
+        }
+        assert!(counts.contains(&0) && counts.contains(&(pieces().len() - 1)), "{counts:?}");
+    }
+}
+
+/// Packets of a file that has nothing behind its last whole block.
+fn packets(bytes: &[u8]) -> usize {
+    let (mut rest, mut count) = (bytes, 0);
+    while !rest.is_empty() {
+        let word = |at: usize| rest[at..at + 4].try_into().unwrap();
+        // The byte order is in the first block.
+        let big = bytes[8] == 0x1A;
+        let read =
+            |at| if big { u32::from_be_bytes(word(at)) } else { u32::from_le_bytes(word(at)) };
+        count += usize::from(read(0) == 6);
+        rest = &rest[read(4) as usize..];
+    }
+    count
 }

@@ -1,7 +1,7 @@
 //! `lafet record`: records the traffic of a line to a file.
 
 use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -276,7 +276,7 @@ async fn read_side<S: AsyncRead + Unpin>(
 
 /// The recording being written, and what it contains so far.
 struct Tape {
-    recorder: Recorder<BufWriter<File>>,
+    recorder: Recorder<File>,
     name: String,
     start: Instant,
     start_ns: u64,
@@ -289,7 +289,7 @@ impl Tape {
         let name = file.display().to_string();
         let format = Format::of_path(file).unwrap_or(Format::Mcap);
         let recorder = File::create(file)
-            .and_then(|file| Recorder::new(format, BufWriter::new(file)))
+            .and_then(|file| Recorder::new(format, file))
             .map_err(|error| cannot_write(&name, error))?;
         let (frames, bytes) = (0, 0);
         Ok(Self { recorder, name, start: Instant::now(), start_ns: wall_ns(), frames, bytes })

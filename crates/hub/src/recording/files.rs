@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -265,7 +265,7 @@ fn tell(folder: &Path, meta: &Recording) -> io::Result<()> {
     fs::write(about(folder, &meta.name), serde_json::to_vec(meta)?)
 }
 
-type Open = HashMap<String, Recorder<BufWriter<File>>>;
+type Open = HashMap<String, Recorder<File>>;
 
 /// Writes recordings until there is nothing more to do.
 pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
@@ -306,19 +306,15 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
     }
 }
 
-fn begin(
-    folder: &Path,
-    meta: &Recording,
-    past: &[Arc<Piece>],
-) -> io::Result<Recorder<BufWriter<File>>> {
-    let file = BufWriter::new(File::create(folder.join(&meta.name))?);
+fn begin(folder: &Path, meta: &Recording, past: &[Arc<Piece>]) -> io::Result<Recorder<File>> {
+    let file = File::create(folder.join(&meta.name))?;
     tell(folder, meta)?;
     let mut recorder = Recorder::new(Format::Mcap, file)?;
     past.iter().try_for_each(|piece| put(&mut recorder, piece))?;
     Ok(recorder)
 }
 
-fn put(recorder: &mut Recorder<BufWriter<File>>, piece: &Piece) -> io::Result<()> {
+fn put(recorder: &mut Recorder<File>, piece: &Piece) -> io::Result<()> {
     match piece {
         Piece::Captured(captured) => recorder.write(captured),
         Piece::Note(note) => recorder.note(note),

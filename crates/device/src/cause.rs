@@ -1,8 +1,8 @@
 //! Why each output is as it is (ours): a request, a step of a program, a button, or a rule.
 //!
-//! Whoever starts or ends a motion keeps its cause: the drive, the valve. Heaters follow rules alone.
+//! What starts or ends a motion keeps its cause: the drive, the valve. Heaters follow rules alone.
 //! Where `guard` takes something away it puts its rule in the place of the cause, so
-//! [`Causes`] tells for every output, in every step, why it has this value.
+//! [`Causes`] shows for every output, in every step, why it has this value.
 
 use crate::image::{AXES, PLACES, VALVES};
 use crate::subsystem::conn::Source;
@@ -57,7 +57,7 @@ pub enum Rule {
     Water,
     /// The hardware block of the valve is on.
     Blocked,
-    /// §D/8 Nobody has confirmed for WaterTimeout that the water is wanted.
+    /// §D/8 No client has confirmed for WaterTimeout that the water is wanted.
     Unconfirmed,
     /// §D/5 The position is at or beyond a limit.
     Limit,
@@ -134,7 +134,7 @@ pub enum Cause {
     Program(Program, Asked),
     /// A button of this post.
     Button(SubsystemId),
-    /// Nobody: a rule.
+    /// No request: a rule.
     Rule(Rule),
 }
 
@@ -145,7 +145,7 @@ impl Cause {
     }
 }
 
-// Eleven outputs keep one each, and whoever moves them: four drives two, two valves, Control, Detector
+// Eleven outputs keep one each, and so does what moves them: four drives two, two valves, Control, Detector
 // and Deployer one.
 const _: () = assert!(size_of::<Cause>() == 4 && size_of::<Causes>() == 44);
 

@@ -107,22 +107,6 @@ const fn passes_lockout(request: RequestId) -> bool {
     is_read(request) || matches!(request, RequestId::SET_PARAM | RequestId::LOCKOUT)
 }
 
-/// §3.3.1/4 What must not begin on a bad supply: motion, water, erasing.
-const fn begins(request: RequestId) -> bool {
-    matches!(
-        request,
-        RequestId::MOVE
-            | RequestId::OPEN
-            | RequestId::DEPLOY
-            | RequestId::WRAP
-            | RequestId::START_JUSTIFY
-            | RequestId::START_QUENCH
-            | RequestId::START_TRAJECTORY
-            | RequestId::START_SEEK
-            | RequestId::CLEAN_FLASH
-    )
-}
-
 /// §3.3.9/1 Requests that count as an attempt to control the monitor.
 const fn is_control(request: RequestId) -> bool {
     matches!(
@@ -163,7 +147,7 @@ impl Device {
     fn serve(&mut self, now: Millis, source: Source, record: &Record<'_>, answers: &mut Answers) {
         // §2/1: the status of a request is not looked at.
         let Record { request, device: to, .. } = *record;
-        // §3.3/1, §3.3/2: nobody forbids it, and a monitor is asked for it all the time.
+        // §3.3/1, §3.3/2: no subsystem forbids it, and a monitor is asked for it all the time.
         let state = request == RequestId::GET_STATUS && record.data.is_empty();
         if state && self.has(to) {
             return self.tell_status(to, answers);
@@ -191,7 +175,7 @@ impl Device {
         }
     }
 
-    /// §3.18/2, §3.12/2 General looks before anybody else does.
+    /// §3.18/2, §3.12/2 General looks before any other subsystem.
     fn general_refusal(&self, request: RequestId) -> Option<Status> {
         if self.general.is_locked() && !passes_lockout(request) {
             Some(Status::DENIED)
@@ -356,7 +340,7 @@ impl Device {
             RequestId::START_QUENCH | RequestId::START_TRAJECTORY | RequestId::START_SEEK
         );
         // §3.3.1/4
-        let weak = self.general.is_weak() && begins(request);
+        let weak = self.general.is_weak() && request.needs_supply();
         by.or(weak.then_some(SubsystemId::GENERAL))
             .map(|by| (by, Status::DENIED))
             .or_else(|| program.then(|| self.broken_deployer()).flatten())

@@ -90,7 +90,7 @@ pub(crate) const fn table_index(id: SubsystemId) -> Option<u8> {
     })
 }
 
-/// How a drive is connected (parameter DriveType; §3.17 tells the three apart).
+/// How a drive is connected (parameter DriveType; §3.17 distinguishes the three).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DriveKind {

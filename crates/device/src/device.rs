@@ -31,7 +31,7 @@ const CUT_OFF_FACTOR: i32 = 2;
 /// A fire monitor.
 ///
 /// `handle` answers frames, `step` runs it; the caller passes the same clock to both, and makes
-/// a new `Device` when the HAL has been told to reset.
+/// a new `Device` when the HAL has been asked to reset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Device {
     pub(crate) chain: ChainSet,
@@ -60,7 +60,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// Starts the monitor: inert, the valves commanded closed, position told by the sensors.
+    /// Starts the monitor: inert, the valves commanded closed, position taken from the sensors.
     ///
     /// `composition` and `address` are what the hardware says; stored parameters precede them.
     /// `crash` is what a fault before this start has left (§3.20).
@@ -252,7 +252,7 @@ impl Device {
         self.inputs.flow_lps >= FLOWING_LPS
     }
 
-    /// §D/6 What the inputs contradict, as the parameter InputFaults of General tells it.
+    /// §D/6 What the inputs contradict, as the parameter InputFaults of General reports it.
     pub fn input_faults(&self) -> i32 {
         let mut bits = 0;
         if self.water.is_unasked() {
@@ -307,6 +307,7 @@ impl Device {
             drives: &mut self.drives,
             deployed,
             deploy_failed: !deployed && self.deployer.has_failed(),
+            dt_ms: 0,
             pressure_datm: self.general.pressure_datm(),
         };
         (&mut self.control, &mut self.detector, env)
@@ -330,7 +331,7 @@ impl Device {
         }
     }
 
-    /// §D/8 Somebody wants the water that flows.
+    /// §D/8 A client confirms the water that flows.
     pub(crate) fn confirm_water(&mut self) {
         self.valves.iter_mut().for_each(Valve::confirm);
     }
@@ -369,6 +370,7 @@ impl Device {
         }
         self.run_buttons(now);
         let (control, detector, mut env) = self.programs();
+        env.dt_ms = dt_ms;
         detector.step(now, &mut env);
         control.step(now, &mut env);
     }
@@ -383,7 +385,7 @@ impl Device {
         self.end_moves(Cause::Rule(Rule::NotDeployed));
     }
 
-    /// Ends what Moves have begun of the drives that aim; a held button is asked in each step.
+    /// Ends what Moves have started of the drives that aim; a held button is asked in each step.
     pub(crate) fn end_moves(&mut self, why: Cause) {
         for axis in AIMING {
             let drive = by_axis(&mut self.drives, axis);

@@ -1,7 +1,7 @@
 //! §L/8 Which frames on a line are requests to this monitor (ours).
 //!
 //! The answer to a presence probe is itself an empty frame, and the answer to Stop is a Stop: to the
-//! monitor it reaches they are requests. On one line with several monitors that happens when somebody
+//! monitor it reaches they are requests. On one line with several monitors that happens when a device
 //! asks one of them in the name of another. Each answer would be answered, for ever.
 
 use lafet_proto::bus::{CONTROLLER, MONITORS, ProbeLimit};
@@ -18,7 +18,7 @@ pub(crate) struct Ear {
     asked: [u8; 32],
     /// When the last of them was asked.
     asked_ms: u32,
-    /// Whom this monitor has answered, until the next frame; 0: nobody.
+    /// Whom this monitor has answered, until the next frame; 0: none.
     answered: u8,
     /// The transceiver hears what it sends.
     hears_itself: bool,
@@ -46,7 +46,7 @@ impl Ear {
         let Frame { dst, src, .. } = *frame;
         let answered = core::mem::take(&mut self.answered);
         if answered >= CONTROLLER {
-            // Nobody else answers a console in this name, so the next frame tells.
+            // No other device answers a console in this name, so the next frame shows it.
             self.hears_itself = (src, dst) == (own, answered);
         }
         if src == own {
@@ -122,7 +122,7 @@ mod tests {
         ear.admits(now_ms, OWN, &Frame { dst, src, payload: &[] })
     }
 
-    /// §L/8 Somebody asks 2 and 3 in the name of 1: what they answer is no request.
+    /// §L/8 Another device asks 2 and 3 in the name of 1: what they answer is no request.
     #[test]
     fn an_answer_to_another_in_this_name_is_no_request() {
         let mut ear = Ear::new();
@@ -144,7 +144,7 @@ mod tests {
         assert!(hears(&mut ear, 1000, OWN, 129), "and a console is not concerned");
     }
 
-    /// What it hears of itself is nobody asking in its name.
+    /// What it hears of itself is no request in its name.
     #[test]
     fn an_echo_is_not_somebody_else() {
         let mut ear = Ear::new();
@@ -154,7 +154,7 @@ mod tests {
             assert!(hears(&mut ear, 0, OWN, 2));
             assert!(!hears(&mut ear, 0, 2, OWN));
         }
-        // Without an echo the same bytes are somebody else's.
+        // Without an echo the same bytes are another device's.
         assert!(hears(&mut ear, 0, OWN, 129) && hears(&mut ear, 0, OWN, 129));
         assert!(hears(&mut ear, 0, OWN, 2));
         assert!(!hears(&mut ear, 0, 2, OWN));

@@ -1,6 +1,6 @@
 //! The process image: what the monitor senses (`Inputs`) and what it drives (`Outputs`).
 //!
-//! `step` reads one from the HAL and writes the other back; between the two stands `guard`.
+//! `step` reads one from the HAL and writes the other back; between the two is `guard`.
 //! Angles are arc-minutes, positive up and left; the nozzle is in millimetres, 0 = widest
 //! spray, greater = narrower (§3.3.4: the lower limit of the nozzle is "wider").
 

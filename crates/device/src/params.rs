@@ -2,7 +2,7 @@
 //!
 //! Values stand in RAM; `handle` changes them there and marks their group, `step` writes one
 //! marked group at a time. A group is stored as one value, so it is replaced as a whole. Accepted
-//! says that it will be written, Ok that it stands in the memory already (§3.5/9).
+//! says that it will be written, Ok that it is in the memory already (§3.5/9).
 
 mod group;
 
@@ -39,7 +39,7 @@ impl Stored {
     };
 }
 
-/// The points there are: what stands behind them means nothing.
+/// The number of points: what is behind them means nothing.
 impl core::fmt::Debug for Stored {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_list().entries(self.points.iter().take(self.len.into())).finish()
@@ -305,7 +305,7 @@ impl Params {
         self.keep(group, changed)
     }
 
-    /// §3.5/1 Queues a group; §3.5/9 unless it stands in the memory as it is.
+    /// §3.5/1 Queues a group; §3.5/9 unless it is in the memory already.
     fn keep(&mut self, group: Group, changed: bool) -> Status {
         if !changed && self.is_kept(group) {
             return Status::OK;

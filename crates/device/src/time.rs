@@ -21,7 +21,7 @@ impl Timer {
     /// Does not run.
     pub const STOPPED: Self = Self { deadline: None };
 
-    /// Starts, or starts anew.
+    /// Starts, or starts again.
     pub fn start(&mut self, now: Millis, after_ms: u32) {
         self.deadline = Some(Millis(now.0.wrapping_add(after_ms)));
     }

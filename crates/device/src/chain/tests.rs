@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// §3 «Адресаты»: the ones that are named, and nobody else.
+/// §3 «Адресаты»: the ones that are named, and no others.
 #[test]
 fn only_those_named() {
     let named = only(&[SubsystemId::DEPLOYER, SubsystemId::VALVE2]);

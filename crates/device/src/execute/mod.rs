@@ -129,7 +129,7 @@ impl Device {
         if (closing || storing) && status == Status::OK { Status::ACCEPTED } else { status }
     }
 
-    /// What was accepted has the drives from now on, wherever it goes first: nobody could stop a
+    /// What was accepted has the drives from now on, wherever it goes first: nothing could stop a
     /// Move that went on any more (§3.2/3, §3.2/4). While folded it deploys first (§3.14/5, §3.16/3).
     fn begin_program(&mut self, now: Millis, status: Status, by: Asked) -> Status {
         if status.is_success() {

@@ -82,7 +82,7 @@ impl Device {
         flags
     }
 
-    /// Nobody is looked for while all is well.
+    /// No culprit is looked for while all is well.
     fn config_flags(&self, id: SubsystemId) -> CommonFlags {
         let mut flags = CommonFlags::empty();
         if self.params.is_sound() {

@@ -7,8 +7,43 @@ use crate::device::Device;
 use crate::params::VALUES_MAX;
 use crate::subsystem::of_axis;
 use lafet_proto::answer::Reply;
-use lafet_proto::param::{Param, Placement};
+use lafet_proto::param::{Access, Param, Placement};
 use lafet_proto::{Answer, Ints, ParamId, RequestId, Status, SubsystemId};
+
+/// What the monitor measures, by where it is read.
+enum Measured {
+    FaultInfo,
+    InputFaults,
+    Hotbeds,
+    Drive,
+}
+
+const fn measured(param: Param) -> Option<Measured> {
+    match param {
+        Param::GeneralFaultInfo => Some(Measured::FaultInfo),
+        Param::GeneralInputFaults => Some(Measured::InputFaults),
+        Param::DetectorHotbeds => Some(Measured::Hotbeds),
+        Param::VerticalStopLagSeen
+        | Param::VerticalMinSpeedSeen
+        | Param::HorizontalStopLagSeen
+        | Param::HorizontalMinSpeedSeen
+        | Param::NozzleStopLagSeen
+        | Param::NozzleMinSpeedSeen
+        | Param::DeployerStopLagSeen
+        | Param::DeployerMinSpeedSeen => Some(Measured::Drive),
+        _ => None,
+    }
+}
+
+// A measured parameter without an arm above would be answered with its default.
+const _: () = {
+    let mut rest: &[Param] = &Param::ALL;
+    while let [param, others @ ..] = rest {
+        let is_measured = matches!(param.spec().access, Access::ReadOnly);
+        assert!(is_measured == measured(*param).is_some(), "a measured parameter is not read");
+        rest = others;
+    }
+};
 
 impl Device {
     // Apart: the values must not lie on top of what other requests need.
@@ -39,16 +74,17 @@ impl Device {
     ) -> Result<&'b [i32], Status> {
         // §3.4/1
         let param = Param::find(id, param).ok_or(Status::INVALID_ID)?;
-        match param {
-            Param::GeneralFaultInfo => return Ok(self.crash_values(buffer)),
-            Param::GeneralInputFaults => {
+        match measured(param) {
+            Some(Measured::FaultInfo) => return Ok(self.crash_values(buffer)),
+            Some(Measured::InputFaults) => {
                 let [first, ..] = buffer;
                 *first = self.input_faults();
                 return Ok(core::slice::from_ref(first));
             }
             // §3.21/1
-            Param::DetectorHotbeds => return Ok(hotbed_values(self.detector.hotbeds(), buffer)),
-            _ => {}
+            Some(Measured::Hotbeds) => return Ok(hotbed_values(self.detector.hotbeds(), buffer)),
+            // A drive reports it as one of its parameters.
+            Some(Measured::Drive) | None => {}
         }
         let staged = drive_param(param)
             .and_then(|(axis, which)| of_axis(&self.drives, axis).staged_param(which));

@@ -25,7 +25,7 @@ pub(crate) mod bit {
     pub const WATER_MISSING: i32 = 1 << 1;
     /// The detector's picture cannot be of fires.
     pub const SATURATED: i32 = 1 << 2;
-    /// A valve was closed because nobody has confirmed its water (§D/8).
+    /// A valve was closed because no client has confirmed its water (§D/8).
     pub const UNCONFIRMED: i32 = 1 << 3;
     /// A drive has turned though it was not fed: that of the first axis, the others follow.
     pub const RUNAWAY: i32 = 1 << 4;

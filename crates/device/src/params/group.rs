@@ -100,7 +100,7 @@ impl Group {
 mod tests {
     use super::*;
 
-    /// §3.3.1/1: what a group's owner is told of is what is looked for on its behalf.
+    /// §3.3.1/1: what is reported to a group's owner is what is looked for on its behalf.
     #[test]
     fn groups_and_their_owners_agree() {
         for id in SubsystemId::TABLE {

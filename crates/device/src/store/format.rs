@@ -1,4 +1,4 @@
-//! What stands in the flash: pages with a header, entries behind it, and marks, which say nothing
+//! What is in the flash: pages with a header, entries behind it, and marks, which say nothing
 //! but "written". docs/storage.md draws it.
 
 use super::Geometry;
@@ -11,7 +11,7 @@ pub(super) const PAGE_HEADER: usize = 16;
 pub(super) const ENTRY_HEADER: usize = 8;
 /// Bytes of the checksum behind a value.
 pub(super) const CHECK: usize = 4;
-/// The length of an entry that stands for a value which could not be read any more.
+/// The length of an entry in place of a value which could not be read any more.
 pub(super) const DAMAGED: u16 = 0x8000;
 
 const VERSION: u16 = 0x4C01;

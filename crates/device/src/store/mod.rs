@@ -3,7 +3,7 @@
 //! A log of entries goes round a ring of pages; the newest entry of a key counts. One page of the
 //! ring is always free. To open it for new entries, the live ones of the oldest page are copied
 //! there, then its header and a mark are written; from that mark on the oldest page is the free
-//! one. Entries, too, count from a mark on. Whatever a power cut leaves half written stands
+//! one. Entries, too, count from a mark on. Whatever a power cut leaves half written is
 //! behind the last mark, and nothing is ever written behind it again: a page takes entries only
 //! until the next start.
 //!
@@ -18,7 +18,7 @@ use core::num::NonZeroU32;
 use embedded_storage::nor_flash::NorFlash;
 use format::{CHECK, DAMAGED, ENTRY_HEADER, Entry, PAGE_HEADER, ValueCheck};
 
-/// Keys that a store holds unless told otherwise: what `Params` needs, and a few more.
+/// Keys that a store holds by default: what `Params` needs, and a few more.
 pub const KEYS: usize = 40;
 
 /// Bytes read or written at a time.
@@ -27,7 +27,7 @@ const CHUNK: usize = 64;
 /// A power-safe `Storage` on the pages of a NOR flash.
 ///
 /// Each value is replaced as a whole or not at all; what was acknowledged by `Ok` is there at
-/// every later start. A damaged value is told by `StorageError::Read`, and costs no other.
+/// every later start. A damaged value is reported by `StorageError::Read`, and costs no other.
 #[derive(Clone, Debug)]
 pub struct Store<F, const N: usize = KEYS> {
     flash: F,
@@ -56,11 +56,11 @@ struct Head {
     first: u32,
     /// Where its valid entries end.
     end: usize,
-    /// It was opened since the start, so what stands behind its end is erased beyond doubt.
+    /// It was opened since the start, so what is behind its end is erased beyond doubt.
     is_open: bool,
 }
 
-/// Where the newest entry of a key stands.
+/// Where the newest entry of a key is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Slot {
     key: u16,
@@ -178,7 +178,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         pages.any(|page| Self::FIRST + live(page) + need <= F::ERASE_SIZE)
     }
 
-    /// The page of the flash in which a page of the log stands.
+    /// The page of the flash in which a page of the log is.
     fn place(&self, seq: u32) -> u32 {
         seq % self.geometry.pages
     }
@@ -187,7 +187,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         self.slots.iter().find(|slot| slot.at != 0 && slot.key == key).copied()
     }
 
-    /// Remembers where the newest entry of a key stands; false without a free slot.
+    /// Remembers where the newest entry of a key is; false without a free slot.
     fn note(&mut self, entry: Entry, page: u32, at: usize) -> bool {
         let used = |slot: &&mut Slot| slot.at != 0 && slot.key == entry.key;
         let place = match self.slots.iter_mut().find(used) {

@@ -1,7 +1,7 @@
 //! The start: finds the newest page, reads the log, and settles what a power cut has left open.
 //!
 //! A word whose writing was interrupted may read differently each time. So before anything is
-//! told, each doubt is settled by a write that a later start cannot read in two ways:
+//! reported, each doubt is settled by a write that a later start cannot read in two ways:
 //!
 //! - The newest page has its first mark, not the second: the first is written again.
 //! - The next page has a header but no mark: it is made invalid and erased.
@@ -27,7 +27,7 @@ enum Stage {
 impl<F: NorFlash, const N: usize> Store<F, N> {
     pub(super) fn scan(&mut self) {
         let Some((newest, stage)) = self.newest_page() else {
-            // Not an empty store: nobody knows what stands there.
+            // Not an empty store: what is there is not known.
             let mut pages = 0..self.geometry.pages.get();
             self.lost = pages.all(|page| self.read(page, 0, &mut [0; PAGE_HEADER]).is_none());
             return;
@@ -44,7 +44,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         self.scan_older(first, newest);
         let settled = self.scan_newest(newest.seq);
         let next = newest.seq.wrapping_add(1);
-        // A flash that cannot be written is still read, and the next store tells.
+        // A flash that cannot be written is still read, and the next store reports it.
         if !settled {
             let _ = self.open_page(false);
         } else if self.header(self.place(next)).is_some_and(|(header, _)| header.seq == next) {
@@ -159,7 +159,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         self.lost |= !self.note(entry, page, at);
     }
 
-    /// Entries cannot be read, and nobody knows of which keys: what has been found before them
+    /// Entries cannot be read, and of which keys is not known: what has been found before them
     /// may be out of date.
     fn damage(&mut self) {
         self.lost = true;

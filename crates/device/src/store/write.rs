@@ -72,7 +72,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
     /// Makes the free page the newest of the log. `fresh`: of a log that begins there.
     ///
     /// Until the mark it is not part of the log, and from then on the oldest page is the free
-    /// one, since all that lived there stands here too.
+    /// one, since all that lived there is here too.
     pub(super) fn open_page(&mut self, fresh: bool) -> Option<()> {
         // Whatever happens, a later start may find the new page valid: nothing may be added to
         // the present one.
@@ -165,7 +165,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         }
     }
 
-    /// Writes an entry, reads it back, and marks it twice: the second mark tells a later start
+    /// Writes an entry, reads it back, and marks it twice: the second mark shows a later start
     /// that the first is whole.
     fn append(&mut self, seq: u32, at: usize, entry: Entry, source: Source<'_>) -> Option<()> {
         let page = self.place(seq);

@@ -12,7 +12,8 @@
 //! ```
 //!
 //! A pulse moves a motor by its speed times its length, however late the motor answers. A motor that is
-//! fed and does not turn is fed more, step by step, before the watch reports it.
+//! fed and does not turn, or that its load holds back to less than half of a slow speed, is fed more, step by
+//! step, before the watch reports it.
 
 use crate::math::isqrt;
 
@@ -31,8 +32,10 @@ const REST_TENTHS: u16 = 1;
 /// … when it says no more for this long; and a speed that never ends is not waited for longer.
 const REST_MS: u32 = 100;
 const SETTLE_MS: u32 = 2000;
-/// Fed and at rest for this long, and StopLag, it is fed a tenth more each `KICK_STEP_MS`.
+/// Fed and at rest, or held back, for this long, and StopLag, it is fed a tenth more each `KICK_STEP_MS`.
 const KICK_MS: u32 = 150;
+/// The same of one that its load holds back and whose StopLag is not known: it may only answer late.
+const HELD_MS: u32 = 210;
 const KICK_STEP_MS: u32 = 10;
 /// What is added to MinSpeed at most, 0.1 °/s or 0.1 mm/s.
 const KICK_MAX_TENTHS: u32 = 20;
@@ -109,8 +112,9 @@ pub(crate) struct Arrival {
     toward: bool,
     /// Speed by its sensor, smoothed, 1/1000 of 0.1 °/s or 0.1 mm/s.
     smooth_milli: i32,
-    /// For how long it has been fed at rest, and how long it has been at rest or waited for.
+    /// For how long it has been fed at rest or held back, and how long it has been at rest or waited for.
     still_ms: u32,
+    held_ms: u32,
     rest_ms: u32,
     waited_ms: u32,
     /// Added to MinSpeed, 0.1 °/s or 0.1 mm/s.
@@ -135,7 +139,11 @@ impl Arrival {
     pub fn sense(&mut self, dt_ms: u32, sensed: i16) {
         let change = i32::from(sensed) * 1000 - self.smooth_milli;
         let share = change.saturating_mul(dt_ms.min(SMOOTH_MS).cast_signed());
-        self.smooth_milli += share / SMOOTH_MS.cast_signed();
+        // What a division loses would keep it short of the sensed speed for ever.
+        self.smooth_milli += match share / SMOOTH_MS.cast_signed() {
+            0 if dt_ms > 0 => change.signum(),
+            part => part,
+        };
     }
 
     /// It rests farther from its target than it may.
@@ -143,7 +151,7 @@ impl Arrival {
         self.corrections >= CORRECTIONS_MAX
     }
 
-    /// It is fed more than before: its motion is judged anew.
+    /// It is fed more than before: its motion is judged again.
     pub const fn is_kicked(&self) -> bool {
         self.kicked
     }
@@ -197,14 +205,18 @@ impl Arrival {
             return None;
         }
         let left = left.saturating_sub(ahead(means.coast_milli(self.smooth_milli)));
-        let still = commanded_milli != 0 && sensed.unsigned_abs() <= REST_TENTHS;
-        let kicked = self.kick(dt_ms, position, still, means);
         // Distance in units of 0.1 ° or 0.1 mm, so that v² = 2·a·s holds with the tenths of speed.
         let braking = if means.nozzle { left / 100 } else { left / 6000 };
         let brake = isqrt((means.acceleration.saturating_mul(braking) / 2).saturating_mul(3));
         // The last stretch is approached in proportion: a quarter of a second to go.
         let near = if means.nozzle { left / 25 } else { left / 1500 };
-        let (wanted, least) = (means.cap.min(brake).min(near), self.least(means));
+        let wanted = means.cap.min(brake).min(near);
+        let still = commanded_milli != 0 && sensed.unsigned_abs() <= REST_TENTHS;
+        let slow = i32::from(sensed.unsigned_abs()) * 2000 < commanded_milli.saturating_abs();
+        // One that turns is never taken over its speed.
+        let held = slow && wanted <= KICK_MAX_TENTHS && self.least(means) < means.cap;
+        let kicked = self.kick(dt_ms, position, (still, held), means);
+        let least = self.least(means);
         self.kicked = kicked && wanted < least;
         Some(Order::Ramp(signed(wanted.max(least), up)))
     }
@@ -214,18 +226,33 @@ impl Arrival {
         means.least.max(CREEP_TENTHS) + self.kick
     }
 
-    /// Fed and not turning, it is fed more.
-    fn kick(&mut self, dt_ms: u32, position: i32, still: bool, means: &Means) -> bool {
+    /// Fed and not turning, or held back, it is fed more.
+    fn kick(
+        &mut self,
+        dt_ms: u32,
+        position: i32,
+        (still, held): (bool, bool),
+        means: &Means,
+    ) -> bool {
         let before = self.kick;
-        if !still || position != self.from {
+        // Whose StopLag is not known may only answer late.
+        let fed = still && position == self.from || held && means.lag_ms > 0;
+        if fed {
+            self.still_ms = self.still_ms.saturating_add(dt_ms);
+        } else {
             (self.from, self.still_ms) = (position, 0);
-            return false;
         }
-        self.still_ms = self.still_ms.saturating_add(dt_ms);
-        let patience = KICK_MS + means.lag_ms;
-        while self.still_ms >= patience + KICK_STEP_MS && self.kick < KICK_MAX_TENTHS {
-            self.still_ms -= KICK_STEP_MS;
-            self.kick += 1;
+        self.held_ms = match (held, fed) {
+            (false, _) => 0,
+            // One that creeps rests between two counts.
+            (true, true) => self.held_ms,
+            (true, false) => self.held_ms.saturating_add(dt_ms),
+        };
+        for (ms, patience) in [(&mut self.still_ms, KICK_MS), (&mut self.held_ms, HELD_MS)] {
+            while *ms >= patience + means.lag_ms + KICK_STEP_MS && self.kick < KICK_MAX_TENTHS {
+                *ms -= KICK_STEP_MS;
+                self.kick += 1;
+            }
         }
         self.kick > before
     }
@@ -238,7 +265,7 @@ impl Arrival {
         sensed: i16,
         means: &Means,
     ) -> Order {
-        // What has crept to it, and is not known to run out, stands at once.
+        // What has crept to it, and is not known to run out, is at rest at once.
         let crept = self.waited_ms == 0 && way == 0 && sensed.unsigned_abs() <= CREEP_TENTHS as u16;
         self.waited_ms = self.waited_ms.saturating_add(dt_ms);
         let quiet = sensed.unsigned_abs() <= REST_TENTHS;
@@ -258,7 +285,11 @@ impl Arrival {
             (self.phase, self.toward) = (Phase::Run, false);
             return Order::Ramp(0);
         }
-        if core::mem::replace(&mut self.pulsed, true) && position == self.from {
+        // Of its way a pulse has left more than half.
+        let short = position == self.from
+            || way.unsigned_abs() > position.abs_diff(self.from)
+                && self.least(means) + KICK_PULSE_TENTHS <= means.cap;
+        if core::mem::replace(&mut self.pulsed, true) && short {
             self.kick = (self.kick + KICK_PULSE_TENTHS).min(KICK_MAX_TENTHS);
         }
         (self.from, self.still_ms) = (position, 0);
@@ -288,7 +319,7 @@ impl Arrival {
             return None;
         }
         let still = sensed.unsigned_abs() <= REST_TENTHS;
-        if self.kick(dt_ms, position, still, means) && way.unsigned_abs() <= INCH_COUNTS {
+        if self.kick(dt_ms, position, (still, false), means) && way.unsigned_abs() <= INCH_COUNTS {
             // Nothing has moved yet: the pulse begins again, at its new speed.
             self.kicked = true;
             return Some(self.pulse(dt_ms, way, means));

@@ -20,7 +20,7 @@ pub struct Conn {
 }
 
 impl Conn {
-    /// §3.3.9/1 Somebody has tried to control the monitor through this interface.
+    /// §3.3.9/1 A client has tried to control the monitor through this interface.
     pub(crate) fn note_control(&mut self, now: Millis, timeout_ms: i32) {
         self.control.start(now, timeout_ms.unsigned_abs());
     }

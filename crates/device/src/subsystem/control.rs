@@ -8,7 +8,7 @@
 //! ```
 //! A direction in a request is the line of sight to the place. The barrel is raised above it by
 //! what brings the jet down there (`elevation`): by the same angle all over a sector, because a
-//! flat trajectory turns with the barrel as if it were rigid. The valves are nobody's business
+//! flat trajectory turns with the barrel as if it were rigid. The valves are not its business
 //! here (§3.14/7).
 
 pub(crate) mod approach;
@@ -379,7 +379,7 @@ impl Control {
     #[inline(never)]
     fn scan(&mut self, now: Millis, scan: &mut Scan, aim: Option<Aim>, env: &mut Env<'_>) {
         if aim.is_none() {
-            // What a program that this one replaces has begun ends before the new aim is known.
+            // What a program that this one replaces has started ends before the new aim is known.
             if scan.raster.is_none() {
                 approach::stop(env.drives, &PROGRAMS, self.cause);
             }

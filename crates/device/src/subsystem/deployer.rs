@@ -165,7 +165,7 @@ impl Deployer {
         by_axis(drives, Axis::Deployer).stop(why);
     }
 
-    /// §3.1/9 Move Deployer: it stands between its positions from now on.
+    /// §3.1/9 Move Deployer: it is between its positions from now on.
     pub(crate) fn note_move(&mut self) {
         self.position = Position::Between;
         self.travel.stop();

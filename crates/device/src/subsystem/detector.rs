@@ -5,7 +5,7 @@
 //!    ├────StartSeek, deployed───────────────────────────▶   └──────no analyse──────────────▶ Idle
 //!    └────StartJustify──▶ Aligning ──measured, or nothing to measure──▶ Idle
 //!
-//!  Stop, a fault: Idle, a search with Canceled. A StartSeek during a search begins anew.
+//!  Stop, a fault: Idle, a search with Canceled. A StartSeek during a search starts it again.
 //! ```
 
 mod hotbeds;
@@ -28,7 +28,7 @@ use lafet_proto::request::Seek;
 use lafet_proto::status::{Hotbed, Limits};
 use samples::{Measured, Samples};
 
-/// §3.13 Where the reference source stands (ours): straight ahead, level with the barrel.
+/// §3.13 Where the reference source is (ours): straight ahead, level with the barrel.
 const REFERENCE: Direction = Direction { horizontal: 0, vertical: 0 };
 /// The barrel swings a little when it stops, and the picture is from before.
 const SETTLE_MS: u32 = 300;
@@ -159,7 +159,7 @@ impl Detector {
         self.hotbeds = Hotbeds::default();
         self.approach = Approach::default();
         self.silence.stop();
-        // §3.13: Justified tells of the last alignment, whatever is searched.
+        // §3.13: Justified reports the last alignment, whatever is searched.
         self.latched &= DetectorFlags::JUSTIFIED;
         Status::ACCEPTED
     }

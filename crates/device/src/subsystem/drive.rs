@@ -225,7 +225,7 @@ impl Drive {
         }
     }
 
-    /// Goes to a target within its limits, not faster than told.
+    /// Goes to a target within its limits, not faster than requested.
     pub(crate) fn go(&mut self, target: i32, speed_tenths: Option<i32>, cause: Cause) {
         self.begin(Goal::Position(self.clamp(target)), speed_tenths, cause);
     }
@@ -431,7 +431,7 @@ impl Drive {
         self.advance(dt_ms, params);
     }
 
-    /// The guard has not let its output pass: it stands, and starts from standstill.
+    /// The guard has not let its output pass: it is at rest, and starts from standstill.
     pub(crate) fn restrain(&mut self, why: Cause) {
         self.speed_milli = 0;
         self.arrival.begin();
@@ -546,7 +546,7 @@ impl Drive {
         // Nothing is left to shift where it is repeated.
         let shift = self.position;
         let zero = params.drive(self.axis, DriveParam::ZeroPoint).saturating_add(shift);
-        // The encoder's own zero is too far away to be told in the parameter.
+        // The encoder's own zero is too far away for the parameter.
         if zero.unsigned_abs() > i16::MAX.unsigned_abs().into() {
             return Status::INVALID_VALUE;
         }
@@ -635,7 +635,7 @@ impl Drive {
         };
         if self.overload_ms > OVERLOAD_DELAY_MS {
             self.overload_up = self.is_bound_up();
-            // The other direction is free at once: its current is judged anew.
+            // The other direction is free at once: its current is judged again.
             self.overload_ms = 0;
             self.stop(Cause::Rule(Rule::Overload));
             self.overload.start(now, OVERLOAD_CLEAR_MS);
@@ -645,8 +645,8 @@ impl Drive {
         self.slowed = slow > 0 && self.goal != Goal::Hold && current > threshold;
     }
 
-    /// §3.3.4 Does it do what it is told, and nothing when it is not fed? An overload is judged by its
-    /// current alone, of a lost unit nothing is known, and one that is fed more is judged anew.
+    /// §3.3.4 Does it do what it is driven to, and nothing when it is not fed? An overload is judged by its
+    /// current alone, of a lost unit nothing is known, and one that is fed more is judged again.
     fn watch_motion(&mut self, dt_ms: u32) {
         if self.overload_ms > 0 || !self.online {
             self.watch = Watch::default();
@@ -659,7 +659,7 @@ impl Drive {
             (self.output().speed_tenths, self.way_per_tenth().cast_signed());
         let found = self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
         self.latched |= found;
-        self.cut |= speed_tenths == 0 && !found.is_empty();
+        self.cut |= !found.is_empty() && (speed_tenths == 0 || self.watch.is_away());
     }
 
     /// It turns, or is to turn, up/left: held by the guard, it has no speed.

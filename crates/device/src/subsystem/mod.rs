@@ -30,6 +30,8 @@ pub(crate) struct Env<'a> {
     pub deployed: bool,
     /// Deployment was asked for and has ended without reaching the working position.
     pub deploy_failed: bool,
+    /// Time since the last step, ms.
+    pub dt_ms: u32,
     /// Pressure, 0.1 atm; `None` when its sensor is faulty.
     pub pressure_datm: Option<u16>,
 }

@@ -21,7 +21,7 @@ pub struct Link {
     error: Option<UnitError>,
 }
 
-/// A parameter that somebody wants to read.
+/// A parameter that a client wants to read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Read {
     param: u16,
@@ -30,12 +30,12 @@ struct Read {
     value: Option<i32>,
 }
 
-/// A value that somebody wants to write.
+/// A value that a client wants to write.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Write {
     param: u16,
     value: i32,
-    /// The unit has taken it, and nobody has been told yet.
+    /// The unit has taken it, which is not reported yet.
     taken: bool,
     age_ms: u16,
 }
@@ -78,7 +78,7 @@ impl Link {
     pub(crate) fn step(&mut self, dt_ms: u32, unit: &UnitInput) -> u32 {
         self.age(dt_ms);
         if !unit.online {
-            // Whoever comes again must not be told old values, nor may a write happen much later.
+            // A later request must not be answered with old values, nor may a write happen much later.
             (self.op, self.reads, self.write) = (None, [None; READS], None);
         }
         if let (Some(op), Some(reply)) = (self.op, unit.reply)

@@ -8,7 +8,7 @@
 //! a valve that could not be closed in it rests for as long before it is driven that way again; one that was
 //! overloaded while it opened is not opened before AmperageOverload clears.
 //!
-//! Against water hammer stands the travel itself: the motor knows three commands, and no request,
+//! What prevents water hammer is the travel itself: the motor knows three commands, and no request,
 //! fault or reset makes the plug go faster than its gear does.
 
 use crate::cause::{Cause, Rule};
@@ -25,7 +25,7 @@ use lafet_proto::{Status, SubsystemId};
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// Starting current is no overload.
 const OVERLOAD_DELAY_MS: u32 = 300;
-/// Part of TravelTime within which a driven valve has to leave the switch it stands at.
+/// Part of TravelTime within which a driven valve has to leave the switch where it is.
 const LEAVING_PART: u32 = 15;
 /// Least time for it: motors start, units answer late.
 const LEAVING_MIN_MS: u32 = 400;
@@ -48,13 +48,13 @@ pub struct Valve {
     travel: Timer,
     /// The way for which `travel` runs, also between two attempts that were overloaded.
     tried: Motion,
-    /// Somebody has asked for it: no rule.
+    /// A request, not a rule, is its cause.
     asked: bool,
     /// It could not be closed: it rests.
     rest: Timer,
-    /// Its time for closing was over, and it has not been told to close since.
+    /// Its time for closing was over, and no Close has come since.
     spent: bool,
-    /// Runs while the valve is driven away from the end it stands at.
+    /// Runs while the valve is driven away from the end where it is.
     leaving: Timer,
     input: ValveInput,
     /// Water flows though its switch says closed.
@@ -64,9 +64,9 @@ pub struct Valve {
     overload: Timer,
     /// It was opening.
     overload_opening: bool,
-    /// §D/8 Runs while it is not closed and nobody confirms its water.
+    /// §D/8 Runs while it is not closed and no client confirms its water.
     water: Timer,
-    /// It was closed for that, and nobody has confirmed since.
+    /// It was closed for that, and no client has confirmed since.
     unconfirmed: bool,
     unit: remote::Link,
     unit_flags: ValveFlags,
@@ -75,7 +75,7 @@ pub struct Valve {
 }
 
 impl Valve {
-    /// §D/1, §D/2 A valve starts by closing unless it is told to stay.
+    /// §D/1, §D/2 A valve starts by closing unless it is set to stay.
     #[inline(never)]
     pub(crate) fn both() -> [Self; VALVES] {
         [Self::new(ValveNo::Valve1), Self::new(ValveNo::Valve2)]
@@ -143,7 +143,7 @@ impl Valve {
         Status::ACCEPTED
     }
 
-    /// §3.9/2 Close; its key has been checked. Every valve is told to close; ModuleFault is the
+    /// §3.9/2 Close; its key has been checked. Every valve is driven to close; ModuleFault is the
     /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder), or has been in vain
     /// and rests.
     pub(crate) fn close(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
@@ -155,13 +155,13 @@ impl Valve {
         if driven { Status::ACCEPTED } else { Status::MODULE_FAULT }
     }
 
-    /// §D/8 Somebody wants its water: the time begins anew.
+    /// §D/8 A client confirms its water: the time starts again.
     pub(crate) const fn confirm(&mut self) {
         self.water = Timer::STOPPED;
         self.unconfirmed = false;
     }
 
-    /// §D/8 It was closed because nobody did.
+    /// §D/8 It was closed because no client did.
     pub(crate) const fn is_unconfirmed(&self) -> bool {
         self.unconfirmed
     }
@@ -250,7 +250,7 @@ impl Valve {
     }
 
     /// What forbids Open also ends it: an opening that waits behind a block, or for the working
-    /// position, would come by itself when nobody expects it any more.
+    /// position, would come by itself when it is not expected any more.
     pub(crate) fn end_opening(&mut self, why: Rule) {
         if self.motion == Motion::Opening {
             self.stop(Cause::Rule(why));
@@ -353,7 +353,7 @@ impl Valve {
         }
     }
 
-    /// §D/8 Closes what nobody wants open any more; once, when that is in vain (§3.3.5).
+    /// §D/8 Closes what no client wants open any more; once, when that is in vain (§3.3.5).
     fn watch_water(&mut self, now: Millis, params: &Params) {
         let limit_s = params.get(Param::GeneralWaterTimeout).unsigned_abs();
         if limit_s == 0 || self.is_at(Motion::Closing) && self.motion != Motion::Opening {
@@ -377,7 +377,7 @@ impl Valve {
         }
     }
 
-    /// A valve that does not even leave the switch it stands at is not driven: its motor, fuse or
+    /// A valve that does not even leave the switch where it is is not driven: its motor, fuse or
     /// gear is broken. Opening ends here; closing, the safe direction, is tried to the end.
     fn watch_leaving(&mut self, now: Millis, params: &Params) {
         let from = match self.motion {
@@ -398,7 +398,7 @@ impl Valve {
         }
     }
 
-    /// Ends the motion at its switch, or tells what is wrong when the time is over.
+    /// Ends the motion at its switch, or reports what is wrong when the time is over.
     fn watch_travel(&mut self, now: Millis, params: &Params) {
         let ValveInput { open_switch, close_switch, .. } = self.input;
         let (way, over) = (self.tried, self.travel.poll(now));

@@ -1,6 +1,6 @@
 //! §3.3.4 The faults of a drive that only show by watching: sensors connected the wrong way round or
-//! dead, a drive that does not turn, and one that turns though it is not fed: a shorted transistor, a
-//! welded relay.
+//! dead, a drive that does not turn, and one that turns though it is not fed, or much faster than it is: a
+//! shorted transistor, a welded relay.
 
 use crate::image::DriveInput;
 use lafet_proto::flags::DriveFlags;
@@ -8,12 +8,16 @@ use lafet_proto::flags::DriveFlags;
 /// A motor needs time to come up to its speed: its motion is not judged before.
 const START_MS: u32 = 250;
 /// Time over which motion is judged. What breaks late in one stretch shows at the end of the next,
-/// so a fault is told within a second of motion.
+/// so a fault is reported within a second of motion.
 const WATCH_MS: u32 = 400;
 /// Way over which motion is judged at least, milli-units of position: three quarters of it may be play
 /// of the gear, and what is left is a whole count. A slow drive takes longer for it.
 const WATCH_MILLI: i32 = 18_000;
 const WATCH_MILLI_NOZZLE: i32 = 4000;
+/// A fast drive is judged after this way already, milli-units of position: 4 ° or 15 mm. What breaks shows
+/// at the end of the next stretch at the latest, so within 10 ° or 50 mm.
+const WATCH_FAR_MILLI: i32 = 240_000;
+const WATCH_FAR_MILLI_NOZZLE: i32 = 15_000;
 /// The barrel may be so far behind its motor, milli-units of position.
 const PLAY_MILLI: i32 = 16_000;
 const PLAY_MILLI_NOZZLE: i32 = 2500;
@@ -35,6 +39,12 @@ const COAST_MILLI: i32 = 5000;
 const REST_MS: u32 = 120;
 /// Way in a stretch that counts as turning, as above: 3' or 0.05 mm, thus 0.4 °/s or 0.4 mm/s.
 const REST_MILLI: i32 = 50;
+/// A drive that is fed may be faster than commanded by a quarter and this speed, 0.1 °/s or 0.1 mm/s
+/// (weight helps it down), and may be late by the time that it may run out …
+const OVER_TENTHS: i32 = 10;
+/// … and by this way, as above, or a count.
+const OVER_MILLI: i32 = 500;
+const COUNT_MILLI: i32 = 1000;
 /// What a speed sensor may say of a drive that does not turn, 0.1 °/s or 0.1 mm/s.
 const REST_TENTHS: i16 = 1;
 
@@ -43,6 +53,10 @@ const REST_TENTHS: i16 = 1;
 pub(crate) struct Watch {
     /// Direction of the commanded speed, 0 at rest.
     way: i16,
+    /// The greatest commanded speed, without its sign.
+    peak: u16,
+    /// It is much faster than commanded.
+    away: bool,
     running_ms: u32,
     elapsed_ms: u32,
     start: i32,
@@ -61,7 +75,12 @@ impl Watch {
         (self.elapsed_ms, self.expected, self.measured) = (0, 0, 0);
     }
 
-    /// Judges after a while whether the drive did what it was told. `way_per_tenth` is the way, in
+    /// Its power stage does not obey: both sensors say that it is much faster than commanded.
+    pub const fn is_away(&self) -> bool {
+        self.away
+    }
+
+    /// Judges after a while whether the drive did what it was driven to. `way_per_tenth` is the way, in
     /// tenths of a milli-unit of position, that a speed of one tenth makes in a millisecond.
     #[inline(never)]
     pub fn step(
@@ -104,11 +123,16 @@ impl Watch {
         self.elapsed_ms = self.elapsed_ms.saturating_add(dt_ms);
         self.expected = self.expected.saturating_add(way(speed_tenths));
         self.measured = self.measured.saturating_add(way(input.speed_tenths));
-        let (least, play) = match way_per_tenth {
-            1 => (WATCH_MILLI_NOZZLE, PLAY_MILLI_NOZZLE),
-            _ => (WATCH_MILLI, PLAY_MILLI),
+        let (least, far, play) = match way_per_tenth {
+            1 => (WATCH_MILLI_NOZZLE, WATCH_FAR_MILLI_NOZZLE, PLAY_MILLI_NOZZLE),
+            _ => (WATCH_MILLI, WATCH_FAR_MILLI, PLAY_MILLI),
         };
-        if self.elapsed_ms < WATCH_MS || self.expected.abs() < least {
+        if self.overruns(speed_tenths, way_per_tenth, input) {
+            self.away = true;
+            return DriveFlags::INTERNAL_FAULT;
+        }
+        let way = self.expected.abs();
+        if way < least || self.elapsed_ms < WATCH_MS && way < far {
             return DriveFlags::empty();
         }
         let Self { expected, measured, start, .. } = *self;
@@ -140,6 +164,21 @@ impl Watch {
         }
     }
 
+    /// In this stretch it has gone farther than any stage that obeys lets it.
+    fn overruns(&mut self, speed_tenths: i16, way_per_tenth: i32, input: &DriveInput) -> bool {
+        let speed = speed_tenths.unsigned_abs();
+        self.peak = self.peak.max(speed);
+        let slower = i32::from(self.peak - speed);
+        let elapsed_ms = self.elapsed_ms.cast_signed();
+        let late = slower.saturating_mul(COAST_MS.cast_signed()) + OVER_TENTHS * elapsed_ms;
+        let least = (OVER_MILLI * way_per_tenth).max(COUNT_MILLI);
+        let slack = late.saturating_mul(way_per_tenth) / 10 + least;
+        let allowed = self.expected.saturating_abs() / 4 * 5 + slack;
+        let moved = input.position.saturating_sub(self.start).saturating_mul(1000);
+        let sign = i32::from(self.way);
+        moved.saturating_mul(sign) > allowed && self.measured.saturating_mul(sign) > allowed
+    }
+
     /// It is not fed: it may run out, and has to stay where it is then.
     fn rest(&mut self, dt_ms: u32, way_per_tenth: i32, input: &DriveInput) -> DriveFlags {
         let noise = input.speed_tenths.saturating_abs() <= REST_TENTHS;
@@ -149,7 +188,7 @@ impl Watch {
         let moved = input.position.saturating_sub(self.start).saturating_mul(1000);
         if self.running_ms <= COAST_MS {
             let gone = moved.saturating_abs().min(self.measured.saturating_abs());
-            // At least a millisecond, so that the rest has begun; no more than it takes, so that the
+            // At least a millisecond, so that the rest has started; no more than it takes, so that the
             // watch itself comes to rest.
             self.running_ms = (self.running_ms + dt_ms.max(1)).min(COAST_MS + 1);
             if self.running_ms > COAST_MS {

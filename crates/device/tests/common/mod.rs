@@ -158,7 +158,7 @@ impl Rig {
         assert!(status.is_success(), "{body:?} to {to}: {status} from {from}");
     }
 
-    /// Everybody does it.
+    /// All of them do it.
     #[track_caller]
     pub fn all_accept(&mut self, body: Body<'_>) {
         for reply in self.ask(SubsystemId::ALL, body) {

@@ -22,7 +22,7 @@ pub struct DrivePlant {
     pub jammed: bool,
     /// It turns at this speed, fed or not, until its supply is cut; 0.1 °/s or 0.1 mm/s.
     pub runaway_tenths: i16,
-    /// The position sensor stands still since this reading.
+    /// The position sensor has not changed since this reading.
     pub encoder_stuck: Option<i32>,
     pub encoder_reversed: bool,
     pub speed_dead: bool,

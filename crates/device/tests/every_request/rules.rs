@@ -123,7 +123,7 @@ pub fn execution(state: &State, request: u8, from: u8, data: &[u8], broadcast: b
             with_data(CHAIN.iter().find(|(id, _)| *id == from).map(|(_, size)| *size).unwrap())
         }
         STOP if broadcast || !state.erased => bare(OK),
-        // The monitor stands, but a drive or valve without parameters is faulty (§3.2/5).
+        // The monitor is at rest, but a drive or valve without parameters is faulty (§3.2/5).
         STOP if matches!(from, CONTROL | DETECTOR | DEPLOYER) => bare(&[0, 5]),
         STOP => bare(MODULE_FAULT),
         GET_CRASH_DATA => with_data(80),

@@ -67,7 +67,7 @@ impl State {
     }
 }
 
-/// A monitor that does this, and has begun to.
+/// A monitor that does this, and has started to.
 pub fn doing(to: SubsystemId, body: Body<'_>, flag: u32) -> Rig {
     let mut rig = if to == SubsystemId::DEPLOYER { wrapped() } else { Rig::deployed() };
     rig.accepts(to, body);

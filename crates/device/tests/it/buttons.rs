@@ -63,7 +63,7 @@ fn directions() {
     }
 }
 
-/// §3.3.10/1, §3.3.4/2 Held at the limit it stands there, and Move is not set.
+/// §3.3.10/1, §3.3.4/2 Held at the limit it stops there, and Move is not set.
 #[test]
 fn held_at_the_limit() {
     let mut rig = rig();

@@ -1,4 +1,4 @@
-//! Every output says why it is as it is, and what the swarm has found stays mended.
+//! Every output says why it is as it is, and what the swarm has found stays fixed.
 
 use crate::common::Rig;
 use lafet_device::Source;
@@ -69,7 +69,7 @@ fn a_valve_says_who_drives_it() {
     assert_eq!(valve(&rig), Cause::Rule(Rule::PowerUp));
 }
 
-/// §3.3.3/1 A heater by the cold, off by the warmth, its own fault, or a sensor that tells nothing.
+/// §3.3.3/1 A heater by the cold, off by the warmth, its own fault, or a sensor that reports nothing.
 #[test]
 fn a_heater_says_why_it_heats() {
     let mut rig = Rig::new(lafet_device::Composition::FULL);
@@ -89,7 +89,7 @@ fn a_heater_says_why_it_heats() {
     }
 }
 
-/// §D/5 What the guard holds back starts from standstill when it lets go, the right way round.
+/// §D/5 What the guard holds back starts from standstill when it passes again, the right way round.
 #[test]
 fn no_speed_is_gathered_while_the_guard_holds() {
     let composition = lafet_device::Composition::REMOTE;

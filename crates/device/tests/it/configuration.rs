@@ -50,8 +50,8 @@ fn program(values: &[i32; 7]) -> Body<'_> {
     Body::SetParam { id: Param::ControlProgram0.spec().id, values: Ints::Values(values) }
 }
 
-/// §3.5/1, §3.5/9 Ok is said only of what stands in the memory: not of a program that was never stored,
-/// nor twice in a row before it could be; a program of which one number changes is stored anew.
+/// §3.5/1, §3.5/9 Ok is said only of what is in the memory: not of a program that was never stored,
+/// nor twice in a row before it could be; a program of which one number changes is stored again.
 #[test]
 fn ok_only_when_stored() {
     let control = SubsystemId::CONTROL;
@@ -72,7 +72,7 @@ fn ok_only_when_stored() {
             assert_eq!(rig.status(control, program(&first)), Status::ACCEPTED);
             rig.run(50);
         }
-        // A damaged one reads zeros, which are not what stands there.
+        // A damaged one reads zeros, which are not what is there.
         rig.plant.damage(KEY_PROGRAM0);
         rig.power_cycle_and_settle();
         assert_eq!(rig.get(Param::ControlProgram0), Ok(vec![0; 7]));
@@ -94,7 +94,7 @@ fn a_set_is_its_numbers() {
     }
 }
 
-/// §3.3.1/1 What could neither be read nor be written again tells both.
+/// §3.3.1/1 What could neither be read nor be written again reports both.
 #[test]
 fn neither_read_nor_written() {
     let mut rig = Rig::new(Composition::FULL);
@@ -114,7 +114,7 @@ fn neither_read_nor_written() {
     assert!(common(&mut rig, SubsystemId::CONTROL).is_empty());
 }
 
-/// §3.3.1/2, §3.19/3 That parameters are unset is told from the first moment, before anything has been
+/// §3.3.1/2, §3.19/3 That parameters are unset is reported from the first moment, before anything has been
 /// sensed, and of each subsystem that has some.
 #[test]
 fn unset_from_the_first_moment() {

@@ -1,4 +1,4 @@
-//! §D/8 Water that nobody confirms, and what is never fed without end.
+//! §D/8 Water that no client confirms, and what is never fed without end.
 
 use crate::common::Rig;
 use lafet_device::Composition;
@@ -17,7 +17,7 @@ const LIMIT_MS: u32 = 20_000;
 const PROGRAM: Body<'static> =
     Body::StartQuench(Quench::Program { program: 0, centre_h: 0, centre_v: 0, nozzle: 30 });
 
-/// A monitor whose valve has just been told to open, with a limit of 20 s, at this time.
+/// A monitor whose valve has just been driven to open, with a limit of 20 s, at this time.
 fn limited(now_ms: u32) -> Rig {
     let mut rig = Rig::at(Composition::REMOTE, now_ms);
     assert_eq!(rig.set(Param::GeneralWaterTimeout, 20), Status::ACCEPTED);

@@ -257,7 +257,7 @@ fn deploy_takes_the_rest_back() {
     rig.run_while(500, |rig| rig.is_still());
 }
 
-/// §3.1/9 Move Deployer: a service motion, deployed or in between; it stands in between then, and
+/// §3.1/9 Move Deployer: a service motion, deployed or in between; it is in between then, and
 /// Deploy and Wrap lead out of it.
 #[test]
 fn move_deployer() {
@@ -320,7 +320,7 @@ fn faulty() {
         let moving = [F::DEPLOYING, F::WRAPPING].contains(&from);
         assert_eq!(position(&mut rig), if moving { F::empty() } else { from });
         assert!(rig.drive_flags(Axis::Deployer).contains(DriveFlags::MOTOR_BROKEN));
-        // Mended, it works again.
+        // Fixed, it works again.
         rig.plant.inputs.drives[Axis::Deployer as usize].motor_open = false;
         rig.run(20);
         rig.accepts(DEPLOYER, Body::Deploy);
@@ -435,7 +435,7 @@ fn its_limits_are_its_positions() {
         assert_eq!(shown(&mut rig), limit);
         rig.plant.drive(Axis::Deployer).encoder_offset = 2700;
         rig.run(20);
-        assert_eq!(shown(&mut rig), limit, "told by the switches");
+        assert_eq!(shown(&mut rig), limit, "given by the switches");
         if !limit.is_empty() {
             rig.accepts(DEPLOYER, Body::SwitchLimits { new_state: 0 });
             assert_eq!(shown(&mut rig), F::empty());
@@ -488,7 +488,7 @@ fn a_barrel_that_cannot_rest() {
         rig.run_while(500, |rig| position(rig) == F::WRAPPING);
         assert_eq!(rig.speed(axis).signum(), -aside.signum());
     }
-    // One that stands at its rest has no way to go, while the other goes its own.
+    // One that is at its rest has no way to go, while the other goes its own.
     let mut rig = Rig::deployed();
     rig.plant.place(Axis::Vertical, 600);
     rig.run(20);
@@ -535,7 +535,7 @@ fn stop_on_the_way_to_rest() {
     rig.run_while(1000, |rig| rig.is_still() && position(rig) == F::DEPLOYED);
 }
 
-/// §3.1/9 From the acceptance of Move on it stands in between.
+/// §3.1/9 From the acceptance of Move on it is in between.
 #[test]
 fn a_moved_deployer_is_in_between() {
     let mut rig = Rig::deployed();

@@ -105,7 +105,7 @@ fn beyond_a_limit_is_the_limit() {
     }
 }
 
-/// §3.5/1 New limits act at once: what was on its way out stops, what stands outside stays, and it
+/// §3.5/1 New limits act at once: what was on its way out stops, what is outside stays, and it
 /// only comes back in.
 #[test]
 fn new_limits_act_at_once() {
@@ -274,6 +274,18 @@ fn teaching_the_zero_point() {
     assert_eq!(rig.set(Param::VerticalZeroPoint, 1200), Status::ACCEPTED);
     assert_eq!(rig.drive(Axis::Vertical).position, 0);
     assert_eq!(rig.get(Param::VerticalZeroPoint), Ok(vec![1200]));
+    // Repeated on the way, it is the same; from elsewhere, or with another value, it is not.
+    assert!(rig.set(Param::VerticalZeroPoint, 1200).is_success());
+    assert_eq!(rig.drive(Axis::Vertical).position, 0);
+    assert_eq!(rig.get(Param::VerticalZeroPoint), Ok(vec![1200]));
+    assert_eq!(rig.set(Param::VerticalZeroPoint, 1201), Status::INVALID_VALUE);
+    rig.plant.place(Axis::Vertical, 1300);
+    rig.run(20);
+    assert_eq!(rig.drive(Axis::Vertical).position, 100);
+    assert_eq!(rig.set(Param::VerticalZeroPoint, 1200), Status::INVALID_VALUE);
+    rig.plant.place(Axis::Vertical, 1200);
+    rig.run(20);
+    assert_eq!(rig.drive(Axis::Vertical).position, 0);
     rig.accepts(SubsystemId::VERTICAL, Body::SwitchLimits { new_state: 2 });
     rig.run(100);
     rig.power_cycle_and_settle();
@@ -405,7 +417,7 @@ fn overload_downwards() {
     assert!(rig.speed(Axis::Vertical) > 0);
 }
 
-/// §3.3.4/1 A current so high that the guard takes the output away: the drive stands then, and the
+/// §3.3.4/1 A current so high that the guard takes the output away: the drive is at rest then, and the
 /// direction that is refused is the one it was to go.
 #[test]
 fn overload_cut_off() {
@@ -510,7 +522,7 @@ fn faults_that_show_by_watching() {
             break_it(&mut rig.plant);
             rig.move_to(Axis::Horizontal, destination);
             let ms = rig.run_until(3000, |rig| rig.drive_flags(Axis::Horizontal).contains(flag));
-            assert!((600..1000).contains(&ms), "{flag:?} after {ms} ms");
+            assert!((500..700).contains(&ms), "{flag:?} after {ms} ms");
             rig.run(10);
             assert_eq!(rig.drive_flags(Axis::Horizontal), flag);
             rig.run_while(1000, |rig| rig.is_still());
@@ -588,7 +600,7 @@ fn trv() {
     assert_eq!(rig.drive_flags(Axis::Nozzle), DriveFlags::MIN_LIMIT_REACHED);
 }
 
-/// §D/3 A clock that stands still, leaps or goes back does no harm: no panic, and afterwards it works.
+/// §D/3 A clock that stops, leaps or goes back does no harm: no panic, and afterwards it works.
 #[test]
 fn any_clock() {
     for leap in [0, 1, 999, 1 << 31, u32::MAX - 1, u32::MAX] {

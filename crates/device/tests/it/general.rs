@@ -28,7 +28,7 @@ fn busy() -> Rig {
     rig
 }
 
-/// §3.18/1, §3.18/8 Everything stops, valves close, everybody answers in chain order; a closing valve
+/// §3.18/1, §3.18/8 Everything stops, valves close, every subsystem answers in chain order; a closing valve
 /// has only accepted it, and General as long as the lockout is not stored.
 #[test]
 fn lockout_on() {
@@ -50,7 +50,7 @@ fn lockout_on() {
 }
 
 /// §3.18/8 General's Ok says that the lockout, or its release, outlives a power loss; a memory that
-/// takes nothing never lets it say so, and is told by ConfigWriteFault.
+/// takes nothing never lets it say so, and is reported by ConfigWriteFault.
 #[test]
 fn lockout_accepted_and_stored() {
     let general = |rig: &mut Rig, body| {
@@ -452,7 +452,7 @@ fn chain_order() {
         assert_eq!(Composition::by_name(composition.name), Some(&composition));
     }
     assert_eq!(Composition::by_name("none"), None);
-    // §1/7 Nobody to answer: General does.
+    // §1/7 No subsystem to answer: General does.
     let chain = Composition::FULL.chain.without(&[
         SubsystemId::VERTICAL,
         SubsystemId::HORIZONTAL,

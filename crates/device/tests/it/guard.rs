@@ -319,7 +319,7 @@ fn blocked_valve() {
 }
 
 /// §D/5 The guard only takes away: over every combination of rules and switches no drive runs that
-/// was not wanted to, none turns round, and no valve opens that was not told to.
+/// was not wanted to, none turns round, and no valve opens that was not driven to.
 #[test]
 fn it_only_takes_away() {
     let mut moved = 0;

@@ -77,8 +77,8 @@ fn homed_at_the_switch() {
             let end = if up { ENDS.1 } else { ENDS.0 };
             assert!((rig.plant.position(axis) - end).abs() <= 2, "{axis:?}");
             rig.run(500);
-            let told = i64::from(rig.drive(axis).position);
-            assert!((told - rig.plant.position(axis)).abs() <= 2, "{axis:?} {told}");
+            let reported = i64::from(rig.drive(axis).position);
+            assert!((reported - rig.plant.position(axis)).abs() <= 2, "{axis:?} {reported}");
             assert!(rig.drive_flags(axis).is_sound());
             // Limits hold, on both sides.
             for (destination, limit) in [(i16::MAX, LIMITS.1), (-i16::MAX, LIMITS.0)] {

@@ -341,7 +341,7 @@ fn damaged_set() {
     }
 }
 
-/// §3.3.1/1 A program damaged: its values are lost, ConfigFault tells, the others are whole.
+/// §3.3.1/1 A program damaged: its values are lost, ConfigFault reports it, the others are whole.
 #[test]
 fn damaged_program() {
     let mut rig = rig();
@@ -355,7 +355,7 @@ fn damaged_program() {
     assert_eq!(common(&mut rig, SubsystemId::CONTROL), CommonFlags::CONFIG_FAULT);
 }
 
-/// §3.3.1/1 A memory that cannot be read at all: nothing moves, the lockout is assumed, and it is told.
+/// §3.3.1/1 A memory that cannot be read at all: nothing moves, the lockout is assumed, and it is reported.
 #[test]
 fn unreadable_memory() {
     let mut rig = rig();
@@ -447,7 +447,7 @@ fn stored_at_rest() {
     assert_eq!(rig.set(Param::VerticalSpeed, 8), Status::ACCEPTED);
     rig.run(3000);
     assert_eq!(rig.set(Param::VerticalSpeed, 8), Status::ACCEPTED);
-    // Open: its motor stands still.
+    // Open: its motor is at rest.
     rig.run(3000);
     assert_eq!(rig.set(Param::VerticalSpeed, 8), Status::OK);
 }
@@ -607,7 +607,7 @@ fn values_of_another_version() {
 }
 
 /// §1/1, §3.3.1/2 What the factory stores: each profile's chain and address, every set complete; a
-/// memory that takes nothing is told at once.
+/// memory that takes nothing is reported at once.
 #[test]
 fn provisioning() {
     for composition in Composition::ALL {

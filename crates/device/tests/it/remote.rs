@@ -33,7 +33,7 @@ fn rig() -> Rig {
 }
 
 /// §3.4/2 The first GetParam starts the fetch; Ok once the unit has answered, for a while; then the
-/// value is stale and fetched anew.
+/// value is stale and fetched again.
 #[test]
 fn not_cached_then_ok_then_stale() {
     let mut rig = rig();
@@ -279,7 +279,7 @@ fn all_parameters_of_a_unit_come() {
 }
 
 /// §3.4/2 What a unit has said counts for 5 s to the millisecond, whatever the steps are; then it is
-/// asked for anew.
+/// asked for again.
 #[test]
 fn how_long_a_value_counts() {
     for step_ms in [7, 10, 50] {
@@ -342,7 +342,7 @@ fn one_write_at_a_time() {
     let sent = [(speed, 9), (speed, 10), (current, 10)];
     assert_eq!(rig.plant.units[Unit::Vertical as usize].writes, sent);
     assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::ACCEPTED);
-    // Told once: the next one is sent again.
+    // Reported once: the next one is sent again.
     assert_eq!(rig.set(Param::VerticalMaxCurrent, 10), Status::CACHED);
 }
 

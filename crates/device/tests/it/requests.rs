@@ -124,7 +124,7 @@ fn what_runs_refuses() {
         assert_eq!(justifying.one(to, body), (DETECTOR, Status::DENIED), "{body:?}");
     }
     assert_eq!(justifying.status(DETECTOR, Body::StartJustify), Status::ACCEPTED);
-    // §3.9/1: a justification works without water, and forbids nobody to close.
+    // §3.9/1: a justification works without water, and does not forbid closing.
     justifying.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
 }
 
@@ -311,7 +311,7 @@ fn move_pauses_a_program() {
     assert!(!control(&mut rig).contains(ControlFlags::PAUSED));
 }
 
-/// §3.16/5, §3.21/1, §3.21/2 What a search has found is told brightest first, the same by both requests,
+/// §3.16/5, §3.21/1, §3.21/2 What a search has found is reported brightest first, the same by both requests,
 /// twenty bytes each.
 #[test]
 fn hotbeds_are_told() {
@@ -381,7 +381,7 @@ fn stop_of_a_faulty_valve() {
     assert_eq!(rig.status(SubsystemId::VALVE1, Body::Stop), Status::OK);
 }
 
-/// §3.3.10/1, §3.2/5 A button that is held over a Stop of its drive acts only when pressed anew; one
+/// §3.3.10/1, §3.2/5 A button that is held over a Stop of its drive acts only when pressed again; one
 /// of another drive goes on.
 #[test]
 fn stop_disarms_the_buttons_of_its_drive() {
@@ -417,7 +417,7 @@ fn buttons_while_restarting() {
     assert_eq!(rig.plant.resets, 1);
 }
 
-/// §3.3.10/1 Why a drive under a button stands: released, or refused while it is held on.
+/// §3.3.10/1 Why a drive under a button is at rest: released, or refused while it is held on.
 #[test]
 fn why_a_button_ends() {
     let mut rig = Rig::deployed();
@@ -454,7 +454,7 @@ fn valve_buttons_without_valves() {
     assert_eq!(rig.plant.outputs.valves, [ValveOutput::Off; 2]);
 }
 
-/// A Stop to a valve that stands is not why it stands.
+/// A Stop to a valve at rest is not the cause of its rest.
 #[test]
 fn what_stands_keeps_its_cause() {
     let mut rig = Rig::deployed();
@@ -465,7 +465,7 @@ fn what_stands_keeps_its_cause() {
     assert_eq!(rig.device.causes().valves[0], Cause::Rule(Rule::Arrived));
 }
 
-/// §3.3.1, §3.3/1 Terminated, while it restarts, of every drive that stands; and of all but drives.
+/// §3.3.1, §3.3/1 Terminated, while it restarts, of every drive at rest; and of all but drives.
 #[test]
 fn terminated_when_it_stands() {
     let mut rig = Rig::deployed();

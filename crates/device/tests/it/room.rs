@@ -168,7 +168,7 @@ fn a_stop_behind_no_room_stops() {
     }
 }
 
-/// §1/9, §3.18/4 A lockout is not lifted by a request whose answer nobody gets to see.
+/// §1/9, §3.18/4 A lockout is not lifted by a request whose answer does not arrive.
 #[test]
 fn a_release_behind_no_room_does_not_release() {
     let mut rig = Rig::new(Composition::REMOTE);

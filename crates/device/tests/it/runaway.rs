@@ -18,7 +18,7 @@ const fn far_milli(axis: Axis) -> i64 {
     if matches!(axis, Axis::Nozzle) { 50_000 } else { 600_000 }
 }
 
-/// §3.3.4 Whatever its speed, from rest and out of a stop, and though somebody keeps on stopping it: a
+/// §3.3.4 Whatever its speed, from rest and out of a stop, and though it is stopped again and again: a
 /// fault within a second and 10 ° or 50 mm; its supply is cut, and that of no other.
 #[test]
 fn found_soon_and_near() {

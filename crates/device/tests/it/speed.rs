@@ -193,7 +193,7 @@ fn overload_by_cutting_off() {
     }
 }
 
-/// §3.1, §3.3.4/1 A Move to where the drive stands is no way into its overload.
+/// §3.1, §3.3.4/1 A Move to where the drive is is no way into its overload.
 #[test]
 fn staying_is_no_direction() {
     let mut rig = rig();
@@ -232,7 +232,7 @@ fn a_drive_that_runs_out_moves() {
 }
 
 /// §3.17/1 A direct drive is not counted while it runs without limits, nor while it runs out; one that
-/// stands is, and with limits on every one.
+/// is at rest is, and with limits on every one.
 #[test]
 fn what_counts_without_limits() {
     for (limitless, speed_tenths, shown) in

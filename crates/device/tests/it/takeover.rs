@@ -56,7 +56,7 @@ fn overloaded_upwards() -> Rig {
 }
 
 /// §3.14/1, §3.15/1, §3.16/1, §3.13/1 A Move ends with the start that is accepted after it, on each of
-/// the drives that aim: where the program stands already, goes the other way or the same, and where
+/// the drives that aim: where the program is already, goes the other way or the same, and where
 /// it has no use for the drive.
 #[test]
 fn a_move_ends_with_a_start() {
@@ -183,7 +183,7 @@ fn a_refused_start_ends_no_move() {
 }
 
 /// §3.3.10/1, §3.1/3 A button that is held keeps its drive: the program pauses and goes on 3 s after it
-/// was let go.
+/// was released.
 #[test]
 fn a_held_button_keeps_its_drive() {
     let mut rig = aimed();

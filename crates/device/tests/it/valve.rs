@@ -377,7 +377,7 @@ fn faulty_open_sensor() {
 }
 
 /// §3.3.5 The time for closing is over: a dead "closed" sensor where it has left the other end,
-/// InternalFault where nobody can tell.
+/// InternalFault where it cannot be known.
 #[test]
 fn closing_time_over() {
     let mut rig = open();
@@ -397,7 +397,7 @@ fn closing_time_over() {
     assert_eq!(rig.valve_output(0), ValveOutput::Off);
 }
 
-/// How long the motor is fed at most in this time, in which somebody keeps on asking.
+/// How long the motor is fed at most in this time, in which requests keep on coming.
 fn fed_ms(rig: &mut Rig, ms: u32, every_ms: u32, ask: impl Fn(&mut Rig)) -> u32 {
     let mut fed_ms = 0;
     for at_ms in (0..ms).step_by(STEP_MS as usize) {
@@ -411,7 +411,7 @@ fn fed_ms(rig: &mut Rig, ms: u32, every_ms: u32, ask: impl Fn(&mut Rig)) -> u32 
 }
 
 /// §3.9/2 A Close that is repeated is one attempt; after one in vain the motor rests for as long, and so says
-/// the answer. The fault is told all the while.
+/// the answer. The fault is reported all the while.
 #[test]
 fn closing_in_vain() {
     for every_ms in [10, 100, 3000] {
@@ -459,7 +459,7 @@ fn lockout_ends_too() {
         assert!((17_900..18_200).contains(&fed_ms), "{jammed}: {fed_ms}");
         let fault = if jammed { F::INTERNAL_FAULT } else { F::CLOSE_SENSOR_FAULT };
         assert!(rig.valve(VALVE).contains(fault));
-        // Told again, it is tried again.
+        // Requested again, it is tried again.
         rig.plant.valves[0].close_switch_dead = false;
         rig.plant.valves[0].jammed = false;
         rig.plant.valves[0].current_da = 20;

@@ -79,7 +79,7 @@ impl Sensors {
     }
 }
 
-/// A drive that stands although it is fed.
+/// A drive at rest although it is fed.
 fn stands(_: u32, input: &mut DriveInput) {
     (input.position, input.speed_tenths) = (30, 0);
 }
@@ -150,7 +150,7 @@ fn verdicts_at_their_bounds() {
 }
 
 /// §3.3.4 A speed sensor that turns round within a stretch sums up to nothing: what it says at the
-/// end tells that it is connected the wrong way round.
+/// end shows that it is connected the wrong way round.
 #[test]
 fn a_speed_that_turns_round() {
     for (last, flag) in [(-26, DriveFlags::SPEED_WAY_FAULT), (-25, DriveFlags::SPEED_ENCODER_FAULT)]
@@ -187,7 +187,7 @@ fn a_speed_that_turns_round() {
     assert_eq!(verdict, None);
 }
 
-/// §3.3.4 Each stretch is judged by itself: what breaks later is told at the end of the next one, and
+/// §3.3.4 Each stretch is judged by itself: what breaks later is reported at the end of the next one, and
 /// a weak drive is not summed up to a broken one.
 #[test]
 fn each_stretch_by_itself() {
@@ -269,7 +269,7 @@ fn both_ends() {
     }
 }
 
-/// §3.3.4 A position that counts four times is told at the end of a stretch, by the speed sensor; so is a
+/// §3.3.4 A position that counts four times is reported at the end of a stretch, by the speed sensor; so is a
 /// speed that is four times as much.
 #[test]
 fn counting_too_much() {
@@ -288,7 +288,7 @@ fn counting_too_much() {
     }
 }
 
-/// §3.3.4 A position that jumps by 5° or more while the drive turns is told at once.
+/// §3.3.4 A position that jumps by 5° or more while the drive turns is reported at once.
 #[test]
 fn jumping() {
     for (jump, flag) in [(1200, true), (-1200, true), (330, true), (-370, true), (150, false)] {

@@ -212,7 +212,7 @@ fn worn_words_lose_nothing() {
 }
 
 #[test]
-fn a_stuck_bit_costs_nothing_or_is_told() {
+fn a_stuck_bit_costs_nothing_or_is_reported() {
     for bit in (512 * 8..1024 * 8).step_by(5) {
         for stuck in [false, true] {
             let mut flash = Flash::<4, 512>::new(3, 1);
@@ -240,7 +240,7 @@ fn a_stuck_bit_costs_nothing_or_is_told() {
 }
 
 #[test]
-fn a_page_that_cannot_be_erased_is_told() {
+fn a_page_that_cannot_be_erased_is_reported() {
     let mut store: Store<_, 10> = start(Flash::<4, 512>::new(2, 1));
     store.store(Key(1), &[1, 2, 3]).unwrap();
     // Power stays away: nothing can be read or written.
@@ -295,8 +295,8 @@ fn a_flash_that_refuses_to_write_twice_works_too() {
     assert_eq!(store.load(Key(0), &mut [0; 40]), Ok(Some(value(1, 99, 40).as_slice())));
 }
 
-/// A flash that cannot be read at the start is no empty one: nothing is told to be unset, nothing is
-/// stored on top of what nobody has seen, and once it can be read again all is there.
+/// A flash that cannot be read at the start is no empty one: nothing is reported as unset, nothing is
+/// stored on top of what was never read, and once it can be read again all is there.
 #[test]
 fn unreadable_at_the_start() {
     let mut store: Store<_, 8> = start(Flash::<4, 256>::new(3, 1));
@@ -320,7 +320,7 @@ fn unreadable_at_the_start() {
     assert_eq!(store.load(Key(2), &mut buffer), Ok(Some(&[2][..])));
 }
 
-/// Where a value stands, for tools that look at it or damage it.
+/// Where a value is, for tools that look at it or damage it.
 #[test]
 fn address_of_a_value() {
     let mut store: Store<_, 8> = start(Flash::<4, 256>::new(3, 1));
@@ -405,7 +405,7 @@ fn another_place_is_a_new_store() {
     }
 }
 
-/// A start finds what stands in each page of the log, and knows what was never set.
+/// A start finds what is in each page of the log, and knows what was never set.
 #[test]
 fn a_start_reads_every_page() {
     let mut store: Store<_, 10> = start(Flash::<4, 256>::new(5, 1));
@@ -423,7 +423,7 @@ fn a_start_reads_every_page() {
 #[test]
 fn a_failed_write_is_tried_once_more() {
     let mut flash = Flash::<4, 256>::new(5, 1);
-    // Where the first value of a page stands.
+    // Where the first value of a page is.
     flash.worn.extend((0..5).map(|page| page * 256 + 36..page * 256 + 40));
     let mut store: Store<_, 8> = start(flash);
     for opened in [2, 4] {

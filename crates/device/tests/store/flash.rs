@@ -70,7 +70,7 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     words: Vec<Word>,
     /// What unstable words were.
     before: Vec<u8>,
-    /// Words are checked: a torn one may be told by an error.
+    /// Words are checked: a torn one may be reported by an error.
     pub checked: bool,
     /// Only a whole erase makes a written word writable again, not even zeros may be written.
     pub strict: bool,
@@ -78,7 +78,7 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     pub deaf: bool,
     /// Writing to these addresses fails, as in a worn page.
     pub worn: Vec<Range<u32>>,
-    /// This bit always has this value, and nothing tells.
+    /// This bit always has this value, and nothing reports it.
     pub stuck: Option<(usize, bool)>,
     random: Cell<u64>,
     cut: Cell<Option<Cut>>,

@@ -1,5 +1,5 @@
 //! Flipped bits: any single one in the whole flash costs at most the value it hit, and that is
-//! told; more of them cost more, and that is told too.
+//! reported; more of them cost more, and that is reported too.
 
 use crate::check::{KEYS, Values, start, value};
 use crate::flash::Flash;
@@ -56,7 +56,7 @@ fn sweep<const W: usize, const P: usize>(pages: usize) -> usize {
         let lost = damaged(&mut store, &values, &what);
         assert!(lost.len() <= 1, "{what}: {lost:?}");
         costly += lost.len();
-        // The damage is still told, and of the same value, when the ring has gone round.
+        // The damage is still reported, and of the same value, when the ring has gone round.
         let mut values = values.clone();
         for round in 0..pages as u16 + 1 {
             let fresh = value(KEYS, round, 4);
@@ -90,14 +90,14 @@ fn each_bit() {
     }
 }
 
-/// Where the header of an entry stands, by its key and length.
+/// Where the header of an entry is, by its key and length.
 fn header_of<const W: usize, const P: usize>(flash: &Flash<W, P>, key: u8, len: u8) -> usize {
     let at = flash.bytes().windows(4).rposition(|bytes| bytes == [key, 0, len, 0]);
-    at.expect("the entry stands in the flash")
+    at.expect("the entry is in the flash")
 }
 
 #[test]
-fn two_bits_of_a_header_are_told() {
+fn two_bits_of_a_header_are_reported() {
     let mut store: Store<_, 10> = start(Flash::<2, 256>::new(3, 3));
     for (key, len) in [(1, 10), (2, 11), (3, 12), (1, 13), (4, 14)] {
         store.store(Key(key), &value(key, 1, len)).unwrap();
@@ -127,7 +127,7 @@ fn two_bits_of_a_header_are_told() {
 }
 
 #[test]
-fn a_lost_page_is_told() {
+fn a_lost_page_is_reported() {
     let (mut flash, values) = image::<4, 160>(4);
     let newest = (flash.pages() as usize + 2) % 4;
     let middle = (newest + 3) % 4;
@@ -142,7 +142,7 @@ fn a_lost_page_is_told() {
 
 /// Copied from page to page, a damaged value stays what it is, and the store goes on.
 #[test]
-fn a_damaged_value_is_told_wherever_it_is_copied() {
+fn a_damaged_value_is_reported_wherever_it_is_copied() {
     let mut store: Store<_, 10> = start(Flash::<4, 256>::new(3, 3));
     store.store(Key(1), &value(1, 1, 20)).unwrap();
     let at = store.address_of(Key(1)).unwrap() as usize;

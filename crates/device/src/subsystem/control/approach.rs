@@ -1,4 +1,4 @@
-//! Takes the barrel to a direction and tells when it is there: for Control and Detector.
+//! Takes the barrel to a direction and reports when it is there: for Control and Detector.
 
 use crate::cause::{Cause, Program};
 use crate::image::{AXES, Axis};
@@ -211,13 +211,13 @@ mod tests {
         let (turned, _) = bench.aim();
         assert_eq!(run(&mut bench, &mut approach, to(-600, 600), 3000), Progress::Going);
         assert!(bench.aim().0 < turned && bench.drives[1].output().speed_tenths < 0);
-        // There already: what another program has begun ends.
+        // There already: what another program has started ends.
         let (here, _) = bench.aim();
         assert_eq!(run(&mut bench, &mut approach, to(here, 5000), CYCLE_MS), Progress::Going);
         assert!(bench.drives[1].is_idle() && !bench.drives[0].is_idle());
     }
 
-    /// A drive that is near enough stands; one that an operator moves goes on.
+    /// A drive that is near enough stops; one that an operator moves goes on.
     #[test]
     fn near_is_enough() {
         let (mut bench, mut approach) = (Bench::new(), Approach::default());

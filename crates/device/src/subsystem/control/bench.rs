@@ -122,6 +122,7 @@ impl Bench {
             drives: &mut self.drives,
             deployed: self.deployed,
             deploy_failed: self.deploy_failed,
+            dt_ms: 10,
             pressure_datm: self.pressure_datm,
         }
     }

@@ -17,6 +17,11 @@ const DEADBAND_DATM: u16 = 2;
 /// what is too far now may soon be in reach, and a flag would stick (note 4).
 const SETTLED_MS: u32 = 2000;
 
+/// Steps of a shot's flight in a cycle: so many for each millisecond that it takes, and at most. A board
+/// that makes a cycle each millisecond has no long one because of them.
+const PIECES_PER_MS: u32 = 4;
+const PIECES_MOST: u32 = 16;
+
 /// Where the correction comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Law {
@@ -180,7 +185,8 @@ impl Elevation {
     ) {
         self.unsuited = false;
         if let Some(solver) = &mut self.solver {
-            if let Some(result) = solver.step() {
+            let pieces = env.dt_ms.saturating_mul(PIECES_PER_MS).clamp(PIECES_PER_MS, PIECES_MOST);
+            if let Some(result) = solver.steps(pieces as u8) {
                 self.solver = None;
                 self.conclude(now, sight_arcmin, within_limits(result, env));
             }
@@ -264,7 +270,7 @@ mod tests {
     use super::*;
     use crate::subsystem::control::bench::{Bench, CYCLE_MS, one};
 
-    /// Aims over 25 m for a time; how many calculations have begun.
+    /// Aims over 25 m for a time; how many calculations have started.
     fn begun(bench: &mut Bench, elevation: &mut Elevation, nozzle_mm: i32, ms: u32) -> u32 {
         let data = Data::of(core::iter::empty());
         let mut begun = 0;

@@ -64,7 +64,7 @@ pub(crate) struct Raster {
     line: i32,
     to_left: bool,
     upwards: bool,
-    /// The next point ends a line that has been begun.
+    /// The next point ends a line that has been started.
     on_line: bool,
 }
 

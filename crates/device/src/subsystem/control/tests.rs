@@ -139,7 +139,7 @@ fn waits_for_pressure() {
     assert!(control.flags().is_empty());
 }
 
-/// §3.3.6/4 While the pressure rises, what is too far yet is told as a pressure that does not suit.
+/// §3.3.6/4 While the pressure rises, what is too far yet is reported as a pressure that does not suit.
 #[test]
 fn rising_pressure_sticks_no_flag() {
     let (mut bench, mut control) = started(&full(POINT, 25));
@@ -195,7 +195,7 @@ fn rising_pressure_sticks_no_angle() {
 }
 
 /// §3.3.6/4 A pressure that has stood since before the start need not settle again: what is too far
-/// is told as that at once.
+/// is reported as that at once.
 #[test]
 fn steady_pressure_is_known_at_the_start() {
     let (mut bench, mut control) = (Bench::new(), Control::default());
@@ -239,7 +239,7 @@ fn corrects_by_the_table_given() {
     }
 }
 
-/// §3.6/1, §3.6/3 The stored table holds where no distance is given; damaged, it is told.
+/// §3.6/1, §3.6/3 The stored table holds where no distance is given; damage is reported.
 #[test]
 fn corrects_by_the_stored_table() {
     let (mut bench, mut control) = started(&full(POINT, 0));
@@ -250,7 +250,7 @@ fn corrects_by_the_stored_table() {
     run(&mut bench, &mut control, 5000);
     assert_near(bench.aim(), (1800, -240));
     assert_eq!(control.flags(), F::QUENCH);
-    // Without a sensor there is no correction, and no fault of ballistics nobody asked for.
+    // Without a sensor there is no correction, and no fault of ballistics that were not requested.
     bench.pressure_datm = None;
     run(&mut bench, &mut control, 5000);
     assert_near(bench.aim(), (1800, -120));
@@ -414,7 +414,7 @@ fn drive_faults() {
     assert_eq!(quench(&mut bench, &mut control, &full(SECTOR, 0)), Status::DENIED);
 }
 
-/// §3.3.6/1 A fault that a drive tells of itself ends it at once.
+/// §3.3.6/1 A fault that a drive reports of itself ends it at once.
 #[test]
 fn drive_fault_at_once() {
     let (mut bench, mut control) = started(&full(SECTOR, 0));

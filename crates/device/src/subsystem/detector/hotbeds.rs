@@ -5,7 +5,7 @@ use lafet_proto::status::Hotbed;
 
 /// Sightings whose boxes come this near to each other are one hotbed, arc-minutes. The barrel has
 /// moved by up to 12' since the picture, to either side, so two of one fire lie up to 24' apart;
-/// but a fire above the threshold is wider than that, and its boxes overlap. Two fires are told
+/// but a fire above the threshold is wider than that, and its boxes overlap. Two fires are kept
 /// apart when half a degree lies between them.
 const MARGIN_ARCMIN: i32 = 12;
 

@@ -24,15 +24,7 @@ pub fn two_stations(
     draws: usize,
     seed: u64,
 ) -> Result<Accuracy, Problem> {
-    let station = |east: f64| Station {
-        at: [east, 0.0, 6.0],
-        heading: 0.0,
-        pitch: 0.0,
-        roll: 0.0,
-        heading_sigma: 0.0,
-        tilt_sigma: 0.0,
-        height_sigma_m: 0.0,
-    };
+    let station = |east: f64| Station::level([east, 0.0, 6.0]);
     let stations = [station(-0.5 * base_m), station(0.5 * base_m)];
     let mut draw = Draw::new(seed);
     let mut misses = Vec::with_capacity(draws);

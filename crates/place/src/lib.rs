@@ -30,6 +30,7 @@ pub mod supply;
 mod text;
 pub mod throws;
 
+pub use linear::wrapped;
 pub use text::Problem;
 
 /// Most monitors of a site; a set of them is a `u64`.

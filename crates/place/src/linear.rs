@@ -51,7 +51,7 @@ pub(crate) fn add_outer(m: &mut Matrix, v: Vector, w: f64) {
 }
 
 /// An angle in −π…π.
-pub(crate) fn wrapped(angle: f64) -> f64 {
+pub fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
 }

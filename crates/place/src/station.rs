@@ -72,6 +72,19 @@ pub struct Bearing {
 }
 
 impl Station {
+    /// One that is mounted level and looks north, without an error of its mounting.
+    pub const fn level(at: Place) -> Self {
+        Self {
+            at,
+            heading: 0.0,
+            pitch: 0.0,
+            roll: 0.0,
+            heading_sigma: 0.0,
+            tilt_sigma: 0.0,
+            height_sigma_m: 0.0,
+        }
+    }
+
     /// Refuses what is no number or beyond every installation.
     pub fn check(&self) -> Result<(), Problem> {
         let far = -FARTHEST_M..=FARTHEST_M;
@@ -163,15 +176,7 @@ pub(crate) mod tests {
     use super::*;
 
     pub fn station(x: f64, y: f64, height: f64) -> Station {
-        Station {
-            at: [x, y, height],
-            heading: 0.0,
-            pitch: 0.0,
-            roll: 0.0,
-            heading_sigma: 0.0,
-            tilt_sigma: 0.0,
-            height_sigma_m: 0.0,
-        }
+        Station::level([x, y, height])
     }
 
     pub fn bearing(station: usize, azimuth: f64, elevation: Option<f64>, sigma: f64) -> Bearing {

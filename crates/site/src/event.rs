@@ -26,7 +26,7 @@ pub enum Event {
     },
     /// A supervised path is at fault, or well again.
     Path {
-        /// Id of an input, an output or a further path.
+        /// Id of an input, an output, a pump or a further path.
         path: String,
         /// `None`: well.
         fault: Option<PathFault>,
@@ -43,6 +43,13 @@ pub enum Event {
         /// Its id.
         output: String,
         /// On or open.
+        on: bool,
+    },
+    /// Feedback of a pump.
+    Pump {
+        /// Its id.
+        pump: String,
+        /// It runs.
         on: bool,
     },
     /// A person's command.

@@ -69,6 +69,6 @@ pub use machine::Site;
 pub use output::{Cause, Command, Entry, Order, Reaction, Record, Refusal, Tone, Why};
 pub use persisted::{Persisted, StoredMonitor, StoredZone, VERSION};
 pub use state::{
-    DetectorState, Disablement, MonitorState, NotReleased, Phase, PumpState, State, Trouble,
-    TroubleState, Unable, Voteless, Withheld, ZoneState,
+    DetectorState, Disablement, MonitorState, NotReleased, OutputState, Phase, PumpState, State,
+    Trouble, TroubleState, Unable, Voteless, Withheld, ZoneState,
 };

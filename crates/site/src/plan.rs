@@ -15,7 +15,7 @@ pub(crate) struct Plan {
     pub contact_zones: Vec<Vec<usize>>,
     pub output_zone: Vec<Option<usize>>,
     pub pump_pressure: Vec<Option<usize>>,
-    /// Inputs, outputs, further paths: the ids that a fault of a path may name.
+    /// Inputs, outputs, further paths, pumps: the ids that a fault of a path may name.
     pub paths: Vec<String>,
 }
 
@@ -47,6 +47,7 @@ impl Plan {
         });
         let paths = config.contacts.iter().map(|it| &it.id);
         let paths = paths.chain(config.outputs.iter().map(|it| &it.id)).chain(&config.paths);
+        let paths = paths.chain(config.pumps.iter().map(|it| &it.id));
         Self {
             zone_detectors: inverse(&detector_zones, config.zones.len()),
             monitor_zones: inverse(&zone_monitors, config.monitors.len()),

@@ -26,6 +26,8 @@ pub struct State {
     pub monitors: Vec<MonitorState>,
     /// Pumps.
     pub pumps: Vec<PumpState>,
+    /// Zone valves, test outlets, sounders, lamps.
+    pub outputs: Vec<OutputState>,
     /// Troubles, apart from alarms. They stay until a reset, also when they are over.
     pub troubles: Vec<TroubleState>,
     /// What is disabled.
@@ -243,6 +245,21 @@ pub struct PumpState {
     pub pressure: Option<bool>,
     /// It has failed.
     pub failed: bool,
+    /// It reports that it runs.
+    pub runs: Option<bool>,
+}
+
+/// An output.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema), schema(as = ZoneOutputState))]
+pub struct OutputState {
+    /// Its id.
+    pub output: String,
+    /// As commanded: open, on, any tone; `None` before the first command.
+    pub on: Option<bool>,
+    /// As reported.
+    pub reported: Option<bool>,
 }
 
 /// A trouble in the list.
@@ -287,6 +304,8 @@ pub enum Trouble {
     NotClosed,
     /// An output is not reported as commanded.
     OutputOverdue,
+    /// A pump is not reported as commanded.
+    PumpOverdue,
     /// A pump gives no pressure.
     PumpFailed,
     /// No pump gives pressure.
@@ -310,6 +329,7 @@ impl Trouble {
             Self::MonitorIdle => text::TroubleMonitorIdle.words(),
             Self::NotClosed => text::TroubleNotClosed.words(),
             Self::OutputOverdue => text::TroubleOutputOverdue.words(),
+            Self::PumpOverdue => text::TroublePumpOverdue.words(),
             Self::PumpFailed => text::TroublePumpFailed.words(),
             Self::NoPressure => text::TroubleNoPressure.words(),
             Self::NoMonitor => text::TroubleNoMonitor.words(),

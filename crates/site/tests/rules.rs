@@ -479,3 +479,67 @@ fn contradictions_are_said_in_words() {
         assert!(Site::new(config, 0, None).is_err());
     }
 }
+
+#[test]
+fn a_pump_that_does_not_report_itself_is_commanded_again_and_replaced() {
+    let text = HALL.replace("id = \"p2\",", "id = \"p2\", feedback = true,");
+    let (site, _) = Site::new(toml::from_str(&text).unwrap(), 0, None).unwrap();
+    let mut hall = Hall { site, now: 0 };
+    hall.monitors(Valve::Closed);
+    hall.press("gauge", true);
+    let runs = |hall: &mut Hall, on| {
+        let reaction = hall.event(Event::Pump { pump: "p2".to_owned(), on });
+        orders(&reaction).into_iter().filter(|it| it.contains("p2")).collect::<Vec<_>>()
+    };
+    // What is found running before any command stays as found.
+    assert!(runs(&mut hall, true).is_empty() && runs(&mut hall, false).is_empty());
+    let start = |pump: &str| Hand::Pump { pump: pump.to_owned(), on: true };
+    hall.hand(start("p2"));
+    let of = |all: Vec<(u64, String)>, pump: &str| -> Vec<u64> {
+        let wanted = format!("Pump {pump} on");
+        all.into_iter().filter(|it| it.1 == wanted).map(|it| it.0).collect()
+    };
+    assert_eq!(of(hall.wait(3500), "p2"), [1000, 2000, 3000]);
+    assert!(runs(&mut hall, true).is_empty());
+    assert!(of(hall.wait(20_000), "p2").is_empty() && !hall.has(Trouble::PumpOverdue, true));
+    // It stops by itself: the command again at once, and a trouble, as it ran long enough before.
+    assert_eq!(runs(&mut hall, false), ["Pump p2 on"]);
+    assert!(hall.has(Trouble::PumpOverdue, true));
+    assert!(hall.site.state().pumps[1].failed);
+    runs(&mut hall, true);
+    assert!(!hall.has(Trouble::PumpOverdue, true) && !hall.site.state().pumps[1].failed);
+    // A stop is repeated as well, until it is reported.
+    hall.hand(Hand::Pump { pump: "p2".to_owned(), on: false });
+    let rest = hall.wait(3000);
+    let stops = rest.iter().filter(|(_, order)| order == "Pump p2 off").count();
+    assert_eq!(stops, 3, "{rest:?}");
+    assert!(runs(&mut hall, false).is_empty() && hall.wait(5000).is_empty());
+}
+
+#[test]
+fn the_line_of_a_pump_is_a_path() {
+    let mut hall = Hall::new();
+    let path = |fault| Event::Path { path: "p1".to_owned(), fault };
+    hall.event(path(Some(PathFault::Lost)));
+    assert!(hall.has(Trouble::Path, true));
+    hall.event(path(None));
+    assert!(!hall.has(Trouble::Path, true));
+    let twice = HALL.replace("id = \"p1\"", "id = \"horn\"");
+    let config: Config = toml::from_str(&twice).unwrap();
+    assert!(config.check().iter().any(|it| it.place == "pump horn"), "{:?}", config.check());
+}
+
+#[test]
+fn outputs_are_shown_as_commanded_and_as_reported() {
+    let mut hall = Hall::new();
+    let shown = |hall: &Hall, index: usize| {
+        let it = hall.site.state().outputs[index].clone();
+        (it.output, it.on, it.reported)
+    };
+    assert_eq!(shown(&hall, 0), ("zone-valve".to_owned(), None, None));
+    assert_eq!(shown(&hall, 2), ("horn".to_owned(), Some(false), None));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.event(Event::Output { output: "zone-valve".to_owned(), on: true });
+    assert_eq!(shown(&hall, 0), ("zone-valve".to_owned(), Some(true), Some(true)));
+    assert_eq!(shown(&hall, 2), ("horn".to_owned(), Some(true), None));
+}

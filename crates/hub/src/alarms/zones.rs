@@ -56,7 +56,10 @@ fn of_trouble(trouble: Trouble, subject: &str) -> Option<Condition> {
         Trouble::ContactStuck => ("ContactStuck", contact(subject)),
         Trouble::MonitorUnreachable | Trouble::MonitorFailure => return None,
         // Nothing drives outputs and pumps.
-        Trouble::OutputOverdue | Trouble::PumpFailed | Trouble::NoPressure => return None,
+        Trouble::OutputOverdue
+        | Trouble::PumpFailed
+        | Trouble::PumpOverdue
+        | Trouble::NoPressure => return None,
     };
     Some(condition(flag, subject, texts))
 }

@@ -111,11 +111,12 @@ impl Check<'_> {
             ("pump", config.pumps.iter().map(|it| it.id.as_str()).collect()),
             ("paths", config.paths.iter().map(String::as_str).collect()),
         ];
-        // A fault of a path is reported by the id of an input, an output or a further path.
+        // A fault of a path is reported by the id of an input, an output, a pump or a
+        // further path.
         let mut paths = BTreeMap::new();
         for (sort, ids) in &sorts {
             let mut seen = BTreeSet::new();
-            let path = matches!(*sort, "input" | "output" | "paths");
+            let path = matches!(*sort, "input" | "output" | "pump" | "paths");
             for id in ids {
                 if id.is_empty() || id.chars().count() > ID_MAX {
                     self.say(*sort, &text::IdLength { id }, &text::IdLengthRemedy { most: ID_MAX });

@@ -266,6 +266,10 @@ pub struct Pump {
     /// It starts only in place of one that has failed.
     #[serde(default)]
     pub standby: bool,
+    /// It reports whether it runs: a command is repeated until it is reported, and its absence is a
+    /// trouble.
+    #[serde(default)]
+    pub feedback: bool,
 }
 
 fn one() -> u16 {

@@ -46,7 +46,7 @@ impl Site {
             | Trouble::MonitorIdle
             | Trouble::NotClosed => config.monitors[index].clone(),
             Trouble::OutputOverdue => config.outputs[index].id.clone(),
-            Trouble::PumpFailed => config.pumps[index].id.clone(),
+            Trouble::PumpFailed | Trouble::PumpOverdue => config.pumps[index].id.clone(),
             Trouble::NoPressure => String::new(),
             Trouble::NoMonitor => config.zones[index].id.clone(),
         }

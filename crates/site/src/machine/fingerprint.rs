@@ -42,8 +42,10 @@ impl Site {
             it.lent.map(|(zone, until)| (zone, until.map(left))).hash(hash);
             (refused, it.found.map(left), it.stored_left.filter(|_| !it.seen)).hash(hash);
         }
-        for it in &self.pumps {
+        for (index, it) in self.pumps.iter().enumerate() {
             let started = (it.on == Some(true)).then(|| age(it.started));
+            let feedback = self.plan.config.pumps[index].feedback;
+            (it.reported, feedback.then(|| (left(it.next), age(it.set_at)))).hash(hash);
             (it.on, started, it.seen, it.lost_since.map(age), it.failed, it.hand).hash(hash);
         }
         for (index, it) in self.outputs.iter().enumerate() {

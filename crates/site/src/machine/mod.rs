@@ -81,6 +81,10 @@ impl Site {
                 Some(index) => self.outputs[index].reported = Some(*on),
                 None => self.unknown(output),
             },
+            Event::Pump { pump, on } => match self.plan.pump(pump) {
+                Some(index) => self.pumps[index].reported = Some(*on),
+                None => self.unknown(pump),
+            },
             Event::Hand { by, order } => {
                 let by: String = by.chars().take(NAME_MAX).collect();
                 self.hand(&by, order);

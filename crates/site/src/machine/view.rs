@@ -1,12 +1,13 @@
 //! The state for a console.
 
+use super::water::Set;
 use super::{Site, ms};
 use crate::config::{ContactKind, Mode};
 use crate::event::{Bypass, Scope};
 use crate::output::Why;
 use crate::state::{
-    DetectorState, Disablement, MonitorState, NotReleased, Phase, PumpState, State, TroubleState,
-    Voteless, ZoneState,
+    DetectorState, Disablement, MonitorState, NotReleased, OutputState, Phase, PumpState, State,
+    TroubleState, Voteless, ZoneState,
 };
 
 impl Site {
@@ -44,6 +45,12 @@ impl Site {
             on: it.on,
             pressure: self.plan.pump_pressure[index].map(|gauge| self.contacts[gauge].level),
             failed: it.failed,
+            runs: it.reported,
+        });
+        let outputs = self.outputs.iter().enumerate().map(|(index, it)| OutputState {
+            output: config.outputs[index].id.clone(),
+            on: it.set.map(Set::is_on),
+            reported: it.reported,
         });
         let troubles = self.troubles.iter().map(|((trouble, index), known)| TroubleState {
             trouble: *trouble,
@@ -59,6 +66,7 @@ impl Site {
             detectors: detectors.collect(),
             monitors: monitors.collect(),
             pumps: pumps.collect(),
+            outputs: outputs.collect(),
             troubles: troubles.collect(),
             disablements: self.disablements(),
         }

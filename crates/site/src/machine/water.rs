@@ -25,6 +25,15 @@ pub(super) enum Set {
     Tone(Tone),
 }
 
+impl Set {
+    pub(super) fn is_on(self) -> bool {
+        match self {
+            Self::On(on) => on,
+            Self::Tone(tone) => tone != Tone::Off,
+        }
+    }
+}
+
 /// A pump.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pump {
@@ -37,6 +46,10 @@ pub(super) struct Pump {
     pub failed: bool,
     /// A person started or stopped it.
     pub hand: Option<bool>,
+    pub set_at: u64,
+    pub next: u64,
+    /// It reports that it runs.
+    pub reported: Option<bool>,
 }
 
 impl Site {
@@ -111,11 +124,7 @@ impl Site {
         let state = &self.outputs[output];
         let changed = state.set != Some(set);
         let (set_at, next) = (state.set_at, state.next);
-        let on = match set {
-            Set::On(on) => on,
-            Set::Tone(tone) => tone != Tone::Off,
-        };
-        let missing = feedback && state.reported != Some(on);
+        let missing = feedback && state.reported != Some(set.is_on());
         let late = missing && !changed && self.due(set_at.saturating_add(self.rules.overdue_ms));
         self.trouble(Trouble::OutputOverdue, output, late);
         let again = missing && !changed && self.due(next);
@@ -179,6 +188,7 @@ impl Site {
         pump.seen = false;
         pump.lost_since = None;
         pump.failed = false;
+        (pump.set_at, pump.next) = (now, now.saturating_add(self.rules.repeat_ms));
         if on {
             pump.started = now;
         }
@@ -233,10 +243,34 @@ impl Site {
                 missing.push(index);
             }
         }
+        for index in 0..self.pumps.len() {
+            self.confirm_pump(index);
+        }
         let on = |pump: &&Pump| pump.on == Some(true);
         let running = self.pumps.iter().filter(on).count();
         let failed = self.pumps.iter().filter(on).all(|pump| pump.failed);
         self.trouble(Trouble::NoPressure, 0, running > 0 && failed);
+    }
+
+    /// Commands a pump again that does not report what it was commanded.
+    fn confirm_pump(&mut self, index: usize) {
+        let (configured, pump) = (&self.plan.config.pumps[index], &self.pumps[index]);
+        let Some(on) = pump.on.filter(|_| configured.feedback) else { return };
+        let (set_at, next) = (pump.set_at, pump.next);
+        let missing = pump.reported != Some(on);
+        let late = missing && self.due(set_at.saturating_add(self.rules.overdue_ms));
+        self.trouble(Trouble::PumpOverdue, index, late);
+        // Without a contact for its pressure nothing else says that it has failed.
+        if self.plan.pump_pressure[index].is_none() {
+            self.pumps[index].failed = on && late;
+        }
+        if missing && self.due(next) {
+            let next = self.now.saturating_add(self.rules.repeat_ms);
+            self.pumps[index].next = next;
+            let pump = self.plan.config.pumps[index].id.clone();
+            self.command(Order::Pump { pump, on }, vec![Cause::Repeated]);
+            self.due(next);
+        }
     }
 
     /// Starts a pump when the one before it has had its time.

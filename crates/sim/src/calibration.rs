@@ -22,7 +22,7 @@ const CALLS_MAX: u32 = 5000;
 /// A shot with the narrowest jet on level ground, and where it came down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shot {
-    /// Pressure at the nozzle as the monitor tells it, 0.1 atm.
+    /// Pressure at the nozzle as the monitor reports it, 0.1 atm.
     pub pressure_datm: u16,
     /// Elevation, degrees.
     pub elevation_deg: f64,

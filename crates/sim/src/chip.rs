@@ -48,7 +48,7 @@ pub enum Line {
 pub enum Stepped {
     /// The monitor has driven this.
     Driven(Outputs),
-    /// The program was reset, and has begun anew.
+    /// The program was reset, and has started again.
     Reset {
         /// By its watchdog or a fault.
         after_fault: bool,
@@ -77,6 +77,8 @@ pub struct Chip {
     address: u8,
     clock_ms: u32,
     booted_ms: u64,
+    /// The program is so far ahead of the world.
+    ahead_ms: u64,
     resets: u32,
 }
 
@@ -153,6 +155,7 @@ impl Chip {
             address: config.address,
             clock_ms: config.clock_ms,
             booted_ms: 0,
+            ahead_ms: 0,
             resets: 0,
         };
         chip.started()?;
@@ -175,14 +178,15 @@ impl Chip {
         &mut self.world
     }
 
-    /// How often the program has begun anew.
+    /// How often the program has started again.
     pub const fn resets(&self) -> u32 {
         self.resets
     }
 
     /// The monitor's clock, ms.
     pub fn clock_ms(&self) -> u32 {
-        self.clock_ms.wrapping_add((self.world.now_ms() - self.booted_ms) as u32)
+        let since_ms = self.world.now_ms() + self.ahead_ms - self.booted_ms;
+        self.clock_ms.wrapping_add(since_ms as u32)
     }
 
     /// What the monitor senses now.
@@ -192,9 +196,22 @@ impl Chip {
         inputs
     }
 
+    /// One step of a millisecond, as a board makes them; the world moves with each tenth.
+    pub fn tick_ms(&mut self) -> io::Result<Stepped> {
+        self.ahead_ms = (self.ahead_ms + 1) % STEP_MS;
+        if self.ahead_ms == 0 {
+            self.world.advance(STEP_MS);
+        }
+        self.turn()
+    }
+
     /// One step of 10 ms.
     pub fn tick(&mut self) -> io::Result<Stepped> {
         self.world.advance(STEP_MS);
+        self.turn()
+    }
+
+    fn turn(&mut self) -> io::Result<Stepped> {
         let (now_ms, inputs) = (self.clock_ms(), self.inputs());
         self.order(&Order::Step { now_ms, inputs: &inputs })?;
         let mut driven = Outputs::default();
@@ -211,7 +228,7 @@ impl Chip {
         }
     }
 
-    /// Lets the program fail, and waits until it has begun anew.
+    /// Lets the program fail, and waits until it has started again.
     pub fn fail(&mut self, failure: Failure) -> io::Result<Stepped> {
         self.order(&Order::Fail(failure))?;
         match self.report()? {
@@ -253,7 +270,7 @@ impl Chip {
     fn begin_anew(&mut self, after_fault: bool) -> io::Result<Stepped> {
         // With the reset every output has fallen to rest.
         self.world.drive(Outputs::default());
-        self.booted_ms = self.world.now_ms();
+        (self.booted_ms, self.ahead_ms) = (self.world.now_ms(), 0);
         self.resets += 1;
         self.begin()?;
         Ok(Stepped::Reset { after_fault })
@@ -293,7 +310,7 @@ impl Chip {
             })?;
             if let (_, Some(frame)) = self.decoder.push_slice(&byte) {
                 return Report::decode(frame.payload)
-                    .map_err(|_| io::Error::other("the chip reports what nobody knows"));
+                    .map_err(|_| io::Error::other("the chip reports something unknown"));
             }
         }
     }
@@ -345,7 +362,7 @@ fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> 
     command.args(["-chardev", "socket,id=plant,path=plant", "-serial", "chardev:plant"]);
     command.arg("-kernel").arg(std::fs::canonicalize(firmware)?);
     command.current_dir(folder).stdin(Stdio::null());
-    // Of a board that it does not know to the last detail, QEMU says more than anybody wants to read.
+    // Of a board that it does not know to the last detail, QEMU says more than is of use.
     command.stderr(std::fs::File::create(folder.join(LOG))?);
     Ok(command)
 }

@@ -179,7 +179,7 @@ impl Condition {
                 _ => Err(format!("`{word}` is a word: only = and != fit")),
             },
             Value::Flags(flags) => {
-                // A button's flag has a state: its bare name stands for any but released.
+                // A button's flag has a state: its bare name means any but released.
                 let has = |name: &str| {
                     flags.iter().any(|flag| flag == name || flag.split('=').next() == Some(name))
                 };

@@ -33,7 +33,7 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// Shakes the contacts of what has been sensed anew, by [`Unit`], that have such a fault.
+    /// Shakes the contacts of what has just been sensed, by [`Unit`], that have such a fault.
     pub fn shake(
         &mut self,
         now_ms: u64,

@@ -133,9 +133,9 @@ pub struct Detector {
     pub misalignment: (f64, f64),
     /// What shines without burning.
     pub glares: Vec<Glare>,
-    /// What stands in its way.
+    /// What is in its way.
     pub walls: Vec<Wall>,
-    /// What stands in its way on a site.
+    /// What is in its way on a site.
     pub obstacles: Vec<Obstacle>,
 }
 

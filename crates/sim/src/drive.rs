@@ -3,7 +3,8 @@
 //! State: position x (arc-minutes or mm), speed v (units/s), motor current I (A). Per step dt:
 //! - the power stage runs the speed loop: v moves towards the commanded speed, at most `accel`
 //!   when it grows and `brake` when it falls (worm gears stop at once and hold without current);
-//!   a [`Stage`] that is not ideal follows with a lag, and not at all below its dead band;
+//!   a [`Stage`] that is not ideal follows with a lag, and not at all below its dead band; one that only
+//!   gives a voltage loses speed to its load;
 //! - the motor moves by v·dt, the barrel with it as far as the play of the gear leaves it; x is cut
 //!   at the mechanical stops, where v = 0;
 //! - motoring current I∞ = (friction + 1.0·|v|/v_max + 1.5·|dv/dt|/accel + weight + thrust) A, with
@@ -21,6 +22,11 @@ use crate::fault::{DriveFault, Faults};
 pub const STALL_A: f64 = 15.0;
 
 const CURRENT_LAG_S: f64 = 0.04;
+/// A stage that droops loses this part of 1 °/s or 1 mm/s to each A.
+const DROOP: f64 = 0.4;
+/// The jet's reaction loads a drive with so much at this flow.
+const REACTION_A: f64 = 0.5;
+const REACTION_LPS: f64 = 20.0;
 
 /// What lies between the commanded speed and the barrel. The default is ideal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +37,10 @@ pub struct Stage {
     pub stiction: f64,
     /// … and a turning one stops below this one, units/s.
     pub dead_band: f64,
+    /// Speed lost to each A of load, units/s: a stage that gives a voltage and holds no speed. Friction
+    /// slows a motion whichever way it goes; weight and the jet's reaction, which pull a barrel down,
+    /// slow its rise and speed up its fall.
+    pub droop: f64,
     /// Play between motor and barrel, position units.
     pub backlash: f64,
     /// The position sensor sits on the motor, not on the barrel.
@@ -123,7 +133,7 @@ pub struct Drive {
     /// Position of the motor, which differs by the play of the gear.
     motor: f64,
     frozen: Option<f64>,
-    /// Where the position has begun to count too much.
+    /// Where the position has started to count too much.
     fast_from: Option<f64>,
 }
 
@@ -170,9 +180,10 @@ impl Drive {
         }
         let before = self.speed;
         let stage = self.stage(faults);
+        target = self.droop(&stage, target, load);
         self.speed = if jam { 0.0 } else { stage.follow(before, target, spec, dt_s) };
         let half = stage.backlash / 2.0;
-        // Whoever has put the barrel elsewhere has turned the motor, too.
+        // Where the barrel was put elsewhere, the motor was turned too.
         self.motor = self.motor.clamp(self.position - half, self.position + half);
         self.motor += self.speed * dt_s;
         self.position = self.position.clamp(self.motor - half, self.motor + half);
@@ -205,6 +216,19 @@ impl Drive {
         self.fast_from = fast.then_some(self.fast_from.unwrap_or(self.position));
     }
 
+    /// The speed that is left of a wanted one under load. A gear that locks itself is never driven back.
+    fn droop(&self, stage: &Stage, wanted: f64, load: Load) -> f64 {
+        let reaction_a = REACTION_A * load.flow_lps / REACTION_LPS;
+        let (friction_a, down_a) = match self.axis {
+            Axis::Vertical => {
+                (self.spec.friction_a, self.spec.weight_a * load.cos_elevation + reaction_a)
+            }
+            _ => (self.spec.friction_a + reaction_a, 0.0),
+        };
+        let against_a = friction_a + down_a * wanted.signum();
+        wanted.signum() * (wanted.abs() - stage.droop * against_a).max(0.0)
+    }
+
     /// The program starts: an encoder that does not know where it is calls that 0.
     pub fn start_encoder(&mut self) {
         if self.spec.relative {
@@ -222,6 +246,9 @@ impl Drive {
         }
         if has(DriveFault::DeadBand) {
             (stage.stiction, stage.dead_band) = (slow, slow);
+        }
+        if has(DriveFault::Droop) {
+            stage.droop = DROOP * slow;
         }
         if has(DriveFault::Backlash) {
             stage.backlash = play;
@@ -243,7 +270,7 @@ impl Drive {
             + self.speed.abs() / spec.max_speed
             + 1.5 * rise.min(1.0)
             + lifting
-            + 0.5 * load.flow_lps / 20.0
+            + REACTION_A * load.flow_lps / REACTION_LPS
     }
 
     /// What its sensors say.
@@ -370,6 +397,28 @@ mod tests {
         faults.inject(Fault::Drive(Axis::Nozzle, DriveFault::Friction));
         run(&mut drive, 20, 50, &faults);
         assert!(drive.speed > 0.0 && drive.sense(&faults).current_da > 110);
+    }
+
+    /// A stage that gives a voltage: slower under load, uphill more than downhill, never driven back.
+    #[test]
+    fn droops_under_load() {
+        let mut faults = Faults::default();
+        faults.inject(Fault::Drive(Axis::Vertical, DriveFault::Droop));
+        let speed = |tenths: i16, flow_lps: f64| {
+            let mut drive = drive(Axis::Vertical, 0.0);
+            let load = Load { cos_elevation: 1.0, flow_lps };
+            let command = DriveOutput { speed_tenths: tenths, cut: false };
+            (0..100).for_each(|_| drive.step(command, load, DT, &faults));
+            drive.speed / 6.0
+        };
+        // 0.4 °/s for each A: 1 A of friction, 1 A of weight, 0.5 A of the jet.
+        for (tenths, flow_lps, left) in
+            [(50, 0.0, 42.0), (50, 20.0, 40.0), (-50, 0.0, -50.0), (-50, 20.0, -52.0)]
+        {
+            let found = speed(tenths, flow_lps);
+            assert!((found - left).abs() < 0.01, "{tenths} at {flow_lps}: {found}");
+        }
+        assert_eq!((speed(8, 0.0), speed(0, 20.0)), (0.0, 0.0));
     }
 
     #[test]

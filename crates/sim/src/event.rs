@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 /// Events kept at most: the oldest go first.
 const EVENTS_MAX: usize = 256;
 
-/// Something worth telling, with the time at which it happened.
+/// An event, with the time at which it happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Event {
     /// Virtual time, ms.
@@ -39,7 +39,7 @@ pub enum What {
     FoldedBarrelFlooded,
 }
 
-/// Events that nobody has taken yet.
+/// Events that are not taken yet.
 #[derive(Clone, Debug, Default)]
 pub struct Events(VecDeque<Event>);
 

@@ -1,6 +1,6 @@
 //! Fires: where they burn, how they grow and spread, what puts them out.
 //!
-//! What burns stands on a disc of diameter D on level ground and is as high as it is wide, flame
+//! What burns is on a disc of diameter D on level ground and is as high as it is wide, flame
 //! included. It takes the water that would land on its shadow: the disc, drawn out along the jet by
 //! D / tan(angle of fall). Its heat i (0 out … 1 full) follows the density of water d, l/(s·m² of
 //! the disc):
@@ -15,10 +15,17 @@
 //!   with 0.25 l/(s·m²) about 50 s;
 //! - at i = 0 it is out. A fire that re-ignites leaves embers: when they have got less than 30 l/m²
 //!   in all, it flares up again 20 s after they dried, with i = 0.1;
+//! - what is said so far is of solids, and of oil that water cools below its flash point. Light fuel,
+//!   a hydrocarbon, gives vapour however cold it is: water alone only lowers its flames, by half
+//!   with 1 l/(s·m²), and i follows (1 − c)·(1 − w/2) with τ = 5 s downwards and 30 s upwards, c
+//!   being what foam covers (see `foam`), w the density of water without foam. It is out when all
+//!   is covered and i < 0.02. One that re-ignites has hot metal in it for 300 s, and burns again
+//!   if less than three quarters are covered by then;
 //! - spread: a fire radiates q = 0.3·Q̇/(4π·r²) at a distance r (a point source), at most 60 kW/m²
 //!   in contact. A thing that does not burn and gets more than 12 kW/m² for ∫(q − 12) dt =
-//!   600 kJ/m² catches fire, i = 0.1. It cools in the same way when it gets less, and nothing that
-//!   is wetted above d_c catches. A fire put out catches again like anything else.
+//!   600 kJ/m² catches fire, i = 0.1. It cools in the same way when it gets less. Water that falls
+//!   on it takes 400 kJ with each litre, a seventh of what evaporating it would, and foam that
+//!   covers half of it keeps the heat off. A fire put out catches again like anything else.
 //!
 //! Source of d_c: fire brigades' fires put out at 3.5–4.0 l/(m²·min) and not below, 0.058–0.067
 //! l/(s·m²) (Särdqvist, Jonsson, Grimwood: Three different fire suppression approaches…, Fire
@@ -30,7 +37,24 @@
 use core::f64::consts::FRAC_PI_4;
 
 use crate::airborne::Portion;
+use crate::foam::{Blanket, Falling, Foam};
 use crate::jet::Landing;
+
+/// What a fire's fuel is like: what puts it out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Class {
+    /// Solids, and liquids with a high flash point: water cools them until they go out.
+    #[default]
+    Solid,
+    /// Light liquid fuel: it goes out when foam covers it. Water alone does not put it out.
+    Hydrocarbon,
+}
+
+impl Class {
+    /// All of them, as files and options call them.
+    pub const ALL: [(&'static str, Self); 2] =
+        [("solid", Self::Solid), ("hydrocarbon", Self::Hydrocarbon)];
+}
 
 /// What a fire is lit with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +65,7 @@ pub struct FireSpec {
     pub range_m: f64,
     /// Diameter, m.
     pub size_m: f64,
-    /// Growth of the diameter while nobody extinguishes, m/s.
+    /// Growth of the diameter without water, m/s.
     pub growth_mps: f64,
     /// Whether it flares up again unless the embers are drowned.
     pub reignites: bool,
@@ -54,6 +78,10 @@ pub struct FireSpec {
     pub kw_m2: f64,
     /// Density of water below which it does not care, l/(s·m²).
     pub critical: f64,
+    /// What puts it out.
+    pub class: Class,
+    /// What the foam is like that is used on it.
+    pub foam: Foam,
 }
 
 impl Default for FireSpec {
@@ -68,6 +96,8 @@ impl Default for FireSpec {
             base_m: 0.0,
             kw_m2: HEAT_KW_M2,
             critical: CRITICAL_DENSITY,
+            class: Class::default(),
+            foam: Foam::default(),
         }
     }
 }
@@ -75,13 +105,19 @@ impl Default for FireSpec {
 impl core::str::FromStr for FireSpec {
     type Err = String;
 
-    /// Reads `az=30,range=25,size=1.5,growth=0.01,reignites=1,lit=0`; az and range are needed.
+    /// Reads `az=30,range=25,size=1.5,growth=0.01,reignites=1,lit=0,class=hydrocarbon`; az and range
+    /// are needed.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut spec = Self::default();
         let (mut azimuth, mut range) = (false, false);
         for field in text.split(',') {
             let (name, value) =
                 field.split_once('=').ok_or_else(|| format!("`{field}`: expected name=value"))?;
+            if name.trim() == "class" {
+                let known = Class::ALL.into_iter().find(|(class, _)| *class == value.trim());
+                spec.class = known.ok_or_else(|| format!("`{field}`: solid or hydrocarbon"))?.1;
+                continue;
+            }
             let number: f64 = value
                 .trim()
                 .parse()
@@ -105,7 +141,7 @@ impl core::str::FromStr for FireSpec {
                 "lit" => spec.lit = number != 0.0,
                 _ => {
                     return Err(format!(
-                        "`{name}`: known are az, range, size, growth, reignites, lit"
+                        "`{name}`: known are az, range, size, growth, reignites, lit, class"
                     ));
                 }
             }
@@ -130,6 +166,18 @@ const RADIATED: f64 = 0.3;
 const CONTACT_KW_M2: f64 = 60.0;
 const IGNITION_KW_M2: f64 = 12.0;
 const IGNITION_KJ_M2: f64 = 600.0;
+/// Heat that a litre of water takes from what it cools, kJ.
+const COOLING_KJ_L: f64 = 400.0;
+/// Foam that covers so much of a thing keeps heat and flames off.
+const SHIELDED: f64 = 0.5;
+/// Part of the flames of light fuel that much water takes.
+const LOWERED: f64 = 0.5;
+const SMOTHERED_S: f64 = 5.0;
+/// Flames smaller than this are none.
+const LAST_FLAMES: f64 = 0.02;
+/// Metal in a pool lights it again for so long, unless foam covers so much.
+const HOT_METAL_S: f64 = 300.0;
+const SEALED: f64 = 0.75;
 
 /// A fire.
 #[derive(Clone, Debug)]
@@ -145,6 +193,13 @@ pub struct Fire {
     /// Density of the water on it, l/(s·m²).
     pub density: f64,
     landed_l: f64,
+    /// Of it, foam and plain water, l.
+    landed_parts: [f64; 2],
+    /// Density of water without foam, l/(s·m²).
+    plain: f64,
+    blanket: Blanket,
+    /// Time since light fuel went out, s; `None`: it has not burned.
+    out_s: Option<f64>,
     dose: f64,
     dry_s: f64,
     /// Heat that it has taken up on its way to catching fire, kJ/m².
@@ -168,6 +223,10 @@ impl Fire {
             heat: if spec.lit { 1.0 } else { 0.0 },
             density: 0.0,
             landed_l: 0.0,
+            landed_parts: [0.0; 2],
+            plain: 0.0,
+            blanket: Blanket::default(),
+            out_s: None,
             dose: 0.0,
             dry_s: 0.0,
             warmed: 0.0,
@@ -177,6 +236,21 @@ impl Fire {
     /// Whether it burns.
     pub fn burns(&self) -> bool {
         self.heat > 0.0
+    }
+
+    /// Part of it that foam covers, 0 … 1; of solids none, which foam only wets.
+    pub fn covered(&self) -> f64 {
+        self.blanket.covered(&self.spec.foam)
+    }
+
+    /// How thick the foam on it is, mm.
+    pub fn foam_mm(&self) -> f64 {
+        self.blanket.thickness_mm(&self.spec.foam)
+    }
+
+    /// How far it has been heated on its way to catching fire, 0 … 1.
+    pub fn heated(&self) -> f64 {
+        self.warmed / IGNITION_KJ_M2
     }
 
     /// Area of the disc, m².
@@ -238,7 +312,11 @@ impl Fire {
 
     /// Water that reached it: litres, of which `foam` (0 … 1) is foam.
     pub fn wet(&mut self, litres: f64, foam: f64) {
-        self.landed_l += litres * (1.0 + (FOAM_FACTOR - 1.0) * foam);
+        // On a solid foam wets better than water; on light fuel it is the blanket that counts.
+        let factor = if self.spec.class == Class::Solid { FOAM_FACTOR } else { 1.0 };
+        self.landed_l += litres * (1.0 + (factor - 1.0) * foam);
+        self.landed_parts[0] += litres * foam;
+        self.landed_parts[1] += litres * (1.0 - foam);
     }
 
     /// Burns for `dt_s`.
@@ -246,6 +324,15 @@ impl Fire {
         let falling = self.landed_l / self.area_m2() / dt_s;
         self.landed_l = 0.0;
         self.density += (falling - self.density) * (dt_s / WETTING_S);
+        let [foam_l, plain_l] = core::mem::take(&mut self.landed_parts);
+        if self.spec.class == Class::Hydrocarbon {
+            self.step_pool([foam_l, plain_l], dt_s);
+        } else {
+            self.step_solid(dt_s);
+        }
+    }
+
+    fn step_solid(&mut self, dt_s: f64) {
         let useful = self.density.min(USEFUL_DENSITY);
         self.dose += useful * dt_s;
         self.dry_s = if self.density > 0.1 * self.spec.critical { 0.0 } else { self.dry_s + dt_s };
@@ -260,9 +347,40 @@ impl Fire {
             self.heat = (self.heat - (useful - self.spec.critical) / DOSE_OUT * dt_s).max(0.0);
         } else {
             self.heat += (1.0 - self.heat) / RECOVERY_S * dt_s;
-            let most = 2.0 * self.spec.size_m;
-            self.size_m = (self.size_m + self.spec.growth_mps * dt_s).min(most);
+            self.grow(dt_s);
         }
+    }
+
+    fn grow(&mut self, dt_s: f64) {
+        let most = 2.0 * self.spec.size_m;
+        self.size_m = (self.size_m + self.spec.growth_mps * dt_s).min(most);
+    }
+
+    /// Light fuel burns where no foam covers it.
+    fn step_pool(&mut self, [foam_l, plain_l]: [f64; 2], dt_s: f64) {
+        let area_m2 = self.area_m2();
+        self.plain += (plain_l / area_m2 / dt_s - self.plain) * (dt_s / WETTING_S);
+        let falling =
+            Falling { solution: foam_l / area_m2 / dt_s, water: self.plain, heat: self.heat };
+        self.blanket.step(&self.spec.foam, falling, dt_s);
+        let open = 1.0 - self.covered();
+        if !self.burns() {
+            self.out_s = self.out_s.map(|out_s| out_s + dt_s);
+            let hot = self.spec.reignites && self.out_s.is_some_and(|out_s| out_s < HOT_METAL_S);
+            if hot && open > 1.0 - SEALED {
+                self.heat = CATCHES;
+            }
+            return;
+        }
+        self.out_s = Some(0.0);
+        let aim = open * (1.0 - LOWERED * self.plain.min(USEFUL_DENSITY));
+        let within_s = if aim < self.heat { SMOTHERED_S } else { RECOVERY_S };
+        self.heat += (aim - self.heat) * (dt_s / within_s);
+        if open == 0.0 && self.heat < LAST_FLAMES {
+            self.heat = 0.0;
+        }
+        self.grow(dt_s * open);
+        self.blanket.stretch(area_m2 / self.area_m2());
     }
 }
 
@@ -271,7 +389,7 @@ fn along(place: (f64, f64), landing: &Landing, metres: f64) -> (f64, f64) {
     (place.0 + metres * libm::cos(landing.heading), place.1 + metres * libm::sin(landing.heading))
 }
 
-/// Fires light what stands near them; for `dt_s`.
+/// Fires light what is near them; for `dt_s`.
 pub fn spread(fires: &mut [Fire], dt_s: f64) {
     for index in 0..fires.len() {
         let (at, cold) = (fires[index].at, !fires[index].burns());
@@ -281,8 +399,9 @@ pub fn spread(fires: &mut [Fire], dt_s: f64) {
         let others = fires.iter().filter(|other| other.burns());
         let flux: f64 = others.map(|other| other.flux_kw_m2(at)).sum();
         let fire = &mut fires[index];
-        let wet = fire.density > fire.spec.critical;
-        let surplus = if wet { -IGNITION_KW_M2 } else { flux.min(CONTACT_KW_M2) - IGNITION_KW_M2 };
+        let shielded = fire.covered() >= SHIELDED;
+        let taken = if shielded { 0.0 } else { flux.min(CONTACT_KW_M2) };
+        let surplus = taken - IGNITION_KW_M2 - COOLING_KJ_L * fire.density;
         fire.warmed = (fire.warmed + surplus * dt_s).max(0.0);
         if fire.warmed >= IGNITION_KJ_M2 {
             (fire.heat, fire.dose, fire.warmed) = (CATCHES, 0.0, 0.0);
@@ -291,158 +410,4 @@ pub fn spread(fires: &mut [Fire], dt_s: f64) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::jet::Jet;
-
-    /// Seconds until it is out under a constant density, `None` after 10 minutes.
-    fn time_out(fire: &mut Fire, density: f64, foam: f64) -> Option<f64> {
-        (0..6000).map(f64::from).find_map(|tenth| {
-            fire.wet(density * fire.area_m2() * 0.1, foam);
-            fire.step(0.1);
-            (!fire.burns()).then_some((tenth + 1.0) / 10.0)
-        })
-    }
-
-    #[test]
-    fn goes_out_above_the_critical_density_alone() {
-        let fire = || Fire::new(FireSpec { size_m: 1.5, ..FireSpec::default() });
-        assert_eq!(time_out(&mut fire(), 0.05, 0.0), None);
-        let direct = time_out(&mut fire(), 4.0, 0.0).unwrap();
-        let swept = time_out(&mut fire(), 0.25, 0.0).unwrap();
-        let foam = time_out(&mut fire(), 0.25, 1.0).unwrap();
-        assert!((10.0..14.0).contains(&direct), "{direct}");
-        assert!((45.0..65.0).contains(&swept), "{swept}");
-        assert!(foam < 0.75 * swept, "{foam}");
-    }
-
-    /// A footprint of 4π m² over a fire of 1 m²: a part of 0.08 of the water is its own.
-    #[test]
-    fn catches_what_lands_on_it() {
-        let landing = crate::jet::Landing {
-            at: (20.0, 0.0),
-            flight_s: 1.0,
-            along_m: 4.0,
-            across_m: 1.0,
-            heading: 0.0,
-            // Straight down: nothing stands in the way.
-            slope: 1e6,
-        };
-        let portion = Portion { litres: 2.0, foam: 0.0, jet: Jet::solid(0.8, 28.0, 0.3), landing };
-        let catch = |azimuth_deg: f64, size_m: f64| {
-            let mut fire = Fire::new(FireSpec { azimuth_deg, size_m, ..FireSpec::default() });
-            (fire.catch(&portion), fire.landed_l)
-        };
-        let (hit, litres) = catch(0.0, 1.128);
-        assert!(hit && (litres - 2.0 / 12.566).abs() < 0.001, "{litres}");
-        assert_eq!(catch(20.0, 1.128), (false, 0.0));
-        let (hit, litres) = catch(0.0, 30.0);
-        assert!(hit && litres == 2.0, "{litres}");
-    }
-
-    /// Water on its way to the ground behind a fire strikes the fire, as far as it is high.
-    #[test]
-    fn catches_what_passes_through_it() {
-        let mut fire = Fire::new(FireSpec { size_m: 2.0, ..FireSpec::default() });
-        let mut catch = |behind_m: f64, slope: f64| {
-            let landing = Landing {
-                at: (20.0 + behind_m, 0.0),
-                flight_s: 1.0,
-                along_m: 0.3,
-                across_m: 0.3,
-                heading: 0.0,
-                slope,
-            };
-            fire.catch(&Portion {
-                litres: 1.0,
-                foam: 0.0,
-                jet: Jet::solid(0.8, 28.0, 0.3),
-                landing,
-            })
-        };
-        assert!(catch(0.0, 0.5) && catch(2.0, 0.5) && catch(3.5, 0.5));
-        assert!(!catch(5.5, 0.5) && !catch(-1.5, 0.5) && !catch(2.0, 1e6));
-    }
-
-    #[test]
-    fn recovers_and_grows_when_left_alone() {
-        let mut fire = Fire::new(FireSpec { growth_mps: 0.01, ..FireSpec::default() });
-        fire.heat = 0.5;
-        (0..600).for_each(|_| fire.step(0.1));
-        assert!(fire.heat > 0.9 && (fire.size_m - 1.6).abs() < 0.01);
-        (0..6000).for_each(|_| fire.step(0.1));
-        assert_eq!(fire.size_m, 2.0);
-    }
-
-    #[test]
-    fn embers_flare_up_unless_drowned() {
-        let lit = FireSpec { reignites: true, ..FireSpec::default() };
-        let mut fire = Fire::new(lit);
-        time_out(&mut fire, 4.0, 0.0).unwrap();
-        (0..600).for_each(|_| fire.step(0.1));
-        assert!(fire.burns());
-        let mut drowned = Fire::new(lit);
-        time_out(&mut drowned, 4.0, 0.0).unwrap();
-        for _ in 0..400 {
-            drowned.wet(4.0 * drowned.area_m2() * 0.1, 0.0);
-            drowned.step(0.1);
-        }
-        (0..600).for_each(|_| drowned.step(0.1));
-        assert!(!drowned.burns());
-    }
-
-    #[test]
-    fn reads_a_spec() {
-        let spec: FireSpec = "az=-30,range=25,size=1.5".parse().unwrap();
-        assert_eq!((spec.azimuth_deg, spec.range_m, spec.size_m), (-30.0, 25.0, 1.5));
-        for bad in ["", "az=30", "range=25", "az=x,range=1", "az=1,range=0", "az=1,range=5,hue=2"] {
-            assert!(bad.parse::<FireSpec>().is_err(), "{bad}");
-        }
-    }
-
-    fn pair(gap_m: f64, size_m: f64) -> Vec<Fire> {
-        let fire =
-            |range_m, lit| Fire::new(FireSpec { range_m, size_m, lit, ..FireSpec::default() });
-        vec![fire(20.0, true), fire(20.0 + gap_m, false)]
-    }
-
-    /// 2 m burning: 1571 kW, 37.5 kW/m² at 1 m, 12 kW/m² at 1.77 m.
-    #[test]
-    fn spreads_to_what_is_near() {
-        let catches = |gap_m: f64| {
-            let mut fires = pair(gap_m, 2.0);
-            (0..6000).map(f64::from).find_map(|tenth| {
-                spread(&mut fires, 0.1);
-                fires[1].burns().then_some((tenth + 1.0) / 10.0)
-            })
-        };
-        assert!((pair(1.0, 2.0)[0].flux_kw_m2((21.0, 0.0)) - 37.5).abs() < 0.1);
-        let near = catches(1.0).unwrap();
-        assert!((23.0..24.5).contains(&near), "{near}");
-        assert!(catches(1.6).unwrap() > 2.0 * near);
-        assert_eq!(catches(1.8), None);
-    }
-
-    #[test]
-    fn what_is_wet_does_not_catch() {
-        let mut fires = pair(1.0, 2.0);
-        for _ in 0..3000 {
-            let area = fires[1].area_m2();
-            fires[1].wet(0.1 * area * 0.1, 0.0);
-            fires[1].step(0.1);
-            spread(&mut fires, 0.1);
-        }
-        assert!(fires[0].burns() && !fires[1].burns());
-    }
-
-    /// A thing that has never burned has no embers; t² growth as the head says.
-    #[test]
-    fn cold_things_and_growth() {
-        let mut cold = Fire::new(FireSpec { lit: false, reignites: true, ..FireSpec::default() });
-        (0..1000).for_each(|_| cold.step(0.1));
-        assert!(!cold.burns() && cold.power_kw() == 0.0);
-        let grown = FireSpec { size_m: 0.05, growth_mps: 0.0109, ..FireSpec::default() };
-        let power = HEAT_KW_M2 * FRAC_PI_4 * libm::pow(grown.growth_mps * 100.0, 2.0);
-        assert!((power / (0.0469 * 100.0 * 100.0) - 1.0).abs() < 0.01, "{power}");
-    }
-}
+mod tests;

@@ -67,7 +67,7 @@ impl Fires {
         true
     }
 
-    /// A portion of water lands; `note` is told which fires it reaches for the first time.
+    /// A portion of water lands; `note` gets the fires that it reaches for the first time.
     pub fn catch(&mut self, portion: &Portion, note: impl FnMut(What)) {
         self.catch_where(portion, |_| true, note);
     }
@@ -88,7 +88,7 @@ impl Fires {
         }
     }
 
-    /// All burn for `dt_s` and light what stands near; `note` is told what catches and goes out.
+    /// All burn for `dt_s` and light what is near; `note` gets what catches and goes out.
     pub fn burn(&mut self, dt_s: f64, mut note: impl FnMut(What)) {
         let burned: Vec<bool> = self.all.iter().map(Fire::burns).collect();
         self.all.iter_mut().for_each(|fire| fire.step(dt_s));

@@ -31,6 +31,7 @@ pub mod faults_table;
 pub mod fire;
 pub mod fires;
 pub mod flash;
+pub mod foam;
 pub mod gust;
 pub mod line;
 pub mod obstacle;

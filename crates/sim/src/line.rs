@@ -139,7 +139,7 @@ impl Line {
         (self.bit_ns * BITS as f64) as u64
     }
 
-    /// Time in which somebody has been sending, ns.
+    /// Time in which the line was busy, ns.
     pub const fn busy_ns(&self) -> u64 {
         self.busy_ns
     }
@@ -165,26 +165,26 @@ impl Line {
         self.senders.get(station).is_some_and(|sender| !sender.queue.is_empty())
     }
 
-    /// When the next byte ends, ns; `None` when nobody sends.
+    /// When the next byte ends, ns; `None` when no sender is active.
     pub fn next_ns(&self) -> Option<u64> {
         let byte_ns = self.byte_ns();
         let sending = self.senders.iter().filter(|sender| !sender.queue.is_empty());
         sending.map(|sender| sender.begins_ns + byte_ns).min()
     }
 
-    /// Nobody has sent up to this time: it passes.
+    /// Nothing was sent up to this time: it passes.
     pub fn wait_until(&mut self, at_ns: u64) {
         self.now_ns = self.now_ns.max(at_ns);
     }
 
-    /// Goes on to the end of the next byte, and tells it to everybody who can hear it.
+    /// Goes on to the end of the next byte, and passes it to all who can hear it.
     pub fn step(&mut self, mut hear: impl FnMut(Station, Heard)) -> bool {
         let Some(at_ns) = self.next_ns() else { return false };
         let byte_ns = self.byte_ns();
         self.now_ns = self.now_ns.max(at_ns);
         let ends = |sender: &Sender| sender.begins_ns + byte_ns == at_ns;
         let sending = |sender: &&mut Sender| !sender.queue.is_empty();
-        // Whoever has begun by now garbles what ends now, and is garbled by it.
+        // A sender that has started by now garbles what ends now, and is garbled by it.
         let begun = |sender: &&mut Sender| sender.begins_ns < at_ns;
         if self.senders.iter_mut().filter(sending).filter(begun).count() > 1 {
             let met = self.senders.iter_mut().filter(sending).filter(begun);

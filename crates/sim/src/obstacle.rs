@@ -1,9 +1,9 @@
-//! What stands on the ground between monitors and fires: walls and tanks.
+//! What is on the ground between monitors and fires: walls and tanks.
 //!
 //! They stand upright and are as high everywhere. They hide what lies behind and below their edge
 //! from a detector, and stop the water that does not pass over them.
 
-/// Something that stands on the ground. Places in m.
+/// Something on the ground. Places in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
     /// Its plan.

@@ -1,4 +1,4 @@
-//! Sensors that lie without saying so: a noisy encoder, a reading that stands still, one that drifts.
+//! Sensors that lie without saying so: a noisy encoder, a reading that does not change, one that drifts.
 //!
 //! - `encoder-noise`: each reading is off by −2 … 2 arc-minutes or −1 … 1 mm, at random;
 //! - `…-frozen`: from the moment of the fault on, what was read then;
@@ -10,7 +10,7 @@
 use lafet_device::image::{Axis, Inputs, Place, UNITS};
 
 use crate::contact::Freshness;
-use crate::fault::{DriveFault, Fault, Faults, SingleFault};
+use crate::fault::{DriveFault, Fault, Faults, SingleFault, noise_counts};
 use crate::rng::Rng;
 
 /// How a reading drifts.
@@ -30,14 +30,6 @@ const PRESSURE: Drift = Drift { by: -1, each_ms: 50, range: (0, 28_000) };
 /// 0.1 °C.
 const TEMPERATURE: Drift = Drift { by: 1, each_ms: 1_000, range: (-1_000, 1_000) };
 
-/// A noisy encoder is off by so much at most, arc-minutes or mm.
-pub const fn noise_counts(axis: Axis) -> i32 {
-    match axis {
-        Axis::Nozzle => 1,
-        Axis::Vertical | Axis::Horizontal | Axis::Deployer => 2,
-    }
-}
-
 /// What the faulty sensors read when their faults came.
 #[derive(Clone, Debug, Default)]
 pub struct Sensors {
@@ -45,7 +37,7 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Spoils what has been sensed; of the drives what has been sensed anew, by [`Unit`].
+    /// Spoils what has been sensed; of the drives what has just been sensed, by [`Unit`].
     ///
     /// [`Unit`]: lafet_device::image::Unit
     pub fn spoil(
@@ -122,7 +114,7 @@ impl Sensors {
     }
 }
 
-/// Whether any sensor is spoilt: what is sensed changes by itself then.
+/// Whether any sensor is faulty: what is sensed changes by itself then.
 pub fn any(faults: &Faults) -> bool {
     faults.active().iter().any(|fault| match fault {
         Fault::Drive(_, fault) => *fault == DriveFault::EncoderNoise,
@@ -165,7 +157,7 @@ mod tests {
         (Sensors::default(), faults)
     }
 
-    /// All of its range, nothing beyond, nothing else; what has not been sensed anew stays as it is.
+    /// All of its range, nothing beyond, nothing else; what has not been sensed again stays as it is.
     #[test]
     fn noise() {
         for axis in Axis::ALL {

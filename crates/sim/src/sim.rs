@@ -29,6 +29,10 @@ use monitor::Monitor;
 const PATIENCE: [u32; 2] = [64, 4096];
 /// How far ahead that is looked, in steps: ten seconds.
 const AHEAD: u64 = 1_000;
+/// How many steps of a monitor that moves are made at once, when nothing reads its state.
+const WAITING: u32 = 32;
+/// Steps made one by one after a state was read while others waited.
+const WATCHED: u16 = 512;
 
 /// What a simulation is built from.
 #[derive(Clone, Debug)]
@@ -68,7 +72,7 @@ pub struct Config {
     pub trace: bool,
     /// Height of the nozzle above ground, m. The monitor's own figure is its parameter Height.
     pub height_m: f64,
-    /// What stands around it, in its own coordinates.
+    /// What is around it, in its own coordinates.
     pub obstacles: Vec<Obstacle>,
     /// The ground is a [site](crate::site)'s.
     pub shared_ground: bool,
@@ -132,15 +136,20 @@ impl Config {
 
 /// A simulated monitor.
 ///
-/// While it rests a step only counts itself: that leaves thousands of monitors in the processor's
-/// cache. What has been counted is made up for, to the very same state, before anything is looked
-/// at or changed.
+/// A step may only count itself: that leaves thousands of monitors in the processor's cache. While
+/// the monitor rests, many steps are passed over at once; while it moves, its steps wait for each
+/// other, so that it is fetched from memory once for all of them. What has been counted is made up
+/// for, to the very same state, before anything is looked at or changed.
 #[derive(Clone, Debug)]
 pub struct Sim {
-    /// Steps in which nothing will happen by itself.
-    resting: u32,
+    /// Steps that may be counted from now on.
+    ahead: u32,
     /// Steps counted and not yet made up for.
     counted: u32,
+    /// In the steps that are counted nothing happens by itself.
+    rests: bool,
+    /// Steps to be made before any may wait.
+    watched: u16,
     /// Steps to be made before it is looked again whether it rests, and after the next time.
     patience: [u32; 2],
     /// As it was before what is counted.
@@ -152,9 +161,13 @@ pub struct Sim {
 impl Sim {
     /// Builds the world and powers the monitor up.
     pub fn new(config: Config) -> Self {
+        // Monitors that are stepped together do not all make up for their steps in the same one.
+        let apart = config.seed.wrapping_add(config.address.into()) % u64::from(WAITING);
         Self {
-            resting: 0,
+            ahead: 0,
             counted: 0,
+            rests: false,
+            watched: apart as u16,
             patience: [PATIENCE[0]; 2],
             monitor: Box::new(Monitor::new(config)),
             shown: OnceLock::new(),
@@ -168,7 +181,7 @@ impl Sim {
 
     /// Address on the bus, as the monitor knows it.
     pub fn address(&self) -> u8 {
-        self.monitor.device.address()
+        self.look().device.address()
     }
 
     /// The monitor's program.
@@ -188,19 +201,19 @@ impl Sim {
 
     /// Whether the program stood still in the last step: without power, or as its flash was busy.
     pub fn stood_still(&self) -> bool {
-        self.counted == 0 && self.monitor.stood_still
+        self.look().stood_still
     }
 
     /// How often the program was reset by a request (§3.12, §3.19).
     pub fn resets(&self) -> u32 {
-        self.monitor.resets
+        self.look().resets
     }
 
-    /// One step of 10 ms. While the flash is being written or erased the program stands still.
+    /// One step of 10 ms. While the flash is being written or erased the program is stopped.
     #[inline]
     pub fn tick(&mut self) {
-        if self.resting > 0 && self.shown.get().is_none() {
-            self.resting -= 1;
+        if self.ahead > 0 && self.shown.get().is_none() {
+            self.ahead -= 1;
             self.counted += 1;
         } else {
             self.step();
@@ -219,37 +232,49 @@ impl Sim {
     fn step(&mut self) {
         let [left, next] = &mut self.patience;
         if self.shown.get().is_some() {
-            // Who looks at each step makes it dearer to rest than to step.
-            *next = PATIENCE[1].min(*next * 2);
-            *left = *next;
-        } else if self.counted > 0 {
+            // Who looks at each step makes it dearer to rest or to wait than to step.
+            if self.rests {
+                *next = PATIENCE[1].min(*next * 2);
+                *left = *next;
+            }
+            self.watched = WATCHED;
+        } else if self.rests && self.counted > 0 {
             *left = 1;
         }
-        self.catch_up();
-        self.resting = 0;
-        self.monitor.tick();
+        self.catch_up().tick();
+        self.watched = self.watched.saturating_sub(1);
         let [left, next] = &mut self.patience;
         *left = left.saturating_sub(1);
+        let mut resting = 0;
         if *left == 0 {
             *left = *next;
-            self.resting = self.monitor.rests_for(AHEAD) as u32;
+            resting = self.monitor.rests_for(AHEAD) as u32;
         }
+        self.rests = resting > 0;
+        self.ahead = match () {
+            () if self.rests => resting,
+            () if self.watched == 0 && self.monitor.may_wait() => WAITING - 1,
+            () => 0,
+        };
     }
 
     /// Makes up for the steps that were counted.
     fn catch_up(&mut self) -> &mut Monitor {
         let counted = core::mem::take(&mut self.counted);
+        if !self.rests {
+            self.patience[0] = self.patience[0].saturating_sub(counted);
+        }
         match self.shown.take() {
             Some(shown) => self.monitor = shown,
-            None if counted > 0 => self.monitor.rest(counted.into()),
-            None => {}
+            None => self.monitor.make_up_for(counted, self.rests),
         }
         &mut self.monitor
     }
 
-    /// The monitor as it is now, to be changed: it no longer rests.
+    /// The monitor as it is now, to be changed: it no longer rests, nor may steps wait before one
+    /// has been made.
     fn wake(&mut self) -> &mut Monitor {
-        self.resting = 0;
+        self.ahead = 0;
         self.catch_up()
     }
 
@@ -260,7 +285,7 @@ impl Sim {
         }
         self.shown.get_or_init(|| {
             let mut shown = self.monitor.clone();
-            shown.rest(self.counted.into());
+            shown.make_up_for(self.counted, self.rests);
             shown
         })
     }
@@ -270,19 +295,22 @@ impl Sim {
         let monitor = self.catch_up();
         let answered = answer(monitor);
         if monitor.device.is_disturbed() {
-            self.resting = 0;
+            self.ahead = 0;
+        } else if self.ahead > 0 && !self.rests {
+            // None waits now, so as many may wait again, until it is looked whether it rests.
+            self.ahead = self.patience[0].min(WAITING - 1);
         }
         answered
     }
 
     /// Gives the monitor the records of a frame; returns the records that it answers. Time passes
-    /// when the program stands still.
+    /// when the program is stopped.
     pub fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
         self.answer(|monitor| monitor.request(source, payload))
     }
 
     /// The program's answer at this very moment, whatever the flash is at.
-    pub(crate) fn handle(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
+    pub fn handle(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
         self.answer(|monitor| monitor.handle(source, payload))
     }
 
@@ -333,7 +361,7 @@ impl Sim {
     }
 
     /// Takes the supply away for half a second. What is stored survives, what was being written is
-    /// torn; time in the monitor begins anew.
+    /// torn; time in the monitor starts again.
     pub fn power_cycle(&mut self) {
         self.wake().power_cycle();
     }
@@ -350,7 +378,7 @@ impl Sim {
         self.wake().power_off();
     }
 
-    /// Gives the supply back. What is stored has survived; time in the monitor begins anew.
+    /// Gives the supply back. What is stored has survived; time in the monitor starts again.
     pub fn power_on(&mut self) {
         self.wake().power_on();
     }
@@ -406,7 +434,7 @@ mod tests {
     }
 
     /// §L/5, §L/6: a probe is answered with the addresses swapped; a frame for another address by
-    /// nobody; a stream in single bytes gives the same as a datagram.
+    /// no answer; a stream in single bytes gives the same as a datagram.
     #[test]
     fn frames() {
         let mut sim = Sim::new(Config { address: 5, ..Config::default() });
@@ -476,6 +504,36 @@ mod tests {
         sim.advance_ms(15_000);
         assert!(sim.world().deployed());
         assert_eq!(sim.world().outputs().drives[Axis::Deployer as usize].speed_tenths, 0);
+    }
+
+    /// Steps of a monitor that does not rest wait, for each other and for nothing else.
+    #[test]
+    fn steps_wait_until_a_state_is_read() {
+        let windy = Config { gusts: 0.2, wind: (3.0, 1.0), ..Config::default() };
+        let longest = |sim: &mut Sim, steps: u16| {
+            let counted = (0..steps).map(|_| {
+                sim.tick();
+                sim.counted
+            });
+            counted.max()
+        };
+        let mut sim = Sim::new(windy.clone());
+        assert_eq!((longest(&mut sim, 1_000), sim.rests), (Some(WAITING - 1), false));
+        assert_eq!(sim.now_ms(), 1_000 * STEP_MS);
+        // Between polls they wait, too: of 20 steps one at most is made at once.
+        for _ in 0..100 {
+            assert!(longest(&mut sim, 20) >= Some(10), "{}", sim.counted);
+            assert!(!sim.handle(Source::Radio, &[0xD4, 0x00, 0, 0]).is_empty());
+            assert_eq!(sim.counted, 0);
+        }
+        assert!((0..WAITING).any(|_| longest(&mut sim, 1) == Some(5)));
+        assert_eq!(sim.world().now_ms(), sim.now_ms());
+        assert_eq!(longest(&mut sim, WATCHED - 1), Some(0), "after a look");
+        assert_eq!(longest(&mut sim, 100), Some(WAITING - 1));
+        sim.cut_power_at(&[Cut { step: 1_000, torn: crate::flash::Torn::Old }]);
+        assert_eq!(longest(&mut sim, 100), Some(0), "power will fail");
+        let mut traced = Sim::new(Config { trace: true, ..windy });
+        assert_eq!(longest(&mut traced, 100), Some(0), "with a trace");
     }
 
     #[test]

@@ -79,7 +79,7 @@ pub struct WorldConfig {
 }
 
 impl WorldConfig {
-    /// The world that a monitor of this composition stands in.
+    /// The world of a monitor of this composition.
     pub fn of(composition: &Composition) -> Self {
         let mut config =
             Self { deployer: composition.chain.contains(SubsystemId::DEPLOYER), ..Self::default() };
@@ -159,7 +159,7 @@ pub struct World {
     jet_on: bool,
     flooded: bool,
     reset_requested: bool,
-    /// Until then the flash is written or erased, and the program stands still.
+    /// Until then the flash is written or erased, and the program is stopped.
     busy_until_us: u64,
 }
 
@@ -320,7 +320,7 @@ impl World {
         self.reset_requested = false;
     }
 
-    /// Whether the program stands still in the step that ends now, because the flash it runs from
+    /// Whether the program is stopped in the step that ends now, because the flash it runs from
     /// is being written or erased.
     pub const fn is_stalled(&self) -> bool {
         self.busy_until_us > self.now_ms * 1000

@@ -101,6 +101,8 @@ impl Scene {
         while took_s < LEAST_S {
             (rounds..rounds + STEPS).for_each(|round| self.step(sims, round));
             rounds += STEPS;
+            // Steps that wait are made before the clock is looked at.
+            sims.iter_mut().for_each(|sim| assert_eq!(sim.now_ms(), sim.world_mut().now_ms()));
             took_s = own_s() - start;
         }
         took_s * 1e9 / (rounds * sims.len()) as f64

@@ -116,6 +116,10 @@ const fn drive(fault: DriveFault) -> Words {
         DriveFault::DeadBand => {
             ("Does not turn below 1 °/s or 1 mm/s", "Не движется медленнее 1 °/с или 1 мм/с")
         }
+        DriveFault::Droop => (
+            "Speed yields to the load, 0.4 °/s for each A",
+            "Скорость падает под нагрузкой, 0,4 °/с на 1 А",
+        ),
         DriveFault::Backlash => ("Play of 12′ or 1 mm in the gear", "Люфт редуктора 12′ или 1 мм"),
         DriveFault::Stiff => ("Stiff grease: draws more", "Густая смазка: ток повышен"),
         DriveFault::EncoderDead => ("Position reading does not change", "Положение не меняется"),

@@ -18,8 +18,8 @@ use lafet_texts::{Text as _, Words, sim as text};
 
 use super::ledger::{Ledger, Lock};
 use super::{View, Violation};
+use crate::fault::noise_counts;
 use crate::fault::{DriveFault, Fault, ValveFault, axis_name, valve_name};
-use crate::sensor::noise_counts;
 use crate::world::STEP_MS;
 
 /// Allowance of the guard beyond a limit, and what the encoder rounds off, arc-minutes or mm.

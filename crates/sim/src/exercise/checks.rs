@@ -27,7 +27,7 @@ pub struct Check {
 pub struct Checks {
     /// Those that are decided, in the order of the file.
     decided: Vec<Option<Check>>,
-    /// A rule with a beginning has begun.
+    /// A rule with a beginning has started.
     begun: Vec<bool>,
 }
 

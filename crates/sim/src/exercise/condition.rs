@@ -1,5 +1,5 @@
 //! Conditions on a site: those of [`crate::condition`] with the name of a monitor in front, and a
-//! few on what belongs to nobody.
+//! few on what belongs to no monitor.
 //!
 //! ```text
 //! M1 Detector Found              short for `M1 Detector flags has Found`
@@ -7,7 +7,8 @@
 //! M1 Vertical position >= 600    everything that `condition` reads; the name may be left out
 //!                                where there is one monitor alone
 //! fire T-1 out                   burning, out (it has burnt), unlit; also heat (0 … 1), size (m),
-//!                                density (l/(s·m²))
+//!                                density (l/(s·m²)), covered (by foam, 0 … 1), heated (on its
+//!                                way to catching fire, 0 … 1)
 //! fires burning = 0              how many burn
 //! water <= 5000                  litres out of all nozzles; `water M1 <= 2000`: out of one
 //! time >= 60                     seconds
@@ -89,6 +90,8 @@ impl Scope {
                     "heat" => condition.judge_number(fire.heat),
                     "size" => condition.judge_number(fire.size_m),
                     "density" => condition.judge_number(fire.density),
+                    "covered" => condition.judge_number(fire.covered()),
+                    "heated" => condition.judge_number(fire.heated()),
                     _ if condition.path().len() == 2 => {
                         let word = match () {
                             () if fire.burns() => "burning",
@@ -97,7 +100,9 @@ impl Scope {
                         };
                         condition.judge_word(word, &["burning", "out", "unlit"])
                     }
-                    _ => Err(format!("`{last}`: heat, size, density, burning, out, unlit")),
+                    _ => Err(format!(
+                        "`{last}`: heat, size, density, covered, heated, burning, out, unlit"
+                    )),
                 }
             }
             Self::Fires => {

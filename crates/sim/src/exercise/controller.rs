@@ -1,7 +1,7 @@
 //! An automatic controller: seeks, extinguishes the brightest hotbed, looks again, wraps.
 //!
 //! It knows nothing but what the monitor answers over its link. A request without an answer is
-//! repeated each second; meanwhile the monitor goes on as it was told last.
+//! repeated each second; meanwhile the monitor goes on as it was commanded last.
 
 use lafet_proto::flags::{DetectorFlags, ValveFlags};
 use lafet_proto::record::{Record, Records};
@@ -69,7 +69,7 @@ enum Came {
 }
 
 impl Controller {
-    /// Not begun.
+    /// Not started.
     pub fn new() -> Self {
         Self {
             state: State::Waiting,
@@ -177,7 +177,7 @@ impl Controller {
         let Ok(payload) = payload(request) else { return Came::Refused };
         let now_ms = director.now_ms();
         let answers = director.request(plan.monitor, plan.over, &payload);
-        // Of a lost link the first request and the first that is answered again are told.
+        // Of a lost link the first request and the first that is answered again are logged.
         if answers.is_some() || !self.unanswered {
             log.exchange(now_ms, plan.monitor, plan.over, request, &payload, answers.as_deref());
         }

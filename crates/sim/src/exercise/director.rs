@@ -163,7 +163,7 @@ impl Director {
         }
     }
 
-    /// Lights a new fire at a place; on a tank, if one stands there. Its name.
+    /// Lights a new fire at a place; on a tank, if one is there. Its name.
     pub fn light(&mut self, at: (f64, f64), spec: FireSpec) -> String {
         let mut tanks = self.site.obstacles().iter().enumerate();
         let on = tanks.find_map(|(index, it)| match it.shape {

@@ -9,8 +9,9 @@ use lafet_texts::{Text as _, Words, sim as text};
 use super::plan::{Exercise, FirePlan, MonitorPlan};
 use super::reader::{Document, Problem, Table};
 use super::{scenes, steps};
-use crate::fire::FireSpec;
+use crate::fire::{Class, FireSpec};
 use crate::flash::Flash;
+use crate::foam::Foam;
 use crate::sim::{Config, Sim};
 use crate::site::{MonitorConfig, Pose, SiteConfig, SiteFire, SupplySpec, WindSpec};
 
@@ -38,8 +39,9 @@ impl Exercise {
             let what = text::NeedsMonitor.words();
             return Err(root.wrong("monitor", what));
         }
+        let foam = read_foam(&root)?;
         for table in root.tables("fire")? {
-            exercise.read_fire(table)?;
+            exercise.read_fire(table, foam)?;
         }
         steps::read(&mut exercise, &root)?;
         root.finish()?;
@@ -138,7 +140,7 @@ impl Exercise {
         table.finish()
     }
 
-    fn read_fire(&mut self, table: Table<'_>) -> Result<(), Problem> {
+    fn read_fire(&mut self, table: Table<'_>, foam: Foam) -> Result<(), Problem> {
         let names: Vec<String> = self.fires.iter().map(|fire| fire.name.clone()).collect();
         let name = fresh_name(&table, &names)?;
         if names.len() == FIRES_MAX {
@@ -174,6 +176,8 @@ impl Exercise {
                 .number("base", 0.0, 60.0)?
                 .unwrap_or(on_tank.map_or(0.0, |(_, top_m)| top_m)),
             lit: lit_ms == Some(0),
+            class: table.choice("class", &Class::ALL)?.unwrap_or(kind.class),
+            foam,
             ..kind
         };
         self.fires.push(FirePlan { name, lit_ms });
@@ -182,11 +186,26 @@ impl Exercise {
     }
 }
 
-/// The kinds of fire. What burns in a pool floats on water and goes out for good; a pile keeps
-/// embers; a spray is fed, burns hotter and flares up again. Figures ours.
+/// What the foam of the site is like.
+fn read_foam(root: &Table<'_>) -> Result<Foam, Problem> {
+    let Some(table) = root.table_of("foam")? else { return Ok(Foam::default()) };
+    let plain = Foam::default();
+    let foam = Foam {
+        expansion: table.number("expansion", 2.0, 20.0)?.unwrap_or(plain.expansion),
+        quarter_s: table.time("drains")?.map_or(plain.quarter_s, |ms| ms as f64 / 1000.0),
+    };
+    if !(10.0..=3600.0).contains(&foam.quarter_s) {
+        return Err(table.wrong("drains", text::DrainsBetween.words()));
+    }
+    table.finish()?;
+    Ok(foam)
+}
+
+/// The kinds of fire, the first where a file names none. A pile keeps embers; a pool of light fuel
+/// needs foam; a spray of heavy oil is fed, burns hotter and flares up again. Figures ours.
 const KINDS: [(&str, FireSpec); 3] = [
-    ("pool", FireSpec { kw_m2: 1000.0, ..PLAIN }),
     ("pile", FireSpec { growth_mps: 0.005, reignites: true, ..PLAIN }),
+    ("pool", FireSpec { kw_m2: 1000.0, class: Class::Hydrocarbon, ..PLAIN }),
     ("spray", FireSpec { kw_m2: 1500.0, critical: 0.12, reignites: true, ..PLAIN }),
 ];
 /// A fire of a kind.
@@ -204,6 +223,8 @@ const PLAIN: FireSpec = FireSpec {
     base_m: 0.0,
     kw_m2: 500.0,
     critical: crate::fire::CRITICAL_DENSITY,
+    class: Class::Solid,
+    foam: Foam::FILM,
 };
 
 /// A name that no other has, without blanks: conditions use it.

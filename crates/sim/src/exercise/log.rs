@@ -1,4 +1,4 @@
-//! The time line of a run: what was asked and answered, what was told, what happened.
+//! The time line of a run: what was asked and answered, what was reported, what happened.
 
 use lafet_device::Source;
 use lafet_proto::flags::Severity;
@@ -20,20 +20,20 @@ pub enum Kind {
     Refusal,
     /// No answer came.
     NoAnswer,
-    /// A flag is told.
+    /// A flag is reported.
     Flag(Severity),
-    /// It is told no more.
+    /// It is not reported any more.
     Cleared,
     /// A fire is lit, reached, out.
     Fire,
     /// Water begins or ends, power comes and goes.
     Plant,
-    /// Somebody says something.
+    /// A remark of the exercise.
     Note,
 }
 
 impl Kind {
-    /// One character that stands for it.
+    /// The character that marks it.
     pub const fn mark(self) -> char {
         match self {
             Self::Event => '*',
@@ -111,7 +111,7 @@ impl Log {
         self.lines.push(Line { at_ms, monitor, kind, text });
     }
 
-    /// Adds what somebody says.
+    /// Adds a remark.
     pub fn say(&mut self, at_ms: u64, monitor: Option<usize>, text: Words) {
         self.add(at_ms, monitor, Kind::Note, text);
     }

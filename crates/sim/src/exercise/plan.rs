@@ -165,7 +165,7 @@ pub struct OperatorLine {
 pub struct ControllerPlan {
     /// Line of the file.
     pub line: usize,
-    /// Its mark: it has begun.
+    /// Its mark: it has started.
     pub mark: Option<usize>,
     /// Its monitor.
     pub monitor: usize,

@@ -67,7 +67,7 @@ impl<'a> Document<'a> {
         let source = Source { file, text };
         let table = DeTable::parse(text).map_err(|error| {
             let offset = error.span().map_or(0, |span| span.start);
-            let message = error.message();
+            let message = lafet_texts::toml::said(error.message());
             source.problem(offset, String::new(), text::NoToml { message }.words())
         })?;
         Ok(Self { source, table })
@@ -88,7 +88,7 @@ pub struct Table<'a> {
     known: RefCell<Vec<&'static str>>,
 }
 
-/// A value and where it stands.
+/// A value and its place in the file.
 #[derive(Clone, Copy)]
 pub struct Item<'a> {
     /// The value.

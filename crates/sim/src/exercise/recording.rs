@@ -20,7 +20,7 @@ use crate::water::NOMINAL_MPA;
 
 /// Cells of the map of water, m.
 pub const CELL_M: f64 = 0.5;
-/// Space around what stands on the site, m.
+/// Space around what is on the site, m.
 const MARGIN_M: f64 = 6.0;
 /// Samples of a time line at most.
 const SAMPLES: u64 = 900;
@@ -58,7 +58,7 @@ pub struct Sample {
 pub enum BarKind {
     /// What was broken: a fault, a link, power, the pump.
     Cause,
-    /// What the monitor told of it.
+    /// What the monitor reported of it.
     Told,
 }
 
@@ -123,7 +123,7 @@ impl Recording {
         }
     }
 
-    /// Somebody has lit another fire.
+    /// Another fire was lit.
     pub fn add_fire(&mut self) {
         let before = self.fires.first().map_or(0, Vec::len);
         self.fires.push(vec![(0.0, 0.0); before]);

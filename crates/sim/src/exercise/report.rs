@@ -5,7 +5,6 @@ use serde_json::{Value, json};
 
 use super::log::{Kind, Line};
 use super::run::{FireFigures, MonitorFigures, Outcome};
-use crate::dictionary::in_language;
 
 /// Width of the names of monitors in the time line at least.
 const NAME_WIDTH: usize = 4;
@@ -51,7 +50,7 @@ fn line_text(outcome: &Outcome, line: &Line, width: usize, lang: Lang) -> String
     let name = line.monitor.map_or("", |index| &outcome.exercise.monitors[index].name);
     let (mark, text) = (line.kind.mark(), line.text.of(lang));
     let severity = match line.kind {
-        Kind::Flag(severity) => format!("[{}] ", in_language(severity.text(), lang)),
+        Kind::Flag(severity) => format!("[{}] ", severity.text().of(lang)),
         _ => String::new(),
     };
     format!("  {} {name:<width$} {mark} {severity}{text}", clock(line.at_ms))

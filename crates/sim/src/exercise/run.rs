@@ -7,7 +7,7 @@ use lafet_proto::flags::{SetFlag, Severity, set_flags};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::{Answer, Request, SubsystemId};
-use lafet_texts::{Text, Words, sim as text};
+use lafet_texts::{Shown, Text, Words, sim as text};
 
 use super::checks::{Check, Checks};
 use super::controller::Controller;
@@ -66,7 +66,7 @@ pub struct MonitorFigures {
     pub most_atm: f64,
     /// Way of the azimuth and of the elevation, degrees.
     pub way_deg: (f64, f64),
-    /// Flags told that are at least warnings.
+    /// Flags reported that are at least warnings.
     pub warnings: u32,
     /// Resets and power-ups after the first.
     pub restarts: u32,
@@ -195,7 +195,7 @@ impl Run {
         texts.zip(self.checks.decided().iter().cloned()).collect()
     }
 
-    /// A monitor has accepted a request of somebody: what waits for this line of the scenario's
+    /// A monitor has accepted a request: what waits for this line of the scenario's
     /// operator has it now. Request and addressee count; how it is aimed is up to them.
     pub fn commanded(&mut self, monitor: usize, request: &str) {
         let head = |text: &str| text.split_whitespace().take(2).map(str::to_owned).collect();
@@ -211,7 +211,7 @@ impl Run {
         }
     }
 
-    /// Lights a fire at a place; on a tank, if one stands there. Its name.
+    /// Lights a fire at a place; on a tank, if one is there. Its name.
     pub fn light(&mut self, at: (f64, f64), size_m: f64, kind: &str) -> Option<String> {
         let spec = FireSpec { size_m, ..kind_of_fire(kind)? };
         if self.director.exercise().fires.len() >= FIRES_MAX {
@@ -320,7 +320,7 @@ impl Run {
         self.log.add(at_ms, Some(monitor), Kind::Plant, text.words());
     }
 
-    /// What the monitors tell, whoever may be able to hear it.
+    /// What the monitors report, whether or not it can be received.
     fn statuses(&mut self) {
         for monitor in 0..self.monitors.len() {
             for (subsystem, bits) in statuses(&mut self.director.site, monitor) {
@@ -345,7 +345,7 @@ impl Run {
         };
         let (old, new) = (news(before), news(now));
         let link_up = |over| self.director.link(monitor, over) == Link::Up;
-        // Without a lost link it only says that nobody has commanded for 3 s.
+        // Without a lost link it only says that no request came for 3 s.
         let idle = match subsystem {
             SubsystemId::EXTERNAL_CONN => link_up(lafet_device::Source::ExternalConn),
             SubsystemId::RADIO => link_up(lafet_device::Source::Radio),
@@ -358,8 +358,8 @@ impl Run {
             let severity = flag.severity();
             self.monitors[monitor].warnings += u32::from(severity >= Severity::Warning);
             let meaning = flag.info.meaning;
-            let said = |meaning: &str| format!("{subsystem} {flag}: {meaning}");
-            let text = Words { en: said(meaning.en), ru: said(meaning.ru) };
+            let flag = Shown(flag);
+            let text = text::LogFlag { subsystem: Shown(subsystem), flag, meaning }.words();
             self.log.add(at_ms, Some(monitor), Kind::Flag(severity), text);
         }
         for flag in old.iter().filter(|flag| !is_in(&new, flag)) {

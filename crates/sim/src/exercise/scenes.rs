@@ -1,4 +1,4 @@
-//! What stands on a site: walls, tanks, and what shines without burning.
+//! What is on a site: walls, tanks, and what shines without burning.
 
 use lafet_texts::{Text as _, sim as text};
 
@@ -29,7 +29,7 @@ pub fn read(exercise: &mut Exercise, root: &Table<'_>) -> Result<(), Problem> {
             return Err(table.wrong("points", what));
         }
         for ends in points.windows(2) {
-            // Each stretch is an obstacle; the name stands at the first.
+            // Each stretch is an obstacle; the name is at the first.
             let first = ends[0] == points[0];
             exercise.obstacles.push(if first { name.clone() } else { String::new() });
             let shape = Shape::Wall(ends[0], ends[1]);

@@ -37,6 +37,14 @@ fn failed(outcome: &Outcome) -> Vec<&str> {
 /// What is appended to a scenario, the line and the key that are named, and words of the message.
 const MISTAKES: &[(&str, usize, &str, &str)] = &[
     ("[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 900", 19, "fire.size", "0.2 … 60"),
+    (
+        "[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 1\nclass = \"gas\"",
+        20,
+        "fire.class",
+        "solid, hydrocarbon",
+    ),
+    ("[foam]\ndrains = \"2s\"", 17, "foam.drains", "from 10 s to 1 h"),
+    ("[foam]\nexpansion = 1", 17, "foam.expansion", "2 … 20"),
     ("[[fire]]\nname = \"F\"\nat = [1]\nsize = 1", 18, "fire.at", "2 numbers"),
     ("[[fire]]\nname = \"F\"\nsize = 1", 16, "fire.at", "on = "),
     ("[[fire]]\nname = \"F F\"\nat = [1, 2]\nsize = 1", 17, "fire.name", "without blanks"),
@@ -94,7 +102,7 @@ const MISTAKES: &[(&str, usize, &str, &str)] = &[
     ("a = ", 16, "", "TOML"),
 ];
 
-/// Each mistake is told with file, line, key, and what is allowed, in both languages.
+/// Each mistake is reported with file, line, key, and what is allowed, in both languages.
 #[test]
 fn mistakes_are_told() {
     let with = |rest: &str| problem(&format!("{HEAD}{MONITOR}{EXPECT}{rest}"));
@@ -157,7 +165,7 @@ fn rules() {
 }
 
 /// A lost link: no answer and nothing done; lost answers: done all the same; a monitor without
-/// power answers nobody.
+/// power answers no request.
 #[test]
 fn links_and_power() {
     let step = |at: &str, send: &str, answer: &str| {
@@ -219,6 +227,19 @@ fn shipped_scenarios_can_fail() {
             "send = \"Close Valve1\"",
             "T-2 never catches fire",
         ),
+        // Water instead of foam: the petrol burns on.
+        (
+            "tank-farm",
+            "send = \"Open Valve2\"",
+            "send = \"Open Valve1\"",
+            "T-1 is out within 2½ minutes of the first foam",
+        ),
+        (
+            "hangar",
+            "valve = \"Valve2\"",
+            "valve = \"Valve1\"",
+            "the spill is out within 90 s of the alarm",
+        ),
         ("hangar", "height = 4.5", "height = 0.5", "the fuselage hides the fire from M1"),
         (
             "turbine-hall",
@@ -230,13 +251,13 @@ fn shipped_scenarios_can_fail() {
             "jammed-drive",
             "horizontal-jam",
             "horizontal-speed-dead",
-            "the overload is told within 1.5 s",
+            "the overload is reported within 1.5 s",
         ),
         (
             "lost-pressure",
             "percent = 10\n",
             "percent = 100\n",
-            "M1 tells TrajectoryPressureFault within 5 s",
+            "M1 reports TrajectoryPressureFault within 5 s",
         ),
         (
             "radio-loss",

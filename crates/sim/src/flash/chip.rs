@@ -132,7 +132,7 @@ impl Chip {
         }
     }
 
-    /// What stands in it.
+    /// Its contents.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -155,6 +155,11 @@ impl Chip {
     /// Whether a cut has taken its power.
     pub const fn is_off(&self) -> bool {
         self.off
+    }
+
+    /// Whether its power will be cut in a word or erase to come.
+    pub const fn is_cut_ahead(&self) -> bool {
+        self.cut.is_some()
     }
 
     /// A cell has lost or gained charge.
@@ -399,7 +404,7 @@ mod tests {
         assert_eq!(read(&mut chip, 1), [0x5A; WORD]);
         assert_eq!(read(&mut chip, 2), [0xFF; WORD]);
         assert_eq!(read(&mut chip, 3), [0xFF; WORD]);
-        // What was never begun can still be written.
+        // What was never started can still be written.
         chip.write(2 * WORD as u32, &[1; WORD]).unwrap();
     }
 }

@@ -71,7 +71,7 @@ impl Flash {
         self.chip_mut().interrupt(at_us);
     }
 
-    /// The program starts: it mounts the store anew.
+    /// The program starts: it mounts the store again.
     pub(crate) fn start(&mut self, faults: &Faults) {
         self.broken(faults);
         self.chip_mut().power_on();

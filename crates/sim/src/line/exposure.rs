@@ -1,4 +1,4 @@
-//! What a check lets through: requests over a noisy line, and frames that nobody has sent.
+//! What a check lets through: requests over a noisy line, and frames that were never sent.
 
 use std::collections::VecDeque;
 
@@ -32,7 +32,7 @@ pub struct Exposure {
     pub sent: u64,
     /// Frames that the receiver took for good.
     pub accepted: u64,
-    /// Frames among them that nobody had sent.
+    /// Frames among them that were never sent.
     pub wrong: u64,
     /// Frames among those that a monitor at addresses 1 to 32 would have executed.
     pub executed: u64,

@@ -235,7 +235,7 @@ impl Case {
         Self { title: title.to_owned(), line, setup, steps: Vec::new() }
     }
 
-    /// One line of the case. `Err` tells what was expected.
+    /// One line of the case. `Err` is what was expected.
     fn read(&mut self, number: usize, word: &str, rest: &str) -> Result<(), String> {
         if word == "<" {
             return match self.steps.last_mut() {
@@ -402,7 +402,11 @@ fn payload(text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-pub(crate) fn duration(text: &str) -> Result<u64, String> {
+/// A time of at most an hour, ms: `500ms`, `2.5s`.
+///
+/// # Errors
+/// What is expected instead.
+pub fn duration(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let (number, factor) = match text.strip_suffix("ms") {
         Some(number) => (number, 1.0),

@@ -10,7 +10,7 @@ use super::{Case, Failure, Reach, Scenario, State, Step, payload};
 use crate::condition::Condition;
 use crate::sim::Sim;
 
-/// What `crash` leaves (§3.20): each word tells which one it is.
+/// What `crash` leaves (§3.20): each word shows which one it is.
 const CRASH: FaultInfo = FaultInfo::from_words([
     0xC0DE_0000,
     0xC0DE_0001,
@@ -276,7 +276,7 @@ pub(crate) fn answers_text(payload: &[u8], bytes: &[u8]) -> Vec<String> {
     lines
 }
 
-/// Whether a line is the expected one; `*` at its end stands for anything.
+/// Whether a line is the expected one; `*` at its end matches anything.
 fn fits(wanted: &str, came: &str) -> bool {
     let plain = wanted.replace("->", "→");
     match plain.strip_suffix('*') {

@@ -70,7 +70,7 @@ impl Monitor {
         }
     }
 
-    /// One step of 10 ms. While the flash is being written or erased the program stands still.
+    /// One step of 10 ms. While the flash is being written or erased the program is stopped.
     pub(super) fn tick(&mut self) {
         self.world.advance(STEP_MS);
         self.stood_still = !self.powered || self.world.is_stalled();
@@ -83,6 +83,22 @@ impl Monitor {
                 trace.push_str(&line);
                 trace.push('\n');
             }
+        }
+    }
+
+    /// Whether it can make its steps later: each takes its 10 ms, and none adds to the trace.
+    pub(super) fn may_wait(&self) -> bool {
+        // Where power fails by itself a step takes as long as the cut.
+        self.trace.is_none() && !self.world.flash.chip().is_cut_ahead()
+    }
+
+    /// Makes up for so many steps that were counted: it has rested through them, or they have
+    /// waited.
+    pub(super) fn make_up_for(&mut self, steps: u32, rested: bool) {
+        match rested {
+            true if steps > 0 => self.rest(steps.into()),
+            true => {}
+            false => (0..steps).for_each(|_| self.tick()),
         }
     }
 
@@ -107,7 +123,7 @@ impl Monitor {
     }
 
     /// Gives the monitor the records of a frame; returns the records that it answers. Time passes
-    /// when the program stands still.
+    /// when the program is stopped.
     pub(super) fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
         if !self.powered {
             return Vec::new();
@@ -168,7 +184,7 @@ impl Monitor {
     }
 
     /// Takes the supply away for half a second. What is stored survives, what was being written is
-    /// torn; time in the monitor begins anew.
+    /// torn; time in the monitor starts again.
     pub(super) fn power_cycle(&mut self) {
         self.world.cut_power();
         self.world.advance(POWER_OFF_MS);
@@ -191,7 +207,7 @@ impl Monitor {
         self.powered = false;
     }
 
-    /// Gives the supply back. What is stored has survived; time in the monitor begins anew.
+    /// Gives the supply back. What is stored has survived; time in the monitor starts again.
     pub(super) fn power_on(&mut self) {
         if !self.powered {
             self.powered = true;

@@ -1,9 +1,9 @@
 //! A site: several monitors, each with its own plant, around the same fires, in the same wind.
 //!
 //! Places are metres east and north of a point of the site; directions are compass bearings in
-//! degrees, clockwise from north. A monitor stands at a [`Pose`]; it knows nothing of the site, and
+//! degrees, clockwise from north. A monitor is at a [`Pose`]; it knows nothing of the site, and
 //! its world is shown the fires in its own coordinates (forward, left). Water that has landed is
-//! counted here, on every fire it reaches, whoever threw it. Walls and tanks stop what does not
+//! counted here, on every fire it reaches, from any monitor. Walls and tanks stop what does not
 //! pass over them.
 //!
 //! Monitors may draw from one [`Supply`]; then the more one takes, the less pressure the others
@@ -58,7 +58,7 @@ pub struct SiteConfig {
 /// A monitor of a site.
 #[derive(Clone, Debug, Default)]
 pub struct MonitorConfig {
-    /// Where it stands.
+    /// Where it is.
     pub pose: Pose,
     /// Which of the site's supplies it draws from; `None` is a plant of its own.
     pub supply: Option<usize>,
@@ -73,7 +73,7 @@ pub struct SiteFire {
     pub at: (f64, f64),
     /// The fire; its direction and distance mean nothing here.
     pub spec: FireSpec,
-    /// The obstacle that it stands on: water on the wall of a tank cools what is on it.
+    /// The obstacle that it is on: water on the wall of a tank cools what is on it.
     pub on: Option<usize>,
 }
 
@@ -107,7 +107,7 @@ pub enum SiteGlare {
 pub struct Member {
     /// The monitor.
     pub sim: Sim,
-    /// Where it stands.
+    /// Where it is.
     pub pose: Pose,
     /// Water that has left its nozzle, l.
     pub litres: f64,
@@ -281,7 +281,7 @@ impl Site {
         self.show();
     }
 
-    /// Changes the temperature of the air for everybody.
+    /// Changes the temperature of the air for all monitors.
     pub fn set_ambient_c(&mut self, ambient_c: f64) {
         for member in &mut self.members {
             member.sim.world_mut().climate.ambient_c = ambient_c;
@@ -360,7 +360,8 @@ impl Site {
                 } else {
                     let own = on.iter().zip(self.fires.iter_mut());
                     let cooled = own.filter(|(on, fire)| **on == Some(obstacle) && !fire.burns());
-                    cooled.for_each(|(_, fire)| fire.wet(portion.litres, portion.foam));
+                    // Foam on the wall cools like water; none of it gets into the tank.
+                    cooled.for_each(|(_, fire)| fire.wet(portion.litres, 0.0));
                 }
             }
         }

@@ -1,9 +1,9 @@
-//! Where a monitor stands and where its azimuth 0 points, and what follows for everything else.
+//! Where a monitor is and where its azimuth 0 points, and what follows for everything else.
 
 use crate::fire::Fire;
 use crate::jet::Landing;
 
-/// Where a monitor stands.
+/// Where a monitor is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Place, m east and north.

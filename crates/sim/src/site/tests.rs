@@ -175,7 +175,7 @@ fn same_seed_same_site() {
     assert_ne!(run(3), run(4));
 }
 
-/// Without power nothing is answered; with it the monitor starts anew.
+/// Without power nothing is answered; with it the monitor starts again.
 #[test]
 fn power_cut() {
     let mut site =
@@ -186,7 +186,7 @@ fn power_cut() {
     sim.power_off();
     assert_eq!(sim.request(Source::Radio, &[0xD4, 0xC2, 0, 0]), Vec::<u8>::new());
     site.advance_ms(5_000);
-    assert!(site.members[0].sim.world().valves[0].opening > 0.9, "nobody closes it");
+    assert!(site.members[0].sim.world().valves[0].opening > 0.9, "nothing closes it");
     site.members[0].sim.power_on();
     site.advance_ms(8_000);
     assert!(site.members[0].sim.world().valves[0].opening < 0.01, "closed after power-up");

@@ -43,7 +43,7 @@ impl World {
         gusts == self.gusts
     }
 
-    /// Remote units that are polled and tell what they told.
+    /// Remote units that are polled and report what they reported before.
     fn units_rest(&self) -> bool {
         let mut rng = self.rng.clone();
         let units = self.units.iter().zip(self.commanded.units).all(|(unit, op)| {
@@ -145,7 +145,7 @@ impl World {
         0
     }
 
-    /// Temperatures only go towards the air's or the heater's, so the last of a stretch tells for
+    /// Temperatures only go towards the air's or the heater's, so the last of a stretch is enough for
     /// all; humidity may turn back.
     fn climate_stays(&self, climate: &mut Climate, steps: u64) -> bool {
         let dt_s = SLOW_MS as f64 / 1000.0;

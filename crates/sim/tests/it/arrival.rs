@@ -104,6 +104,7 @@ fn every_stage(axis: Axis, unit: f64) -> impl Iterator<Item = Stage> {
                     lag_s,
                     stiction: friction * unit,
                     dead_band: friction * unit,
+                    droop: 0.0,
                     backlash: backlash * play,
                     sensor_on_motor,
                 })
@@ -141,6 +142,46 @@ fn a_drive_that_is_known_rests_at_its_target() {
                 assert!(came.settled_ms <= settled_ms, "{about}");
                 assert!(came.turns <= 1, "{about}");
                 assert!(!came.flags.intersects(FAULTS), "{about}");
+            }
+        }
+    }
+}
+
+/// A stage that holds no speed: weight and jet slow the barrel on its way up and hasten it on its way
+/// down, and it comes to rest at its target all the same, with water on as without.
+#[test]
+fn a_drive_that_yields_to_its_load_rests_at_its_target_too() {
+    for (lag_s, friction) in [(0.0, 0.0), (0.1, 0.3), (0.3, 0.0)] {
+        for water in [false, true] {
+            let mut sim = deployed();
+            if water {
+                send(&mut sim, "Open Valve1");
+                sim.advance_ms(10_000);
+                assert!(sim.world().landing().is_some());
+            }
+            for (axis, unit, rest) in [(Axis::Vertical, 60.0, 5.0), (Axis::Nozzle, 1.0, 1.0)] {
+                let friction = friction * unit;
+                sim.world_mut().drives[axis as usize].spec.stage = Stage {
+                    lag_s,
+                    stiction: friction,
+                    dead_band: friction,
+                    droop: 0.4 * unit,
+                    ..Stage::default()
+                };
+                let lag_ms = (lag_s * 1000.0) as i32;
+                send(&mut sim, &format!("SetParam {axis:?} StopLag {lag_ms}"));
+                sim.advance_ms(3_000);
+                let (far, near) = if axis == Axis::Nozzle { (40, 43) } else { (600, 605) };
+                for target in [far, near, 10, 17] {
+                    let came = come(&mut sim, axis, target, rest);
+                    let about = format!(
+                        "{axis:?} to {target}, lag {lag_s}, friction {friction}, water {water}: \
+                         {:.1}, beyond {:.1}, {:?}",
+                        came.error, came.beyond, came.flags
+                    );
+                    assert!(came.error <= rest && came.beyond <= 30.0 + rest, "{about}");
+                    assert!(!came.flags.intersects(FAULTS), "{about}");
+                }
             }
         }
     }

@@ -14,7 +14,7 @@ fn holds(text: &str) {
     }
 }
 
-/// Noise of ±2' or ±1 mm is no fault: each drive comes to rest where it is told, and stays there.
+/// Noise of ±2' or ±1 mm is no fault: each drive comes to rest where it was sent, and stays there.
 #[test]
 fn a_noisy_encoder_is_lived_with() {
     for profile in ["full", "ex", "limit-switch"] {
@@ -63,7 +63,7 @@ fn a_flow_meter_that_stands_still_with_water_on_is_told() {
     );
 }
 
-/// What is inside its range is believed: a loop that stands still, and one that drifts until it leaves it.
+/// What is inside its range is believed: a loop that does not change, and one that drifts until it leaves it.
 #[test]
 fn a_pressure_that_lies_is_told_when_it_leaves_its_range() {
     holds(
@@ -80,7 +80,7 @@ fn a_pressure_that_lies_is_told_when_it_leaves_its_range() {
     );
 }
 
-/// A warm reading that stands still keeps the heater off in the cold, one that drifts up switches it off:
+/// A warm reading that does not change keeps the heater off in the cold, one that drifts up switches it off:
 /// both are inside the range, and untold.
 #[test]
 fn a_temperature_that_lies_is_latent() {

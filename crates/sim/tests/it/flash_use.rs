@@ -1,4 +1,4 @@
-//! What the flash costs the monitor: time in which the program stands still, and erases.
+//! What the flash costs the monitor: time in which the program is stopped, and erases.
 //!
 //! Figures for docs/storage.md: `cargo test -p lafet-sim --test it flash_use:: -- --nocapture`.
 
@@ -97,7 +97,7 @@ fn a_stop_never_waits_for_the_flash() {
 
 /// A year: locked out and released for work at the barrel every second day, a drill with a power
 /// cycle each week, five numbers and a program changed each month, the correction table each
-/// quarter, limits and zero points set anew once.
+/// quarter, limits and zero points set again once.
 #[test]
 fn a_year_of_ordinary_operation() {
     let mut sim = Sim::new(Config::default());

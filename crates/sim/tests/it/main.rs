@@ -2,6 +2,7 @@
 
 mod arrival;
 mod ballistics;
+mod bounds;
 mod disturbed;
 mod faults;
 mod flash_use;
@@ -10,6 +11,7 @@ mod rest;
 mod scenarios;
 mod swarm;
 mod trace;
+mod waiting;
 mod water_hammer;
 mod wrongs;
 mod years;

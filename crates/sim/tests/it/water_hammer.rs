@@ -1,5 +1,5 @@
 //! §3.8, §3.9 Water hammer: whatever closes a valve, it takes its travel time, and the surge that the
-//! flow's fall makes in the pipe stays within what a PN16 pipe bears.
+//! flow's fall makes in the pipe stays within the limit of a PN16 pipe.
 
 use lafet_device::Source;
 use lafet_proto::Request;
@@ -11,7 +11,7 @@ use lafet_sim::sim::{Config, Sim};
 
 /// Steel pipe DN100, 100 m from the pump: ρ·L/A, MPa per m³/s².
 const INERTANCE: f64 = 1000.0 * 100.0 / 0.007_85 / 1e6;
-/// The pump at no flow, and what a PN16 pipe bears, MPa.
+/// The pump at no flow, and the limit of a PN16 pipe, MPa.
 const PUMP_MPA: f64 = 1.0;
 const PIPE_MPA: f64 = 1.6;
 

@@ -17,7 +17,7 @@ pub const GROUND: &str = "#f7f7f4";
 /// Tanks and walls.
 pub const STEEL: &str = "#d9dcdf";
 
-/// Okabe and Ito's palette, told apart by everybody; each also has its own dashes.
+/// Okabe and Ito's palette, which all eyes tell apart; each also has its own dashes.
 pub const MONITORS: [(&str, &str); 6] = [
     ("#0072b2", ""),
     ("#009e73", "7 3"),
@@ -49,7 +49,7 @@ pub struct Canvas {
     pub out: String,
 }
 
-/// Where a text stands relative to its point.
+/// Where a text is relative to its point.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     /// It begins there.
@@ -91,6 +91,16 @@ impl Type {
 }
 
 impl Canvas {
+    /// All of it as a file of its own, on paper of this size, px.
+    pub fn document(&self, width: f64, height: f64) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
+             font-family=\"'Noto Sans','Segoe UI','Helvetica Neue',Arial,'DejaVu Sans',sans-serif\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n{}</svg>\n",
+            self.out
+        )
+    }
+
     // Writing to a String cannot fail, here and below.
     /// A rectangle: corner, size, attributes.
     pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, style: &str) {

@@ -1,4 +1,4 @@
-//! Aligned time lines: fires, positions, pressure, flow, and bars for what was broken and told.
+//! Aligned time lines: fires, positions, pressure, flow, and bars for what was broken and reported.
 
 use core::fmt::Write as _;
 
@@ -19,7 +19,7 @@ const RIGHT: f64 = 14.0;
 const PANEL: f64 = 66.0;
 const GAP: f64 = 12.0;
 const BAR: f64 = 15.0;
-/// Events told below the time lines at most.
+/// Most events below the time lines.
 const EVENTS: usize = 20;
 
 struct Time {

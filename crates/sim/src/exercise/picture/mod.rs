@@ -9,7 +9,7 @@ use lafet_texts::{Lang, Text as _, sim as text};
 
 use super::report::clock;
 use super::run::Outcome;
-use canvas::{Anchor, BAD, Canvas, FAINT, GOOD, INK, PAPER, SOFT, Type};
+use canvas::{Anchor, BAD, Canvas, FAINT, GOOD, INK, SOFT, Type};
 
 const WIDTH: f64 = 1200.0;
 const MARGIN: f64 = 24.0;
@@ -29,12 +29,7 @@ pub fn svg(outcome: &Outcome, lang: Lang) -> String {
     let width = WIDTH - 2.0 * MARGIN;
     let end = chart::draw(&mut canvas, outcome, lang, (MARGIN, below), width);
     let height = libm::ceil(end + MARGIN);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
-         font-family=\"'Noto Sans','Segoe UI','Helvetica Neue',Arial,'DejaVu Sans',sans-serif\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n{}</svg>\n",
-        canvas.out
-    )
+    canvas.document(WIDTH, height)
 }
 
 /// Title, what it is about, verdict; the place below.

@@ -1,4 +1,4 @@
-//! The plan view: what stands on the site, where the water fell, what became of the fires.
+//! The plan view: what is on the site, where the water fell, what became of the fires.
 
 use core::fmt::Write as _;
 

@@ -34,7 +34,7 @@ fn checks(canvas: &mut Canvas, outcome: &Outcome, lang: Lang, at: (f64, f64), wi
     }
     for it in outcome.checks.iter().filter(|check| !(check.is_answer && check.passed)) {
         let text = it.text.of(lang);
-        // An expectation on the whole time is decided at its end, which tells nothing.
+        // An expectation on the whole time is decided at its end, which shows nothing.
         let told = it.at_ms > 0 && it.at_ms < outcome.exercise.duration_ms;
         let text = match (it.passed, told) {
             (true, true) => format!("{text} ({})", clock(it.at_ms).trim()),

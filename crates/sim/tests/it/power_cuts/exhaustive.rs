@@ -11,7 +11,7 @@ use super::held::{Held, ask, is_locked, monitor, set, settle, starts};
 
 const CONTROL: SubsystemId = SubsystemId::CONTROL;
 
-/// What is written: begun by requests, carried out by the steps that follow.
+/// What is written: started by requests, carried out by the steps that follow.
 struct Operation {
     name: &'static str,
     begin: fn(&mut Sim),
@@ -303,7 +303,7 @@ fn a_set_that_becomes_complete() {
     assert!(complete > 0 && not > 100, "{complete} {not}");
 }
 
-/// The power fails in time, not in a word: while the flash is busy and the program stands still.
+/// The power fails in time, not in a word: while the flash is busy and the program is stopped.
 #[test]
 fn every_millisecond_of_a_page_being_opened() {
     let base = started(full());

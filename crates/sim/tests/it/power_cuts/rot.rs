@@ -11,7 +11,7 @@ use lafet_sim::sim::{Config, Sim};
 
 use super::held::{ask, is_locked, monitor, set, settle};
 
-/// A value that nobody has set, and that is no default.
+/// A value that was never set, and that is no default.
 const SPEED: i32 = 9;
 
 fn locked_out() -> Sim {
@@ -26,7 +26,7 @@ fn locked_out() -> Sim {
 }
 
 /// §3.18/6, §3.3.1/1 One flipped bit, wherever: still locked out, and each value is the old one or
-/// told as damaged.
+/// reported as damaged.
 #[test]
 fn a_flipped_bit() {
     let mut sim = locked_out();

@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, ExitCode, Stdio};
 
-use crate::run::{StepResult, cargo, output, show, target};
-use crate::{TaskResult, flag, setup};
+use crate::run::{StepResult, output, show, target};
+use crate::{TaskResult, demo, flag, setup};
 
 /// The version used for the figures in docs/hub.md.
 const SCHEMATHESIS: &str = "schemathesis==4.32.5";
@@ -24,9 +24,9 @@ pub fn api(arguments: &[String]) -> TaskResult {
 /// Sends a demo requests that the description allows, and ones that it does not.
 pub fn check() -> StepResult {
     let schemathesis = schemathesis()?;
-    show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
+    let program = demo::program()?;
     // The demo would end if its output pipe were closed.
-    let (mut demo, _printed, url) = demo()?;
+    let (mut demo, _printed, url) = serve(&program)?;
     let result = ask(&schemathesis, &url);
     // It may have ended already; the verdict is that of the requests.
     let _ = demo.kill();
@@ -46,8 +46,8 @@ fn ask(schemathesis: &Path, url: &str) -> StepResult {
     show(&mut run)
 }
 
-fn demo() -> Result<(Child, BufReader<ChildStdout>, String), String> {
-    let mut demo = Command::new(target().join("release/lafet"))
+fn serve(program: &Path) -> Result<(Child, BufReader<ChildStdout>, String), String> {
+    let mut demo = Command::new(program)
         .args(["--lang", "en", "demo", "--port", "0", "--no-browser"])
         .stdout(Stdio::piped())
         .spawn()

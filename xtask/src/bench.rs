@@ -1,11 +1,10 @@
 //! `cargo xtask bench`: measures lafet and its peers side by side, for docs/performance.md.
 
-use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use crate::elf::Elf;
 use crate::run::{self, StepResult};
-use crate::{TaskResult, hub, no_std, setup};
+use crate::{TaskResult, demo, hub, no_std, setup};
 
 const PAGE: &str = "docs/performance.md";
 /// Instruction counts of our own code.
@@ -84,7 +83,7 @@ fn codec() -> Result<String, String> {
 }
 
 fn roundtrip() -> Result<String, String> {
-    let lafet = lafet()?;
+    let lafet = demo::optimised()?;
     let folder = run::root().join("bench/trips");
     run::output(program("lafet-bench-trips", &[])?.arg("report").arg(lafet).arg(folder))
 }
@@ -120,7 +119,7 @@ fn sim() -> Result<String, String> {
 }
 
 fn capture() -> Result<String, String> {
-    let lafet = lafet()?;
+    let lafet = demo::optimised()?;
     let folder = run::root().join("bench/host");
     run::output(program("lafet-bench-host", &["--bin", "capture"])?.arg(lafet).arg(folder))
 }
@@ -161,12 +160,6 @@ fn chip(name: &str, features: &[&str]) -> Result<(u64, u64, u64), String> {
     let printed = run::output(&mut qemu)?;
     let count = printed.trim().parse().map_err(|_| format!("{name} printed `{printed}`"))?;
     Ok((flash, ram, count))
-}
-
-/// Builds the `lafet` binary in release mode; returns its path.
-fn lafet() -> Result<PathBuf, String> {
-    run::output(&mut run::cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
-    Ok(no_std::target().join("release/lafet"))
 }
 
 fn nothing() -> StepResult {

@@ -57,7 +57,15 @@ fn header() -> Result<String, String> {
     let tool = tools.join("bin/cbindgen");
     if !output(Command::new(&tool).arg("--version")).is_ok_and(|it| it.contains(CBINDGEN_VERSION)) {
         println!("   installing cbindgen {CBINDGEN_VERSION} in target/tools");
-        let install = ["install", "--quiet", "--locked", "cbindgen", "--version", CBINDGEN_VERSION];
+        let install = [
+            "install",
+            "--quiet",
+            "--debug",
+            "--locked",
+            "cbindgen",
+            "--version",
+            CBINDGEN_VERSION,
+        ];
         show(run::cargo(&install).arg("--root").arg(&tools))?;
     }
     output(Command::new(&tool).arg(folder()).arg("--config").arg(folder().join("cbindgen.toml")))

@@ -16,7 +16,7 @@ const TEST_COMMAND: &str = "cargo xtask test";
 const READMES: [&str; 2] = ["README.md", "README.ru.md"];
 /// The demo without a terminal, much faster than real time.
 const SMOKE: [&str; 5] = ["--seed", "7", "--speed", "50", "--plain"];
-/// Includes the release build; the demo itself takes seconds.
+/// Includes the build; the demo itself takes seconds.
 const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
 
 /// A step: its name on the command line, its headline, its function.
@@ -52,12 +52,16 @@ pub fn ci(arguments: &[String]) -> TaskResult {
         return Err(format!("no step `{unknown}`; the steps are: {}", names.join(", ")));
     }
     setup::rust()?;
+    // The packages come while the first steps compile; a step by itself gets its own.
+    let ahead = arguments.is_empty().then(|| std::thread::spawn(setup::ahead));
     let mut steps = Steps::default();
     for (name, headline, run) in STEPS {
         if arguments.is_empty() || arguments.iter().any(|it| it == name) {
             steps.step(headline, run);
         }
     }
+    // Whatever needed a package has waited for it.
+    drop(ahead);
     Ok(steps.finish("cargo xtask ci"))
 }
 

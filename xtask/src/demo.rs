@@ -1,5 +1,6 @@
 //! `cargo xtask demo`: the first command for a newcomer.
 
+use std::path::PathBuf;
 use std::process::Command;
 
 use crate::{TaskResult, console, run, setup};
@@ -10,20 +11,34 @@ pub fn demo(arguments: &[String]) -> TaskResult {
     become_command(&mut command(arguments))
 }
 
-/// `lafet demo` as users run it, from the release build.
+/// What selects the program that the demo runs: quick to build.
+const PROGRAM: [&str; 5] = ["--profile", "demo", "--package", "lafet", "--no-default-features"];
+
+/// `lafet demo` as users run it.
 pub fn command(arguments: &[String]) -> Command {
-    let mut command = run::cargo(&[
-        "run",
-        "--profile",
-        "demo",
-        "--package",
-        "lafet",
-        "--no-default-features",
-        "--",
-        "demo",
-    ]);
-    command.args(arguments);
+    let mut command = run::cargo(&["run"]);
+    command.args(PROGRAM).args(["--", "demo"]).args(arguments);
     command
+}
+
+/// Builds the program that the demo runs; returns its path. All steps of CI that need a program take this
+/// one, so that none waits for link-time optimization.
+pub fn program() -> Result<PathBuf, String> {
+    run::show(run::cargo(&["build", "--quiet"]).args(PROGRAM))?;
+    Ok(run::target().join("demo/lafet"))
+}
+
+/// As [`program`], with the allocator of what is installed: for bounds of memory.
+pub fn program_for_memory() -> Result<PathBuf, String> {
+    let allocator = ["--features", "jemalloc"];
+    run::show(run::cargo(&["build", "--quiet"]).args(PROGRAM).args(allocator))?;
+    Ok(run::target().join("demo/lafet"))
+}
+
+/// Builds the program as it is installed, for figures; returns its path.
+pub fn optimised() -> Result<PathBuf, String> {
+    run::show(&mut run::cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
+    Ok(run::target().join("release/lafet"))
 }
 
 /// On Unix this process becomes the demo, so Ctrl-C, signals and the exit code are the demo's own.

@@ -8,8 +8,8 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crate::run::{StepResult, cargo, output, root, show, target};
-use crate::{TaskResult, no_std, setup, size};
+use crate::run::{StepResult, cargo, output, root, show};
+use crate::{TaskResult, demo, no_std, setup, size};
 
 pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU emulates.
@@ -78,7 +78,7 @@ fn board() -> StepResult {
 fn fire() -> StepResult {
     let url = format!("tcp://127.0.0.1:{FIRE_PORT}?addr=7");
     show(&mut model(&["build", "--quiet", "--examples"]))?;
-    show(&mut cargo(&["build", "--quiet", "--release", "--package", "lafet"]))?;
+    let program = demo::program()?;
     let mut serve = model(&["run", "--quiet", "--example", "serve"]);
     serve.args(["--", &FIRE_PORT.to_string(), &FIRE_LIMIT_S.to_string()]);
     let mut board =
@@ -87,7 +87,7 @@ fn fire() -> StepResult {
     let late = |_| format!("the board does not listen after {} s", LISTENS_MAX.as_secs());
     let asked = listens.recv_timeout(LISTENS_MAX).map_err(late).and_then(|()| {
         FIRE.iter().try_for_each(|words| {
-            let mut lafet = Command::new(target().join("release/lafet"));
+            let mut lafet = Command::new(&program);
             show(lafet.args(["-c", &url, "--timeout", "20"]).args(*words))
         })
     });

@@ -1,6 +1,7 @@
 //! Prerequisites of the tasks: whatever is missing is installed, or named with its command.
 
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 use crate::{metadata, run};
 
@@ -55,18 +56,59 @@ pub fn postgres() -> Result<(), String> {
     debian(&["postgresql"])
 }
 
-/// Installs Debian packages if permitted, else names the command.
-pub fn debian(packages: &[&str]) -> Result<(), String> {
-    let advice = format!("apt-get install -y --no-install-recommends {}", packages.join(" "));
-    let id = run::output(Command::new("id").arg("-u")).unwrap_or_default();
-    if id.trim() != "0" {
-        return Err(format!("missing; as root: {advice}"));
+/// Debian packages that steps of CI need, each with a program that shows whether it is there.
+const IN_CI: [(&str, &str); 10] = [
+    ("curl", "curl"),
+    ("openssl", "openssl"),
+    ("psql", "postgresql"),
+    ("qemu-system-arm", "qemu-system-arm"),
+    ("tshark", "tshark"),
+    ("prlimit", "util-linux"),
+    ("valgrind", "valgrind"),
+    ("arm-none-eabi-gcc", "gcc-arm-none-eabi"),
+    ("arm-none-eabi-gcc", "libnewlib-arm-none-eabi"),
+    ("chromium", "chromium"),
+];
+/// The package manager allows one at a time.
+static INSTALLING: Mutex<()> = Mutex::new(());
+
+/// Installs what the steps of CI need, in one go and silently, while others compile. A step whose program
+/// is still missing then installs it itself, and reports why it cannot.
+pub fn ahead() {
+    let there = |name: &str| {
+        let mut probe = Command::new("sh");
+        run::output(probe.args(["-c", "command -v \"$0\"", name])).is_ok()
+    };
+    let lacking = IN_CI.into_iter().filter(|(name, _)| !there(name));
+    let packages: Vec<&str> = lacking.map(|(_, package)| package).collect();
+    if packages.is_empty() || !is_root() {
+        return;
     }
+    let _one = INSTALLING.lock().unwrap_or_else(PoisonError::into_inner);
+    let _ = run::output(Command::new("apt-get").args(["update", "-q"]));
+    let _ = run::output(&mut install(&packages));
+}
+
+fn is_root() -> bool {
+    run::output(Command::new("id").arg("-u")).is_ok_and(|id| id.trim() == "0")
+}
+
+fn install(packages: &[&str]) -> Command {
     let mut install = Command::new("apt-get");
     install.args(["install", "-y", "--no-install-recommends"]).args(packages);
     install.env("DEBIAN_FRONTEND", "noninteractive");
+    install
+}
+
+/// Installs Debian packages if permitted, else names the command.
+pub fn debian(packages: &[&str]) -> Result<(), String> {
+    let advice = format!("apt-get install -y --no-install-recommends {}", packages.join(" "));
+    if !is_root() {
+        return Err(format!("missing; as root: {advice}"));
+    }
+    let _one = INSTALLING.lock().unwrap_or_else(PoisonError::into_inner);
     run::show(Command::new("apt-get").args(["update", "-q"]))
-        .and_then(|()| run::show(&mut install))
+        .and_then(|()| run::show(&mut install(packages)))
         .map_err(|e| format!("{e}\nneeded: {advice}"))
 }
 

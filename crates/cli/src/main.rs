@@ -44,7 +44,7 @@ use out::Out;
 /// A hub runs for months beside short floods of requests. The allocator of glibc keeps what such a
 /// flood has freed in the arenas of its threads; this one gives it back to the system within
 /// seconds.
-#[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
+#[cfg(all(feature = "jemalloc", target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
 #[global_allocator]
 static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 

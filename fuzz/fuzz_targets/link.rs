@@ -1,5 +1,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|input: &[u8]| {
-    lafet_fuzz::Target::by_name("link").expect("a target").run(input);
+    lafet_verify::fuzz::Target::by_name("link").expect("a target").run(input);
 });

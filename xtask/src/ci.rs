@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::run::{StepResult, Steps, cargo, output, read, root, show};
 use crate::{
     TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    model, no_std, package, setup, swarm, words,
+    no_std, package, setup, verify, words,
 };
 
 /// Start of the README's test command.
@@ -35,9 +35,9 @@ const STEPS: [CiStep; 20] = [
     ("no-std", "no_std build for Cortex-M3", no_std::check),
     ("test", "the README's test command", readme_tests),
     ("firmware", "the firmware: no panic to reach, chip and host the same", firmware::check),
-    ("model", "the interlock, model-checked", model::check),
+    ("model", "the interlock, model-checked", verify::model_check),
     ("dissector", "the Wireshark dissector in tshark", dissector::check),
-    ("swarm", "the swarm, for a while", swarm::check),
+    ("swarm", "the swarm, for a while", verify::swarm_check),
     ("api", "the API and its description", api::check),
     ("hub", "the hub in trouble", hub::check),
     ("bindings", "lafet for C", bindings::check),

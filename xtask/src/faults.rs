@@ -4,7 +4,7 @@
 use std::process::ExitCode;
 
 use crate::run::{self, StepResult};
-use crate::{TaskResult, flag};
+use crate::{TaskResult, flag, verify};
 
 mod russian;
 
@@ -15,7 +15,7 @@ const PAGES: [(&str, &str); 4] = [
     ("docs/safety-manual.md", "detected"),
     ("docs/safety-manual.ru.md", "detected"),
 ];
-/// What the example prints between two tables.
+/// What the program prints between two tables.
 const BETWEEN: char = '\u{c}';
 
 pub fn faults(arguments: &[String]) -> TaskResult {
@@ -59,15 +59,14 @@ fn compare(path: &str, page: &str, fresh: &str) -> StepResult {
 /// Runs every row in the simulator; an error names the rows that fail and the flags without a row. The
 /// tables in the order of the pages.
 fn tables() -> Result<[String; 4], String> {
-    let arguments = ["run", "--quiet", "--package", "lafet-sim", "--example", "faults"];
-    let [faults, english, translated] = split(&run::output(&mut run::cargo(&arguments))?)?;
+    let [faults, english, translated] = split(&run::output(&mut verify::tested("faults"))?)?;
     Ok([faults.clone(), russian::table(&faults)?, english, translated])
 }
 
 fn split(text: &str) -> Result<[String; 3], String> {
     let tables: Vec<String> = text.split(BETWEEN).map(str::to_owned).collect();
     let count = tables.len();
-    tables.try_into().map_err(|_| format!("the example `faults` printed {count} tables, not 3"))
+    tables.try_into().map_err(|_| format!("`faults` printed {count} tables, not 3"))
 }
 
 #[cfg(test)]

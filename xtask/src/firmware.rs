@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crate::run::{StepResult, cargo, output, root, show};
-use crate::{TaskResult, demo, no_std, setup, size};
+use crate::{TaskResult, demo, no_std, setup, size, verify};
 
 pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU emulates.
@@ -111,7 +111,7 @@ fn listen(board: &mut Child) -> (mpsc::Receiver<()>, JoinHandle<()>) {
         let lines = output.into_iter().flat_map(|it| BufReader::new(it).lines());
         for line in lines.map_while(Result::ok) {
             println!("{line}");
-            // After the first line nobody waits.
+            // After the first line nothing waits.
             let _ = said.send(());
         }
     });
@@ -168,7 +168,7 @@ fn test(arguments: &[String]) -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
     let stack = size::stack_of(&program)?.to_string();
-    let mut test = on_host(&["--package", "lafet-sim", "--example", "chip"]);
+    let mut test = verify::tested("chip");
     show(test.arg(&program).args(["--stack", &stack]).args(arguments))
 }
 
@@ -176,21 +176,15 @@ fn test(arguments: &[String]) -> StepResult {
 fn load() -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
-    show(on_host(&["--package", "lafet-sim", "--example", "instructions"]).arg(&program))
+    show(verify::tested("load").arg(&program))
 }
 
 fn run(arguments: &[String]) -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
-    let mut sim = on_host(&["--package", "lafet"]);
+    let mut sim = cargo(&["run", "--quiet", "--release", "--package", "lafet", "--"]);
     sim.args(["sim", "--on", "qemu", "--firmware"]).arg(&program);
     show(sim.args(arguments))
-}
-
-fn on_host(package: &[&str]) -> Command {
-    let mut command = cargo(&["run", "--quiet", "--release"]);
-    command.args(package).arg("--");
-    command
 }
 
 fn emulator() -> StepResult {

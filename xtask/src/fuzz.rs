@@ -7,7 +7,7 @@ use std::process::{Command, ExitCode};
 use crate::run::{self, StepResult};
 use crate::{TaskResult, setup};
 
-/// The targets of crates/fuzz.
+/// The targets of crates/verify/src/fuzz.
 const TARGETS: [&str; 5] = ["link", "records", "text", "device", "store"];
 /// Longest time for an input.
 const SLOWEST_MS: u32 = 10;

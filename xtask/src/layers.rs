@@ -11,7 +11,7 @@ use crate::{TaskResult, flag, laws, run};
 const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-proto", &[]),
     ("lafet-ballistics", &[]),
-    ("lafet-texts", &[]),
+    ("lafet-texts", &["lafet-proto"]),
     ("lafet-place", &["lafet-ballistics", "lafet-texts"]),
     ("lafet-device", &["lafet-ballistics", "lafet-proto"]),
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
@@ -19,19 +19,29 @@ const ARROWS: &[(&str, &[&str])] = &[
         "lafet-sim",
         &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],
     ),
-    ("lafet-fuzz", &["lafet-device", "lafet-proto"]),
     ("lafet-site", &["lafet-ballistics", "lafet-texts"]),
-    ("lafet-model", &["lafet-device", "lafet-proto"]),
-    ("lafet-client", &["lafet-proto"]),
+    (
+        "lafet-verify",
+        &[
+            "lafet-ballistics",
+            "lafet-device",
+            "lafet-plant",
+            "lafet-proto",
+            "lafet-sim",
+            "lafet-texts",
+        ],
+    ),
+    ("lafet-client", &["lafet-proto", "lafet-texts"]),
     ("lafet-capture", &["lafet-proto", "lafet-texts"]),
     // Its tests have their own link code, because the tester relies on no other.
-    ("lafet-conform", &["lafet-client", "lafet-proto"]),
+    ("lafet-conform", &["lafet-client", "lafet-proto", "lafet-texts"]),
     (
         "lafet-hub",
         &[
             "lafet-ballistics",
             "lafet-capture",
             "lafet-client",
+            "lafet-place",
             "lafet-proto",
             "lafet-site",
             "lafet-texts",
@@ -48,6 +58,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-sim",
             "lafet-device",
             "lafet-proto",
+            "lafet-texts",
         ],
     ),
     ("xtask", &[]),
@@ -101,7 +112,7 @@ fn wrong_arrows(packages: &[Package]) -> Vec<String> {
     problems
 }
 
-/// Dependencies on other people's packages that the list lacks, and rows of it that nobody needs.
+/// Dependencies on other people's packages that the list lacks, and rows of it that no crate needs.
 fn unlisted(packages: &[Package], list: &str) -> Vec<String> {
     let ours = |name: &str| packages.iter().any(|package| package.name == name);
     let all = packages.iter().flat_map(|package| &package.dependencies);

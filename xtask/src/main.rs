@@ -25,7 +25,6 @@ mod layers;
 mod licences;
 mod links;
 mod metadata;
-mod model;
 mod mutants;
 mod no_std;
 mod package;
@@ -39,13 +38,12 @@ mod source;
 mod spec;
 mod stack;
 mod stops;
-mod swarm;
 mod tables;
 mod test;
 mod texts;
 mod thumb;
+mod verify;
 mod words;
-mod years;
 
 use std::process::ExitCode;
 
@@ -222,11 +220,18 @@ const TASKS: &[Task] = &[
         arguments: "--hours N | --minutes N | --seeds A..B | --pairs N [--from SEED] [--threads N]",
         about: "random lives of simulated monitors; every change of an output must be explained",
         details: "Seeds × profiles × faults × requests on all cores, each step under the check of \
-                  lafet_sim::attribution. Fails on an output without a valid cause, on a broken \
-                  invariant, and in a run of 600 seeds or more on a behaviour never seen. A \
-                  failure names its seed: lafet sim --replay SEED shows it. With --pairs each pair of \
+                  lafet_verify::attribution. Fails on an output without a valid cause, on a broken \
+                  invariant, and in a run of 1400 seeds or more on a behaviour never seen. A \
+                  failure names its seed: cargo xtask replay SEED shows it. With --pairs each pair of \
                   faults is in force together in a short life of its own, in N rounds.",
-        run: swarm::swarm,
+        run: verify::swarm,
+    },
+    Task {
+        name: "replay",
+        arguments: "SEED [--from SECONDS] [--to SECONDS]",
+        about: "a life of the swarm, step by step: requests, answers, outputs with their causes",
+        details: "The same each time. Fails if the life ends in a failure.",
+        run: verify::replay,
     },
     Task {
         name: "fuzz",
@@ -243,17 +248,17 @@ const TASKS: &[Task] = &[
         arguments: "[years] [seed]",
         about: "years in the life of a simulated monitor, checked continuously",
         details: "Ten years by default: docs/evidence-long-run.md describes them.",
-        run: years::years,
+        run: verify::years,
     },
     Task {
         name: "model",
-        arguments: "[arguments of lafet-model…]",
+        arguments: "[arguments of `lafet-verify model`…]",
         about: "check the interlock on every state that a request, a fault or time can lead to",
         details: "Prints states, unique states, depth and properties of each configuration; and \
                   for a law that can be broken the path to it. Without arguments about 12 minutes. \
                   Arguments: --list, --quick, --seconds S, --states N, --depth N, --threads N, and \
                   names of configurations. docs/model.md says what is checked and what is not.",
-        run: model::model,
+        run: verify::model,
     },
     Task {
         name: "stops",

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use crate::run::{self, StepResult};
-use crate::{TaskResult, flag};
+use crate::{TaskResult, flag, verify};
 
 const PAGE: &str = "docs/physics.md";
 
@@ -43,15 +43,13 @@ pub fn check() -> StepResult {
 
 /// The tables by name, as the simulator prints them.
 fn tables() -> Result<Vec<(String, String)>, String> {
-    let arguments =
-        ["run", "--quiet", "--release", "--package", "lafet-sim", "--example", "physics"];
-    let printed = run::output(&mut run::cargo(&arguments))?;
+    let printed = run::output(&mut verify::tested("physics"))?;
     let mut tables: Vec<(String, String)> = Vec::new();
     for line in printed.lines().filter(|line| !line.is_empty()) {
         match (line.strip_prefix("== "), tables.last_mut()) {
             (Some(name), _) => tables.push((name.to_owned(), String::new())),
             (None, Some((_, table))) => *table += &format!("{line}\n"),
-            (None, None) => return Err(format!("the example `physics` started with `{line}`")),
+            (None, None) => return Err(format!("`physics` started with `{line}`")),
         }
     }
     Ok(tables)

@@ -14,7 +14,6 @@
 #![forbid(unsafe_code)]
 
 pub mod airborne;
-pub mod attribution;
 pub mod calibration;
 #[cfg(unix)]
 pub mod chip;
@@ -22,12 +21,10 @@ pub mod climate;
 pub mod condition;
 mod contact;
 pub mod detector;
-mod dictionary;
 pub mod drive;
 pub mod event;
 pub mod exercise;
 pub mod fault;
-pub mod faults_table;
 pub mod fire;
 pub mod fires;
 pub mod flash;
@@ -42,14 +39,11 @@ pub mod scenario;
 mod sensor;
 pub mod sim;
 pub mod site;
-pub mod swarm;
 pub mod throw;
 pub mod unit;
-pub mod validation;
 pub mod valve;
 pub mod water;
 pub mod world;
-pub mod years;
 
 pub use lafet_ballistics::{lumps as jet, nozzle};
 

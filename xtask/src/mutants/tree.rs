@@ -18,12 +18,14 @@ pub const FEW: [&str; 3] = ["--lib", "--test", "it"];
 /// The program of the short tests that are not beside the code.
 const MANY: &str = "it";
 /// Contents of the copy.
-const PARTS: [&str; 6] = [
+const PARTS: [&str; 7] = [
     "Cargo.lock",
     "rust-toolchain.toml",
     "crates/proto",
     "crates/ballistics",
     "crates/device",
+    // A test of the device includes it.
+    "crates/verify/src/interlock.rs",
     "clippy.toml",
 ];
 /// Source of the switch for woven mutants.

@@ -22,7 +22,7 @@ pub enum Outcome {
 
 /// Long tests, in the order in which they are tried on mutants that the others do not notice.
 const LONG: [Long; 4] = [
-    Long { name: "store", filter: "behaviour told", only: &["store/", "params"], seconds: 10 },
+    Long { name: "store", filter: "behaviour reported", only: &["store/", "params"], seconds: 10 },
     Long { name: "stops", filter: "", only: &[""], seconds: 60 },
     Long { name: "every_request", filter: "", only: &ASKED, seconds: 400 },
     Long { name: "store", filter: "", only: &["store/"], seconds: 1000 },

@@ -15,7 +15,6 @@ pub mod doctor;
 pub mod exercise;
 pub mod install;
 pub mod jog;
-pub mod life;
 pub mod limits;
 pub mod motion;
 pub mod param;

@@ -14,7 +14,6 @@ use lafet_sim::sim::Config;
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
-use super::life::{LIFE_S, Replay, replay};
 use crate::cmd::exercise;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -43,7 +42,6 @@ const SEED: u64 = 7;
                         lafet sim --fire az=30,range=25 --wall from=20,to=40,range=15,height=3\n  \
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
                         lafet sim --radio rate=9600,latency=80,loss=0.05\n  \
-                        lafet sim --replay 7 --from 20 --to 30\n  \
                         lafet sim --on qemu --firmware lafet-firmware --fire az=30,range=25\n  \
                         lafet sim --site tank-farm\n  \
                         lafet sim run radio-loss --svg report.svg"
@@ -80,7 +78,7 @@ pub struct SimArgs {
     fire: Vec<FireSpec>,
     /// Break something from the start, such as horizontal-lag or pump-off (docs/faults.md). May be repeated
     #[arg(long, value_name = "FAULT", value_parser = simulator::fault,
-          conflicts_with_all = ["firmware", "replay", "site"])]
+          conflicts_with_all = ["firmware", "site"])]
     fault: Vec<Fault>,
     #[command(flatten)]
     surroundings: Surroundings,
@@ -91,7 +89,7 @@ pub struct SimArgs {
     radio: Option<RadioConfig>,
     /// Run this monitor program in QEMU instead of our own (an ELF file for the board lm3s6965evb,
     /// see firmware/); listens on one TCP address
-    #[arg(long, value_name = "FILE", requires = "on", conflicts_with_all = ["radio", "replay", "site"])]
+    #[arg(long, value_name = "FILE", requires = "on", conflicts_with_all = ["radio", "site"])]
     firmware: Option<PathBuf>,
     /// Where the monitor's program runs
     #[arg(long, value_name = "EMULATOR", value_parser = ["qemu"], requires = "firmware")]
@@ -99,28 +97,10 @@ pub struct SimArgs {
     /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// Instead: replay this seed of the swarm (cargo xtask swarm), and print every request, answer
-    /// and change of an output with its cause
-    #[arg(long, value_name = "SEED", conflicts_with_all = [
-        "listen", "profile", "addr", "seed", "speed", "fire", "flash", "radio"
-    ])]
-    replay: Option<u64>,
-    /// Print the replay from this second on (default 0)
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, requires = "replay",
-          value_parser = moment)]
-    from: f64,
-    /// Print the replay up to this second (default: to the end)
-    #[arg(long, value_name = "SECONDS", default_value_t = LIFE_S, requires = "replay",
-          value_parser = moment)]
-    to: f64,
     /// Serve all monitors of this scenario (a file, or the name of one that comes with lafet), with
     /// its fires and events, where it specifies; --listen puts all of them on one bus elsewhere
     #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["profile", "addr", "fire", "wind", "gusts", "glare", "wall", "flash"])]
     site: Option<String>,
-}
-
-fn moment(text: &str) -> Result<f64, String> {
-    crate::cli::seconds(text, 0.0)
 }
 
 /// Subcommands of `lafet sim`.
@@ -139,9 +119,6 @@ fn keep_last(sim: &Shared, path: &Path) -> Outcome {
 
 /// Runs `lafet sim` until SIGINT or SIGTERM.
 pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
-    if let Some(seed) = args.replay {
-        return replay(&Replay { seed, from_s: args.from, to_s: args.to }, out);
-    }
     if let Some(SimCommand::Run(args)) = args.command {
         return exercise::run(&args, out);
     }

@@ -23,7 +23,6 @@ mod install;
 mod jog;
 mod json;
 mod kill;
-mod life;
 mod odd;
 mod processes;
 mod program;

@@ -2,6 +2,7 @@
 
 use crate::common::{ADDRESS, Plant, Rig, payload};
 use crate::flood::{Random, frames, noise, set, wire};
+use crate::interlock::Moment;
 use crate::lives::{ACTIVITIES, Life, lives};
 use lafet_device::Source;
 use lafet_device::cause::{Cause, Rule};
@@ -237,7 +238,7 @@ impl Firmware {
         self.now_us = board.now_us;
         self.driven.append(&mut board.driven);
         self.stored = board.stored;
-        // §3.5/10 Under lockout a valve that closes is all that runs, and nobody may stop it.
+        // §3.5/10 Under lockout a valve that closes is all that runs, and nothing may stop it.
         let may = |outputs: &Outputs, rig: &mut Rig| {
             let locked = rig.general().flags.contains(GeneralFlags::LOCKED_OUT);
             outputs.is_still() || locked && is_quiet(true, outputs)
@@ -333,7 +334,7 @@ fn command(random: &mut Random, locked: bool) -> Command {
     let full_answers = kind != Kind::Restart && random.one_in(4);
     let mut records = Vec::new();
     if full_answers {
-        // Answers to these fill the buffer: the command stands behind a NoRoom (§1/9).
+        // Answers to these fill the buffer: the command is behind a NoRoom (§1/9).
         let status = Request::new(SubsystemId::ALL, Body::GetStatus);
         records.extend(std::iter::repeat_n(status, 12));
     }
@@ -355,12 +356,8 @@ fn is_off(rig: &Rig, closing: bool, outputs: &Outputs) -> bool {
 
 /// Nothing moves, but for a valve that may close.
 fn is_quiet(closing: bool, outputs: &Outputs) -> bool {
-    let may = |valve: &ValveOutput| match valve {
-        ValveOutput::Off => true,
-        ValveOutput::Closing => closing,
-        ValveOutput::Opening => false,
-    };
-    outputs.drives.iter().all(|drive| drive.speed_tenths == 0) && outputs.valves.iter().all(may)
+    let stopped = Moment { stopped: true, ..Moment::new(outputs) };
+    stopped.judge().is_empty() && (closing || !outputs.valves.contains(&ValveOutput::Closing))
 }
 
 fn is_running(outputs: &Outputs) -> bool {
@@ -513,7 +510,7 @@ fn move_timeout(life: &Life, random: &mut Random, tally: &mut Tally, name: &str)
     let mut at_us = random.below(1000);
     firmware.step(at_us, random);
     firmware.rig.now_ms = firmware.now_ms();
-    // The moment of the last byte; the clock that the device is told counts milliseconds.
+    // The moment of the last byte; the clock that the device gets counts milliseconds.
     let arrival_us = firmware.now_us;
     let destination = if random.one_in(2) { 30_000 } else { -30_000 };
     let aiming = [Axis::Vertical, Axis::Horizontal, Axis::Nozzle];

@@ -7,6 +7,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+/// The rules that all harnesses share. The package of the device cannot depend on theirs.
+#[path = "../../../verify/src/interlock.rs"]
+#[allow(dead_code, reason = "other harnesses use the rest")]
+mod interlock;
+
 mod case;
 mod flood;
 mod lives;

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 pub use lafet_client::Lang;
-use lafet_proto::dictionary::Text;
+use lafet_proto::dictionary::Key;
+use lafet_texts::Fixed;
 
 static CURRENT: OnceLock<Lang> = OnceLock::new();
 
@@ -34,9 +35,27 @@ pub fn pick<T>(en: T, ru: T) -> T {
     }
 }
 
-/// A text of the dictionary in the current language.
-pub fn of(text: &Text) -> &'static str {
-    pick(text.en, text.ru)
+/// A text without arguments in the current language.
+pub fn of(text: &impl Said) -> &'static str {
+    text.fixed().str(current())
+}
+
+/// A text without arguments: a key of the dictionary, or the words themselves.
+pub trait Said {
+    /// Its words in every language.
+    fn fixed(&self) -> Fixed;
+}
+
+impl Said for Key {
+    fn fixed(&self) -> Fixed {
+        lafet_texts::dictionary(*self)
+    }
+}
+
+impl Said for Fixed {
+    fn fixed(&self) -> Fixed {
+        *self
+    }
 }
 
 /// Parses the value of `--lang`.

@@ -5,6 +5,7 @@ use std::io;
 use std::sync::Arc;
 
 use lafet_proto::{RequestId, Status, SubsystemId};
+pub use lafet_texts::Lang;
 
 use crate::deviation::Deviation;
 use crate::os_text::os_text;
@@ -12,16 +13,6 @@ use crate::outcome_check::outcome_check;
 use crate::port_error::{CannotSwitch, PortError};
 use crate::refusal::{Reason, reason};
 use crate::url_error::UrlError;
-
-/// A language of the messages.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Lang {
-    /// English.
-    #[default]
-    En,
-    /// Russian.
-    Ru,
-}
 
 /// Error of a request.
 #[derive(Clone, Debug)]

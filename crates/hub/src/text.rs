@@ -2,7 +2,7 @@
 
 use lafet_client::Lang;
 use lafet_proto::dictionary::Text;
-use lafet_texts::Words;
+use lafet_texts::{Fixed, Words};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -39,6 +39,12 @@ impl Both {
 impl From<Words> for Both {
     fn from(Words { en, ru }: Words) -> Self {
         Self { en, ru }
+    }
+}
+
+impl From<Fixed> for Both {
+    fn from(text: Fixed) -> Self {
+        both(text.en, text.ru)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::run;
 
 /// Number of exchanges by default.
 const DEFAULT: u32 = 10_000_000;
-const TEST: &str = "session::tests::no_late_answer_is_believed_in_a_long_run";
+const TEST: &str = "session::tests::late::no_late_answer_is_believed_in_a_long_run";
 
 /// Number of processes for each medium by default.
 const PROCESSES: u32 = 300_000;

@@ -21,14 +21,24 @@ const DATA_USUAL: usize = 24;
 /// Records of most frames to one subsystem: an answer, and the four of a number.
 const RECORDS_USUAL: usize = 6;
 
+/// Requests of one frame: usually one.
+pub type Requests = SmallVec<[RequestBuf; 1]>;
+
 /// An encoded request, with the properties that a session needs.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RequestBuf {
     bytes: SmallVec<[u8; REQUEST_USUAL]>,
     to: SubsystemId,
     id: RequestId,
     param: Option<ParamId>,
     locks: bool,
+}
+
+impl Clone for RequestBuf {
+    fn clone(&self) -> Self {
+        // The collection's own clone copies byte by byte.
+        Self { bytes: SmallVec::from_slice(&self.bytes), ..*self }
+    }
 }
 
 impl RequestBuf {
@@ -190,12 +200,13 @@ impl AnswerBuf {
 pub struct Answers {
     to: SubsystemId,
     /// Never empty.
-    all: Vec<AnswerBuf>,
+    all: SmallVec<[AnswerBuf; 1]>,
 }
 
 impl Answers {
     /// The answers to a request to `to`; `None` if there are none.
-    pub fn new(to: SubsystemId, all: Vec<AnswerBuf>) -> Option<Self> {
+    pub fn new(to: SubsystemId, all: impl IntoIterator<Item = AnswerBuf>) -> Option<Self> {
+        let all: SmallVec<_> = all.into_iter().collect();
         if all.is_empty() { None } else { Some(Self { to, all }) }
     }
 
@@ -247,7 +258,7 @@ impl std::ops::Deref for Answers {
 
 impl IntoIterator for Answers {
     type Item = AnswerBuf;
-    type IntoIter = std::vec::IntoIter<AnswerBuf>;
+    type IntoIter = smallvec::IntoIter<[AnswerBuf; 1]>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.all.into_iter()

@@ -5,6 +5,7 @@ use std::time::Duration;
 use lafet_proto::link::PAYLOAD_MAX;
 use lafet_proto::record::HEADER_SIZE;
 use lafet_proto::{Request, RequestId, Status};
+use smallvec::smallvec;
 use tokio::time::{Instant, sleep_until};
 
 use crate::answers::{Answers, RequestBuf};
@@ -13,7 +14,7 @@ use crate::deviation::Deviation;
 use crate::engine::{Ended, Reply};
 use crate::error::{Cause, Error};
 use crate::plan::frame_len;
-use crate::session::{Outcome, Slot, Ticket};
+use crate::session::{Outcome, Slot, Slots, Ticket};
 
 /// Most requests in a frame.
 const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
@@ -87,7 +88,7 @@ impl Client {
     pub(crate) async fn run_one(&self, request: RequestBuf) -> Result<Answers, Error> {
         let mut first = None;
         loop {
-            let ended = self.exchange(vec![request.clone()], first, None).await;
+            let ended = self.exchange(smallvec![request.clone()], first, None).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(self.failure(&request, &ended));
             };
@@ -107,7 +108,7 @@ impl Client {
         requests: Vec<RequestBuf>,
         expires: Option<Instant>,
     ) -> Outcomes {
-        let ended = self.exchange(requests.clone(), None, expires).await;
+        let ended = self.exchange(requests.iter().cloned().collect(), None, expires).await;
         let Some(Ok(Ended { outcome: Outcome::Answered(slots), .. })) = ended else {
             return requests.iter().map(|request| Err(self.failure(request, &ended))).collect();
         };
@@ -257,7 +258,7 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         frame
     }
 
-    fn answered(&mut self, frame: Vec<Item>, slots: Vec<Slot>) {
+    fn answered(&mut self, frame: Vec<Item>, slots: Slots) {
         self.told.frames += 1;
         self.silences = 0;
         self.limit = (self.limit * 2).min(FRAME_MAX);

@@ -9,7 +9,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
-use crate::answers::{Answers, RequestBuf};
+use crate::answers::{Answers, RequestBuf, Requests};
 use crate::deviation::Deviation;
 use crate::engine::{Ended, Engine, Handle, Job, Reply};
 use crate::error::{Cause, Error};
@@ -206,13 +206,13 @@ impl Client {
     /// bus controller, a required checksum that is missing), [`Error::Link`] without a connection,
     /// [`Error::Closed`] when the task of the client has ended.
     pub async fn probe(&self) -> Result<(), Error> {
-        probed(&self.endpoint, self.exchange(vec![], None, None).await)
+        probed(&self.endpoint, self.exchange(Requests::new(), None, None).await)
     }
 
     /// Sends a frame; `None` if the task has ended.
     pub(crate) async fn exchange(
         &self,
-        requests: Vec<RequestBuf>,
+        requests: Requests,
         first: Option<Ticket>,
         expires: Option<Instant>,
     ) -> Option<Reply> {

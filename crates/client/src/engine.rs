@@ -28,7 +28,7 @@ use std::time::Duration;
 use lafet_proto::link::WIRE_MAX;
 use tokio::time::Instant;
 
-use crate::answers::RequestBuf;
+use crate::answers::{RequestBuf, Requests};
 use crate::lead::Lead;
 use crate::session::line::Line;
 use crate::session::statistics::Meter;
@@ -51,7 +51,7 @@ const READS_MAX: usize = 16;
 #[derive(Debug)]
 pub struct Job {
     pub address: u8,
-    pub requests: Vec<RequestBuf>,
+    pub requests: Requests,
     /// The first frame of the same batch.
     pub first: Option<Ticket>,
     /// Time after which it must not be sent.
@@ -101,10 +101,10 @@ struct Waiting {
     ended: Option<Ended>,
 }
 
-/// A frame of which a part has been sent.
+/// The frame is being sent.
 #[derive(Debug)]
 struct Unsent {
-    frame: Vec<u8>,
+    /// Bytes of it that are gone.
     sent: usize,
     until: Now,
 }
@@ -130,6 +130,8 @@ pub struct Engine {
     /// End of the time in which requests are held back, as last reported.
     held: Now,
     waiting: Vec<Waiting>,
+    /// The latest frame.
+    frame: Vec<u8>,
     unsent: Option<Unsent>,
     /// When something is to be done without bytes of the link.
     due: Option<Now>,
@@ -171,6 +173,7 @@ impl Engine {
             meter: None,
             held: Now::ZERO,
             waiting: Vec::new(),
+            frame: Vec::new(),
             unsent: None,
             due: None,
             lead: Lead::default(),
@@ -381,17 +384,19 @@ impl Engine {
         if self.unsent.is_some() {
             return;
         }
-        let Some(frame) = self.line.poll_transmit(now) else { return };
+        if !self.line.transmit(now, &mut self.frame) {
+            return;
+        }
         // A peer that does not read must not delay urgent requests without limit.
         let until = now + self.line.config().timeout;
-        self.unsent = Some(Unsent { frame, sent: 0, until });
+        self.unsent = Some(Unsent { sent: 0, until });
         self.flush(now);
     }
 
     fn flush(&mut self, now: Now) {
         let (Some(unsent), Some(link)) = (&mut self.unsent, &mut self.link) else { return };
         let mut cx = Context::from_waker(&self.waker);
-        match link.poll_send(&mut cx, &unsent.frame, &mut unsent.sent) {
+        match link.poll_send(&mut cx, &self.frame, &mut unsent.sent) {
             Poll::Ready(Ok(())) => self.unsent = None,
             Poll::Ready(Err(error)) => self.lost(now, error),
             Poll::Pending => {}
@@ -421,8 +426,13 @@ impl Engine {
     fn report(&mut self, now: Now) {
         if self.shared.events.receiver_count() == 0 {
             self.meter = None;
-            return;
+        } else {
+            self.report_to_listeners(now);
         }
+    }
+
+    #[cold]
+    fn report_to_listeners(&mut self, now: Now) {
         if let Some(until) = self.line.held_until(now).filter(|until| *until > self.held) {
             self.held = until;
             _ = self.shared.events.send(LinkEvent::Held(until - now));
@@ -446,6 +456,11 @@ impl Engine {
         {
             return;
         }
+        self.replace_half_open(now);
+    }
+
+    #[cold]
+    fn replace_half_open(&mut self, now: Now) {
         // One more may have passed.
         self.line.handle_timeout(now);
         if self.line.silent_tries() >= SILENT_TRIES_MAX {
@@ -455,6 +470,7 @@ impl Engine {
         }
     }
 
+    #[cold]
     fn lost(&mut self, now: Now, error: io::Error) {
         let error = Arc::new(error);
         self.link = None;

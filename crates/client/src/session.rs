@@ -39,7 +39,7 @@ use std::time::Duration;
 use lafet_proto::RequestId;
 use lafet_proto::link::Check;
 
-use crate::answers::RequestBuf;
+use crate::answers::Requests;
 use crate::deviation::Deviation;
 pub use check::CheckMode;
 use check::Negotiation;
@@ -47,7 +47,7 @@ pub use config::{Config, LATE_DEFAULT};
 pub use counters::{Direction, Stats, Traced, Verdict};
 use input::Input;
 use late_answers::{Suspicion, Tag, Tags};
-pub use matching::Slot;
+pub use matching::{Slot, Slots};
 use medium::Framing;
 use operation::{Echo, Operation, Outstanding, Recent};
 
@@ -101,7 +101,7 @@ pub struct Terms {
 #[non_exhaustive]
 pub enum Outcome {
     /// Answered: one slot for each request.
-    Answered(Vec<Slot>),
+    Answered(Slots),
     /// Not answered.
     Silence {
         /// Number of transmissions.
@@ -159,7 +159,7 @@ pub struct Session {
     check: Negotiation,
     recent: VecDeque<Recent>,
     /// The latest urgent requests.
-    stops: VecDeque<(Ticket, Vec<RequestBuf>)>,
+    stops: VecDeque<(Ticket, Requests)>,
     outcomes: VecDeque<(Ticket, Outcome)>,
     traced: Option<VecDeque<Traced>>,
     stats: Stats,
@@ -224,6 +224,11 @@ impl Session {
         self.outstanding.is_none() && self.urgent.is_empty() && self.queue.is_empty()
     }
 
+    /// Whether nothing is to be done until an operation is submitted or bytes are received.
+    fn rests(&self) -> bool {
+        self.is_idle() && !self.check.is_probing()
+    }
+
     /// Whether a Stop, Close or Lockout is still to be sent or answered.
     pub fn is_urgent(&self) -> bool {
         let outstanding = self.outstanding.as_ref();
@@ -243,7 +248,7 @@ impl Session {
     /// # Errors
     ///
     /// [`QueueFull`] when [`QUEUE_MAX`] requests wait already, or [`URGENT_MAX`] urgent ones.
-    pub fn submit(&mut self, now: Now, requests: Vec<RequestBuf>) -> Result<Ticket, QueueFull> {
+    pub fn submit(&mut self, now: Now, requests: impl Into<Requests>) -> Result<Ticket, QueueFull> {
         self.submit_on(now, Terms::default(), requests)
     }
 
@@ -256,10 +261,10 @@ impl Session {
         &mut self,
         now: Now,
         terms: Terms,
-        requests: Vec<RequestBuf>,
+        requests: impl Into<Requests>,
     ) -> Result<Ticket, QueueFull> {
         let ticket = Ticket(self.next_ticket);
-        let operation = Operation::new(ticket, requests, now, terms.expires);
+        let operation = Operation::new(ticket, requests.into(), now, terms.expires);
         let urgent = operation.is_urgent();
         let (queue, limit) = match urgent {
             true => (&mut self.urgent, URGENT_MAX),
@@ -330,15 +335,18 @@ impl Session {
     }
 
     /// Takes bytes of a stream.
-    pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
-        self.input.push(bytes);
-        self.handle_input(now);
+    pub fn handle_bytes(&mut self, now: Now, mut bytes: &[u8]) {
+        let end = self.outstanding.as_ref().and_then(|outstanding| outstanding.tag);
+        while let Some(frame) = self.input.take(&mut bytes, end) {
+            self.handle_incoming(now, &frame);
+        }
     }
 
     /// Takes a datagram: one link frame (ours).
     pub fn handle_datagram(&mut self, now: Now, datagram: &[u8]) {
-        self.input.push_datagram(datagram);
-        self.handle_input(now);
+        if let Some(frame) = self.input.take_datagram(datagram) {
+            self.handle_incoming(now, &frame);
+        }
     }
 
     /// Handles the time: see [`Session::poll_timeout`].
@@ -401,6 +409,13 @@ impl Session {
     }
 
     fn trace(&mut self, verdict: Verdict, dst: u8, src: u8, tagged: bool, payload: &[u8]) {
+        if self.traced.is_some() {
+            self.record(verdict, dst, src, tagged, payload);
+        }
+    }
+
+    #[cold]
+    fn record(&mut self, verdict: Verdict, dst: u8, src: u8, tagged: bool, payload: &[u8]) {
         let Some(traced) = &mut self.traced else { return };
         if traced.len() < TRACED_MAX {
             traced.push_back(Traced { verdict, dst, src, tagged, payload: Arc::from(payload) });

@@ -1,34 +1,37 @@
 //! A client without a thread: the calling thread serves the connection while it waits.
 
-use std::io::{self, Read, Write};
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
+mod link;
+
+use std::io;
 use std::sync::Arc;
 use std::thread::park_timeout;
 use std::time::{Duration, Instant};
 
 use lafet_proto::Request;
 use lafet_proto::link::WIRE_MAX;
+use smallvec::smallvec;
 
-use crate::answers::{Answers, RequestBuf};
+use crate::answers::{Answers, RequestBuf, Requests};
 use crate::batch::{fits, well_formed};
 use crate::client::{failure, probed};
 use crate::engine::{Ended, Reply, SILENT_TRIES_MAX};
 use crate::error::Error;
 use crate::session::line::Line;
 use crate::session::{Config, Now, Outcome, Slot, Stats, Terms, Ticket};
-use crate::transport::udp::nobody_listens;
-use crate::transport::{CONNECT_TIMEOUT, not_ended};
 use crate::url::Endpoint;
+use link::Link;
 
 /// Pause between two attempts to connect.
 const REDIAL: Duration = Duration::from_millis(100);
 /// After a pause of this length the connection is checked before it is used.
 const IDLE: Duration = Duration::from_millis(10);
+/// Reads of that check.
+const LOOKS_MAX: u32 = 64;
 
-/// One request at a time to one monitor over TCP or UDP, without a thread and a runtime: the
-/// shortest round trip. Between calls nothing is sent, so that it cannot hold a motion or a
-/// subscription, and a Stop waits for the outstanding request. [`super::Client`] has these, and
-/// serial ports.
+/// One request at a time to one monitor over TCP, UDP or a serial port, without a thread and a
+/// runtime: the shortest round trip. Between calls nothing is sent or received, so that it cannot
+/// hold a motion or a subscription, a Stop waits for the outstanding request, and a bus controller
+/// (`role=active`) finds it absent. [`super::Client`] has all of these.
 ///
 /// ```no_run
 /// # fn example() -> Result<(), lafet_client::Error> {
@@ -51,6 +54,7 @@ pub struct Direct {
     lost: Option<Arc<io::Error>>,
     start: Instant,
     used: Now,
+    frame: Vec<u8>,
     buffer: Vec<u8>,
 }
 
@@ -59,7 +63,7 @@ impl Direct {
     ///
     /// # Errors
     ///
-    /// [`Error::Link`] when there is no connection, or for an unsupported scheme.
+    /// [`Error::Link`] when there is no connection, [`Error::NeedsStream`] for `sim:`.
     pub fn connect(endpoint: &Endpoint) -> Result<Self, Error> {
         Self::connect_with(endpoint, Config::default())
     }
@@ -71,14 +75,26 @@ impl Direct {
     ///
     /// As [`Direct::connect`].
     pub fn connect_with(endpoint: &Endpoint, config: Config) -> Result<Self, Error> {
+        if matches!(endpoint, Endpoint::Sim { .. }) {
+            return Err(Error::NeedsStream);
+        }
         let name: Arc<str> = endpoint.to_string().into();
         let link = Link::open(endpoint)
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
         let mut line = Line::new(config.of(endpoint));
         line.handle_connected(Now::ZERO);
         let start = Instant::now();
-        let (endpoint, link, buffer) = (endpoint.clone(), Some(link), vec![0; 2 * WIRE_MAX]);
-        Ok(Self { endpoint, name, line, link, lost: None, start, used: Now::ZERO, buffer })
+        Ok(Self {
+            endpoint: endpoint.clone(),
+            name,
+            line,
+            link: Some(link),
+            lost: None,
+            start,
+            used: Now::ZERO,
+            frame: Vec::new(),
+            buffer: vec![0; 2 * WIRE_MAX],
+        })
     }
 
     /// Counters since the client was created.
@@ -95,7 +111,7 @@ impl Direct {
         let request = RequestBuf::new(request)?;
         let mut first = None;
         loop {
-            let ended = Some(self.exchange(vec![request.clone()], first));
+            let ended = Some(self.exchange(smallvec![request.clone()], first));
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(failure(&self.name, &request, &ended));
             };
@@ -114,11 +130,11 @@ impl Direct {
     ///
     /// As [`crate::Client::probe`].
     pub fn probe(&mut self) -> Result<(), Error> {
-        let ended = self.exchange(vec![], None);
+        let ended = self.exchange(Requests::new(), None);
         probed(&self.name, Some(ended))
     }
 
-    fn exchange(&mut self, requests: Vec<RequestBuf>, first: Option<Ticket>) -> Reply {
+    fn exchange(&mut self, requests: Requests, first: Option<Ticket>) -> Reply {
         let mut now = self.now();
         if now.saturating_sub(self.used) > IDLE {
             self.look();
@@ -162,9 +178,11 @@ impl Direct {
 
     fn transmit(&mut self, now: Now) {
         // One frame at a time: others wait for its answer.
-        let Some(bytes) = self.line.poll_transmit(now) else { return };
+        if !self.line.transmit(now, &mut self.frame) {
+            return;
+        }
         let Some(link) = &mut self.link else { return };
-        if let Err(error) = link.send(&bytes, self.line.config().timeout) {
+        if let Err(error) = link.send(&self.frame, self.line.config().timeout) {
             self.lose(error);
         }
     }
@@ -183,7 +201,7 @@ impl Direct {
         match received {
             Ok(Some(count)) => self.received(now, count),
             Ok(None) => {
-                let half_open = matches!(self.link, Some(Link::Tcp { .. }));
+                let half_open = self.link.as_ref().is_some_and(Link::can_be_half_open);
                 if half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
                     self.lose(io::ErrorKind::TimedOut.into());
                 }
@@ -195,15 +213,17 @@ impl Direct {
 
     fn received(&mut self, now: Now, count: usize) {
         let bytes = &self.buffer[..count];
-        match self.link {
-            Some(Link::Udp { .. }) => self.line.handle_datagram(now, bytes),
-            _ => self.line.handle_bytes(now, bytes),
+        match self.link.as_ref().is_some_and(Link::is_datagram) {
+            true => self.line.handle_datagram(now, bytes),
+            false => self.line.handle_bytes(now, bytes),
         }
     }
 
-    /// Takes the bytes that came since the last call; they may include the end of the connection.
+    /// Takes the bytes that came since the last call; they may include the end of the connection. Of a
+    /// peer that sends without a pause the rest is left for the next call.
     fn look(&mut self) {
-        while let Some(link) = &mut self.link {
+        for _ in 0..LOOKS_MAX {
+            let Some(link) = &mut self.link else { return };
             match link.recv_now(&mut self.buffer) {
                 Ok(Some(count)) => self.received(self.now(), count),
                 Ok(None) => return,
@@ -227,107 +247,4 @@ impl Direct {
             Err(error) => self.lost = Some(Arc::new(error)),
         }
     }
-}
-
-/// A blocking socket with its present timeout.
-#[derive(Debug)]
-enum Link {
-    Tcp { stream: TcpStream, waits: Duration },
-    Udp { socket: UdpSocket, waits: Duration },
-}
-
-impl Link {
-    fn open(endpoint: &Endpoint) -> io::Result<Self> {
-        let (host, port, datagrams) = match endpoint {
-            Endpoint::Tcp { host, port, .. } => (host, *port, false),
-            Endpoint::Udp { host, port, .. } => (host, *port, true),
-            _ => return Err(io::ErrorKind::Unsupported.into()),
-        };
-        let mut last = io::Error::from(io::ErrorKind::NotFound);
-        for peer in (host.as_str(), port).to_socket_addrs()? {
-            match if datagrams { Self::udp(peer) } else { Self::tcp(peer) } {
-                Ok(link) => return Ok(link),
-                Err(error) => last = error,
-            }
-        }
-        Err(last)
-    }
-
-    fn tcp(peer: SocketAddr) -> io::Result<Self> {
-        let stream = TcpStream::connect_timeout(&peer, CONNECT_TIMEOUT)?;
-        stream.set_nodelay(true)?;
-        Ok(Self::Tcp { stream, waits: Duration::ZERO })
-    }
-
-    fn udp(peer: SocketAddr) -> io::Result<Self> {
-        let any = if peer.is_ipv6() { "[::]:0" } else { "0.0.0.0:0" };
-        let socket = UdpSocket::bind(any)?;
-        socket.connect(peer)?;
-        Ok(Self::Udp { socket, waits: Duration::ZERO })
-    }
-
-    /// Sends a frame; waits at most `longest` for a peer that does not read.
-    fn send(&mut self, bytes: &[u8], longest: Duration) -> io::Result<()> {
-        match self {
-            Self::Tcp { stream, waits } => {
-                if waits.is_zero() {
-                    stream.set_write_timeout(Some(longest))?;
-                }
-                stream.write_all(bytes)
-            }
-            Self::Udp { socket, .. } => match socket.send(bytes) {
-                Err(error) if nobody_listens(&error) => Ok(()),
-                sent => sent.map(|_| ()),
-            },
-        }
-    }
-
-    /// Waits for bytes, at most `time`.
-    fn recv(&mut self, buffer: &mut [u8], time: Duration) -> io::Result<Option<usize>> {
-        // Usually the timeout is the same as before, and the system call can be left out.
-        match self {
-            Self::Tcp { stream, waits } if *waits != time => {
-                stream.set_read_timeout(Some(time))?;
-                *waits = time;
-            }
-            Self::Udp { socket, waits } if *waits != time => {
-                socket.set_read_timeout(Some(time))?;
-                *waits = time;
-            }
-            _ => {}
-        }
-        self.read(buffer)
-    }
-
-    /// Takes bytes that have come already.
-    fn recv_now(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
-        self.set_nonblocking(true)?;
-        let read = self.read(buffer);
-        self.set_nonblocking(false)?;
-        read
-    }
-
-    fn set_nonblocking(&self, on: bool) -> io::Result<()> {
-        match self {
-            Self::Tcp { stream, .. } => stream.set_nonblocking(on),
-            Self::Udp { socket, .. } => socket.set_nonblocking(on),
-        }
-    }
-
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
-        let read = match self {
-            Self::Tcp { stream, .. } => stream.read(buffer).and_then(not_ended),
-            Self::Udp { socket, .. } => socket.recv(buffer),
-        };
-        match read {
-            Ok(count) => Ok(Some(count)),
-            Err(error) if nothing_came(&error) || nobody_listens(&error) => Ok(None),
-            Err(error) => Err(error),
-        }
-    }
-}
-
-fn nothing_came(error: &io::Error) -> bool {
-    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
-    matches!(error.kind(), WouldBlock | TimedOut | Interrupted)
 }

@@ -37,6 +37,13 @@ pub struct BusAccess {
     waiting: Option<Now>,
 }
 
+impl BusAccess {
+    /// Whether neither the controller nor this side waits for the other.
+    pub const fn rests(&self) -> bool {
+        self.word.is_none() && self.waiting.is_none()
+    }
+}
+
 impl Line {
     /// Takes a frame of the controller; returns whether it was one to this side.
     pub(super) fn heard_controller(&mut self, now: Now, frame: &Incoming) -> bool {
@@ -78,25 +85,25 @@ impl Line {
         Some(word)
     }
 
-    /// Our frame for the controller's grant or probe, or the empty one.
-    pub(super) fn answer_controller(&mut self, now: Now, word: Word) -> Option<Vec<u8>> {
+    /// Replaces the contents of `wire` by our frame for the controller's grant or probe, or by the
+    /// empty one.
+    pub(super) fn answer_controller(&mut self, now: Now, word: Word, wire: &mut Vec<u8>) -> bool {
         if self.quiet_until().is_some_and(|until| now < until) {
-            return None;
+            return false;
         }
         self.bus.word = None;
-        let mut ours = None;
+        let mut ours = false;
         if word == Word::Granted {
             self.bus.waiting = None;
             self.granted = true;
-            ours = self.poll_sessions(now);
+            ours = self.transmit_sessions(now, wire);
             self.granted = false;
         }
-        let bytes = ours.unwrap_or_else(|| {
-            let nothing = nothing_from(self.config.addresses.source);
-            self.echo_sent(&nothing);
-            nothing
-        });
-        Some(bytes)
+        if !ours {
+            *wire = nothing_from(self.config.addresses.source);
+            self.echo_sent(wire);
+        }
+        true
     }
 
     fn quiet_until(&self) -> Option<Now> {

@@ -83,6 +83,11 @@ impl Negotiation {
         }
     }
 
+    /// Whether the checksum depends on the monitor.
+    pub const fn negotiates(&self) -> bool {
+        !matches!(self.mode, CheckMode::Crc16)
+    }
+
     /// The checksum in use.
     pub const fn form(&self) -> Check {
         self.form
@@ -115,7 +120,7 @@ impl Negotiation {
 
     /// Records that a frame was not answered.
     pub fn silence(&mut self, now: Now) {
-        if self.mode != CheckMode::Crc16 && now >= self.next_after_silence && self.plan.is_empty() {
+        if self.negotiates() && now >= self.next_after_silence && self.plan.is_empty() {
             self.next_after_silence = now + SILENCE_PAUSE;
             self.plan.extend([self.form, other(self.form)]);
         }
@@ -142,7 +147,7 @@ impl Negotiation {
 
     /// The form of the next try of an operation.
     fn form_of(&self, urgent: bool, tries: u32) -> Check {
-        let turned = urgent && self.mode != CheckMode::Crc16 && !tries.is_multiple_of(2);
+        let turned = self.negotiates() && urgent && !tries.is_multiple_of(2);
         if turned { other(self.form) } else { self.form }
     }
 }
@@ -188,20 +193,21 @@ impl Session {
         self.check.form_of(outstanding.operation.is_urgent(), outstanding.tries)
     }
 
-    /// A probe, if one is to be sent before waiting operations.
-    pub(super) fn poll_check(&mut self, now: Now) -> Option<Vec<u8>> {
+    /// Replaces the contents of `wire` by a probe, if one is to be sent before waiting operations.
+    pub(super) fn poll_check(&mut self, now: Now, wire: &mut Vec<u8>) -> bool {
         let waits = self.outstanding.is_some() || !self.queue.is_empty();
         if !waits || self.check.is_probing() {
-            return None;
+            return false;
         }
-        let check = self.check.due(now)?;
+        let Some(check) = self.check.due(now) else { return false };
         let usual = self.stats.rtt_average.map(|rtt| PROBE_LEAST.max(rtt * 3));
         let wait = usual.unwrap_or(self.config.patience).min(self.config.timeout);
         self.check.sent(check, now, wait);
         self.stats.frames_sent += 1;
         let Addresses { monitor: dst, source: src } = self.config.addresses;
         self.trace(Verdict::Sent, dst, src, false, &[]);
-        Some(wire(check, &Frame { dst, src, payload: &[] }))
+        encode(check, &Frame { dst, src, payload: &[] }, wire);
+        true
     }
 
     /// Time until which a probe delays waiting operations.
@@ -219,6 +225,9 @@ impl Session {
     }
 
     pub(super) fn check_timed_out(&mut self, now: Now) {
+        if !self.check.negotiates() {
+            return;
+        }
         if self.check.probe.is_some_and(|probe| now >= probe.deadline) {
             self.probe_failed();
         }
@@ -227,7 +236,7 @@ impl Session {
 
     /// Evaluates the checksum of a frame from the monitor; returns whether it answers a probe.
     pub(super) fn check_heard(&mut self, now: Now, frame: &Incoming) -> bool {
-        if self.check.mode == CheckMode::Crc16 {
+        if !self.check.negotiates() {
             return false;
         }
         let answers = |probe: &Probe| probe.check == frame.check && frame.payload.is_empty();
@@ -290,10 +299,10 @@ impl Session {
     }
 }
 
-/// The bytes of a frame on the wire.
-pub(super) fn wire(check: Check, frame: &Frame<'_>) -> Vec<u8> {
-    let mut wire = vec![0; link::wire_max(frame.payload.len())];
-    let len = link::encode_with(check, frame, &mut wire).unwrap_or(0);
+/// Replaces the contents of `wire` by a frame.
+pub(super) fn encode(check: Check, frame: &Frame<'_>, wire: &mut Vec<u8>) {
+    wire.clear();
+    wire.resize(link::wire_max(frame.payload.len()), 0);
+    let len = link::encode_with(check, frame, wire).unwrap_or(0);
     wire.truncate(len);
-    wire
 }

@@ -1,7 +1,5 @@
 //! Extracts the payloads of frames from received bytes.
 
-use std::collections::VecDeque;
-
 use lafet_proto::link::{self, BODY_MAX, Check, Decoder};
 use lafet_proto::record::Records;
 use lafet_proto::{Expected, Record};
@@ -15,14 +13,13 @@ use super::medium::Framing;
 /// Most bytes of bare records kept while the end of the answer has not come.
 const RECORDS_MAX: usize = 4096;
 /// Bytes of most answers of one subsystem; they need no allocation.
-const PAYLOAD_USUAL: usize = 64;
+pub const PAYLOAD_USUAL: usize = 64;
 
 /// Received bytes, until they form a frame.
 #[derive(Debug)]
 pub struct Input {
     framing: Framing,
     decoder: Box<Decoder>,
-    frames: VecDeque<Incoming>,
     /// Bare records.
     stream: Vec<u8>,
     datagram_errors: Stats,
@@ -46,7 +43,6 @@ impl Input {
         Self {
             framing,
             decoder: Box::default(),
-            frames: VecDeque::new(),
             stream: Vec::new(),
             datagram_errors: Stats::default(),
             dropped: 0,
@@ -57,52 +53,43 @@ impl Input {
     /// Drops bytes that do not form a frame yet.
     pub fn reset(&mut self) {
         self.decoder.reset();
-        self.frames.clear();
         self.stream.clear();
     }
 
-    /// Takes bytes of a stream.
-    pub fn push(&mut self, bytes: &[u8]) {
+    /// Takes bytes of a stream up to the end of a frame, and returns the frame. `end`, the tag of
+    /// the outstanding operation, marks the end of an answer of bare records.
+    pub fn take(&mut self, bytes: &mut &[u8], end: Option<Tag>) -> Option<Incoming> {
         if self.framing == Framing::Records {
-            self.stream.extend_from_slice(bytes);
-            return;
+            self.stream.extend_from_slice(std::mem::take(bytes));
+            return self.take_records(end);
         }
-        let mut rest = bytes;
-        loop {
-            let (taken, frame) = self.decoder.push_slice(rest);
-            rest = &rest[taken..];
-            let Some(frame) = frame else { return };
-            let addresses = Some((frame.dst, frame.src));
-            let payload = SmallVec::from_slice(frame.payload);
-            let check = self.decoder.check();
-            self.frames.push_back(Incoming { addresses, payload, check });
-        }
+        let (taken, frame) = self.decoder.push_slice(bytes);
+        *bytes = &bytes[taken..];
+        let frame = frame?;
+        let addresses = Some((frame.dst, frame.src));
+        let payload = SmallVec::from_slice(frame.payload);
+        Some(Incoming { addresses, payload, check: self.decoder.check() })
     }
 
     /// Takes a datagram: one frame.
-    pub fn push_datagram(&mut self, datagram: &[u8]) {
+    pub fn take_datagram(&mut self, datagram: &[u8]) -> Option<Incoming> {
         let mut body = [0; BODY_MAX];
         match link::decode_datagram(datagram, &mut body) {
             Ok(frame) => {
                 self.datagram_errors.frames_received += 1;
                 let addresses = Some((frame.dst, frame.src));
-                let (payload, check) =
-                    (SmallVec::from_slice(frame.payload), link::check_of(datagram));
-                self.frames.push_back(Incoming { addresses, payload, check });
+                let payload = SmallVec::from_slice(frame.payload);
+                return Some(Incoming { addresses, payload, check: link::check_of(datagram) });
             }
             Err(error) if matches!(error.expected, Expected::Crc(_) | Expected::Crc32c(_)) => {
                 self.datagram_errors.crc_errors += 1;
             }
             Err(_) => self.datagram_errors.framing_errors += 1,
         }
+        None
     }
 
-    /// The next frame. For bare records `end`, the tag of the outstanding operation, marks the end
-    /// of an answer.
-    pub fn poll_frame(&mut self, end: Option<Tag>) -> Option<Incoming> {
-        if self.framing == Framing::Link {
-            return self.frames.pop_front();
-        }
+    fn take_records(&mut self, end: Option<Tag>) -> Option<Incoming> {
         let found = answer_range(&self.stream, end);
         let payload = match found {
             Some((start, end)) => {

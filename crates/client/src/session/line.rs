@@ -18,7 +18,7 @@ use super::input::{Incoming, Input};
 use super::medium::{Addresses, Framing, Role};
 use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
-use crate::answers::RequestBuf;
+use crate::answers::Requests;
 
 /// By then a controller has tried three times: 150, 300 and 600 ms (observed), and the frames.
 const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
@@ -97,7 +97,7 @@ impl Line {
         now: Now,
         address: u8,
         terms: Terms,
-        requests: Vec<RequestBuf>,
+        requests: impl Into<Requests>,
     ) -> Result<Ticket, QueueFull> {
         let index = self.index(address);
         self.sessions[index].submit_on(now, terms, requests)
@@ -139,14 +139,17 @@ impl Line {
             self.sessions.iter_mut().take(1).for_each(|session| session.handle_bytes(now, &bytes));
             return;
         }
-        self.input.push(&bytes);
-        self.handle_input(now);
+        let mut bytes = &*bytes;
+        while let Some(frame) = self.input.take(&mut bytes, None) {
+            self.handle_frame(now, &frame);
+        }
     }
 
     /// Takes a datagram: one link frame (ours).
     pub fn handle_datagram(&mut self, now: Now, datagram: &[u8]) {
-        self.input.push_datagram(datagram);
-        self.handle_input(now);
+        if let Some(frame) = self.input.take_datagram(datagram) {
+            self.handle_frame(now, &frame);
+        }
     }
 
     /// Handles the time: see [`Line::poll_timeout`].
@@ -161,42 +164,69 @@ impl Line {
 
     /// Latest time for the next call of [`Line::handle_timeout`] or [`Line::poll_transmit`].
     pub fn poll_timeout(&self, now: Now) -> Option<Now> {
-        let waiting = |session: &&Session| !self.connected || session.wants(now).is_none();
-        let timers = self.sessions.iter().filter(waiting).filter_map(|s| s.poll_timeout(now));
-        let absent = self.sessions.iter().filter(|session| session.can_wait());
+        if self.rests() {
+            return None;
+        }
         let rests = (now < self.absent_from).then_some(self.absent_from);
-        let absent = absent.flat_map(|session| session.gives_up_at().into_iter().chain(rests));
-        let sends = self.haste(now).and_then(|haste| self.send_from(now, haste));
-        timers.chain(sends).chain(self.bus_timeout(now)).chain(absent).min()
+        let (mut next, mut haste) = (self.bus_timeout(now), None);
+        let mut at = |time: Option<Now>| next = next.into_iter().chain(time).min();
+        for session in &self.sessions {
+            let wants = session.wants(now);
+            if !self.connected || wants.is_none() {
+                at(session.poll_timeout(now));
+            }
+            if session.can_wait() {
+                at(session.gives_up_at());
+                at(rests);
+            }
+            if rests.is_none() || !session.can_wait() {
+                haste = haste.max(wants);
+            }
+        }
+        at(haste.and_then(|haste| self.send_from(now, haste)));
+        next
     }
 
     /// The next bytes to send.
     pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
-        self.handle_timeout(now);
-        if let Some(word) = self.word(now) {
-            return self.answer_controller(now, word);
+        let mut wire = Vec::new();
+        self.transmit(now, &mut wire).then_some(wire)
+    }
+
+    /// Replaces the contents of `wire` by the next bytes to send, if there are any.
+    pub fn transmit(&mut self, now: Now, wire: &mut Vec<u8>) -> bool {
+        if self.rests() {
+            return false;
         }
-        self.poll_sessions(now)
+        self.handle_timeout(now);
+        match self.word(now) {
+            Some(word) => self.answer_controller(now, word, wire),
+            None => self.transmit_sessions(now, wire),
+        }
+    }
+
+    /// Whether nothing is to be done until an operation is submitted or bytes are received.
+    fn rests(&self) -> bool {
+        !self.fresh && self.bus.rests() && self.sessions.iter().all(Session::rests)
     }
 
     fn is_present(&self, index: usize) -> bool {
         self.sessions.get(index).is_some_and(Session::is_present)
     }
 
-    pub(super) fn poll_sessions(&mut self, now: Now) -> Option<Vec<u8>> {
-        let (haste, count) = (self.haste(now)?, self.sessions.len());
-        if self.send_from(now, haste)? > now {
-            return None;
+    pub(super) fn transmit_sessions(&mut self, now: Now, wire: &mut Vec<u8>) -> bool {
+        // The highest priority among the frames that may be sent now.
+        let wants = self.sessions.iter().filter_map(|session| self.wants(session, now));
+        let Some(haste) = wants.max() else { return false };
+        if self.send_from(now, haste).is_none_or(|from| from > now) {
+            return false;
         }
+        let count = self.sessions.len();
         // After each monitor that did not or may not answer, one that answers has its turn: the one
         // heard most recently, because when many stop answering at once, the others only seem to
         // answer.
         let doubtful = self.last.is_some_and(|(index, was)| was || !self.is_present(index));
-        let mut by_presence = Vec::new();
-        if doubtful && count > 1 {
-            by_presence.extend(self.round());
-            by_presence.sort_by_key(|index| Reverse(self.sessions[*index].present_at()));
-        }
+        let by_presence = if doubtful && count > 1 { self.by_presence() } else { Vec::new() };
         for step in 0..count {
             let index = by_presence.get(step).copied().unwrap_or((self.turn + step) % count);
             if count > 1 && self.wants(&self.sessions[index], now) != Some(haste) {
@@ -204,8 +234,10 @@ impl Line {
             }
             let session = &mut self.sessions[index];
             let (absent, present) = (session.can_wait(), session.is_present());
-            let Some(bytes) = session.poll_transmit(now) else { continue };
-            if let Some((sent, until)) = session.occupies(now).filter(|_| absent) {
+            if !session.transmit(now, wire) {
+                continue;
+            }
+            if absent && let Some((sent, until)) = session.occupies(now) {
                 self.absent_from = now + (until - sent) * ABSENT_SHARE;
             }
             // The rotation continues where it was left for a monitor that answers.
@@ -214,16 +246,19 @@ impl Line {
             }
             self.last = Some((index, !present));
             self.granted = false;
-            self.echo.sent(&bytes);
-            return Some(bytes);
+            self.echo.sent(wire);
+            return true;
         }
-        None
+        false
     }
 
-    /// Indexes of all sessions, starting with the one considered first.
-    fn round(&self) -> impl Iterator<Item = usize> {
+    /// Indexes of all sessions, that of the monitor heard most recently first.
+    #[cold]
+    fn by_presence(&self) -> Vec<usize> {
         let (turn, count) = (self.turn, self.sessions.len());
-        (0..count).map(move |step| (turn + step) % count)
+        let mut indexes: Vec<usize> = (0..count).map(|step| (turn + step) % count).collect();
+        indexes.sort_by_key(|index| Reverse(self.sessions[*index].present_at()));
+        indexes
     }
 
     /// The next operation that has ended.
@@ -238,6 +273,9 @@ impl Line {
 
     /// Switches the recording of frames for [`Line::poll_traced`].
     pub fn set_tracing(&mut self, on: bool) {
+        if on == self.tracing {
+            return;
+        }
         self.tracing = on;
         self.sessions.iter_mut().for_each(|session| session.set_tracing(on));
     }
@@ -305,11 +343,6 @@ impl Line {
         Some(free.chain(quiet).chain(listened).fold(now, Now::max))
     }
 
-    /// The highest priority among the frames that may be sent now.
-    fn haste(&self, now: Now) -> Option<Haste> {
-        self.sessions.iter().filter_map(|session| self.wants(session, now)).max()
-    }
-
     /// All absent monitors share one part of the line's time, however many they are.
     fn wants(&self, session: &Session, now: Now) -> Option<Haste> {
         let rests = now < self.absent_from && session.can_wait();
@@ -329,17 +362,15 @@ impl Line {
         }
     }
 
-    fn handle_input(&mut self, now: Now) {
-        while let Some(frame) = self.input.poll_frame(None) {
-            if self.heard_controller(now, &frame) {
-                continue;
-            }
-            let to_us = |(dst, _)| dst == self.config.addresses.source;
-            let from = frame.addresses.filter(|addresses| to_us(*addresses)).map(|(_, src)| src);
-            match from.and_then(|address| self.find(address)) {
-                Some(session) => session.handle_incoming(now, &frame),
-                None => self.count_foreign(&frame),
-            }
+    fn handle_frame(&mut self, now: Now, frame: &Incoming) {
+        if self.heard_controller(now, frame) {
+            return;
+        }
+        let to_us = |(dst, _)| dst == self.config.addresses.source;
+        let from = frame.addresses.filter(|addresses| to_us(*addresses)).map(|(_, src)| src);
+        match from.and_then(|address| self.find(address)) {
+            Some(session) => session.handle_incoming(now, frame),
+            None => self.count_foreign(frame),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Assignment of answers to requests (§1, §2); answers that do not match are rejected.
 
 use lafet_proto::{ParamId, Record, RequestId, Status, SubsystemId};
+use smallvec::SmallVec;
 
 use crate::answers::{AnswerBuf, Answers, RequestBuf};
 
@@ -13,12 +14,15 @@ pub enum Slot {
     NotExecuted,
 }
 
+/// What became of the requests of a frame: one slot for each.
+pub type Slots = SmallVec<[Slot; 1]>;
+
 /// Assigns the answers of a frame to its requests, in order (§1); `None` if the frame cannot answer
 /// these requests.
-pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Vec<Slot>> {
+pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Slots> {
     let mut rest = records;
     let mut full = false;
-    let mut slots = Vec::with_capacity(requests.len());
+    let mut slots = Slots::with_capacity(requests.len());
     for request in requests {
         if full {
             slots.push(Slot::NotExecuted);
@@ -39,10 +43,7 @@ pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Vec<Slot>
         }
         let count = if request.is_group() { group(request, rest)? } else { single(request, rest)? };
         let (answers, others) = rest.split_at(count);
-        slots.push(Slot::Answered(Answers::new(
-            request.to(),
-            answers.iter().map(AnswerBuf::new).collect(),
-        )?));
+        slots.push(Slot::Answered(Answers::new(request.to(), answers.iter().map(AnswerBuf::new))?));
         rest = others;
         // A subsystem without room reports it, and General adds that the others were not executed
         // (§1, note).

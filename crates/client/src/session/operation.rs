@@ -6,14 +6,16 @@ use super::check::Forms;
 use super::late_answers::Tag;
 use super::medium::Framing;
 use super::{Now, Ticket};
-use crate::answers::RequestBuf;
+use crate::answers::{RequestBuf, Requests};
 use crate::deviation::Deviation;
 
 /// Requests of one frame. None: a presence probe.
 #[derive(Debug)]
 pub struct Operation {
     pub ticket: Ticket,
-    pub requests: Vec<RequestBuf>,
+    pub requests: Requests,
+    haste: Haste,
+    repeatable: bool,
     pub submitted: Now,
     /// Number of transmissions whose answers can be accepted.
     pub tries: u32,
@@ -85,14 +87,17 @@ impl Outstanding {
 }
 
 impl Operation {
-    pub const fn new(
-        ticket: Ticket,
-        requests: Vec<RequestBuf>,
-        submitted: Now,
-        expires: Option<Now>,
-    ) -> Self {
+    pub fn new(ticket: Ticket, requests: Requests, submitted: Now, expires: Option<Now>) -> Self {
+        let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
+        let haste = match expires {
+            _ if urgent => Haste::Urgent,
+            Some(_) => Haste::Held,
+            None => Haste::Usual,
+        };
         Self {
             ticket,
+            haste,
+            repeatable: requests.iter().all(RequestBuf::is_repeatable),
             requests,
             submitted,
             tries: 0,
@@ -114,24 +119,20 @@ impl Operation {
         self.expires.is_some()
     }
 
-    pub fn haste(&self) -> Haste {
-        match () {
-            () if self.is_urgent() => Haste::Urgent,
-            () if self.is_held() => Haste::Held,
-            () => Haste::Usual,
-        }
+    pub const fn haste(&self) -> Haste {
+        self.haste
     }
 
     pub fn is_urgent(&self) -> bool {
-        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
+        self.haste == Haste::Urgent
     }
 
     /// A frame with only a tag, to find out whether the monitor answers it.
-    pub const fn question(now: Now) -> Self {
-        Self::new(Ticket::QUESTION, Vec::new(), now, None)
+    pub fn question(now: Now) -> Self {
+        Self::new(Ticket::QUESTION, Requests::new(), now, None)
     }
 
-    pub fn is_repeatable(&self) -> bool {
-        self.requests.iter().all(RequestBuf::is_repeatable)
+    pub const fn is_repeatable(&self) -> bool {
+        self.repeatable
     }
 }

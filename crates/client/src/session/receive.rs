@@ -12,13 +12,6 @@ use crate::answers::records;
 use crate::deviation::mismatch;
 
 impl Session {
-    pub(super) fn handle_input(&mut self, now: Now) {
-        let end = self.outstanding.as_ref().and_then(|outstanding| outstanding.tag);
-        while let Some(frame) = self.input.poll_frame(end) {
-            self.handle_incoming(now, &frame);
-        }
-    }
-
     /// Takes a frame received without errors, from and to any address.
     pub(super) fn handle_incoming(&mut self, now: Now, frame: &Incoming) {
         let Addresses { monitor, source } = self.config.addresses;

@@ -1,39 +1,50 @@
 //! Transmission: which frame is sent when.
 
-use std::time::Duration;
+use lafet_proto::link::{Check, Frame};
+use smallvec::SmallVec;
 
-use lafet_proto::link::{Check, compose, wire_max};
-
-use super::check::Forms;
+use super::check::{Forms, encode};
+use super::input::PAYLOAD_USUAL;
 use super::late_answers::{Tag, looks_like_tag};
 use super::medium::{Addresses, Framing};
 use super::operation::{Echo, Haste, Operation, Outstanding};
 use super::{Now, Session, Verdict};
 use crate::answers::RequestBuf;
 
+/// How an operation is sent whose answer could be confused with another.
+struct Doubt {
+    /// First it is found out whether the monitor answers tags.
+    asks: bool,
+    tag: Option<Tag>,
+    /// See [`Outstanding`].
+    believe_from: Now,
+}
+
 impl Session {
     /// The next bytes to send.
     pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
+        let mut wire = Vec::new();
+        self.transmit(now, &mut wire).then_some(wire)
+    }
+
+    /// Replaces the contents of `wire` by the next bytes to send, if there are any.
+    pub(super) fn transmit(&mut self, now: Now, wire: &mut Vec<u8>) -> bool {
         if !self.connected {
-            return None;
+            return false;
         }
-        if self.outstanding.as_ref().is_none_or(|outstanding| outstanding.due) {
-            self.refuse_missing(now);
-            let urgent = self.next_is_urgent();
-            if !urgent && let Some(probe) = self.poll_check(now) {
-                return Some(probe);
-            }
-            if self.probed_until(urgent).is_some_and(|until| now < until) {
-                return None;
-            }
-            self.probe_failed();
+        let due = self.outstanding.as_ref().is_none_or(|outstanding| outstanding.due);
+        if due
+            && self.check.negotiates()
+            && let Some(sends) = self.transmit_check(now, wire)
+        {
+            return sends;
         }
         if self.outstanding.is_none() {
             self.outstanding = self.next(now);
         }
-        let form = self.outstanding.as_ref().map_or(Check::Crc16, |o| self.next_form(o));
-        let wait = self.outstanding.as_ref().map_or(Duration::ZERO, |o| self.wait(&o.operation));
-        let outstanding = self.outstanding.as_mut().filter(|outstanding| outstanding.due)?;
+        let Some(outstanding) = self.outstanding.as_ref().filter(|o| o.due) else { return false };
+        let (form, wait) = (self.next_form(outstanding), self.wait(&outstanding.operation));
+        let Some(outstanding) = &mut self.outstanding else { return false };
         outstanding.due = false;
         outstanding.sent = now;
         // A frame sent too early for its answer to be accepted is sent again as soon as possible.
@@ -48,69 +59,68 @@ impl Session {
         outstanding.forms.add(form);
         self.stats.frames_sent += 1;
         self.stats.retries += u64::from(outstanding.tries > 1);
-        Some(self.frame(form))
+        self.encode(form, wire);
+        true
     }
 
-    /// The bytes of the outstanding frame.
-    fn frame(&mut self, form: Check) -> Vec<u8> {
-        let Some(outstanding) = &self.outstanding else { return vec![] };
-        let ends = outstanding.tag_ends(self.config.framing);
-        let Outstanding { operation, tag, .. } = outstanding;
-        let tag = tag.map(Tag::to_bytes);
+    /// Sends a probe first, or waits for its answer; `None`: waiting operations may be sent.
+    #[cold]
+    fn transmit_check(&mut self, now: Now, wire: &mut Vec<u8>) -> Option<bool> {
+        self.refuse_missing(now);
+        let urgent = self.next_is_urgent();
+        if !urgent && self.poll_check(now, wire) {
+            return Some(true);
+        }
+        if self.probed_until(urgent).is_some_and(|until| now < until) {
+            return Some(false);
+        }
+        self.probe_failed();
+        None
+    }
+
+    /// Encodes the outstanding frame.
+    fn encode(&mut self, form: Check, wire: &mut Vec<u8>) {
+        let Some(outstanding) = &self.outstanding else { return };
+        let (operation, tag) = (&outstanding.operation, outstanding.tag.map(Tag::to_bytes));
         let tagged = tag.is_some();
-        let tag = tag.as_ref().map_or(&[][..], |bytes| bytes);
-        let requests = operation.requests.iter().map(RequestBuf::bytes);
-        let (before, behind) = if ends { (&[][..], tag) } else { (tag, &[][..]) };
-        let parts = std::iter::once(before).chain(requests).chain([behind]);
+        let mut payload = SmallVec::<[u8; PAYLOAD_USUAL]>::new();
+        let ends = outstanding.tag_ends(self.config.framing);
+        if let Some(tag) = tag.filter(|_| !ends) {
+            payload.extend_from_slice(&tag);
+        }
+        for request in &operation.requests {
+            payload.extend_from_slice(request.bytes());
+        }
+        if let Some(tag) = tag.filter(|_| ends) {
+            payload.extend_from_slice(&tag);
+        }
         let Addresses { monitor: dst, source: src } = self.config.addresses;
-        let bytes = match self.config.framing {
-            Framing::Records => parts.flatten().copied().collect(),
-            Framing::Link => {
-                let mut wire = vec![0; wire_max(parts.clone().map(<[u8]>::len).sum())];
-                let len = compose(form, dst, src, &mut wire, |mut place| {
-                    let room = place.len();
-                    for part in parts {
-                        let (bytes, rest) = place.split_at_mut_checked(part.len())?;
-                        bytes.copy_from_slice(part);
-                        place = rest;
-                    }
-                    Some(room - place.len())
-                });
-                wire.truncate(len.unwrap_or(0));
-                wire
+        match self.config.framing {
+            Framing::Records => {
+                wire.clear();
+                wire.extend_from_slice(&payload);
             }
-        };
+            Framing::Link => encode(form, &Frame { dst, src, payload: &payload }, wire),
+        }
         if self.traced.is_some() {
             let requests: Vec<&[u8]> = operation.requests.iter().map(RequestBuf::bytes).collect();
             self.trace(Verdict::Sent, dst, src, tagged, &requests.concat());
         }
-        bytes
     }
 
     /// The next operation, if it may be sent now.
     pub(super) fn next(&mut self, now: Now) -> Option<Outstanding> {
-        let urgent = !self.urgent.is_empty();
         let place = self.first_queued();
         let operation = self.urgent.front().or(self.queue.get(place))?;
+        let sure = Doubt { asks: false, tag: None, believe_from: Now::ZERO };
         let doubtful = self.is_doubtful(now, operation);
-        if !urgent && doubtful && self.drained(now, operation).is_some() {
-            return None;
-        }
-        let (mut question, repeatable) = (None, operation.is_repeatable());
-        let (tag, believe_from) = if !doubtful {
-            (None, Now::ZERO)
-        } else if self.tags_work() {
-            let unknown = matches!(self.echo, Echo::Unknown { .. });
-            if unknown && !repeatable && self.config.framing == Framing::Link {
-                question = Some(Operation::question(now));
-            }
-            (Some(self.tags.issue()), Now::ZERO)
-        } else {
-            let until = self.suspicion.until(operation.first(), now, self.config.drain_bound);
-            (None, until.unwrap_or(Now::ZERO))
+        let doubt = if doubtful { self.doubt(now, place)? } else { sure };
+        let Doubt { asks, tag, believe_from } = doubt;
+        let operation = match self.urgent.is_empty() {
+            _ if asks => Operation::question(now),
+            true => self.queue.remove(place)?,
+            false => self.urgent.pop_front()?,
         };
-        let waiting = || self.urgent.pop_front().or_else(|| self.queue.remove(place));
-        let operation = question.or_else(waiting)?;
         Some(Outstanding {
             operation,
             tag,
@@ -122,6 +132,25 @@ impl Session {
             untagged: false,
             forms: Forms::default(),
         })
+    }
+
+    /// How the next operation, which is in doubt, is sent; `None`: it waits.
+    #[cold]
+    fn doubt(&mut self, now: Now, place: usize) -> Option<Doubt> {
+        let urgent = self.urgent.front();
+        let operation = urgent.or(self.queue.get(place))?;
+        if urgent.is_none() && self.drained(now, operation).is_some() {
+            return None;
+        }
+        let until = self.suspicion.until(operation.first(), now, self.config.drain_bound);
+        if !self.tags_work() {
+            let believe_from = until.unwrap_or(Now::ZERO);
+            return Some(Doubt { asks: false, tag: None, believe_from });
+        }
+        let asks = matches!(self.echo, Echo::Unknown { .. })
+            && !operation.is_repeatable()
+            && self.config.framing == Framing::Link;
+        Some(Doubt { asks, tag: Some(self.tags.issue()), believe_from: Now::ZERO })
     }
 
     /// Index in the queue of the next operation: those of a held motion come before the others.
@@ -172,10 +201,9 @@ impl Session {
             return true;
         }
         let bound = if self.tags_work() { self.config.late_bound } else { self.config.drain_bound };
-        let mut requests = operation.requests.iter();
-        let own_tag = requests.any(|request| looks_like_tag(request.id(), request.to()));
+        let looks_like_tag = |request: &RequestBuf| looks_like_tag(request.id(), request.to());
         self.suspicion.until(operation.first(), now, bound).is_some()
-            || (own_tag && self.tags_work())
+            || (operation.requests.iter().any(looks_like_tag) && self.tags_work())
     }
 
     pub(super) fn tags_work(&self) -> bool {

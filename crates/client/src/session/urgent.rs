@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::medium::Role;
 use super::operation::{Haste, Operation, Outstanding};
 use super::{Now, Outcome, Session, Ticket, URGENT_MAX};
-use crate::answers::RequestBuf;
+use crate::answers::{RequestBuf, Requests};
 
 /// Consecutive frames without answer after which a monitor counts as absent.
 const ABSENT_MISSES: u32 = 2;
@@ -23,7 +23,7 @@ const DOUBLINGS_MAX: u32 = 6;
 
 impl Session {
     /// Remembers an urgent request: frames of a batch that was started before it are not sent.
-    pub(super) fn note_stop(&mut self, ticket: Ticket, requests: Vec<RequestBuf>) {
+    pub(super) fn note_stop(&mut self, ticket: Ticket, requests: Requests) {
         if self.stops.len() >= URGENT_MAX {
             self.stops.pop_front();
         }
@@ -77,12 +77,15 @@ impl Session {
 
     /// Whether only reads wait for a monitor that does not answer, on a line where others do.
     pub(super) fn can_wait(&self) -> bool {
+        if !self.is_absent() || self.others.is_none() {
+            return false;
+        }
         let next = match &self.outstanding {
             Some(outstanding) => Some(&outstanding.operation),
             None => self.urgent.front().or(self.queue.get(self.first_queued())),
         };
         let reads = |it: &Operation| it.haste() == Haste::Usual && it.is_repeatable();
-        self.is_absent() && self.others.is_some() && next.is_some_and(reads)
+        next.is_some_and(reads)
     }
 
     /// The usual round trip, while the monitor answers.
@@ -97,8 +100,11 @@ impl Session {
 
     /// Time until which a read for an absent monitor waits for its turn.
     pub(super) fn gives_up_at(&self) -> Option<Now> {
+        if !self.can_wait() {
+            return None;
+        }
         let oldest = self.queue.iter().map(|operation| operation.submitted).min()?;
-        self.can_wait().then(|| oldest + self.config.timeout * self.config.tries)
+        Some(oldest + self.config.timeout * self.config.tries)
     }
 
     /// Ends the reads for an absent monitor whose turn has not come in time.
@@ -169,20 +175,22 @@ impl Session {
             let overtakes = !operation.is_urgent() || (blind && !urgent.sent);
             return overtakes.then_some(self.config.patience);
         }
-        let renews = self.queue.iter().any(Operation::is_held);
+        if !self.queue.iter().any(Operation::is_held) {
+            return None;
+        }
         let asks = operation.ticket == Ticket::QUESTION;
         let gives_way = operation.haste() == Haste::Usual && operation.is_repeatable() && !asks;
-        (renews && gives_way).then(|| self.wait_of_renewal())
+        gives_way.then(|| self.wait_of_renewal())
     }
 
     /// Replaces a frame that is without answer for too long by an operation that cannot wait.
     pub(super) fn overtake(&mut self, now: Now) {
-        let Some(outstanding) = self.outstanding.take() else { return };
-        let patience = self.patience(&outstanding);
+        let Some(outstanding) = &self.outstanding else { return };
+        let patience = self.patience(outstanding);
         if !patience.is_some_and(|time| outstanding.due || now >= outstanding.sent + time) {
-            self.outstanding = Some(outstanding);
             return;
         }
+        let Some(outstanding) = self.outstanding.take() else { return };
         let Outstanding { operation, .. } = self.give_up(outstanding);
         if operation.is_urgent() {
             self.urgent.push_back(operation);
@@ -197,12 +205,15 @@ impl Session {
     /// have been sent before are reads.
     pub(super) fn drop_expired(&mut self, now: Now) {
         let outcomes = &mut self.outcomes;
+        let alive = |operation: &Operation| operation.expires.is_none_or(|expires| now < expires);
+        if self.queue.iter().all(alive) {
+            return;
+        }
         self.queue.retain(|operation| {
-            let alive = operation.expires.is_none_or(|expires| now < expires);
-            if !alive {
+            if !alive(operation) {
                 outcomes.push_back((operation.ticket, Outcome::Expired));
             }
-            alive
+            alive(operation)
         });
     }
 }

@@ -1,4 +1,4 @@
-//! A drive that moves in virtual time, behind a line that loses and delays what it is told to.
+//! A drive that moves in virtual time, behind a line that loses and delays what it is set to.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -104,7 +104,7 @@ impl Plant {
         self.log.iter().filter(|(_, id, _)| *id == request).count()
     }
 
-    /// Somebody else stops it, beside the line.
+    /// Another client stops it, beside the line.
     pub fn stop(&mut self, drive: SubsystemId) {
         self.end_holds();
         let position = self.position(drive);

@@ -71,7 +71,7 @@ async fn what_a_remote_unit_has_not_taken_is_set_again() {
     assert_eq!(results[0].as_ref().unwrap().first().status(), Status::ACCEPTED);
     assert_eq!(traffic.lock().unwrap().frames, 3);
 
-    // A unit that is lost: the last answer tells.
+    // A unit that is lost: the last answer shows it.
     let config = Config { resume: Duration::ZERO, ..Config::default() };
     let (ours, theirs) = lafet_client::transport::memory::pair();
     tokio::spawn(line.serve(theirs, Arc::default()));
@@ -80,7 +80,7 @@ async fn what_a_remote_unit_has_not_taken_is_set_again() {
     assert_eq!(results[0].as_ref().unwrap().first().status(), Status::CACHED);
 }
 
-/// Nobody there: it ends, and says which was asked in vain and which was not asked at all.
+/// No monitor there: it ends, and says which was asked in vain and which was not asked at all.
 #[tokio::test(start_paused = true)]
 async fn silence_ends_it() {
     let (client, traffic) = start(SlowLine::new(19_200, 1000));

@@ -78,7 +78,7 @@ async fn everywhere<F: Future>(name: &str, mut make: impl FnMut(Monitor) -> F) {
         // What was dropped is not sent, but for urgent requests and what ends a motion.
         let log = log.lock().unwrap();
         let later = log[before..].iter().filter(|payload| moves(payload)).count();
-        assert_eq!(later, 0, "{name} {steps}: a motion that nobody wants: {log:x?}");
+        assert_eq!(later, 0, "{name} {steps}: an unwanted motion: {log:x?}");
         if done {
             assert!(steps > 1, "{name} has no await point");
             return;

@@ -227,7 +227,7 @@ fn a_plain_monitor_loses_little_time() {
     assert_eq!((stats.timeouts, stats.retries, stats.crc32c), (0, 0, 0));
 }
 
-/// Nobody there: the probes add less than half a second to the three tries.
+/// No monitor there: the probes add less than half a second to the three tries.
 #[test]
 fn a_silent_monitor_costs_little_more() {
     let mut world = World::new(CheckMode::Auto, [Peer::Nobody, Peer::Nobody]);
@@ -283,7 +283,7 @@ fn a_stop_reaches_whoever_is_there() {
     }
 }
 
-/// Insisted on: a plain monitor gets nothing but what stops it, and the caller is told why.
+/// Insisted on: a plain monitor gets nothing but what stops it, and the caller gets the reason.
 #[test]
 fn insisting() {
     let mut world = World::new(CheckMode::Crc32c, [Peer::plain(), Peer::both()]);

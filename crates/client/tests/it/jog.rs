@@ -1,4 +1,4 @@
-//! Jog, the dead-man: whatever happens to caller, line and answers, the drive stands soon.
+//! Jog, the dead-man: whatever happens to caller, line and answers, the drive stops soon.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -91,7 +91,7 @@ async fn a_program_that_stands_still_renews_too_late() {
     let end = jog.release().await;
     assert_eq!(reason(&end), Some(Reason::Lapsed), "{end:?}");
 
-    // It stands still before the first Move has gone out: that is not sent any more.
+    // It is at rest before the first Move has gone out: that is not sent any more.
     let moves = look(&plant, |plant| plant.count(RequestId::MOVE));
     let jog = monitor.vertical().jog(Toward::UP).unwrap();
     advance(Duration::from_secs(2)).await;
@@ -131,7 +131,7 @@ async fn lost_stops_are_sent_again_at_once() {
     }
 }
 
-/// A quarter of all frames and answers lost, a quarter late: it stands, and stays so.
+/// A quarter of all frames and answers lost, a quarter late: it stops, and stays so.
 #[tokio::test(start_paused = true)]
 async fn a_bad_line_delays_the_end_but_does_not_prevent_it() {
     let mut late = 0;
@@ -189,7 +189,7 @@ async fn after_a_lost_link_stop_is_sent() {
     server.lock().unwrap().take().unwrap().abort();
     pass(50 * MS).await;
     assert!(!jog.renew(), "a lost link ends it");
-    assert!(look(&plant, |plant| plant.is_moving(VERTICAL)), "nobody can tell it yet");
+    assert!(look(&plant, |plant| plant.is_moving(VERTICAL)), "it cannot be known yet");
     pass(Duration::from_secs(5)).await;
     *outage.lock().unwrap() = false;
     let mut jog = jog;
@@ -250,7 +250,7 @@ async fn who_else_stops_it_is_obeyed() {
     pass(100 * MS).await;
     monitor.horizontal().stop().await.unwrap();
     assert!(jog.renew());
-    // Somebody else stops it: it is not set in motion again.
+    // Another client stops it: it is not set in motion again.
     pass(100 * MS).await;
     look(&plant, |plant| plant.stop(VERTICAL));
     let moves = look(&plant, |plant| plant.count(RequestId::MOVE));
@@ -295,7 +295,7 @@ async fn refusals() {
     look(&plant, |plant| plant.denies_stop = Some(SubsystemId::DETECTOR));
     let end = jog.release().await;
     assert!(matches!(end, JogEnd::TakenOver { by: SubsystemId::DETECTOR }), "{end:?}");
-    // A monitor that answers and does not stop is told.
+    // A monitor that answers and does not stop is reported.
     look(&plant, |plant| plant.denies_stop = Some(SubsystemId::GENERAL));
     let jog = monitor.vertical().jog(Toward::DOWN).unwrap();
     pass(10 * MS).await;
@@ -330,7 +330,7 @@ async fn a_monitor_without_move_hold_is_moved_in_steps() {
     }
     let way = look(&plant, |plant| plant.position(VERTICAL));
     assert!(way > 900, "{way}' of 1200' in 4 s");
-    // The line is dead from now on: nobody can tell it to stop.
+    // The line is dead from now on: no Stop arrives.
     look(&plant, |plant| plant.fate = Box::new(|_| Fate::LoseRequest));
     pass(500 * MS).await;
     assert!(!look(&plant, |plant| plant.is_moving(VERTICAL)));

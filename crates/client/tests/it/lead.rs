@@ -143,7 +143,7 @@ async fn one_that_was_polled_once_is_sent() {
     }
 }
 
-/// §3.2: with the line idle, a Stop is sent within its first poll, not by anybody else's.
+/// §3.2: with the line idle, a Stop is sent within its first poll, not by another's.
 #[tokio::test(start_paused = true)]
 async fn a_stop_is_sent_by_its_first_poll() {
     for quick in [true, false] {

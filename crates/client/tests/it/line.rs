@@ -114,7 +114,7 @@ fn a_silent_monitor_does_not_take_the_line() {
         .filter(|(_, outcome)| *outcome == Outcome::Silence { tries: 2, stray: None });
     assert_eq!(silent.count(), 1);
     assert_eq!((line.stats(1).timeouts, line.stats(2).timeouts), (0, 2));
-    assert_eq!(line.silent_tries(), 0, "somebody answers: the connection is sound");
+    assert_eq!(line.silent_tries(), 0, "a monitor answers: the connection is sound");
 }
 
 /// 31 of 32 monitors fall silent at once: the one that is heard has its turn after each of them.
@@ -188,7 +188,7 @@ fn a_stop_overtakes_everything() {
     assert_eq!(sent(&mut line, now), None, "the late answer could be mistaken for this one's");
     reply(&mut line, now, 2, &payload);
     while line.poll_outcome().is_some() {}
-    // Full queues, and a frame in flight to somebody else.
+    // Full queues, and a frame in flight to another monitor.
     for _ in 1..QUEUE_MAX {
         ask(&mut line, now, 2, moving());
     }
@@ -231,7 +231,7 @@ fn with_a_controller_it_speaks_when_granted() {
     ask(&mut line, Now::ZERO, 1, read());
     ask(&mut line, Now::ZERO, 2, stop());
     assert_eq!(sent(&mut line, Now::ZERO), None);
-    // Somebody else's grant is none of ours.
+    // Another device's grant is none of ours.
     line.handle_bytes(MS, &encode(130, CONTROLLER, &GRANT));
     assert_eq!(sent(&mut line, MS), None);
     line.handle_bytes(MS, &encode(129, CONTROLLER, &GRANT));
@@ -248,7 +248,7 @@ fn with_a_controller_it_speaks_when_granted() {
     }
 }
 
-/// A grant is for now: who comes too late would speak into somebody else's turn.
+/// A grant is for now: a late frame would fall into another device's turn.
 #[test]
 fn a_grant_passes() {
     let active = || connected(Config { role: Role::Active, ..Config::default() });

@@ -106,7 +106,7 @@ async fn tables_and_parameters_are_sent_in_pieces() {
 }
 
 /// §3.5/9 Stored is what Ok says; a monitor that never says it is asked three times more and believed
-/// no further; one that cannot write tells by ConfigWriteFault.
+/// no further; one that cannot write reports ConfigWriteFault.
 #[tokio::test(start_paused = true)]
 async fn accepted_and_stored_are_told_apart() {
     let save = async |answers: &[Status], flags: u8| {
@@ -199,7 +199,7 @@ async fn silence_is_told_apart_by_what_it_means() {
     assert_eq!(log.lock().unwrap().len(), 9, "a Stop is repeated sooner");
     let error = monitor.client().probe().await.unwrap_err();
     assert!(matches!(error, Error::Absent { tries: 3, .. }), "{error}");
-    // Of a batch, what stands behind the silent frame is not sent.
+    // Of a batch, what is behind the silent frame is not sent.
     let requests = [
         Request::new(VERTICAL, Body::Move { destination: 1 }),
         read(SubsystemId::ALL),
@@ -273,7 +273,7 @@ async fn a_dropped_future_leaves_nothing_behind() {
     assert_eq!(answers.first().from(), VERTICAL);
     let log = log.lock().unwrap();
     assert!(log.iter().all(|payload| !payload.starts_with(&[RequestId::MOVE.0])), "{log:x?}");
-    assert_eq!(log.len(), 2, "the read of nobody is not repeated: {log:x?}");
+    assert_eq!(log.len(), 2, "the read without an addressee is not repeated: {log:x?}");
 }
 
 #[tokio::test(start_paused = true)]
@@ -376,7 +376,7 @@ async fn odd_answers_are_named() {
     let results = client.complete(&all, |_| {}).await;
     let fine: Vec<_> = results.iter().map(Result::is_ok).collect();
     assert_eq!(fine, [false, true, false, false, true]);
-    // Somebody is there who does not answer a probe as it should be answered.
+    // A device is there that does not answer a probe as it should.
     let (client, _, _) = start(|_| frame(&[0xD4, 0x5D, 0, 0]));
     client.probe().await.unwrap();
     // One subsystem of many does not spoil what the others say.

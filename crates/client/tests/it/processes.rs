@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::fake::encode;
 use crate::numbered::{Unknown, answer, number_of, outcome_of};
-use lafet_client::session::{Now, Outcome, Session, Slot};
+use lafet_client::session::{Now, Outcome, Session, Slot, Slots};
 use lafet_client::{AnswerBuf, Config, Framing, RequestBuf};
 use lafet_proto::link::Decoder;
 use lafet_proto::request::Body;
@@ -236,7 +236,7 @@ impl World {
     }
 
     /// Whether every answer was made for a frame of the process that believes it.
-    fn is_ours(&self, slots: Vec<Slot>) -> bool {
+    fn is_ours(&self, slots: Slots) -> bool {
         !self.executed.is_empty()
             && slots.into_iter().all(|slot| {
                 let Slot::Answered(answers) = slot else { panic!("there is room") };

@@ -79,7 +79,7 @@ impl World {
         let now = self.now();
         let timers = self.consoles.iter().filter_map(|(_, line)| line.poll_timeout(now));
         let timers = timers.map(|time| time.as_micros() as u64 + 1);
-        let next = timers.chain(self.radio.next_us()).min().expect("somebody waits");
+        let next = timers.chain(self.radio.next_us()).min().expect("a waiter");
         self.now_us = self.now_us.max(next);
         let passed_ms = self.now_us / 1000 - self.sim.now_ms().min(self.now_us / 1000);
         self.sim.advance_ms(passed_ms);

@@ -50,7 +50,7 @@ async fn the_latest_value_with_its_age_for_several() {
     sleep(20 * PERIOD).await;
     log.lock().unwrap().clear();
     sleep(100 * PERIOD).await;
-    assert!(log.lock().unwrap().is_empty(), "nobody is left");
+    assert!(log.lock().unwrap().is_empty(), "none is left");
     let stop = Request::new(SubsystemId::ALL, Body::Stop);
     assert!(matches!(client.subscribe(&stop, PERIOD), Err(Error::NotARead { .. })));
 }
@@ -124,7 +124,7 @@ async fn loop_until_stale(watch: &mut lafet_client::Subscription) -> Update {
     }
 }
 
-/// Figures each second, like Klipper's; they cost nothing while nobody listens.
+/// Figures each second, like Klipper's; they cost nothing without a listener.
 #[tokio::test(start_paused = true)]
 async fn the_link_tells_its_figures_each_second() {
     let plant = plant();

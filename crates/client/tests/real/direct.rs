@@ -2,6 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
+use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
@@ -113,4 +114,33 @@ fn late_answers_are_not_believed() {
     let stats = client.stats();
     assert_eq!(stats.believed, 10);
     assert!(stats.strays() >= 9, "{stats:?}");
+}
+
+/// A peer that sends without a pause, faster than it is read: requests end in their time all the same.
+#[test]
+#[expect(clippy::disallowed_methods, reason = "a real connection has been idle for real time")]
+fn a_peer_that_is_never_quiet() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let endpoint = format!("tcp://{}?addr=1", listener.local_addr().unwrap()).parse().unwrap();
+    for _ in 0..2 {
+        let listener = listener.try_clone().unwrap();
+        thread::spawn(move || {
+            for mut stream in listener.incoming().map_while(Result::ok) {
+                while stream.write_all(&[0xFF, 0xC0].repeat(4096)).is_ok() {}
+            }
+        });
+    }
+    let (told, outcome) = mpsc::channel();
+    thread::spawn(move || {
+        let mut client =
+            Direct::connect_with(&endpoint, config(Duration::from_millis(20))).unwrap();
+        for _ in 0..3 {
+            thread::sleep(Duration::from_millis(50));
+            told.send(client.request(&reading())).unwrap();
+        }
+    });
+    for _ in 0..3 {
+        let ended = outcome.recv_timeout(PATIENT).expect("it ends");
+        assert!(matches!(ended, Err(Error::NoAnswer { .. })), "{ended:?}");
+    }
 }

@@ -157,7 +157,7 @@ async fn udp() {
     assert!(stats.duplicates > 20 && stats.framing_errors > 20, "{stats:?}");
 }
 
-/// Nobody listens yet on the UDP port: that is silence, and no reason to give up.
+/// No server listens yet on the UDP port: that is silence, and no reason to give up.
 #[tokio::test]
 async fn udp_without_listener() {
     let socket = UdpSocket::bind("127.0.0.1:0").await.unwrap();

@@ -5,9 +5,10 @@ use std::io::{Read, Write};
 use std::time::Duration;
 
 use crate::fake::{answer, encode};
-use lafet_client::{Client, Config, Endpoint, Error, Lang, Monitor, Toward, blocking};
-use lafet_proto::SubsystemId;
+use lafet_client::{Client, Config, Endpoint, Error, Lang, Monitor, PortError, Toward, blocking};
 use lafet_proto::link::Decoder;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const VERTICAL: SubsystemId = SubsystemId::VERTICAL;
@@ -83,6 +84,42 @@ async fn a_quiet_line() {
     assert_eq!(monitor.status_all().await.unwrap().vertical.unwrap().position, 300);
     monitor.vertical().move_to(1200).await.unwrap();
     assert_eq!(monitor.client().stats().strays(), 0);
+}
+
+/// The client without a runtime opens and uses a port like the others.
+#[test]
+fn without_a_thread() {
+    let path = start(Line { echo: true, noise: true, ..Line::default() });
+    let endpoint: Endpoint = format!("serial://{path}?addr=2&echo=strip").parse().unwrap();
+    let config = Config { timeout: Duration::from_secs(5), ..Config::default() };
+    let mut client = blocking::Direct::connect_with(&endpoint, config.clone()).unwrap();
+    let reading = Request::new(VERTICAL, Body::GetStatus);
+    for _ in 0..5 {
+        assert_eq!(client.request(&reading).unwrap().first().from(), VERTICAL);
+        // After a pause, what has come meanwhile is looked at first.
+        std::thread::park_timeout(Duration::from_millis(15));
+    }
+    client.request(&Request::new(VERTICAL, Body::Move { destination: 1200 })).unwrap();
+    let stats = client.stats();
+    assert_eq!((stats.strays(), stats.reconnects), (0, 0), "{stats:?}");
+    let second = blocking::Direct::connect_with(&endpoint, config).unwrap_err();
+    let Error::Link { source, .. } = second else { panic!("{second}") };
+    let in_use = source.get_ref().and_then(|error| error.downcast_ref());
+    assert!(matches!(in_use, Some(PortError::InUse { .. })), "{source}");
+}
+
+/// A monitor that is off is reported, over a port that stays open.
+#[test]
+fn without_a_thread_and_without_a_monitor() {
+    let endpoint: Endpoint =
+        format!("serial://{}?addr=9&late=0", start(Line::default())).parse().unwrap();
+    let config = Config { timeout: Duration::from_millis(30), ..Config::default() };
+    let mut client = blocking::Direct::connect_with(&endpoint, config).unwrap();
+    for _ in 0..2 {
+        let error = client.request(&Request::new(VERTICAL, Body::GetStatus)).unwrap_err();
+        assert!(matches!(error, Error::NoAnswer { tries: 3, .. }), "{error}");
+    }
+    assert_eq!(client.stats().reconnects, 0);
 }
 
 #[tokio::test]

@@ -19,6 +19,7 @@ mod controller;
 mod driver;
 mod gateway;
 mod journal;
+mod kind;
 mod roster;
 
 pub use config::{ControllerConfig, Port, Ports, Repeat};

@@ -287,7 +287,7 @@ fn tell(event: &Event, urls: &[String], out: &mut Out) -> Outcome {
             let url = url(*port).map_or("", String::as_str);
             let text =
                 pick(format!("{url}: {why}; retrying"), format!("{url}: {why}; пробую снова"));
-            out.show(text, || json!({ "lost": url, "why": why }))
+            out.show(text, || json!({ "lost": url, "why": why.to_string() }))
         }
         Event::Change(change) => told_change(*change, out),
         Event::Asked(entry) => told_entry(entry, out),

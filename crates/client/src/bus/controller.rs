@@ -11,12 +11,15 @@ use lafet_proto::{Request, RequestId, Status, SubsystemId};
 
 use super::config::{ControllerConfig, Port, Ports, Repeat};
 use super::journal::Journal;
+use super::kind::is_repeatable;
 use super::roster::{Change, Roster};
-use crate::answers::RequestBuf;
 use crate::session::Now;
 
 /// A bus without requests for this long is idle, and new devices can be probed.
 const BUSY: Duration = Duration::from_millis(500);
+/// Urgent frames of the controller's own client in a row: however many it has, consoles have their
+/// turns, for a Stop of their own.
+const URGENT_SHARE: u32 = 4;
 /// Longest pause within an answer.
 const PAUSE: Duration = Duration::from_millis(20);
 
@@ -124,6 +127,8 @@ pub struct Controller {
     /// Consoles in the order of their next turns.
     round: VecDeque<u8>,
     own_left: u32,
+    /// Urgent frames of the controller's own client before the consoles have their turn.
+    urgent_left: u32,
     probed: bool,
     misses: BTreeMap<u8, u32>,
     heard: BTreeMap<u8, Now>,
@@ -141,6 +146,7 @@ impl Controller {
         Self {
             roster: Roster::new(addresses, config.probe_again),
             own_left: config.own_share,
+            urgent_left: URGENT_SHARE,
             config,
             decoders: Default::default(),
             journal: Journal::default(),
@@ -181,7 +187,8 @@ impl Controller {
     }
 
     /// Sets whether the controller's own client has a Stop, Close or Lockout to send: it is sent
-    /// before everything except an answer that is awaited, and before repetitions.
+    /// before everything except an answer that is awaited, and before repetitions. After four of them
+    /// in a row, a console has its turn.
     pub const fn set_urgent(&mut self, urgent: bool) {
         self.urgent = urgent;
     }
@@ -315,9 +322,13 @@ impl Controller {
         if !matches!(self.turn, Turn::Nobody) {
             return None;
         }
-        let own_next = self.own_left > 0 || self.urgent;
+        let own_next = self.own_is_next();
         let free = if own_next { self.free_from(Port::Monitors) } else { self.all_free_from() };
         Some(free.max(now))
+    }
+
+    const fn own_is_next(&self) -> bool {
+        if self.urgent { self.urgent_left > 0 } else { self.own_left > 0 }
     }
 
     /// The next frame to transmit. `own` is asked for a frame of the controller's own client
@@ -335,7 +346,7 @@ impl Controller {
         if !matches!(self.turn, Turn::Nobody) || now < self.free_from(Port::Monitors) {
             return None;
         }
-        if (self.own_left > 0 || self.urgent)
+        if self.own_is_next()
             && let Some(wire) = own()
         {
             return Some(self.send_own(now, wire));
@@ -359,6 +370,7 @@ impl Controller {
         }
         self.probed = false;
         self.own_left = self.config.own_share;
+        self.urgent_left = URGENT_SHARE;
         match self.round.pop_front() {
             Some(console) => {
                 self.round.push_back(console);
@@ -422,6 +434,9 @@ impl Controller {
 
     fn send_own(&mut self, now: Now, wire: Vec<u8>) -> Transmit {
         self.own_left = self.own_left.saturating_sub(1);
+        if self.urgent {
+            self.urgent_left = self.urgent_left.saturating_sub(1);
+        }
         self.begin_own(now, &wire);
         let transmit = Transmit { port: Port::Monitors, bytes: wire };
         self.send(now, transmit, Some(self.config.reply_timeout))
@@ -561,18 +576,6 @@ impl Controller {
     const fn time_s(&self, now: Now) -> u32 {
         self.config.epoch_s.wrapping_add(now.as_secs() as u32)
     }
-}
-
-/// Whether every request of a frame may be executed twice; a probe may.
-fn is_repeatable(payload: &[u8]) -> bool {
-    Records::new(payload).all(|record| {
-        let request = record.ok().and_then(|record| {
-            Request::decode(&record).ok().map(|request| {
-                RequestBuf::new(&request).is_ok_and(|request| request.is_repeatable())
-            })
-        });
-        request.unwrap_or(false)
-    })
 }
 
 const fn refusal(request: RequestId, status: Status) -> Record<'static> {

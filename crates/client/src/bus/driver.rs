@@ -49,7 +49,7 @@ pub enum Event {
     /// A line is open.
     Up(Port),
     /// A line was lost or cannot be opened; it is tried again each second.
-    Down(Port, String),
+    Down(Port, Arc<io::Error>),
     /// A device has appeared or was dropped.
     Change(Change),
     /// A control request was sent on the bus.
@@ -178,7 +178,7 @@ impl Driver {
             let now = self.start.elapsed();
             match happened {
                 Happened::Read(line, Ok(len)) => self.received(now, line, &buffers[line][..len]),
-                Happened::Read(line, Err(error)) => self.lost(line, &error, &mut tell),
+                Happened::Read(line, Err(error)) => self.lost(line, error, &mut tell),
                 Happened::Dialed(line, Ok(link)) => {
                     let line = &mut self.lines[line];
                     line.link = Some(link);
@@ -187,7 +187,7 @@ impl Driver {
                     tell(Event::Up(line.port));
                 }
                 Happened::Dialed(line, Err(error)) => {
-                    tell(Event::Down(self.lines[line].port, error.to_string()));
+                    tell(Event::Down(self.lines[line].port, Arc::new(error)));
                 }
                 Happened::Came(Ok(stream)) => self.came(stream, &mut tell),
                 // No file descriptor is left: wait before the next attempt.
@@ -198,8 +198,9 @@ impl Driver {
         }
     }
 
+    /// The line of the monitors is open. Without that of the consoles, programs still reach them.
     fn is_up(&self) -> bool {
-        self.lines.iter().all(|line| line.link.is_some())
+        self.lines.first().is_some_and(|line| line.link.is_some())
     }
 
     fn poll_timeout(&self) -> Option<Now> {
@@ -231,11 +232,12 @@ impl Driver {
             let Some(transmit) = transmit else { return };
             let index = if transmit.port == Port::Consoles { self.lines.len() - 1 } else { 0 };
             let line = &mut self.lines[index];
+            // What is for consoles whose line is lost gets no answer, like one that is switched off.
+            let Some(link) = &mut line.link else { continue };
             line.echo.sent(&transmit.bytes);
-            let Some(link) = &mut line.link else { return };
             let sent = timeout(SEND_TIMEOUT, link.send(&transmit.bytes)).await;
             if let Err(error) = sent.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into())) {
-                self.lost(index, &error, tell);
+                self.lost(index, error, tell);
             }
         }
     }
@@ -262,7 +264,13 @@ impl Driver {
     }
 
     fn came(&mut self, stream: TcpStream, tell: &mut impl FnMut(Event)) {
-        let Some(program) = self.gateway.connect() else { return };
+        let now = self.start.elapsed();
+        let program = self.gateway.connect(now).or_else(|| {
+            let quiet = self.gateway.quietest(now)?;
+            self.let_go(quiet);
+            self.gateway.connect(now)
+        });
+        let Some(program) = program else { return };
         let from = stream.peer_addr().map_or_else(|_| String::new(), |place| place.to_string());
         let (answers, waiting) = mpsc::channel(UNREAD_MAX);
         self.connected.push((program, answers));
@@ -272,8 +280,7 @@ impl Driver {
 
     fn said(&mut self, now: Now, said: &Said, tell: &mut impl FnMut(Event)) {
         if said.bytes.is_empty() {
-            self.connected.retain(|(address, _)| *address != said.program);
-            self.gateway.disconnect(said.program);
+            self.let_go(said.program);
             tell(Event::ProgramGone(said.program));
             return;
         }
@@ -283,17 +290,23 @@ impl Driver {
         }
     }
 
-    fn lost(&mut self, index: usize, error: &io::Error, tell: &mut impl FnMut(Event)) {
+    /// Its connection is closed if it is still open.
+    fn let_go(&mut self, program: u8) {
+        self.connected.retain(|(address, _)| *address != program);
+        self.gateway.disconnect(program);
+    }
+
+    fn lost(&mut self, index: usize, error: io::Error, tell: &mut impl FnMut(Event)) {
         let line = &mut self.lines[index];
         line.link = None;
         self.controller.line_lost();
-        tell(Event::Down(line.port, error.to_string()));
+        tell(Event::Down(line.port, Arc::new(error)));
     }
 
     fn half_open(&mut self, now: Now, tell: &mut impl FnMut(Event)) {
         for index in 0..self.lines.len() {
             if self.lines[index].half_open_at().is_some_and(|at| now >= at) {
-                self.lost(index, &io::ErrorKind::TimedOut.into(), tell);
+                self.lost(index, io::ErrorKind::TimedOut.into(), tell);
             }
         }
         self.controller.handle_timeout(now);

@@ -9,23 +9,28 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use lafet_proto::RequestId;
 use lafet_proto::bus::{CONTROLLER, MONITORS, ProbeLimit};
 use lafet_proto::link::{Check, Decoder, Frame};
-use lafet_proto::record::Records;
 
 use super::controller::{Controller, wire};
+use super::kind::is_urgent;
 use crate::session::Now;
 
 /// Addresses for programs (ours); consoles of the bus must have others.
 pub const LENT: RangeInclusive<u8> = 230..=254;
 /// Most programs at a time; fewer than addresses.
 pub const PROGRAMS_MAX: usize = 16;
+/// A program that has said nothing for this long gives way to another one where there are so many: its
+/// connection may be half open.
+const QUIET: Duration = Duration::from_secs(30);
 /// Most waiting frames of a program; more are dropped, as on a line that is too slow.
 const WAITING_MAX: usize = 16;
 /// A frame that has waited longer is dropped: its client has stopped waiting, and its request may
-/// no longer be wanted. Stop, Close and Lockout are not dropped.
+/// no longer be wanted.
 const LIFE: Duration = Duration::from_millis(500);
+/// The same of a Stop, Close or Lockout on. It outlasts the reopening of a line; one of minutes ago
+/// would end what another client has started since.
+const URGENT_LIFE: Duration = Duration::from_secs(10);
 
 /// The programs of a controller.
 #[derive(Debug, Default)]
@@ -46,6 +51,8 @@ struct Program {
     own: u8,
     /// §L/8 Limits which of its probes are answered.
     probes: ProbeLimit,
+    /// When it was heard last.
+    heard: Now,
     /// The program has disconnected.
     gone: bool,
     waiting: VecDeque<Waiting>,
@@ -60,9 +67,31 @@ struct Waiting {
     urgent: bool,
 }
 
+impl Waiting {
+    fn is_due(&self, now: Now) -> bool {
+        now <= self.since + if self.urgent { URGENT_LIFE } else { LIFE }
+    }
+}
+
+impl Program {
+    /// A frame more, if there is room. An urgent one takes the place of the oldest that is not.
+    fn queue(&mut self, frame: Waiting) -> bool {
+        if self.waiting.len() >= WAITING_MAX {
+            let other = self.waiting.iter().position(|other| !other.urgent);
+            let Some(other) = other.filter(|_| frame.urgent) else { return false };
+            self.waiting.remove(other);
+            self.waiting.push_back(frame);
+            return false;
+        }
+        self.waiting.push_back(frame);
+        true
+    }
+}
+
 impl Gateway {
     /// Assigns an address to a new program; `None` if there are too many.
-    pub fn connect(&mut self) -> Option<u8> {
+    pub fn connect(&mut self, now: Now) -> Option<u8> {
+        self.forget(now);
         if self.programs.len() >= PROGRAMS_MAX {
             return None;
         }
@@ -70,8 +99,15 @@ impl Gateway {
         let mut order = (after..=*LENT.end()).chain(LENT);
         let address = order.find(|address| !self.programs.contains_key(address))?;
         self.lent = Some(address);
-        self.programs.insert(address, Program::default());
+        self.programs.insert(address, Program { heard: now, ..Program::default() });
         Some(address)
+    }
+
+    /// The program that has to give way to one more: of those that were quiet for long, the quietest.
+    pub fn quietest(&self, now: Now) -> Option<u8> {
+        let there = self.programs.iter().filter(|(_, program)| !program.gone);
+        let (address, program) = there.min_by_key(|(_, program)| program.heard)?;
+        (now >= program.heard + QUIET).then_some(*address)
     }
 
     /// Removes a program. Its urgent requests are still sent.
@@ -79,6 +115,16 @@ impl Gateway {
         if let Some(program) = self.programs.get_mut(&program) {
             program.gone = true;
             program.waiting.retain(|frame| frame.urgent);
+        }
+        self.forget_gone();
+    }
+
+    /// Drops what has waited too long.
+    fn forget(&mut self, now: Now) {
+        for program in self.programs.values_mut() {
+            let before = program.waiting.len();
+            program.waiting.retain(|frame| frame.is_due(now));
+            self.dropped += (before - program.waiting.len()) as u64;
         }
         self.forget_gone();
     }
@@ -97,7 +143,7 @@ impl Gateway {
         self.programs.values().any(|program| !program.waiting.is_empty())
     }
 
-    /// Whether a Stop, Close or Lockout waits.
+    /// Whether a Stop, Close or Lockout on waits.
     pub fn is_urgent(&self) -> bool {
         self.programs.values().any(|program| program.waiting.iter().any(|frame| frame.urgent))
     }
@@ -112,6 +158,7 @@ impl Gateway {
         controller: &Controller,
     ) -> Vec<u8> {
         let Some(program) = self.programs.get_mut(&program) else { return Vec::new() };
+        program.heard = now;
         let (mut answers, mut rest) = (Vec::new(), bytes);
         while !rest.is_empty() {
             let (taken, frame) = program.decoder.push_slice(rest);
@@ -125,12 +172,10 @@ impl Gateway {
                     continue;
                 }
                 answers.extend(wire(check, src, CONTROLLER, &controller.services(&payload)));
-            } else if MONITORS.contains(&dst) && program.waiting.len() < WAITING_MAX {
+            } else if MONITORS.contains(&dst) {
                 let urgent = is_urgent(&payload);
                 let frame = Waiting { since: now, check, monitor: dst, payload, urgent };
-                program.waiting.push_back(frame);
-            } else if MONITORS.contains(&dst) {
-                self.dropped += 1;
+                self.dropped += u64::from(!program.queue(frame));
             }
         }
         answers
@@ -138,13 +183,7 @@ impl Gateway {
 
     /// The next frame for the monitors' line.
     pub fn poll_transmit(&mut self, now: Now) -> Option<Vec<u8>> {
-        let mut dropped = 0;
-        for program in self.programs.values_mut() {
-            let before = program.waiting.len();
-            program.waiting.retain(|frame| frame.urgent || now <= frame.since + LIFE);
-            dropped += before - program.waiting.len();
-        }
-        self.dropped += dropped as u64;
+        self.forget(now);
         let urgent = self.is_urgent();
         let turn = self.turn;
         let has = |program: &Program| match urgent {
@@ -188,11 +227,6 @@ impl Gateway {
     }
 }
 
-fn is_urgent(payload: &[u8]) -> bool {
-    let urgent = [RequestId::STOP, RequestId::CLOSE, RequestId::LOCKOUT];
-    Records::new(payload).map_while(Result::ok).any(|record| urgent.contains(&record.request))
-}
-
 #[cfg(test)]
 mod tests {
     use lafet_proto::link::Check;
@@ -233,7 +267,8 @@ mod tests {
     #[test]
     fn an_answer_goes_to_the_program_that_asked_under_the_name_it_gave_itself() {
         let mut world = World::new();
-        let (a, b) = (world.gateway.connect().unwrap(), world.gateway.connect().unwrap());
+        let (a, b) =
+            (world.gateway.connect(Now::ZERO).unwrap(), world.gateway.connect(Now::ZERO).unwrap());
         assert_ne!(a, b);
         assert!(world.says(Now::ZERO, a, 1, &STATUS).is_empty());
         world.says(Now::ZERO, b, 1, &STATUS);
@@ -245,7 +280,7 @@ mod tests {
         assert!(world.gateway.handle_line(&wire(Check::Crc16, CONTROLLER, 1, &[])).is_empty());
         // A new program must not be taken for the previous one.
         world.gateway.disconnect(b);
-        let c = world.gateway.connect().unwrap();
+        let c = world.gateway.connect(Now::ZERO).unwrap();
         assert!(c != a && c != b);
         assert!(world.gateway.handle_line(&answer).is_empty());
     }
@@ -253,7 +288,7 @@ mod tests {
     #[test]
     fn the_controller_itself_is_asked_without_the_line() {
         let mut world = World::new();
-        let a = world.gateway.connect().unwrap();
+        let a = world.gateway.connect(Now::ZERO).unwrap();
         let answer = world.says(Now::ZERO, a, CONTROLLER, &[0x29, 0xC2, 0, 0]);
         let mut decoder: Box<Decoder> = Box::default();
         let frame = decoder.push_slice(&answer).1.expect("a frame");
@@ -265,7 +300,8 @@ mod tests {
     #[test]
     fn a_stop_overtakes_and_is_not_undone() {
         let mut world = World::new();
-        let (a, b) = (world.gateway.connect().unwrap(), world.gateway.connect().unwrap());
+        let (a, b) =
+            (world.gateway.connect(Now::ZERO).unwrap(), world.gateway.connect(Now::ZERO).unwrap());
         world.says(Now::ZERO, a, 1, &STATUS);
         world.says(Now::ZERO, b, 2, &STATUS);
         world.says(Now::ZERO, b, 1, &MOVE);
@@ -282,13 +318,13 @@ mod tests {
     #[test]
     fn what_has_waited_too_long_is_not_sent_but_a_stop_is() {
         let mut world = World::new();
-        let a = world.gateway.connect().unwrap();
+        let a = world.gateway.connect(Now::ZERO).unwrap();
         world.says(Now::ZERO, a, 1, &MOVE);
         world.says(Now::ZERO, a, 1, &STOP);
         world.gateway.disconnect(a);
         assert_eq!(world.sent(700 * MS), Some((1, a, STOP.to_vec())));
         assert_eq!(world.sent(700 * MS), None);
-        let b = world.gateway.connect().unwrap();
+        let b = world.gateway.connect(Now::ZERO).unwrap();
         world.says(Now::ZERO, b, 1, &MOVE);
         assert_eq!((world.sent(501 * MS), world.gateway.dropped()), (None, 1));
         (0..20).for_each(|_| assert!(world.says(Now::ZERO, b, 1, &STATUS).is_empty()));
@@ -296,15 +332,57 @@ mod tests {
     }
 
     #[test]
+    fn a_full_queue_keeps_no_stop_out() {
+        let mut world = World::new();
+        let a = world.gateway.connect(Now::ZERO).unwrap();
+        (0..20).for_each(|_| _ = world.says(Now::ZERO, a, 2, &STATUS));
+        (0..20).for_each(|_| _ = world.says(Now::ZERO, a, 1, &STOP));
+        let sent: Vec<_> = std::iter::from_fn(|| world.sent(MS)).collect();
+        assert_eq!(sent, vec![(1, a, STOP.to_vec()); WAITING_MAX]);
+        assert_eq!(world.gateway.dropped(), 4 + 20);
+    }
+
+    /// The line was lost for minutes: what was to be stopped then is no matter of now, and programs
+    /// that have gone keep no place.
+    #[test]
+    fn a_stop_of_long_ago_is_not_sent() {
+        let mut world = World::new();
+        let all: Vec<u8> =
+            std::iter::from_fn(|| world.gateway.connect(Now::ZERO)).take(PROGRAMS_MAX).collect();
+        for program in all {
+            world.says(Now::ZERO, program, 1, &STOP);
+            world.gateway.disconnect(program);
+        }
+        assert_eq!(world.gateway.connect(9000 * MS), None);
+        assert!(world.gateway.connect(10_001 * MS).is_some());
+        assert_eq!(world.sent(10_001 * MS), None);
+    }
+
+    #[test]
+    fn who_was_quiet_for_long_gives_way() {
+        let mut world = World::new();
+        let all: Vec<u8> = std::iter::from_fn(|| world.gateway.connect(Now::ZERO)).collect();
+        let (quiet, others) = all.split_last().unwrap();
+        for program in others {
+            world.says(20_000 * MS, *program, 1, &STATUS);
+        }
+        assert_eq!(world.gateway.quietest(29_999 * MS), None);
+        assert_eq!(world.gateway.quietest(30_000 * MS), Some(*quiet));
+        world.gateway.disconnect(*quiet);
+        assert_eq!(world.gateway.quietest(30_000 * MS), None);
+        assert!(world.gateway.connect(30_000 * MS).is_some());
+    }
+
+    #[test]
     fn not_more_programs_than_it_can_bear() {
         let mut world = World::new();
-        let all: Vec<u8> = std::iter::from_fn(|| world.gateway.connect()).collect();
+        let all: Vec<u8> = std::iter::from_fn(|| world.gateway.connect(Now::ZERO)).collect();
         assert_eq!(all.len(), PROGRAMS_MAX);
         world.gateway.disconnect(all[3]);
         for _ in 0..100 {
-            let next = world.gateway.connect().expect("there is room");
+            let next = world.gateway.connect(Now::ZERO).expect("there is room");
             assert!(LENT.contains(&next));
-            assert_eq!(world.gateway.connect(), None);
+            assert_eq!(world.gateway.connect(Now::ZERO), None);
             world.gateway.disconnect(next);
         }
     }

@@ -4,6 +4,7 @@ mod between;
 mod medium;
 mod modbus;
 mod probes;
+mod programs;
 mod respect;
 mod scan;
 mod world;
@@ -29,7 +30,7 @@ fn first_status(outcome: &Outcome) -> Option<Status> {
     }
 }
 
-/// Everything a console was told, as text.
+/// Everything a console has received, as text.
 fn told(outcomes: &[Outcome]) -> Vec<String> {
     let slots = outcomes.iter().flat_map(|outcome| match outcome {
         Outcome::Answered(slots) => slots.iter(),
@@ -69,6 +70,34 @@ fn a_console_speaks_when_it_has_access_and_is_answered() {
     assert_eq!((line.dst, line.src, line.request), (2, 129, RequestId::DEPLOY));
     let stats = bus.controller.stats();
     assert_eq!((stats.requests, stats.answers), (2, 2));
+}
+
+/// However many urgent frames the controller's own client has, each console has its turns, with a Stop
+/// of its own among them.
+#[test]
+fn a_flood_of_stops_leaves_consoles_their_turns() {
+    let stop = || request(Body::Stop, SubsystemId::ALL);
+    let mut bus = Bus::new(19_200, 2, 3, Noise::default());
+    bus.run(2 * SECOND, |_| {});
+    bus.ask_own(1, stop());
+    let mut floods = 0;
+    let mut flood = |bus: &mut Bus| {
+        bus.controller.set_urgent(true);
+        if bus.own_outcomes.pop().is_some() {
+            floods += 1;
+            bus.ask_own(1, stop());
+        }
+    };
+    bus.run(SECOND, &mut flood);
+    for console in 0..3 {
+        bus.ask(console, 2, stop());
+    }
+    bus.run(2 * SECOND, &mut flood);
+    for console in &bus.consoles {
+        assert_eq!(console.outcomes.iter().map(first_status).collect::<Vec<_>>().len(), 1);
+        assert!(first_status(&console.outcomes[0]).is_some());
+    }
+    assert!(floods > 20, "{floods}");
 }
 
 /// A monitor that falls silent is tried three times, dropped, and found again when it is back.
@@ -166,7 +195,7 @@ fn poll(bus: &mut Bus, monitors: u8, rounds: u32) -> Polled {
 }
 
 /// For `cargo xtask bench --only bus`: a round, the bytes that are sent in it, and how much of the
-/// time somebody sends.
+/// time of the next sender.
 fn row(who: &str, cycle: Duration, share: f64) {
     let bytes = cycle.as_secs_f64() * share * f64::from(BAUD) / 10.0;
     let (ms, percent) = (cycle.as_secs_f64() * 1e3, 100.0 * share);

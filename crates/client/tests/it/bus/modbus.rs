@@ -17,7 +17,7 @@ const MASTER: usize = 0;
 pub struct Seen {
     pub cycle: Duration,
     pub registers: usize,
-    /// Share of the line's time in which somebody sends.
+    /// Share of the line's time in which it is busy.
     pub share: f64,
 }
 

@@ -74,7 +74,7 @@ impl Device {
     }
 }
 
-/// One line: everybody hears each frame.
+/// One line: all devices hear each frame.
 #[derive(Default)]
 struct Line {
     devices: Vec<Device>,
@@ -84,14 +84,14 @@ struct Line {
 /// What came of some frames.
 #[derive(Debug, PartialEq, Eq)]
 struct Came {
-    /// Frames to whoever asked, from whom it asked.
+    /// Frames to the device that asked, from the one it asked.
     answers: usize,
     /// Frames in all.
     frames: usize,
 }
 
 impl Line {
-    /// Somebody who is no device here says this, several times before anybody answers.
+    /// A sender that is no device here sends this, several times before any device answers.
     fn ask(&mut self, dst: u8, src: u8, payload: &[u8], times: usize) -> Came {
         let mut line: VecDeque<(usize, Vec<u8>)> =
             (0..times).map(|_| (usize::MAX, encoded(dst, src, payload))).collect();
@@ -210,7 +210,7 @@ fn what_noise_has_started_ends() {
 fn a_console_at_the_gateway() {
     let controller = Controller::new(ControllerConfig::default());
     let (mut gateway, mut console) = (Gateway::default(), Device::console(129));
-    let program = gateway.connect().unwrap();
+    let program = gateway.connect(Duration::ZERO).unwrap();
     let mut said = encoded(CONTROLLER, 129, &[]);
     let mut now = Duration::ZERO;
     for count in 0..ENDLESS {

@@ -35,7 +35,7 @@ fn a_direct_client_listens_before_its_first_byte() {
     line.submit(MS, 5, Terms::default(), moving()).unwrap();
     assert_eq!(line.poll_transmit(MS), None);
     assert_eq!(line.poll_timeout(MS), Some(101 * MS));
-    // A controller gives access to somebody: nothing is said.
+    // A controller gives access to a device: nothing is sent.
     line.handle_bytes(60 * MS, &encoded(130, CONTROLLER, &GRANT));
     assert_eq!(line.poll_transmit(101 * MS), None);
     assert!(matches!(line.poll_outcome(), Some((_, Outcome::ControllerPresent))));
@@ -44,7 +44,7 @@ fn a_direct_client_listens_before_its_first_byte() {
     line.submit(MS, 5, Terms::default(), moving()).unwrap();
     assert_eq!(line.poll_transmit(MS), None);
     assert!(line.poll_transmit(101 * MS).is_some());
-    // What stops waits for nobody.
+    // What stops waits for nothing.
     let mut line = fresh();
     line.submit(MS, 5, Terms::default(), vec![request(Body::Stop, SubsystemId::ALL)]).unwrap();
     assert!(line.poll_transmit(MS).is_some());
@@ -95,7 +95,7 @@ async fn found(two_lines: bool, addr: u8) -> Vec<Finding> {
     let endpoint: Endpoint =
         format!("serial:///x?role=active&src=130&addr={addr}").parse().unwrap();
     let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(consoles.station(false))));
-    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
     findings(&evidence)
 }
 
@@ -113,7 +113,7 @@ async fn a_console_without_a_controller() {
     tokio::spawn(monitor(5, line.station(false)));
     let endpoint: Endpoint = "serial:///x?role=active&src=130&addr=5".parse().unwrap();
     let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(line.station(false))));
-    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
     assert_eq!(findings(&evidence), [Finding::NoAccess { controller: false }]);
     assert!(line.log().is_empty(), "and nothing was sent");
 }

@@ -143,7 +143,7 @@ impl Bus {
         }
     }
 
-    /// Goes to the next byte, or to the next time somebody waits for.
+    /// Goes to the next byte, or to the next time that is waited for.
     fn advance(&mut self, until_ns: u64) {
         let mut heard: Vec<(Station, u8)> = Vec::new();
         if self.line.step(|station, byte| heard.push((station, byte.byte))) {

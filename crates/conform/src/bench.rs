@@ -2,13 +2,14 @@
 
 use lafet_client::Framing;
 use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Shown, Text, conform as text};
 
 use crate::Options;
 use crate::checks::Erased;
 use crate::line::Line;
 use crate::raw::{self, Incoming, Rec, Splitter};
 use crate::safety::{Found, Undo};
-use crate::verdict::{Halt, Note, Step, fail, must, not_applicable};
+use crate::verdict::{Halt, Step, fail, must, not_applicable};
 
 /// §3.18/3: requests that a monitor executes under lockout.
 const WORKS_LOCKED_OUT: [R; 7] = [
@@ -110,7 +111,7 @@ impl<'a> Bench<'a> {
         if self.is_framed() {
             return Ok(());
         }
-        not_applicable("the connection carries bare records", "соединение передаёт одни записи")
+        not_applicable(text::RecordsCarried)
     }
 
     /// Not applicable over a connection of bare records, which answers each record by itself.
@@ -121,7 +122,7 @@ impl<'a> Bench<'a> {
     fn interrupted(&self) -> Step {
         use std::sync::atomic::Ordering;
         if !self.restoring && self.options.interrupt.load(Ordering::Relaxed) {
-            return Err(Halt::Abort(Note::new("interrupted", "прервано")));
+            return Err(Halt::Abort(text::Interrupted.words()));
         }
         Ok(())
     }
@@ -156,10 +157,7 @@ impl<'a> Bench<'a> {
         if self.restoring || frames == 0 && self.is_framed() {
             return Ok(());
         }
-        fail(
-            Note::new("§1/10: one answer to a frame", "§1/10: один ответ на кадр"),
-            Note::new("another frame came after it", "вслед пришёл ещё один кадр"),
-        )
+        fail(text::OneAnswer, text::AnotherFrameCame)
     }
 
     /// Sends bytes and receives whole frames (or records), until `wanted` of them have come or the
@@ -223,43 +221,27 @@ impl<'a> Bench<'a> {
                 return self.answer(first);
             }
         }
-        fail(
-            Note::new("§1/10: an answer frame", "§1/10: кадр ответа"),
-            Note::new(
-                format!("nothing in {} ms", self.options.timeout_ms),
-                format!("ничего за {} мс", self.options.timeout_ms),
-            ),
-        )
+        fail(text::AnswerFrame, text::NothingWithin { ms: self.options.timeout_ms })
     }
 
     fn answer(&self, incoming: Incoming) -> Step<Vec<Rec>> {
         let (dst, src, payload) = match incoming {
             Incoming::Frame { dst, src, payload } => (dst, src, payload),
             Incoming::Broken(raw) => {
-                return fail(
-                    Note::new("§L/2: a frame without errors", "§L/2: кадр без ошибок"),
-                    Note::same(raw::hex(&raw)),
-                );
+                return fail(text::FrameWithoutErrors, Shown(raw::hex(&raw)));
             }
         };
         let (monitor, source) = (self.options.monitor, self.options.source);
         must(
             (dst, src) == (source, monitor),
-            "§L/6: dst and src of the request, swapped",
-            "§L/6: dst и src запроса, переставленные",
+            text::AddressesSwapped,
             format!("dst {dst}, src {src}"),
         )?;
         let Some(records) = Rec::all(&payload) else {
-            return fail(
-                Note::new("§2: whole records", "§2: целые записи"),
-                Note::same(raw::hex(&payload)),
-            );
+            return fail(text::WholeRecords, Shown(raw::hex(&payload)));
         };
         if let Some(bad) = records.iter().find(|rec| rec.status > Status::NOT_SUPPORTED) {
-            return fail(
-                Note::new("§2/5: a status from 0 to 18", "§2/5: статус от 0 до 18"),
-                Note::same(bad.words(true)),
-            );
+            return fail(text::StatusKnown, Shown(bad.words(true)));
         }
         Ok(records)
     }
@@ -270,10 +252,7 @@ impl<'a> Bench<'a> {
         let found = list(&records);
         match <[Rec; 1]>::try_from(records) {
             Ok([rec]) if rec.request == request => Ok(rec),
-            _ => fail(
-                Note::new("one answer record to this request", "одна запись ответа на этот запрос"),
-                Note::same(found),
-            ),
+            _ => fail(text::OneAnswerRecord, Shown(found)),
         }
     }
 
@@ -287,8 +266,8 @@ impl<'a> Bench<'a> {
             any.iter().map(|status| raw::name(status.name(), status.0)).collect();
         let from = raw::name(from.name(), from.0);
         fail(
-            Note::same(format!("{} ← {from}: {}", name_of(request), statuses.join(" / "))),
-            Note::same(rec.words(true)),
+            Shown(format!("{} ← {from}: {}", name_of(request), statuses.join(" / "))),
+            Shown(rec.words(true)),
         )
     }
 
@@ -296,7 +275,7 @@ impl<'a> Bench<'a> {
     /// (§2).
     pub fn done(&mut self, request: R, to: S, data: &[u8]) -> Step {
         let rec = self.want(request, to, data, to, &[Status::OK, Status::ACCEPTED])?;
-        must(rec.data.is_empty(), "an answer without data", "ответ без данных", rec.words(true))
+        must(rec.data.is_empty(), text::AnswerWithoutData, rec.words(true))
     }
 
     /// Sends a request that must be refused. §3.18/2: under lockout General refuses it first.
@@ -309,7 +288,7 @@ impl<'a> Bench<'a> {
     /// Not applicable to a monitor that was locked out when it was found.
     pub fn needs_release(&self) -> Step {
         match self.found.locked_out {
-            true => not_applicable("the monitor is locked out", "ствол заблокирован"),
+            true => not_applicable(text::LockedOut),
             false => Ok(()),
         }
     }
@@ -322,15 +301,7 @@ impl<'a> Bench<'a> {
     /// Flags of a subsystem.
     pub fn flags(&mut self, of: S) -> Step<u32> {
         let rec = self.read(R::GET_STATUS, of, &[])?;
-        rec.flags().map_or_else(
-            || {
-                fail(
-                    Note::new("§3.3: a word of flags", "§3.3: слово флагов"),
-                    Note::same(rec.words(true)),
-                )
-            },
-            Ok,
-        )
+        rec.flags().map_or_else(|| fail(text::WordOfFlags, Shown(rec.words(true))), Ok)
     }
 
     /// Flags and position of a drive.
@@ -338,10 +309,7 @@ impl<'a> Bench<'a> {
         let rec = self.read(R::GET_STATUS, of, &[])?;
         match (rec.flags(), rec.i16_at(4)) {
             (Some(flags), Some(position)) => Ok((flags, i32::from(position))),
-            _ => fail(
-                Note::new("§3.3: the 8 bytes of a drive", "§3.3: 8 байт привода"),
-                Note::same(rec.words(true)),
-            ),
+            _ => fail(text::BytesOfDrive, Shown(rec.words(true))),
         }
     }
 
@@ -355,14 +323,14 @@ impl<'a> Bench<'a> {
             return Ok(());
         }
         let name = raw::name(id.name(), id.0);
-        Err(Halt::NotApplicable(Note::new(format!("no {name}"), format!("нет {name}"))))
+        Err(Halt::NotApplicable(text::SubsystemMissing { name }.words()))
     }
 
     /// The first of these subsystems that the monitor has.
     pub fn one_of(&self, ids: &[S]) -> Step<S> {
         match ids.iter().find(|id| self.has(**id)) {
             Some(id) => Ok(*id),
-            None => not_applicable("no such subsystem", "нет такой подсистемы"),
+            None => not_applicable(text::NoSuchSubsystem),
         }
     }
 
@@ -393,10 +361,7 @@ impl<'a> Bench<'a> {
             }
             if frames > 0 && !self.restoring {
                 self.push_log(&[], &bytes, "?".into());
-                return fail(
-                    Note::new("§1/10: one answer to a frame", "§1/10: один ответ на кадр"),
-                    Note::new("another frame came after it", "вслед пришёл ещё один кадр"),
-                );
+                return fail(text::OneAnswer, text::AnotherFrameCame);
             }
         }
         Ok(())
@@ -406,8 +371,7 @@ impl<'a> Bench<'a> {
     pub fn until(
         &mut self,
         limit_ms: u64,
-        en: &str,
-        ru: &str,
+        what: impl Text,
         mut so: impl FnMut(&mut Self) -> Step<bool>,
     ) -> Step {
         let end = self.line.now_ms() + limit_ms;
@@ -416,11 +380,8 @@ impl<'a> Bench<'a> {
                 return Ok(());
             }
             if self.line.now_ms() >= end {
-                let s = limit_ms.div_ceil(1000);
-                return fail(
-                    Note::new(format!("{en}, within {s} s"), format!("{ru}, не позже {s} с")),
-                    Note::new("it is not so", "этого нет"),
-                );
+                let seconds = limit_ms.div_ceil(1000);
+                return fail(text::Within { what, seconds }, text::NotSo);
             }
             self.watch()?;
             self.collect_quietly(POLL_MS)?;
@@ -430,9 +391,12 @@ impl<'a> Bench<'a> {
     /// Polls until the flags of a subsystem have all of `set` and none of `clear`.
     pub fn until_flags(&mut self, of: S, set: u32, clear: u32, limit_ms: u64) -> Step {
         let name = raw::name(of.name(), of.0);
-        let text = format!("{name}: flags {set:#010x} set, {clear:#010x} clear");
-        let ru = format!("{name}: флаги {set:#010x} есть, {clear:#010x} нет");
-        self.until(limit_ms, &text, &ru, |bench| {
+        let flags = text::FlagsBecome {
+            name,
+            set: format!("{set:#010x}"),
+            clear: format!("{clear:#010x}"),
+        };
+        self.until(limit_ms, flags, |bench| {
             let flags = bench.flags(of)?;
             Ok(flags & set == set && flags & clear == 0)
         })
@@ -442,13 +406,12 @@ impl<'a> Bench<'a> {
     pub fn stays(
         &mut self,
         ms: u64,
-        en: &str,
-        ru: &str,
+        what: impl Text,
         mut so: impl FnMut(&mut Self) -> Step<bool>,
     ) -> Step {
         let end = self.line.now_ms() + ms;
         while self.line.now_ms() < end {
-            must(so(self)?, en, ru, "")?;
+            must(so(self)?, &what, "")?;
             self.watch()?;
             self.collect_quietly(POLL_MS)?;
         }
@@ -470,8 +433,7 @@ impl<'a> Bench<'a> {
                     let (chunks, rest) = rec.data.get(2..).unwrap_or_default().as_chunks::<4>();
                     must(
                         rest.is_empty() && rec.data.starts_with(&id),
-                        "§3.4: the id and int32 values",
-                        "§3.4: идентификатор и значения int32",
+                        text::IdAndValues,
                         rec.words(true),
                     )?;
                     return Ok(Some(chunks.iter().map(|c| i32::from_le_bytes(*c)).collect()));
@@ -479,20 +441,14 @@ impl<'a> Bench<'a> {
                 _ => return Ok(None),
             }
         }
-        fail(
-            Note::new("§3.4/2: Ok once the unit has answered", "§3.4/2: Ok, когда блок ответил"),
-            Note::same("NotCached"),
-        )
+        fail(text::OkOnceAnswered, Shown("NotCached"))
     }
 
     /// First value of a parameter that the test needs.
     pub fn param(&mut self, of: S, name: &str) -> Step<i32> {
         match self.get(of, name)?.as_deref() {
             Some([value, ..]) => Ok(*value),
-            _ => Err(Halt::NotApplicable(Note::new(
-                format!("the monitor has no parameter {name}: the list is ours"),
-                format!("у ствола нет параметра {name}: перечень наш"),
-            ))),
+            _ => Err(Halt::NotApplicable(text::ParameterMissing { name }.words())),
         }
     }
 
@@ -506,13 +462,7 @@ impl<'a> Bench<'a> {
             }
             self.collect_quietly(FETCH_MS)?;
         }
-        fail(
-            Note::new(
-                "§3.5/7: taken once the unit is free",
-                "§3.5/7: принято, когда блок свободен",
-            ),
-            Note::same("Cached"),
-        )
+        fail(text::TakenOnceFree, Shown("Cached"))
     }
 
     /// Sets a parameter; its old value is restored when the test has ended.
@@ -527,8 +477,7 @@ impl<'a> Bench<'a> {
         let rec = self.try_set(of, name, &[value])?;
         must(
             matches!(rec.status, Status::OK | Status::ACCEPTED) && rec.device == of,
-            "§3.5: Accepted",
-            "§3.5: Accepted",
+            Shown("§3.5: Accepted"),
             rec.words(true),
         )
     }

@@ -1,5 +1,6 @@
 //! A run: inspects the monitor, executes the tests, restores everything.
 
+use lafet_texts::{Shown, Text as _, conform as text};
 use std::sync::atomic::Ordering;
 
 use crate::bench::Bench;
@@ -170,7 +171,7 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
         end = Some(told(&halt));
         if ended.outcome != Outcome::Fail {
             ended.outcome = Outcome::Fail;
-            ended.expected = Note::new("everything is as before the test", "всё как до проверки");
+            ended.expected = text::AsBeforeTheTest.words();
             ended.found = told(&halt);
         }
     }
@@ -182,10 +183,7 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
 fn told(halt: &Halt) -> Note {
     match halt {
         Halt::Abort(note) | Halt::NotApplicable(note) => note.clone(),
-        Halt::Link(error) => Note::new(format!("the link: {error}"), format!("связь: {error}")),
-        Halt::Fail { expected, found } => Note::new(
-            format!("expected {}; found {}", expected.en, found.en),
-            format!("ожидалось: {}; получено: {}", expected.ru, found.ru),
-        ),
+        Halt::Link(error) => text::LinkFailed { error: Shown(error) }.words(),
+        Halt::Fail { expected, found } => text::ExpectedAndFound { expected, found }.words(),
     }
 }

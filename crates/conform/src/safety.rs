@@ -2,12 +2,13 @@
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Fixed, Text as _, conform as text};
 
 use crate::Level;
 use crate::bench::Bench;
 use crate::checks::bits;
 use crate::raw::{self, Rec};
-use crate::verdict::{Halt, Note, Step, fail};
+use crate::verdict::{Halt, Step, fail};
 
 /// Drives that aim.
 pub const AIMING: [S; 3] = [S::HORIZONTAL, S::VERTICAL, S::NOZZLE];
@@ -85,40 +86,27 @@ impl Bench<'_> {
 
     /// Fails if the monitor is at work; a monitor to be moved must also be ready for it.
     pub fn is_ready(&mut self) -> Step {
-        let not = |en: &str, ru: &str| Err(Halt::Abort(Note::new(en, ru)));
+        let not = |why: Fixed| Err(Halt::Abort(why.words()));
         if self.moving()?.is_some() {
-            return not(
-                "the monitor is at work (something moves): it is not tested now",
-                "ствол работает (что-то движется): сейчас он не проверяется",
-            );
+            return not(text::AtWork.fixed());
         }
         for (id, busy) in [
             (S::CONTROL, bits::QUENCH | bits::TRAJECTORY),
             (S::DETECTOR, bits::SEARCHING | bits::JUSTIFYING),
         ] {
             if self.has(id) && self.flags(id)? & busy != 0 {
-                return not(
-                    "a program or a search runs: the monitor is not tested now",
-                    "идёт программа или поиск: ствол сейчас не проверяется",
-                );
+                return not(text::ProgramOrSearchRuns.fixed());
             }
         }
         if self.options.level == Level::ReadOnly {
             return Ok(());
         }
         if self.found.locked_out {
-            return not(
-                "the monitor is locked out, for a reason unknown here. Only --read-only is \
-                 possible",
-                "ствол заблокирован по неизвестной причине. Возможен только --read-only",
-            );
+            return not(text::LockedOutByOthers.fixed());
         }
         for valve in VALVES {
             if self.has(valve) && self.flags(valve)? & bits::CLOSED == 0 {
-                return not(
-                    "a valve is not closed: close it first",
-                    "затвор не закрыт: сначала закройте его",
-                );
+                return not(text::ValveNotClosed.fixed());
             }
         }
         Ok(())
@@ -199,12 +187,7 @@ impl Bench<'_> {
         }
         match self.moving()? {
             None => Ok(()),
-            Some(name) => Err(Halt::Abort(Note::new(
-                format!(
-                    "{name} moves or opens although nothing has asked it to: Stop All was sent"
-                ),
-                format!("{name} движется или открывается без запроса: послан Stop All"),
-            ))),
+            Some(name) => Err(Halt::Abort(text::MovesUnasked { name }.words())),
         }
     }
 
@@ -273,10 +256,7 @@ impl Bench<'_> {
         if still {
             return Ok(());
         }
-        fail(
-            Note::new("§3.2/1: Stop All stops everything", "§3.2/1: Stop All останавливает всё"),
-            Note::new("something still moves", "что-то ещё движется"),
-        )
+        fail(text::StopAllStops, text::StillMoves)
     }
 
     /// Undoes what a test has done. Every step is tried, whatever the outcome of the previous one.

@@ -2,6 +2,8 @@
 
 use std::sync::OnceLock;
 
+use lafet_texts::Fixed;
+
 const ENGLISH: &str = include_str!("spec.txt");
 const RUSSIAN: &str = include_str!("spec.ru.txt");
 const UNSEEN: &str = include_str!("unseen.txt");
@@ -33,10 +35,8 @@ impl Label {
 pub struct Item {
     /// Identifier, for example `§3.1/4`.
     pub id: &'static str,
-    /// Statement, in English.
-    pub text: &'static str,
-    /// Statement, in Russian.
-    pub text_ru: &'static str,
+    /// Statement.
+    pub text: Fixed,
     /// Source of the statement.
     pub label: Label,
 }
@@ -46,10 +46,8 @@ pub struct Item {
 pub struct Unseen {
     /// Identifier of the item.
     pub id: &'static str,
-    /// Reason, in English.
-    pub reason: &'static str,
-    /// Reason, in Russian.
-    pub reason_ru: &'static str,
+    /// Reason.
+    pub reason: Fixed,
 }
 
 fn rows(text: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
@@ -64,12 +62,12 @@ pub fn items() -> &'static [Item] {
         let russian: Vec<Vec<&str>> = rows(RUSSIAN).collect();
         let item = |row: Vec<&'static str>| {
             let id = row.first().copied().unwrap_or_default();
-            let text = row.get(1).copied().unwrap_or_default();
+            let en = row.get(1).copied().unwrap_or_default();
             let translated = russian.iter().find(|other| other.first() == Some(&id));
+            let ru = translated.and_then(|row| row.get(1)).copied().unwrap_or(en);
             Item {
                 id,
-                text,
-                text_ru: translated.and_then(|row| row.get(1)).copied().unwrap_or(text),
+                text: Fixed { en, ru },
                 label: match row.get(2) {
                     Some(&"read") => Label::Read,
                     Some(&"observed") => Label::Observed,
@@ -93,8 +91,10 @@ pub fn unseen() -> &'static [Unseen] {
         rows(UNSEEN)
             .map(|row| Unseen {
                 id: row.first().copied().unwrap_or_default(),
-                reason: row.get(1).copied().unwrap_or_default(),
-                reason_ru: row.get(2).copied().unwrap_or_default(),
+                reason: Fixed {
+                    en: row.get(1).copied().unwrap_or_default(),
+                    ru: row.get(2).copied().unwrap_or_default(),
+                },
             })
             .collect()
     })
@@ -114,7 +114,7 @@ mod tests {
         }
         for unseen in unseen() {
             assert!(item(unseen.id).is_some(), "{}", unseen.id);
-            assert!(!unseen.reason.is_empty() && !unseen.reason_ru.is_empty(), "{}", unseen.id);
+            assert!(!unseen.reason.en.is_empty() && !unseen.reason.ru.is_empty(), "{}", unseen.id);
         }
         for test in TESTS {
             assert!(item(test.item).is_some(), "{}: {}", test.name, test.item);
@@ -124,8 +124,8 @@ mod tests {
     #[test]
     fn every_item_is_translated() {
         for item in items() {
-            let cyrillic = item.text_ru.chars().any(|c| ('а'..='я').contains(&c));
-            assert!(cyrillic, "{}: {}", item.id, item.text_ru);
+            let cyrillic = item.text.ru.chars().any(|c| ('а'..='я').contains(&c));
+            assert!(cyrillic, "{}: {}", item.id, item.text.ru);
         }
         assert_eq!(rows(RUSSIAN).count(), items().len());
     }

@@ -2,27 +2,10 @@
 
 use std::io;
 
-/// A sentence in both languages.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Note {
-    /// English text.
-    pub en: String,
-    /// Russian text.
-    pub ru: String,
-}
+use lafet_texts::{Shown, Text};
 
-impl Note {
-    /// A sentence from both texts.
-    pub fn new(en: impl Into<String>, ru: impl Into<String>) -> Self {
-        Self { en: en.into(), ru: ru.into() }
-    }
-
-    /// Protocol identifiers, which are the same in both languages.
-    pub fn same(text: impl Into<String>) -> Self {
-        let text = text.into();
-        Self { en: text.clone(), ru: text }
-    }
-}
+/// A sentence in every language.
+pub use lafet_texts::Words as Note;
 
 /// Why a test ends early.
 #[derive(Debug)]
@@ -71,16 +54,16 @@ impl Outcome {
 }
 
 /// Ends the test as a failure.
-pub fn fail<T>(expected: Note, found: Note) -> Step<T> {
-    Err(Halt::Fail { expected, found })
+pub fn fail<T>(expected: impl Text, found: impl Text) -> Step<T> {
+    Err(Halt::Fail { expected: expected.words(), found: found.words() })
 }
 
 /// Fails unless the condition holds.
-pub fn must(so: bool, en: &str, ru: &str, found: impl Into<String>) -> Step {
-    if so { Ok(()) } else { fail(Note::new(en, ru), Note::same(found)) }
+pub fn must(so: bool, expected: impl Text, found: impl Into<String>) -> Step {
+    if so { Ok(()) } else { fail(expected, Shown(found.into())) }
 }
 
 /// Ends the test as not applicable.
-pub fn not_applicable<T>(en: &str, ru: &str) -> Step<T> {
-    Err(Halt::NotApplicable(Note::new(en, ru)))
+pub fn not_applicable<T>(why: impl Text) -> Step<T> {
+    Err(Halt::NotApplicable(why.words()))
 }

@@ -2,6 +2,7 @@
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Shown, conform as text};
 
 use super::{bits, le};
 use crate::bench::Bench;
@@ -11,20 +12,13 @@ use crate::verdict::{Step, must, not_applicable};
 
 fn state(b: &mut Bench<'_>) -> Step<u32> {
     let state = b.flags(S::DEPLOYER)? & bits::FOLD;
-    must(
-        state.count_ones() <= 1,
-        "one state of Deployer at most",
-        "не более одного состояния Deployer",
-        format!("{state:#010x}"),
-    )?;
+    must(state.count_ones() <= 1, text::OneStateOfDeployer, format!("{state:#010x}"))?;
     Ok(state)
 }
 
 fn reaches(b: &mut Bench<'_>, wanted: u32) -> Step {
     b.folds();
-    b.until(FOLD_MS, "the position asked for", "заданное положение", |b| {
-        Ok(state(b)? == wanted)
-    })
+    b.until(FOLD_MS, text::PositionAskedFor, |b| Ok(state(b)? == wanted))
 }
 
 fn denied_aiming(b: &mut Bench<'_>) -> Step {
@@ -43,7 +37,7 @@ pub fn move_wrapped(b: &mut Bench<'_>) -> Step {
     b.refused(R::MOVE, S::DEPLOYER, &le(120), S::DEPLOYER, Status::DENIED)?;
     b.wait(500)?;
     b.watch()?;
-    must(state(b)? == bits::WRAPPED, "it stays wrapped", "остаётся свёрнутым", "")
+    must(state(b)? == bits::WRAPPED, text::StaysWrapped, "")
 }
 
 /// §1/11: interception comes before the check of the size.
@@ -66,11 +60,10 @@ pub fn stop_wrapped(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
     must(
         records.iter().all(|rec| rec.status.is_success()),
-        "Ok or Accepted from all",
-        "Ok или Accepted от всех",
+        text::OkOrAcceptedFromAll,
         crate::bench::list(&records),
     )?;
-    must(state(b)? == bits::WRAPPED, "it stays wrapped", "остаётся свёрнутым", "")
+    must(state(b)? == bits::WRAPPED, text::StaysWrapped, "")
 }
 
 /// §3.11/2
@@ -78,24 +71,23 @@ pub fn wrap_wrapped(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     b.want(R::WRAP, S::DEPLOYER, &[], S::DEPLOYER, &[Status::OK])?;
     b.wait(500)?;
-    must(state(b)? == bits::WRAPPED, "nothing is done", "ничего не делается", "")
+    must(state(b)? == bits::WRAPPED, text::NothingIsDone, "")
 }
 
 /// §3.10, §3.10/1, §3.3.8/1
 pub fn deploy(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     b.refused(R::DEPLOY, S::DEPLOYER, &[0], S::DEPLOYER, Status::WRONG_DATA)?;
-    must(state(b)? == bits::WRAPPED, "it stays wrapped", "остаётся свёрнутым", "")?;
+    must(state(b)? == bits::WRAPPED, text::StaysWrapped, "")?;
     b.folds();
     b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
-    b.until(2000, "Deploying", "Deploying", |b| Ok(state(b)? == bits::DEPLOYING))?;
+    b.until(2000, Shown("Deploying"), |b| Ok(state(b)? == bits::DEPLOYING))?;
     b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
-    b.until(FOLD_MS, "Deploying, then Deployed", "Deploying, затем Deployed", |b| {
+    b.until(FOLD_MS, text::DeployingThenDeployed, |b| {
         let state = state(b)?;
         must(
             state == bits::DEPLOYING || state == bits::DEPLOYED,
-            "Deploying until Deployed",
-            "Deploying до Deployed",
+            text::DeployingUntilDeployed,
             format!("{state:#010x}"),
         )?;
         Ok(state == bits::DEPLOYED)
@@ -107,9 +99,9 @@ pub fn while_deploying(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     b.folds();
     b.done(R::DEPLOY, S::DEPLOYER, &[])?;
-    b.until(2000, "Deploying", "Deploying", |b| Ok(state(b)? == bits::DEPLOYING))?;
+    b.until(2000, Shown("Deploying"), |b| Ok(state(b)? == bits::DEPLOYING))?;
     denied_aiming(b)?;
-    must(state(b)? == bits::DEPLOYING, "it goes on deploying", "продолжает разворачиваться", "")?;
+    must(state(b)? == bits::DEPLOYING, text::GoesOnDeploying, "")?;
     reaches(b, bits::DEPLOYED)?;
     // A denied request is not executed later.
     b.moves(&[]);
@@ -122,21 +114,16 @@ pub fn stop_while_deploying(b: &mut Bench<'_>) -> Step {
     b.wrapped()?;
     b.folds();
     b.done(R::DEPLOY, S::DEPLOYER, &[])?;
-    b.until(2000, "Deploying", "Deploying", |b| Ok(state(b)? == bits::DEPLOYING))?;
+    b.until(2000, Shown("Deploying"), |b| Ok(state(b)? == bits::DEPLOYING))?;
     for id in [S::HORIZONTAL, S::NOZZLE, S::CONTROL, S::VALVE1] {
         if b.has(id) {
             b.refused(R::STOP, id, &[], S::DEPLOYER, Status::DENIED)?;
         }
     }
-    must(state(b)? == bits::DEPLOYING, "it goes on deploying", "продолжает разворачиваться", "")?;
+    must(state(b)? == bits::DEPLOYING, text::GoesOnDeploying, "")?;
     b.wait(1000)?;
     b.done(R::STOP, S::DEPLOYER, &[])?;
-    b.until(
-        3000,
-        "neither of the four states",
-        "ни одного из четырёх состояний",
-        |b| Ok(state(b)? == 0),
-    )?;
+    b.until(3000, text::BetweenTheStates, |b| Ok(state(b)? == 0))?;
     b.until_flags(S::DEPLOYER, 0, bits::MOVE, 3000)
 }
 
@@ -149,10 +136,7 @@ pub fn in_between(b: &mut Bench<'_>) -> Step {
     b.done(R::STOP, S::DEPLOYER, &[])?;
     b.until_flags(S::DEPLOYER, 0, bits::MOVE, 3000)?;
     if state(b)? != 0 {
-        return not_applicable(
-            "Deployer knows no place in between",
-            "у Deployer нет промежуточных положений",
-        );
+        return not_applicable(text::NoPlaceInBetween);
     }
     b.moves(&[]);
     denied_aiming(b)?;
@@ -175,18 +159,15 @@ pub fn stop_all_while_folding(b: &mut Bench<'_>) -> Step {
         }
         b.folds();
         b.done(request, S::DEPLOYER, &[])?;
-        b.until(3000, "under way", "в пути", |b| Ok(state(b)? == moving))?;
+        b.until(3000, text::UnderWay, |b| Ok(state(b)? == moving))?;
         b.wait(1000)?;
         let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
         must(
             records.iter().all(|rec| rec.status.is_success()),
-            "Ok or Accepted from all",
-            "Ok или Accepted от всех",
+            text::OkOrAcceptedFromAll,
             crate::bench::list(&records),
         )?;
-        b.until(3000, "it stops", "останавливается", |b| {
-            Ok(state(b)? & moving == 0)
-        })?;
+        b.until(3000, text::Stops, |b| Ok(state(b)? & moving == 0))?;
         b.until_flags(S::DEPLOYER, 0, bits::MOVE, 3000)?;
         b.moves(&[]);
         b.wait(500)?;
@@ -201,9 +182,9 @@ pub fn deploy_deployed(b: &mut Bench<'_>) -> Step {
     b.deployed()?;
     b.refused(R::DEPLOY, S::DEPLOYER, &[0], S::DEPLOYER, Status::WRONG_DATA)?;
     let rec = b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::OK])?;
-    must(rec.data.is_empty(), "an answer without data", "ответ без данных", rec.words(true))?;
+    must(rec.data.is_empty(), text::AnswerWithoutData, rec.words(true))?;
     b.wait(500)?;
-    must(state(b)? == bits::DEPLOYED, "nothing is done", "ничего не делается", "")
+    must(state(b)? == bits::DEPLOYED, text::NothingIsDone, "")
 }
 
 /// §3.11, §3.11/1
@@ -211,10 +192,10 @@ pub fn wrap(b: &mut Bench<'_>) -> Step {
     b.needs(S::DEPLOYER)?;
     b.deployed()?;
     b.refused(R::WRAP, S::DEPLOYER, &[0], S::DEPLOYER, Status::WRONG_DATA)?;
-    must(state(b)? == bits::DEPLOYED, "it stays deployed", "остаётся развёрнутым", "")?;
+    must(state(b)? == bits::DEPLOYED, text::StaysDeployed, "")?;
     b.folds();
     b.want(R::WRAP, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
-    b.until(3000, "Wrapping", "Wrapping", |b| Ok(state(b)? == bits::WRAPPING))?;
+    b.until(3000, Shown("Wrapping"), |b| Ok(state(b)? == bits::WRAPPING))?;
     denied_aiming(b)?;
     b.want(R::WRAP, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
     reaches(b, bits::WRAPPED)
@@ -234,7 +215,7 @@ fn faulty(b: &mut Bench<'_>, request: R) -> Step {
         b.wait(100)?;
     }
     if !over {
-        return not_applicable("Deployer draws too little", "Deployer потребляет слишком мало");
+        return not_applicable(text::DeployerDrawsTooLittle);
     }
     b.refused(request, S::DEPLOYER, &[], S::DEPLOYER, Status::MODULE_FAULT)?;
     b.until_flags(S::DEPLOYER, 0, bits::OVERLOAD, 6000)
@@ -260,9 +241,9 @@ pub fn turn_round(b: &mut Bench<'_>) -> Step {
     b.done(R::DEPLOY, S::DEPLOYER, &[])?;
     b.wait(1500)?;
     b.want(R::WRAP, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
-    b.until(3000, "Wrapping", "Wrapping", |b| Ok(state(b)? == bits::WRAPPING))?;
+    b.until(3000, Shown("Wrapping"), |b| Ok(state(b)? == bits::WRAPPING))?;
     b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED])?;
-    b.until(3000, "Deploying", "Deploying", |b| Ok(state(b)? == bits::DEPLOYING))?;
+    b.until(3000, Shown("Deploying"), |b| Ok(state(b)? == bits::DEPLOYING))?;
     reaches(b, bits::DEPLOYED)
 }
 
@@ -309,7 +290,7 @@ pub fn move_deployer(b: &mut Bench<'_>) -> Step {
     b.done(R::MOVE, S::DEPLOYER, &le(at + (middle - at) / 4))?;
     b.until_flags(S::DEPLOYER, 0, bits::MOVE, 30_000)?;
     b.wait(500)?;
-    must(state(b)? & bits::WRAPPED == 0, "not wrapped", "не свёрнут", "")?;
+    must(state(b)? & bits::WRAPPED == 0, text::NotWrapped, "")?;
     b.want(R::DEPLOY, S::DEPLOYER, &[], S::DEPLOYER, &[Status::ACCEPTED, Status::OK])?;
     reaches(b, bits::DEPLOYED)
 }

@@ -2,6 +2,7 @@
 //! closed.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::motion::{STOP_MS, arrives, go, limits, narrow, room, small};
 use super::{bits, le};
@@ -22,7 +23,7 @@ fn kind(b: &mut Bench<'_>, wanted: &[i32]) -> Step<(S, i32)> {
             }
         }
     }
-    not_applicable("no drive of this kind", "нет привода такого типа")
+    not_applicable(text::NoSuchDrive)
 }
 
 fn switch(b: &mut Bench<'_>, id: S, state: i32) -> Step {
@@ -34,14 +35,13 @@ fn switch(b: &mut Bench<'_>, id: S, state: i32) -> Step {
         if rec.status != Status::BUSY {
             return must(
                 rec.status.is_success() && rec.device == id,
-                "Ok or Accepted, once its unit is free",
-                "Ok или Accepted, когда блок свободен",
+                text::TakenOnceUnitFree,
                 rec.words(true),
             );
         }
         b.wait(100)?;
     }
-    must(false, "Busy for a moment only", "Busy лишь ненадолго", "Busy")
+    must(false, text::BusyForMomentOnly, "Busy")
 }
 
 /// §3.17
@@ -53,7 +53,7 @@ pub fn switch_layout(b: &mut Bench<'_>) -> Step {
     }
     b.refused(R::SWITCH_LIMITS, S::GENERAL, &le(1), S::GENERAL, Status::WRONG_REQUEST)?;
     let limitless = b.flags(id)? & bits::LIMITLESS != 0;
-    must(!limitless, "limits stay on", "пределы остаются включены", "Limitless")
+    must(!limitless, text::LimitsStayOn, "Limitless")
 }
 
 /// §2/4
@@ -64,7 +64,7 @@ pub fn switch_value(b: &mut Bench<'_>) -> Step {
         b.refused(R::SWITCH_LIMITS, id, &le(value), id, Status::INVALID_VALUE)?;
     }
     let limitless = b.flags(id)? & bits::LIMITLESS != 0;
-    must(!limitless, "nothing changes", "ничего не меняется", "Limitless")
+    must(!limitless, text::NothingChanges, "Limitless")
 }
 
 /// §3.17/1
@@ -73,15 +73,10 @@ pub fn limits_off(b: &mut Bench<'_>) -> Step {
     let before = limits(b, id)?;
     switch(b, id, 0)?;
     b.until_flags(id, bits::LIMITLESS, 0, 1000)?;
-    must(
-        limits(b, id)? == before,
-        "the previous limits are reported",
-        "сообщаются прежние пределы",
-        "",
-    )?;
+    must(limits(b, id)? == before, text::PreviousLimitsAreReported, "")?;
     switch(b, id, 1)?;
     b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
-    must(limits(b, id)? == before, "the same limits again", "те же пределы снова", "")
+    must(limits(b, id)? == before, text::SameLimitsAgain, "")
 }
 
 /// A limit that was set to the present position.
@@ -101,12 +96,7 @@ fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<Taken> {
     switch(b, id, 0)?;
     b.put(id, "MinLimit", at)?;
     let meanwhile = limits(b, id)?;
-    must(
-        meanwhile == before,
-        "the old limits until On",
-        "старые пределы до On",
-        range(id, meanwhile),
-    )?;
+    must(meanwhile == before, text::OldLimitsUntilOn, range(id, meanwhile))?;
     switch(b, id, end)?;
     b.until_flags(id, 0, bits::LIMITLESS, 1000)?;
     Ok(Taken { id, before, after: limits(b, id)?, at })
@@ -114,17 +104,12 @@ fn take_limit(b: &mut Bench<'_>, end: i32) -> Step<Taken> {
 
 pub fn limits_on(b: &mut Bench<'_>) -> Step {
     let Taken { id, before, after, at } = take_limit(b, 1)?;
-    must(
-        after == (at, before.1),
-        "the limit taken is in force",
-        "взятый предел действует",
-        range(id, after),
-    )
+    must(after == (at, before.1), text::LimitTakenIsInForce, range(id, after))
 }
 
 pub fn limits_reject(b: &mut Bench<'_>) -> Step {
     let Taken { id, before, after, .. } = take_limit(b, 2)?;
-    must(after == before, "the old limits", "старые пределы", range(id, after))
+    must(after == before, text::OldLimits, range(id, after))
 }
 
 /// §3.17/4
@@ -147,12 +132,7 @@ pub fn only_here(b: &mut Bench<'_>) -> Step {
     switch(b, id, 0)?;
     for (name, value) in [("MinLimit", at - 100), ("MaxLimit", at + 100)] {
         let rec = b.try_set(id, name, &[value])?;
-        must(
-            rec.status == Status::INVALID_VALUE,
-            "InvalidValue but for the present position",
-            "InvalidValue, кроме текущего положения",
-            rec.words(true),
-        )?;
+        must(rec.status == Status::INVALID_VALUE, text::OnlyPresentPosition, rec.words(true))?;
     }
     Ok(())
 }
@@ -172,13 +152,13 @@ pub fn limitless(b: &mut Bench<'_>) -> Step {
     }
     let (min, max) = limits(b, id)?;
     if (max - from).max(from - min) < 10 * step {
-        return not_applicable("too little room", "слишком мало места");
+        return not_applicable(text::TooLittleRoom);
     }
     switch(b, id, 0)?;
     go(b, id, from + sign)?;
     b.wait(1000)?;
     let moving = b.drive(id)?.0 & bits::MOVE != 0;
-    must(moving, "it runs on until stopped", "движется до остановки", "")?;
+    must(moving, text::RunsOnUntilStopped, "")?;
     b.done(R::STOP, id, &[])?;
     b.until_flags(id, 0, bits::MOVE, STOP_MS)
 }

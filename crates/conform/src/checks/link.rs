@@ -1,6 +1,7 @@
 //! §L, §C: the frame and its transport. Bytes only; nothing here can move anything.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Fixed, conform as text};
 
 use crate::bench::Bench;
 use crate::raw::{self, Incoming, Rec};
@@ -31,20 +32,18 @@ fn from_monitor(b: &Bench<'_>, incoming: Vec<Incoming>) -> Vec<Incoming> {
     incoming.into_iter().filter(ours).collect()
 }
 
-fn answered(b: &mut Bench<'_>, wire: &[u8], what: (&str, &str)) -> Step {
+fn answered(b: &mut Bench<'_>, wire: &[u8], what: Fixed) -> Step {
     let incoming = b.exchange(wire, 1, b.options.timeout_ms)?;
     let good = matches!(&incoming[..], [Incoming::Frame { .. }]);
-    let (en, ru) = (format!("an answer: {}", what.0), format!("ответ: {}", what.1));
-    must(good, &en, &ru, format!("{} frames", incoming.len()))
+    must(good, text::AnAnswerTo { what }, format!("{} frames", incoming.len()))
 }
 
-fn silent(b: &mut Bench<'_>, wire: &[u8], what: (&str, &str)) -> Step {
+fn silent(b: &mut Bench<'_>, wire: &[u8], what: Fixed) -> Step {
     let incoming = b.exchange(wire, usize::MAX, SILENCE_MS)?;
     let heard = from_monitor(b, incoming).len();
-    let (en, ru) = (format!("no answer: {}", what.0), format!("нет ответа: {}", what.1));
-    must(heard == 0, &en, &ru, format!("{heard} frames"))?;
+    must(heard == 0, text::NoAnswerTo { what }, format!("{heard} frames"))?;
     let good = b.framed_bytes(&status_of(S::GENERAL));
-    answered(b, &good, ("to a good frame after it", "на верный кадр после него"))
+    answered(b, &good, text::GoodFrameAfter.fixed())
 }
 
 /// §L/1 Ids made of C0 and DB are escaped in both directions.
@@ -80,7 +79,7 @@ pub fn checksum(b: &mut Bench<'_>) -> Step {
         bad.push(body);
     }
     for body in bad {
-        silent(b, &raw::wire(&body), ("a wrong CRC", "неверная CRC"))?;
+        silent(b, &raw::wire(&body), text::WrongCrc.fixed())?;
     }
     Ok(())
 }
@@ -89,14 +88,14 @@ pub fn checksum(b: &mut Bench<'_>) -> Step {
 pub fn noise(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     if b.line.is_datagram() {
-        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+        return not_applicable(text::DatagramIsOneFrame);
     }
     let good = b.framed_bytes(&status_of(S::GENERAL));
     for noise in
         [&[0xFF; 7][..], &[0x53, 0xAA, 0x01, 0x00, 0x7F], &[0xC0, 0x11, 0x22, 0x33, 0x44, 0x53]]
     {
         let wire = [noise, &good].concat();
-        answered(b, &wire, ("a frame after noise", "кадр после шума"))?;
+        answered(b, &wire, text::FrameAfterNoise.fixed())?;
     }
     Ok(())
 }
@@ -105,21 +104,16 @@ pub fn noise(b: &mut Bench<'_>) -> Step {
 pub fn dribble(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     if b.line.is_datagram() {
-        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+        return not_applicable(text::DatagramIsOneFrame);
     }
     let good = b.framed_bytes(&status_of(S::GENERAL));
     let (last, first) = good.split_last().unwrap_or((&raw::END, &[]));
     for byte in first {
         b.line.send(&[*byte]).map_err(crate::verdict::Halt::Link)?;
         let early = b.collect(&[*byte], 1, 3)?;
-        must(
-            early.is_empty(),
-            "no answer before the frame has ended",
-            "нет ответа до конца кадра",
-            "",
-        )?;
+        must(early.is_empty(), text::NoEarlyAnswer, "")?;
     }
-    answered(b, &[*last], ("a frame sent byte by byte", "кадр, посланный по байту"))
+    answered(b, &[*last], text::FrameSentByteByByte.fixed())
 }
 
 /// §L/3
@@ -128,16 +122,11 @@ pub fn two_at_once(b: &mut Bench<'_>) -> Step {
     let absent = b.framed_bytes(&status_of(S(0)));
     let both = [b.framed_bytes(&status_of(S::GENERAL)), absent].concat();
     if b.line.is_datagram() {
-        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+        return not_applicable(text::DatagramIsOneFrame);
     }
     let incoming = b.exchange(&both, 2, b.options.timeout_ms)?;
     let devices: Vec<S> = incoming.iter().filter_map(device).collect();
-    must(
-        devices == [S::GENERAL, S(0)],
-        "two frames at once: two answers in their order",
-        "два кадра подряд: два ответа по порядку",
-        format!("{devices:?}"),
-    )
+    must(devices == [S::GENERAL, S(0)], text::TwoFramesAtOnce, format!("{devices:?}"))
 }
 
 fn device(incoming: &Incoming) -> Option<S> {
@@ -165,7 +154,7 @@ pub fn bad_escape(b: &mut Bench<'_>) -> Step {
             }
         }
         wire.push(raw::END);
-        silent(b, &wire, ("DB 00 is no escape", "DB 00 — не экранирование"))?;
+        silent(b, &wire, text::Db00NoEscape.fixed())?;
     }
     Ok(())
 }
@@ -174,15 +163,11 @@ pub fn bad_escape(b: &mut Bench<'_>) -> Step {
 pub fn short_frame(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     if b.line.is_datagram() {
-        return not_applicable("a datagram is one frame", "датаграмма — это один кадр");
+        return not_applicable(text::DatagramIsOneFrame);
     }
     let good = b.framed_bytes(&status_of(S::GENERAL));
     let wire = [&[raw::END, 1, 2, 3][..], &good[1..]].concat();
-    answered(
-        b,
-        &wire,
-        ("C0 after three bytes starts a new frame", "C0 после трёх байт начинает новый кадр"),
-    )
+    answered(b, &wire, text::NewFrameAfterThreeBytes.fixed())
 }
 
 /// §L/5
@@ -193,8 +178,7 @@ pub fn probe(b: &mut Bench<'_>) -> Step {
     let (dst, src) = (b.options.source, b.options.monitor);
     must(
         incoming == [Incoming::Frame { dst, src, payload: Vec::new() }],
-        "the probe with dst and src swapped",
-        "проба с переставленными dst и src",
+        text::ProbeSwapped,
         format!("{incoming:02X?}"),
     )
 }
@@ -208,7 +192,7 @@ pub fn other_address(b: &mut Bench<'_>) -> Step {
             continue;
         }
         let wire = raw::frame(dst, source, &status_of(S::GENERAL));
-        silent(b, &wire, ("a frame for another address", "кадр для другого адреса"))?;
+        silent(b, &wire, text::FrameForAnother.fixed())?;
     }
     Ok(())
 }
@@ -217,7 +201,7 @@ pub fn other_address(b: &mut Bench<'_>) -> Step {
 pub fn own_source(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     let wire = raw::frame(b.options.monitor, b.options.monitor, &status_of(S::GENERAL));
-    silent(b, &wire, ("a frame with the own address as src", "кадр с собственным адресом в src"))
+    silent(b, &wire, text::FrameFromOwnAddress.fixed())
 }
 
 /// §L/6
@@ -228,7 +212,7 @@ pub fn too_long(b: &mut Bench<'_>) -> Step {
         payload.extend_from_slice(&status_of(S::GENERAL));
     }
     let wire = b.framed_bytes(&payload);
-    silent(b, &wire, ("a frame over the payload limit", "кадр длиннее предела"))
+    silent(b, &wire, text::FrameTooLong.fixed())
 }
 
 /// §L/8 A frame in the monitor's name makes another one answer it; that answer is not a request.
@@ -237,12 +221,12 @@ pub fn answer_to_another(b: &mut Bench<'_>) -> Step {
     let (monitor, source) = (b.options.monitor, b.options.source);
     let other = another(monitor);
     if !b.exchange(&raw::frame(other, source, &[]), 1, SILENCE_MS)?.is_empty() {
-        return not_applicable("another monitor is on the line", "на линии есть другой ствол");
+        return not_applicable(text::AnotherMonitor);
     }
     let probe = raw::frame(other, monitor, &[]);
-    silent(b, &probe, ("a frame with the own address as src", "кадр с собственным адресом в src"))?;
+    silent(b, &probe, text::FrameFromOwnAddress.fixed())?;
     let answer = raw::frame(monitor, other, &[]);
-    silent(b, &answer, ("what answers a probe in its name", "ответ на пробу от его имени"))
+    silent(b, &answer, text::AnswersInItsName.fixed())
 }
 
 /// §L/8 A monitor answers probes from addresses of monitors, but not endlessly.
@@ -259,14 +243,9 @@ pub fn probes_end(b: &mut Bench<'_>) -> Step {
         answered += u64::from(heard);
     }
     let most = PROBES_AT_ONCE + 1 + (b.now_ms() - began_ms) / PROBE_AGAIN_MS;
-    must(
-        answered <= most,
-        "255 probes answered at once, then one every 512 ms",
-        "ответ на 255 проб сразу, затем на одну каждые 512 мс",
-        format!("{answered}"),
-    )?;
+    must(answered <= most, text::ProbesLimited, format!("{answered}"))?;
     let good = b.framed_bytes(&status_of(S::GENERAL));
-    self::answered(b, &good, ("a request after the probes", "запрос после проб"))
+    self::answered(b, &good, text::RequestAfterProbes.fixed())
 }
 
 /// The address of another possible monitor.
@@ -281,10 +260,7 @@ pub fn crc32c(b: &mut Bench<'_>) -> Step {
     let good = raw::frame_crc32c(monitor, source, &status_of(S::GENERAL), 0);
     let incoming = b.exchange(&good, 1, b.options.timeout_ms)?;
     let Some(answer) = incoming.first() else {
-        return not_applicable(
-            "it does not know this frame: it is ours",
-            "ствол не знает этого кадра: он наш",
-        );
+        return not_applicable(text::FrameNotKnown);
     };
     let decoded = match answer {
         Incoming::Broken(raw) => raw::decode_crc32c(raw),
@@ -294,14 +270,9 @@ pub fn crc32c(b: &mut Bench<'_>) -> Step {
         (dst, src) == (source, monitor)
             && payload.get(..3) == Some(&[R::GET_STATUS.0, S::GENERAL.0, Status::OK.0][..])
     };
-    must(
-        decoded.is_some_and(right),
-        "the answer with CRC-32C too",
-        "и ответ с CRC-32C",
-        format!("{answer:02X?}"),
-    )?;
+    must(decoded.is_some_and(right), text::AnswerWithCrc32c, format!("{answer:02X?}"))?;
     let spoilt = raw::frame_crc32c(monitor, source, &status_of(S::GENERAL), 1);
-    silent(b, &spoilt, ("a wrong CRC-32C", "неверная CRC-32C"))
+    silent(b, &spoilt, text::WrongCrc32c.fixed())
 }
 
 /// §1/10
@@ -314,25 +285,19 @@ pub fn one_answer_each(b: &mut Bench<'_>) -> Step {
         let incoming = b.exchange(&wire, 1, b.options.timeout_ms)?;
         must(
             incoming.iter().filter_map(device).eq([id]),
-            "each frame is answered, once, at the first try (is the line noisy?)",
-            "на каждый кадр — один ответ, с первого раза (нет ли помех на линии?)",
+            text::AnsweredAtFirstTry,
             format!("frame {}: {} answers", index + 1, incoming.len()),
         )?;
     }
     let late = b.collect(&[], usize::MAX, SILENCE_MS)?;
-    must(
-        late.is_empty(),
-        "no second answer",
-        "второго ответа нет",
-        format!("{} frames", late.len()),
-    )
+    must(late.is_empty(), text::NoSecondAnswer, format!("{} frames", late.len()))
 }
 
 /// §1/10 A repeated request is answered each time.
 pub fn repeated(b: &mut Bench<'_>) -> Step {
     let wire = b.framed_bytes(&status_of(S::GENERAL));
     for _ in 0..5 {
-        answered(b, &wire, ("the same frame again", "тот же кадр снова"))?;
+        answered(b, &wire, text::SameFrameAgain.fixed())?;
     }
     Ok(())
 }
@@ -341,32 +306,24 @@ pub fn repeated(b: &mut Bench<'_>) -> Step {
 pub fn second_connection(b: &mut Bench<'_>) -> Step {
     b.framed()?;
     let Some(mut other) = b.line.another() else {
-        return not_applicable(
-            "one connection only on this medium",
-            "на этой среде соединение одно",
-        );
+        return not_applicable(text::OneConnectionOnly);
     };
     let wire = b.framed_bytes(&status_of(S(0)));
     other.send(&wire).map_err(crate::verdict::Halt::Link)?;
     let mine = b.collect(&[], 1, SILENCE_MS)?;
-    must(mine.is_empty(), "the answer goes to who asked", "ответ идёт спросившему", "")?;
+    must(mine.is_empty(), text::AnswerToWhoAsked, "")?;
     let theirs = other.recv(b.options.timeout_ms).map_err(crate::verdict::Halt::Link)?;
-    must(
-        !theirs.is_empty(),
-        "an answer on the second connection",
-        "ответ по второму соединению",
-        "",
-    )?;
+    must(!theirs.is_empty(), text::AnswerOnSecondConnection, "")?;
     let good = b.framed_bytes(&status_of(S::GENERAL));
-    answered(b, &good, ("on the first connection", "по первому соединению"))
+    answered(b, &good, text::OnFirstConnection.fixed())
 }
 
 /// §C/3
 pub fn bare_records(b: &mut Bench<'_>) -> Step {
     if b.is_framed() {
-        return not_applicable("the connection carries link frames", "соединение передаёт кадры");
+        return not_applicable(text::LinkFramesCarried);
     }
     let two = [status_of(S::GENERAL), status_of(S(0))].concat();
     let incoming = b.exchange(&two, 2, b.options.timeout_ms)?;
-    must(incoming.len() == 2, "an answer to each record", "ответ на каждую запись", "")
+    must(incoming.len() == 2, text::AnswerToEachRecord, "")
 }

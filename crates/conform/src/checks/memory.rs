@@ -3,6 +3,7 @@
 use lafet_proto::id::key;
 use lafet_proto::param::{Access, Param, Storage};
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Shown, conform as text};
 
 use super::{bits, le};
 use crate::bench::{Bench, param_data};
@@ -33,10 +34,7 @@ fn copy(b: &mut Bench<'_>) -> Step<Copy> {
                 Some(values) => copy.push((param, values)),
                 None if !spec.required => {}
                 None => {
-                    return not_applicable(
-                        "not all parameters can be saved: nothing is erased",
-                        "сохранить можно не все параметры: ничего не стирается",
-                    );
+                    return not_applicable(text::ParametersNotSaved);
                 }
             }
         }
@@ -57,12 +55,7 @@ pub fn wrong_key(b: &mut Bench<'_>) -> Step {
     }
     b.wait(1500)?;
     let flags = b.flags(S::GENERAL)?;
-    must(
-        flags & bits::CONFIG_INVALID == 0,
-        "nothing is erased",
-        "ничего не стёрто",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::CONFIG_INVALID == 0, text::NothingIsErased, format!("{flags:#010x}"))
 }
 
 /// §3.19
@@ -97,7 +90,7 @@ pub fn erase(b: &mut Bench<'_>) -> Step {
     b.erased = Some(erased);
     back?;
     seen?;
-    must(done, "Ok", "Ok", answer.words(true))
+    must(done, Shown("Ok"), answer.words(true))
 }
 
 fn look(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
@@ -154,8 +147,7 @@ fn write_back(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
     }
     must(
         erased.restored.is_none(),
-        "the copy is written back",
-        "копия записана обратно",
+        text::CopyIsWrittenBack,
         erased.restored.clone().unwrap_or_default(),
     )
 }
@@ -165,16 +157,16 @@ fn facts(b: &Bench<'_>) -> Step<Erased> {
         Some(erased) if erased.answer.as_ref().is_some_and(|rec| rec.status.is_success()) => {
             Ok(erased.clone())
         }
-        _ => not_applicable("the memory was not erased", "память не стиралась"),
+        _ => not_applicable(text::MemoryWasNotErased),
     }
 }
 
 fn status(rec: Option<&Rec>, wanted: Status) -> Step {
     let Some(rec) = rec else {
-        return not_applicable("there was nothing to ask", "запрашивать было нечего");
+        return not_applicable(text::NothingToAsk);
     };
     let name = wanted.name().unwrap_or_default();
-    must(rec.status == wanted, name, name, rec.words(true))
+    must(rec.status == wanted, Shown(name), rec.words(true))
 }
 
 /// §3.19/3, §3.3.1/2
@@ -182,8 +174,7 @@ pub fn invalid(b: &mut Bench<'_>) -> Step {
     let erased = facts(b)?;
     must(
         erased.flags & bits::CONFIG_INVALID != 0,
-        "ConfigInvalid",
-        "ConfigInvalid",
+        Shown("ConfigInvalid"),
         format!("{:#010x}", erased.flags),
     )
 }
@@ -215,7 +206,7 @@ pub fn table(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     let data = [0, 0, 0, 0];
     b.done(R::SETUP_CORRECTION_TABLE, S::CONTROL, &data)?;
-    b.until(10_000, "Ok once it is stored", "Ok, когда сохранено", |b| {
+    b.until(10_000, text::OkOnceStored, |b| {
         Ok(b.ask(R::SETUP_CORRECTION_TABLE, S::CONTROL, &data)?.status == Status::OK)
     })
 }

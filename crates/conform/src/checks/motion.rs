@@ -1,6 +1,7 @@
 //! §3.1, §3.2, §3.7, §3.17: short, slow motions of drives, with the valves closed.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::{bits, le};
 use crate::bench::{Bench, list};
@@ -44,9 +45,7 @@ pub fn go(b: &mut Bench<'_>, id: S, to: i32) -> Step {
 }
 
 pub fn arrives(b: &mut Bench<'_>, id: S, at: i32, tolerance: i32) -> Step {
-    let en = format!("at {at} ± {tolerance}, at rest");
-    let ru = format!("в {at} ± {tolerance}, в покое");
-    b.until(REST_MS, &en, &ru, |b| {
+    b.until(REST_MS, text::ArrivesAt { at, tolerance }, |b| {
         let (flags, position) = b.drive(id)?;
         Ok(flags & bits::MOVE == 0 && position.abs_diff(at) <= tolerance.unsigned_abs())
     })
@@ -82,7 +81,7 @@ pub fn move_flag(b: &mut Bench<'_>) -> Step {
     let (sign, from) = room(b, id)?;
     go(b, id, from + sign * 4 * small(id).0)?;
     b.until_flags(id, bits::MOVE, 0, 1000)?;
-    b.until(2000, "a speed while it moves", "скорость в движении", |b| {
+    b.until(2000, text::SpeedWhileMoves, |b| {
         Ok(b.read(R::GET_STATUS, id, &[])?.data.get(7).is_some_and(|speed| *speed > 0))
     })?;
     b.done(R::STOP, id, &[])?;
@@ -157,7 +156,7 @@ pub fn to_the_limit(b: &mut Bench<'_>) -> Step {
         }
         b.moves(&[id]);
         let (min, from, max) = narrow(b, id)?;
-        must(limits(b, id)? == (min, max), "the new limits", "новые пределы", "")?;
+        must(limits(b, id)? == (min, max), text::NewLimits, "")?;
         let tolerance = small(id).1;
         for (far, limit, flag) in [(FAR, max, bits::MAX_LIMIT), (-FAR, min, bits::MIN_LIMIT)] {
             go(b, id, far)?;
@@ -188,12 +187,7 @@ pub fn stop_drive(b: &mut Bench<'_>) -> Step {
     let (_, at) = b.drive(id)?;
     b.wait(600)?;
     let (_, later) = b.drive(id)?;
-    must(
-        at.abs_diff(later) <= 2,
-        "it stays at rest",
-        "стоит, где остановлен",
-        format!("{at}, {later}"),
-    )
+    must(at.abs_diff(later) <= 2, text::StaysAtRest, format!("{at}, {later}"))
 }
 
 /// §3.2/5: the other drives go on.
@@ -237,8 +231,7 @@ pub fn stop_all(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
     must(
         records.iter().all(|rec| rec.status.is_success()),
-        "Ok or Accepted from all",
-        "Ok или Accepted от всех",
+        text::OkOrAcceptedFromAll,
         list(&records),
     )?;
     for id in moved {
@@ -265,14 +258,14 @@ pub fn no_room(b: &mut Bench<'_>) -> Step {
     let many = Rec::new(R::GET_STATUS, S::ALL, &[]).bytes().repeat(60);
     let answers = b.frame(&many)?;
     if answers.iter().all(|rec| rec.status != Status::NO_ROOM) {
-        return not_applicable("the buffer holds all answers", "в буфер помещаются все ответы");
+        return not_applicable(text::BufferHoldsAllAnswers);
     }
     let far = Rec::new(R::MOVE, id, &le(sign * FAR)).bytes();
     b.frame(&[many.clone(), far.clone()].concat())?;
     b.moves(&[]);
     b.wait(SOON_MS)?;
     let moving = b.drive(id)?.0 & bits::MOVE != 0;
-    must(!moving, "Move after NoRoom is not executed", "Move после NoRoom не исполняется", "Move")?;
+    must(!moving, text::MoveAfterNoRoom, "Move")?;
     b.moves(&[id]);
     go(b, id, sign * FAR)?;
     b.until_flags(id, bits::MOVE, 0, 1000)?;
@@ -288,7 +281,7 @@ pub fn in_order(b: &mut Bench<'_>) -> Step {
     let far = Rec::new(R::MOVE, id, &le(sign * FAR)).bytes();
     let stop = Rec::new(R::STOP, id, &[]).bytes();
     let records = b.frame(&[far, stop].concat())?;
-    must(records.len() == 2, "two answers", "два ответа", list(&records))?;
+    must(records.len() == 2, text::TwoAnswers, list(&records))?;
     b.until_flags(id, 0, bits::MOVE, STOP_MS)?;
     nothing_moves(b)
 }
@@ -302,10 +295,10 @@ pub fn cut_move(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&far[..5])?;
     let good =
         matches!(&records[..], [rec] if rec.status == Status::WRONG_DATA && rec.device == id);
-    must(good, "WrongData from the addressee", "WrongData от адресата", list(&records))?;
+    must(good, text::WrongDataFromAddressee, list(&records))?;
     let hidden = [&[R::GET_STATUS.0, S::GENERAL.0, 0, 200][..], &far].concat();
     let records = b.frame(&hidden)?;
-    must(records.len() == 1, "one WrongData", "один WrongData", list(&records))?;
+    must(records.len() == 1, text::OneWrongData, list(&records))?;
     nothing_moves(b)
 }
 
@@ -351,7 +344,7 @@ fn overloaded(b: &mut Bench<'_>) -> Step {
     let (sign, from) = room(b, id)?;
     let drawn = drawn(b, id, from + sign * 8 * small(id).0)?;
     if drawn < 2 {
-        return not_applicable("the drive draws too little", "привод потребляет слишком мало");
+        return not_applicable(text::DriveDrawsTooLittle);
     }
     b.set(id, "MaxCurrent", drawn * 2 / 3)?;
     let (_, from) = b.drive(id)?;
@@ -366,18 +359,17 @@ fn overloaded(b: &mut Bench<'_>) -> Step {
         }
         b.wait(100)?;
     }
-    must(over, "AmperageOverload over MaxCurrent", "AmperageOverload выше MaxCurrent", "")?;
+    must(over, text::OverloadOverMaxCurrent, "")?;
     b.until_flags(id, 0, bits::MOVE, 1000)?;
     let rec = b.ask(R::MOVE, id, &le(from + sign * 8 * small(id).0))?;
     must(
         !rec.status.is_success() || b.now_ms() - before_ms > 2900,
-        "that direction is refused",
-        "это направление отклоняется",
+        text::DirectionRefused,
         rec.words(true),
     )?;
     b.wait(1800)?;
     let still = b.drive(id)?.0 & bits::OVERLOAD != 0 || b.now_ms() - before_ms > 2900;
-    must(still, "the flag for 3 s after the stop", "флаг 3 с после остановки", "")?;
+    must(still, text::FlagAfterStop, "")?;
     b.until_flags(id, 0, bits::OVERLOAD, 2500)
 }
 

@@ -1,6 +1,7 @@
 //! §3.5, §3.3.1/4, §3.3.3/1: parameters are changed, take effect, and are restored.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Shown, conform as text};
 
 use super::{bits, le};
 use crate::bench::{Bench, param_data};
@@ -17,7 +18,7 @@ fn spare(b: &mut Bench<'_>) -> Step<(S, &'static str, i32)> {
             return Ok((of, name, *value));
         }
     }
-    not_applicable("none of our parameters is known", "наши параметры неизвестны")
+    not_applicable(text::OwnParametersUnknown)
 }
 
 /// §3.5, §3.5/1
@@ -25,10 +26,10 @@ pub fn set_and_read(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
     b.set(of, name, value + 1)?;
     let read = b.param(of, name)?;
-    must(read == value + 1, "read back at once", "читается сразу", format!("{read}"))?;
+    must(read == value + 1, text::ReadBackAtOnce, format!("{read}"))?;
     b.wait(1500)?;
     let read = b.param(of, name)?;
-    must(read == value + 1, "and later", "и позже", format!("{read}"))
+    must(read == value + 1, text::ReadBackLater, format!("{read}"))
 }
 
 /// §3.5/1: negative and large values keep their sign and their four bytes.
@@ -37,7 +38,7 @@ pub fn wide_values(b: &mut Bench<'_>) -> Step {
     for value in [-9_999, 9_998, -1] {
         b.set(S::CONTROL, "Height", value)?;
         let read = b.param(S::CONTROL, "Height")?;
-        must(read == value, "the value as set", "значение как задано", format!("{value}: {read}"))?;
+        must(read == value, text::ValueAsSet, format!("{value}: {read}"))?;
     }
     Ok(())
 }
@@ -46,22 +47,17 @@ pub fn wide_values(b: &mut Bench<'_>) -> Step {
 pub fn arrays(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     let Some(old) = b.get(S::CONTROL, "Program7")? else {
-        return not_applicable("no stored programs", "нет записанных программ");
+        return not_applicable(text::NoStoredPrograms);
     };
     if old.is_empty() {
-        return not_applicable("no stored programs", "нет записанных программ");
+        return not_applicable(text::NoStoredPrograms);
     }
     let new = [10, 20, 30, 40, 50, 6, 7];
     let rec = b.try_set(S::CONTROL, "Program7", &new)?;
     let read = b.get(S::CONTROL, "Program7")?;
     b.try_set(S::CONTROL, "Program7", &old)?;
-    must(rec.status.is_success(), "Accepted", "Accepted", rec.words(true))?;
-    must(
-        read.as_deref() == Some(&new),
-        "all values of an array",
-        "все значения массива",
-        format!("{read:?}"),
-    )
+    must(rec.status.is_success(), Shown("Accepted"), rec.words(true))?;
+    must(read.as_deref() == Some(&new), text::AllValuesOfArray, format!("{read:?}"))
 }
 
 /// §3.5: the answer carries the id.
@@ -69,12 +65,7 @@ pub fn answer_id(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
     let data = param_data(name, &[value]);
     let rec = b.ask(R::SET_PARAM, of, &data)?;
-    must(
-        rec.status.is_success() && rec.data == data[..2],
-        "Ok or Accepted with the id",
-        "Ok или Accepted с идентификатором",
-        rec.words(true),
-    )
+    must(rec.status.is_success() && rec.data == data[..2], text::AcceptedWithId, rec.words(true))
 }
 
 /// §3.5/2
@@ -95,10 +86,10 @@ pub fn out_of_range(b: &mut Bench<'_>) -> Step {
     let old = b.param(S::GENERAL, "MoveTimeout")?;
     for value in [-1, 60_001, i32::MAX, i32::MIN] {
         let rec = b.try_set(S::GENERAL, "MoveTimeout", &[value])?;
-        must(rec.status == Status::INVALID_VALUE, "InvalidValue", "InvalidValue", rec.words(true))?;
+        must(rec.status == Status::INVALID_VALUE, Shown("InvalidValue"), rec.words(true))?;
     }
     let read = b.param(S::GENERAL, "MoveTimeout")?;
-    must(read == old, "nothing changes", "ничего не меняется", format!("{read}"))
+    must(read == old, text::NothingChanges, format!("{read}"))
 }
 
 /// §3.5/4
@@ -109,29 +100,28 @@ pub fn wrong_count(b: &mut Bench<'_>) -> Step {
         let rec = b.ask(R::SET_PARAM, of, &whole[..len])?;
         must(
             rec.status == Status::WRONG_DATA && rec.device == of,
-            "WrongData",
-            "WrongData",
+            Shown("WrongData"),
             rec.words(true),
         )?;
     }
     let read = b.param(of, name)?;
-    must(read == value, "nothing changes", "ничего не меняется", format!("{read}"))
+    must(read == value, text::NothingChanges, format!("{read}"))
 }
 
 /// §3.5/5
 pub fn read_only(b: &mut Bench<'_>) -> Step {
     let rec = b.try_set(S::GENERAL, "FaultInfo", &[0; 20])?;
     if rec.status == Status::INVALID_ID {
-        return not_applicable("our parameters are not known", "наши параметры неизвестны");
+        return not_applicable(text::OwnParametersMissing);
     }
-    must(rec.status == Status::ACCESS_DENIED, "AccessDenied", "AccessDenied", rec.words(true))
+    must(rec.status == Status::ACCESS_DENIED, Shown("AccessDenied"), rec.words(true))
 }
 
 /// §3.21/3
 pub fn hotbeds_read_only(b: &mut Bench<'_>) -> Step {
     b.needs(S::DETECTOR)?;
     let rec = b.try_set(S::DETECTOR, "Hotbeds", &[0; 5])?;
-    must(rec.status == Status::ACCESS_DENIED, "AccessDenied", "AccessDenied", rec.words(true))
+    must(rec.status == Status::ACCESS_DENIED, Shown("AccessDenied"), rec.words(true))
 }
 
 /// §3.5/7
@@ -146,17 +136,12 @@ pub fn remote(b: &mut Bench<'_>) -> Step {
         b.undo.push(crate::safety::Undo::Param(id, "Speed", old));
         let first = b.ask(R::SET_PARAM, id, &param_data("Speed", &[new]))?;
         let known = [Status::CACHED, Status::ACCEPTED, Status::OK].contains(&first.status);
-        must(known, "Cached, then Accepted", "Cached, затем Accepted", first.words(true))?;
+        must(known, text::CachedThenAccepted, first.words(true))?;
         b.put(id, "Speed", new)?;
         let read = b.param(id, "Speed")?;
-        return must(
-            read == new,
-            "the unit's new value",
-            "новое значение блока",
-            format!("{read}"),
-        );
+        return must(read == new, text::UnitsNewValue, format!("{read}"));
     }
-    not_applicable("no remote drive", "нет удалённого привода")
+    not_applicable(text::NoRemoteDrive)
 }
 
 /// §3.5/8
@@ -167,26 +152,20 @@ pub fn after_restart(b: &mut Bench<'_>) -> Step {
     // It must still answer, so that its address can be restored.
     let read = b.param(S::GENERAL, "Address");
     b.put(S::GENERAL, "Address", address)?;
-    must(read? == other, "the new value is read", "читается новое значение", "")
+    must(read? == other, text::NewValueIsRead, "")
 }
 
 /// §3.5/9
 pub fn stored_already(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
     b.put(of, name, value)?;
-    let en = "Ok once the value is stored";
-    b.until(10_000, en, "Ok, когда значение сохранено", |b| {
+    b.until(10_000, text::OkOnceValueStored, |b| {
         Ok(b.try_set(of, name, &[value])?.status == Status::OK)
     })?;
     b.set(of, name, value + 1)?;
     let stored = b.try_set(of, name, &[value + 1])?;
-    must(
-        stored.status.is_success(),
-        "Accepted, then Ok",
-        "Accepted, затем Ok",
-        stored.words(true),
-    )?;
-    b.until(10_000, en, "Ok, когда значение сохранено", |b| {
+    must(stored.status.is_success(), text::AcceptedThenOk, stored.words(true))?;
+    b.until(10_000, text::OkOnceValueStored, |b| {
         Ok(b.try_set(of, name, &[value + 1])?.status == Status::OK)
     })
 }
@@ -196,12 +175,7 @@ pub fn accepted_first(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
     b.undo.push(crate::safety::Undo::Param(of, name, value));
     let rec = b.try_set(of, name, &[value + 2])?;
-    must(
-        rec.status == Status::ACCEPTED,
-        "Accepted for a new value",
-        "Accepted для нового значения",
-        rec.words(true),
-    )
+    must(rec.status == Status::ACCEPTED, text::AcceptedForNewValue, rec.words(true))
 }
 
 /// §3.5/10
@@ -217,13 +191,12 @@ pub fn not_in_motion(b: &mut Bench<'_>) -> Step {
         let moving = b.drive(id)?.0 & bits::MOVE != 0;
         must(
             !moving || rec.status == Status::ACCEPTED,
-            "Accepted, not yet stored, while a drive turns",
-            "Accepted, ещё не сохранено, пока привод движется",
+            text::AcceptedWhileTurning,
             rec.words(true),
         )?;
     }
     b.until_flags(id, 0, bits::MOVE, 30_000)?;
-    b.until(10_000, "Ok after the motion", "Ok после движения", |b| {
+    b.until(10_000, text::OkAfterMotion, |b| {
         Ok(b.try_set(of, name, &[value + 3])?.status == Status::OK)
     })
 }
@@ -242,7 +215,7 @@ pub fn bad_power(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::GENERAL, bits::BAD_POWER, 0, 3000)?;
     b.put(S::GENERAL, "MainVoltageMax", volts + 30)?;
     b.until_flags(S::GENERAL, 0, bits::BAD_POWER, 3000)?;
-    must(was == 0, "no BadPower before", "прежде не было BadPower", rec.words(true))
+    must(was == 0, text::NoBadPowerBefore, rec.words(true))
 }
 
 /// §3.3.3/1
@@ -251,10 +224,7 @@ pub fn heating(b: &mut Bench<'_>) -> Step {
     let rec = b.read(R::GET_STATUS, S::CLIMATICS, &[])?;
     let box_temp = i32::from(rec.i16_at(12).unwrap_or(0));
     if !(-350..=500).contains(&box_temp) {
-        return not_applicable(
-            "the box is too warm or too cold",
-            "в корпусе слишком тепло или холодно",
-        );
+        return not_applicable(text::BoxTemperature);
     }
     b.set(S::CLIMATICS, "HeatOff", 600)?;
     b.set(S::CLIMATICS, "HeatOn", box_temp + 60)?;

@@ -1,6 +1,7 @@
 //! §3.14, §3.15: extinguishing in a sector and along a trajectory. Nothing here opens a valve.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::motion::{limits, room};
 use super::{bits, le, les};
@@ -53,28 +54,21 @@ pub fn ends(b: &mut Bench<'_>) -> Step {
 pub fn quench_scans(b: &mut Bench<'_>) -> Step {
     let (h, v) = quench(b)?;
     let (mut left, mut right, mut low, mut high) = (i32::MIN, i32::MAX, i32::MAX, i32::MIN);
-    let en = "the whole width and more than one line of the sector";
-    b.until(
-        60_000,
-        en,
-        "вся ширина и больше одной строки сектора",
-        |b| {
-            let (_, x) = b.drive(S::HORIZONTAL)?;
-            let (_, y) = b.drive(S::VERTICAL)?;
-            left = left.max(x);
-            right = right.min(x);
-            low = low.min(y);
-            high = high.max(y);
-            must(
-                x.abs_diff(h) <= 150 + 60,
-                "within the sector",
-                "в пределах сектора",
-                format!("{x}' of {h}' ± 150', {y}' of {v}'"),
-            )
-            .or_else(|halt| if left == x || right == x { Ok(()) } else { Err(halt) })?;
-            Ok(left >= h + 120 && right <= h - 120 && high - low >= 40)
-        },
-    )?;
+    b.until(60_000, text::WholeSector, |b| {
+        let (_, x) = b.drive(S::HORIZONTAL)?;
+        let (_, y) = b.drive(S::VERTICAL)?;
+        left = left.max(x);
+        right = right.min(x);
+        low = low.min(y);
+        high = high.max(y);
+        must(
+            x.abs_diff(h) <= 150 + 60,
+            text::WithinSector,
+            format!("{x}' of {h}' ± 150', {y}' of {v}'"),
+        )
+        .or_else(|halt| if left == x || right == x { Ok(()) } else { Err(halt) })?;
+        Ok(left >= h + 120 && right <= h - 120 && high - low >= 40)
+    })?;
     ends(b)
 }
 
@@ -89,8 +83,7 @@ pub fn quench_leaves_closed(b: &mut Bench<'_>) -> Step {
             let flags = b.flags(id)?;
             must(
                 flags & bits::CLOSED != 0,
-                "the closed valve stays closed",
-                "закрытый затвор остаётся закрытым",
+                text::ClosedValveStaysClosed,
                 format!("{flags:#010x}"),
             )?;
         }
@@ -112,8 +105,7 @@ fn idle(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(S::CONTROL)?;
     must(
         flags & (bits::QUENCH | bits::TRAJECTORY) == 0,
-        "no program runs",
-        "программа не идёт",
+        text::NoProgramRuns,
         format!("{flags:#010x}"),
     )
 }
@@ -153,8 +145,7 @@ pub fn elevation(b: &mut Bench<'_>) -> Step {
     data.push(0);
     data.extend([5, 5]);
     b.done(R::START_QUENCH, S::CONTROL, &data)?;
-    let en = "the barrel 5° over the line of sight";
-    b.until(20_000, en, "ствол на 5° выше линии визирования", |b| {
+    b.until(20_000, text::RaisedByCorrection, |b| {
         Ok((b.drive(S::VERTICAL)?.1 - (v + 300)).abs() <= 15)
     })?;
     ends(b)
@@ -172,18 +163,13 @@ pub fn aims_at_centre(b: &mut Bench<'_>) -> Step {
         b.set(S::CONTROL, "Ballistics", 0)?;
     }
     b.done(R::START_QUENCH, S::CONTROL, &program(target, v, 0, 0, 0, 0))?;
-    b.until(20_000, "aimed at the centre", "наведён в центр", |b| {
+    b.until(20_000, text::AimedAtCentre, |b| {
         let (_, x) = b.drive(S::HORIZONTAL)?;
         let (_, y) = b.drive(S::VERTICAL)?;
         Ok(x.abs_diff(target) <= 15 && y.abs_diff(v) <= 15)
     })?;
     let faults = b.flags(S::CONTROL)? & bits::BALLISTICS;
-    must(
-        faults == 0,
-        "no fault of the ballistics when it is off",
-        "без баллистики нет её флагов",
-        format!("{faults:#010x}"),
-    )?;
+    must(faults == 0, text::NoBallisticsFault, format!("{faults:#010x}"))?;
     ends(b)
 }
 
@@ -200,9 +186,7 @@ pub fn narrowest(b: &mut Bench<'_>) -> Step {
         b.until_flags(S::NOZZLE, 0, bits::MOVE, 60_000)?;
     }
     b.done(R::START_TRAJECTORY, S::CONTROL, &points(2, &[(h + 60, v), (h - 60, v)]))?;
-    b.until(30_000, "the narrowest jet", "самая узкая струя", |b| {
-        Ok(b.drive(S::NOZZLE)?.1.abs_diff(max) <= 2)
-    })?;
+    b.until(30_000, text::NarrowestJet, |b| Ok(b.drive(S::NOZZLE)?.1.abs_diff(max) <= 2))?;
     ends(b)
 }
 
@@ -218,8 +202,7 @@ pub fn pause(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(S::CONTROL)?;
     must(
         flags & bits::PAUSED != 0 || b.now_ms() - asked_ms > 2900,
-        "paused for 3 s",
-        "приостановлена на 3 с",
+        text::PausedFor3S,
         format!("{flags:#010x}"),
     )?;
     b.until_flags(S::CONTROL, bits::QUENCH, bits::PAUSED, 2500)?;
@@ -233,20 +216,13 @@ pub fn pause_moves(b: &mut Bench<'_>) -> Step {
     let (sign, _) = room(b, S::HORIZONTAL)?;
     let to = h + sign * 330;
     b.done(R::MOVE, S::HORIZONTAL, &le(to))?;
-    b.until(6000, "where Move sent it", "там, куда послал Move", |b| {
-        Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(to) <= 15)
-    })?;
+    b.until(6000, text::WhereMoveSent, |b| Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(to) <= 15))?;
     let mut away = false;
-    b.until(
-        15_000,
-        "on around the point reached",
-        "дальше вокруг достигнутой точки",
-        |b| {
-            let x = b.drive(S::HORIZONTAL)?.1;
-            away |= x.abs_diff(to) > 60;
-            Ok(away && (x - to) * sign > 60)
-        },
-    )?;
+    b.until(15_000, text::OnAroundPointReached, |b| {
+        let x = b.drive(S::HORIZONTAL)?.1;
+        away |= x.abs_diff(to) > 60;
+        Ok(away && (x - to) * sign > 60)
+    })?;
     ends(b)
 }
 
@@ -259,12 +235,7 @@ pub fn stop_while_quenching(b: &mut Bench<'_>) -> Step {
         }
     }
     let flags = b.flags(S::CONTROL)?;
-    must(
-        flags & bits::QUENCH != 0,
-        "the program goes on",
-        "программа продолжается",
-        format!("{flags:#010x}"),
-    )?;
+    must(flags & bits::QUENCH != 0, text::ProgramGoesOn, format!("{flags:#010x}"))?;
     ends(b)?;
     for id in [S::HORIZONTAL, S::VERTICAL] {
         b.until_flags(id, 0, bits::MOVE, START_MS)?;
@@ -293,17 +264,10 @@ pub fn outside(b: &mut Bench<'_>) -> Step {
     movers(b);
     b.done(R::START_QUENCH, S::CONTROL, &program(max, v, 400, 60, 1, 0))?;
     b.until_flags(S::CONTROL, bits::QUENCH | bits::OUTSIDE, 0, 20_000)?;
-    b.stays(6000, "inside the limits", "в пределах", |b| {
-        Ok(b.drive(S::HORIZONTAL)?.1 <= max + 10)
-    })?;
+    b.stays(6000, text::InsideLimits, |b| Ok(b.drive(S::HORIZONTAL)?.1 <= max + 10))?;
     ends(b)?;
     let flags = b.flags(S::CONTROL)?;
-    must(
-        flags & bits::OUTSIDE != 0,
-        "OutsideLimits stays until the next start",
-        "OutsideLimits до следующего запуска",
-        format!("{flags:#010x}"),
-    )?;
+    must(flags & bits::OUTSIDE != 0, text::OutsideLimitsStays, format!("{flags:#010x}"))?;
     quench_inside(b)?;
     ends(b)
 }
@@ -322,7 +286,7 @@ pub fn wholly_outside(b: &mut Bench<'_>) -> Step {
     let (_, v) = centre(b)?;
     let (_, max) = limits(b, S::HORIZONTAL)?;
     if max > 30_000 {
-        return not_applicable("no sector is outside", "нет сектора вне пределов");
+        return not_applicable(text::NoSectorIsOutside);
     }
     let data = program(max + 1500, v, 100, 60, 1, 0);
     b.refused(R::START_QUENCH, S::CONTROL, &data, S::CONTROL, Status::INVALID_VALUE)?;
@@ -335,9 +299,7 @@ pub fn replaced(b: &mut Bench<'_>) -> Step {
     let (sign, _) = room(b, S::HORIZONTAL)?;
     let target = h + sign * 360;
     b.done(R::START_QUENCH, S::CONTROL, &program(target, v, 0, 0, 0, 0))?;
-    b.until(20_000, "the new sector", "новый сектор", |b| {
-        Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(target) <= 15)
-    })?;
+    b.until(20_000, text::NewSector, |b| Ok(b.drive(S::HORIZONTAL)?.1.abs_diff(target) <= 15))?;
     ends(b)
 }
 
@@ -393,24 +355,14 @@ pub fn trajectory(b: &mut Bench<'_>) -> Step {
     b.done(R::START_TRAJECTORY, S::CONTROL, &points(0, &[(h + 90, v), (h - 90, v)]))?;
     b.until_flags(S::CONTROL, bits::TRAJECTORY, 0, START_MS)?;
     let mut first = false;
-    b.until(
-        30_000,
-        "point after point, then the end",
-        "точка за точкой, затем конец",
-        |b| {
-            let x = b.drive(S::HORIZONTAL)?.1;
-            let faults = b.flags(S::CONTROL)? & bits::BALLISTICS;
-            must(
-                faults == 0,
-                "no fault of the ballistics when it is off",
-                "без баллистики нет её флагов",
-                format!("{faults:#010x}"),
-            )?;
-            first |= x.abs_diff(h + 90) <= 15;
-            let over = b.flags(S::CONTROL)? & bits::TRAJECTORY == 0;
-            Ok(first && over && x.abs_diff(h - 90) <= 15)
-        },
-    )
+    b.until(30_000, text::PointAfterPointThenEnd, |b| {
+        let x = b.drive(S::HORIZONTAL)?.1;
+        let faults = b.flags(S::CONTROL)? & bits::BALLISTICS;
+        must(faults == 0, text::NoBallisticsFault, format!("{faults:#010x}"))?;
+        first |= x.abs_diff(h + 90) <= 15;
+        let over = b.flags(S::CONTROL)? & bits::TRAJECTORY == 0;
+        Ok(first && over && x.abs_diff(h - 90) <= 15)
+    })
 }
 
 /// §3.15/1 repeat
@@ -422,12 +374,7 @@ pub fn trajectory_repeats(b: &mut Bench<'_>) -> Step {
     b.done(R::START_TRAJECTORY, S::CONTROL, &points(2, &[(h + 40, v), (h - 40, v)]))?;
     b.wait(6000)?;
     let flags = b.flags(S::CONTROL)?;
-    must(
-        flags & bits::TRAJECTORY != 0,
-        "it starts over",
-        "начинается снова",
-        format!("{flags:#010x}"),
-    )?;
+    must(flags & bits::TRAJECTORY != 0, text::StartsOver, format!("{flags:#010x}"))?;
     ends(b)
 }
 
@@ -436,7 +383,7 @@ pub fn trajectory_empty(b: &mut Bench<'_>) -> Step {
     b.needs(S::CONTROL)?;
     b.deployed()?;
     if b.get(S::CONTROL, "Trajectory7")?.is_none_or(|values| !values.is_empty()) {
-        return not_applicable("Trajectory7 is not empty", "Trajectory7 не пуста");
+        return not_applicable(text::TrajectoryInUse);
     }
     b.refused(R::START_TRAJECTORY, S::CONTROL, &[1, 0, 1, 7], S::CONTROL, Status::INVALID_ID)
 }
@@ -453,12 +400,7 @@ pub fn trajectory_refused(b: &mut Bench<'_>) -> Step {
     ] {
         let rec = b.ask(R::START_TRAJECTORY, S::CONTROL, data)?;
         let good = [status, Status::WRONG_DATA].contains(&rec.status);
-        must(
-            good && rec.device == S::CONTROL,
-            "WrongData or InvalidValue",
-            "WrongData или InvalidValue",
-            rec.words(true),
-        )?;
+        must(good && rec.device == S::CONTROL, text::WrongDataOrInvalidValue, rec.words(true))?;
     }
     idle(b)
 }

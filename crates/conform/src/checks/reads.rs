@@ -2,6 +2,7 @@
 
 use lafet_proto::param::{Param, Storage};
 use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::bits;
 use crate::bench::Bench;
@@ -23,13 +24,9 @@ fn size_of(id: S) -> usize {
 pub fn sizes(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         let rec = b.read(R::GET_STATUS, id, &[])?;
-        let en = format!("{} bytes from {}", size_of(id), name(id.name(), id.0));
-        must(
-            rec.data.len() == size_of(id),
-            &en,
-            &en.replace("bytes from", "байт от"),
-            rec.words(true),
-        )?;
+        let size = size_of(id);
+        let from = name(id.name(), id.0);
+        must(rec.data.len() == size, text::BytesFrom { size, from }, rec.words(true))?;
     }
     Ok(())
 }
@@ -39,12 +36,11 @@ pub fn same_as_alone(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&Rec::new(R::GET_STATUS, S::ALL, &[]).bytes())?;
     for rec in records {
         if rec.status == Status::NO_ROOM {
-            return not_applicable("the buffer does not hold the answers", "ответы не помещаются");
+            return not_applicable(text::AnswersDoNotFit);
         }
         must(
             rec.data.len() == size_of(rec.device) && rec.status == Status::OK,
-            "Ok with the structure of each",
-            "Ok со структурой каждой подсистемы",
+            text::OkWithStructures,
             rec.words(true),
         )?;
         let alone = b.read(R::GET_STATUS, rec.device, &[])?;
@@ -52,8 +48,7 @@ pub fn same_as_alone(b: &mut Bench<'_>) -> Step {
         must(
             same(alone.flags()) == same(rec.flags())
                 && alone.i16_at(4).is_some() == rec.i16_at(4).is_some(),
-            "the same flags as the subsystem alone",
-            "те же флаги, что у подсистемы отдельно",
+            text::SameFlagsAsSubsystemAlone,
             alone.words(true),
         )?;
     }
@@ -71,16 +66,11 @@ fn unused(b: &mut Bench<'_>, ids: &[S], used: u32) -> Step {
         let flags = b.flags(id)?;
         must(
             flags & !used == 0,
-            "flags without a meaning are 0",
-            "флаги без значения равны 0",
+            text::UnusedFlagsAre0,
             format!("{}: {flags:#010x}", name(id.name(), id.0)),
         )?;
     }
-    if any {
-        Ok(())
-    } else {
-        not_applicable("no such subsystem", "нет такой подсистемы")
-    }
+    if any { Ok(()) } else { not_applicable(text::NoSuchSubsystem) }
 }
 
 pub fn common_flags(b: &mut Bench<'_>) -> Step {
@@ -91,7 +81,7 @@ pub fn general_flags(b: &mut Bench<'_>) -> Step {
     unused(b, &[S::GENERAL], 0x0007_7FFF)?;
     let rec = b.read(R::GET_STATUS, S::GENERAL, &[])?;
     let volts = rec.i16_at(4).unwrap_or(0);
-    must(volts > 0, "a supply voltage in V", "напряжение питания в В", rec.words(true))
+    must(volts > 0, text::SupplyVoltageInV, rec.words(true))
 }
 
 pub fn drive_flags(b: &mut Bench<'_>) -> Step {
@@ -104,12 +94,7 @@ pub fn valve_flags(b: &mut Bench<'_>) -> Step {
         if b.has(id) {
             let flags = b.flags(id)?;
             let both = bits::OPEN | bits::CLOSED;
-            must(
-                flags & both != both,
-                "not open and closed at once",
-                "не открыт и закрыт сразу",
-                format!("{flags:#010x}"),
-            )?;
+            must(flags & both != both, text::NotOpenAndClosed, format!("{flags:#010x}"))?;
         }
     }
     Ok(())
@@ -130,8 +115,7 @@ pub fn climatics_flags(b: &mut Bench<'_>) -> Step {
     let sane = |at: usize| rec.i16_at(at).is_some_and(|temp| (-1000..=2000).contains(&temp));
     must(
         (0..=100).contains(&humidity) && [4, 6, 8, 10, 12].into_iter().all(sane),
-        "temperatures in 0.1 °C and humidity in %",
-        "температуры в 0,1 °C и влажность в %",
+        text::TemperaturesAndHumidity,
         rec.words(true),
     )
 }
@@ -139,12 +123,7 @@ pub fn climatics_flags(b: &mut Bench<'_>) -> Step {
 pub fn deployer_flags(b: &mut Bench<'_>) -> Step {
     b.needs(S::DEPLOYER)?;
     let flags = b.flags(S::DEPLOYER)?;
-    must(
-        (flags & bits::FOLD).count_ones() <= 1,
-        "one state at most",
-        "не более одного состояния",
-        format!("{flags:#010x}"),
-    )
+    must((flags & bits::FOLD).count_ones() <= 1, text::OneStateAtMost, format!("{flags:#010x}"))
 }
 
 pub fn conn_flags(b: &mut Bench<'_>) -> Step {
@@ -157,12 +136,7 @@ pub fn button_flags(b: &mut Bench<'_>) -> Step {
         if b.has(id) {
             let flags = b.flags(id)?;
             let stuck = (0..8).any(|n| flags >> (16 + 2 * n) & 3 == 1);
-            must(
-                !stuck,
-                "no button is pressed",
-                "ни одна кнопка не нажата",
-                format!("{flags:#010x}"),
-            )?;
+            must(!stuck, text::NoButtonIsPressed, format!("{flags:#010x}"))?;
         }
     }
     Ok(())
@@ -173,12 +147,7 @@ pub fn at_rest(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         if id.is_drive() {
             let rec = b.read(R::GET_STATUS, id, &[])?;
-            must(
-                rec.data.get(7) == Some(&0),
-                "speed 0 at rest",
-                "скорость 0 в покое",
-                rec.words(true),
-            )?;
+            must(rec.data.get(7) == Some(&0), text::Speed0AtRest, rec.words(true))?;
         }
     }
     Ok(())
@@ -214,30 +183,15 @@ pub fn conn_lost(b: &mut Bench<'_>) -> Step {
     b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes())?;
     let ids = [S::EXTERNAL_CONN, S::RADIO].into_iter().filter(|id| b.has(*id)).count();
     let now = lost(b)?;
-    must(
-        now.len() < ids,
-        "no ConnLost after a control request",
-        "нет ConnLost после запроса управления",
-        several(&now),
-    )?;
+    must(now.len() < ids, text::NoConnLostAfterRequest, several(&now))?;
     b.wait(timeout_ms / 2)?;
     let before = lost(b)?.len();
     // A slow or stalling line proves nothing.
     let in_time = b.now_ms() - asked_ms < timeout_ms;
-    must(
-        before < ids || !in_time,
-        "no ConnLost before its time",
-        "нет ConnLost раньше времени",
-        "ConnLost",
-    )?;
+    must(before < ids || !in_time, text::NoConnLostEarly, "ConnLost")?;
     b.wait(timeout_ms / 2 + 700)?;
     let later = lost(b)?.len();
-    must(
-        later == ids,
-        "ConnLost after 3 s without control",
-        "ConnLost после 3 с без управления",
-        "",
-    )
+    must(later == ids, text::ConnLostAfterSilence, "")
 }
 
 pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
@@ -246,22 +200,12 @@ pub fn conn_lost_reads(b: &mut Bench<'_>) -> Step {
     b.wait(ms)?;
     let before = lost(b)?;
     let ids = [S::EXTERNAL_CONN, S::RADIO].into_iter().filter(|id| b.has(*id)).count();
-    must(
-        before.len() == ids,
-        "ConnLost, as there was no control",
-        "ConnLost: управления не было",
-        several(&before),
-    )?;
+    must(before.len() == ids, text::ConnLostWithoutControl, several(&before))?;
     for _ in 0..5 {
         b.read(R::GET_STATUS, S::GENERAL, &[])?;
     }
     let after = lost(b)?;
-    must(
-        before == after && !after.is_empty(),
-        "reads do not count as control",
-        "чтение — не управление",
-        several(&after),
-    )
+    must(before == after && !after.is_empty(), text::ReadsAreNoControl, several(&after))
 }
 
 /// §3.4
@@ -273,17 +217,12 @@ pub fn get_param(b: &mut Bench<'_>) -> Step {
             any = true;
             must(
                 param.spec().allows_len(values.len()),
-                "as many values as the parameter has",
-                "столько значений, сколько у параметра",
+                text::ValuesOfParameter,
                 format!("{}: {}", param.name(), several(&values)),
             )?;
         }
     }
-    if any {
-        Ok(())
-    } else {
-        not_applicable("none of our parameters is known", "наши параметры неизвестны")
-    }
+    if any { Ok(()) } else { not_applicable(text::OwnParametersUnknown) }
 }
 
 /// §3.4/1
@@ -297,12 +236,7 @@ pub fn unknown_param(b: &mut Bench<'_>) -> Step {
 /// §3.4/1; "with the id" is ours.
 pub fn unknown_param_id(b: &mut Bench<'_>) -> Step {
     let rec = b.ask(R::GET_PARAM, S::GENERAL, &[0x34, 0x12])?;
-    must(
-        rec.data == [0x34, 0x12],
-        "the id comes back",
-        "идентификатор возвращается",
-        rec.words(true),
-    )
+    must(rec.data == [0x34, 0x12], text::IdComesBack, rec.words(true))
 }
 
 /// §3.4/2
@@ -312,20 +246,19 @@ pub fn remote_param(b: &mut Bench<'_>) -> Step {
             let speed = b.get(id, "Speed")?;
             return must(
                 speed.is_some(),
-                "Ok once fetched",
-                "Ok после получения",
+                text::OkOnceFetched,
                 several(speed.as_deref().unwrap_or_default()),
             );
         }
     }
-    not_applicable("no remote drive", "нет удалённого привода")
+    not_applicable(text::NoRemoteDrive)
 }
 
 /// §P/1
 pub fn dictionary(b: &mut Bench<'_>) -> Step {
     let locked = b.flags(S::GENERAL)? & bits::CONFIG_INVALID != 0;
     if locked {
-        return not_applicable("parameters are unset", "параметры не заданы");
+        return not_applicable(text::ParametersAreUnset);
     }
     for param in Param::ALL {
         let spec = param.spec();
@@ -334,17 +267,11 @@ pub fn dictionary(b: &mut Bench<'_>) -> Step {
         }
         let Some(values) = b.get(spec.subsystem, param.name())? else {
             // Parameters such as TrvPosition exist only in monitors that store them.
-            return must(
-                !spec.required,
-                "every parameter of the table",
-                "все параметры таблицы",
-                param.name(),
-            );
+            return must(!spec.required, text::EveryParameter, param.name());
         };
         must(
             spec.check(values.iter().copied()).is_ok(),
-            "values within the table's range",
-            "значения в пределах таблицы",
+            text::ValuesInRange,
             format!("{}: {}", param.name(), several(&values)),
         )?;
     }
@@ -360,18 +287,12 @@ pub fn limits(b: &mut Bench<'_>) -> Step {
         }
         let rec = b.read(R::RETRIEVE_LIMITS, id, &[])?;
         let (min, max) = (rec.i32_at(0), rec.i32_at(4));
-        must(
-            rec.data.len() == 8 && min <= max,
-            "int32 min and max, min not above max",
-            "int32 min и max, min не больше max",
-            rec.words(true),
-        )?;
+        must(rec.data.len() == 8 && min <= max, text::LimitsInOrder, rec.words(true))?;
         let known = (b.get(id, "MinLimit")?, b.get(id, "MaxLimit")?);
         if let (Some(low), Some(high)) = known {
             must(
                 low.first().copied() == min && high.first().copied() == max,
-                "the limits set by the parameters",
-                "пределы, заданные параметрами",
+                text::LimitsOfParameters,
                 rec.words(true),
             )?;
         }
@@ -383,18 +304,13 @@ pub fn limits(b: &mut Bench<'_>) -> Step {
 pub fn limits_of_all(b: &mut Bench<'_>) -> Step {
     let drives: Vec<S> = b.found.present.iter().copied().filter(|id| id.is_drive()).collect();
     if drives.is_empty() {
-        return not_applicable("no drive", "нет приводов");
+        return not_applicable(text::NoDrive);
     }
     for to in [S::ALL, S::MOTORS] {
         let records = b.frame(&Rec::new(R::RETRIEVE_LIMITS, to, &[]).bytes())?;
         let found: Vec<S> = records.iter().map(|rec| rec.device).collect();
         let data = records.iter().all(|rec| rec.data.len() == 8);
-        must(
-            found == drives && data,
-            "every drive, in chain order",
-            "каждый привод, по порядку цепочки",
-            crate::bench::list(&records),
-        )?;
+        must(found == drives && data, text::EveryDriveInOrder, crate::bench::list(&records))?;
     }
     Ok(())
 }
@@ -402,19 +318,14 @@ pub fn limits_of_all(b: &mut Bench<'_>) -> Step {
 /// §3.20
 pub fn crash_data(b: &mut Bench<'_>) -> Step {
     let rec = b.read(R::GET_CRASH_DATA, S::GENERAL, &[])?;
-    must([80, 48].contains(&rec.data.len()), "80 or 48 bytes", "80 или 48 байт", rec.words(true))
+    must([80, 48].contains(&rec.data.len()), text::SizeOfCrashData, rec.words(true))
 }
 
 /// §3.20/1
 pub fn crash_param(b: &mut Bench<'_>) -> Step {
     let rec = b.read(R::GET_CRASH_DATA, S::GENERAL, &[])?;
     let param = b.read(R::GET_PARAM, S::GENERAL, &ParamId::FAULT_INFO.0.to_le_bytes())?;
-    must(
-        param.data.get(2..) == Some(&rec.data[..]),
-        "the words of GetParam General FaultInfo",
-        "слова GetParam General FaultInfo",
-        param.words(true),
-    )
+    must(param.data.get(2..) == Some(&rec.data[..]), text::WordsOfFaultInfo, param.words(true))
 }
 
 /// §3.21, §3.21/1: with the literal bytes of the document.
@@ -424,12 +335,7 @@ pub fn hotbeds(b: &mut Bench<'_>) -> Step {
     let good = matches!(&records[..], [rec] if rec.status == Status::OK
         && rec.data.starts_with(&[0xFE, 0x23])
         && (rec.data.len() - 2) % HOTBED == 0 && rec.data.len() <= 2 + 4 * HOTBED);
-    must(
-        good,
-        "FE 23 and n × 20 bytes, n = 0…4",
-        "FE 23 и n × 20 байт, n = 0…4",
-        crate::bench::list(&records),
-    )
+    must(good, text::SizeOfHotbeds, crate::bench::list(&records))
 }
 
 /// §3.16/5
@@ -442,8 +348,7 @@ pub fn brightest_first(b: &mut Bench<'_>) -> Step {
         .collect();
     must(
         bright.len() <= 4 && bright.is_sorted_by(|a, b| a >= b),
-        "at most 4 hotbeds, brightest first",
-        "не более 4 очагов, ярчайший первым",
+        text::HotbedsBrightestFirst,
         rec.words(true),
     )
 }
@@ -453,12 +358,7 @@ pub fn get_hotbed(b: &mut Bench<'_>) -> Step {
     b.needs(S::DETECTOR)?;
     let hotbed = b.read(R::GET_HOTBED, S::DETECTOR, &[])?;
     let param = b.read(R::GET_PARAM, S::DETECTOR, &[0xFE, 0x23])?;
-    must(
-        hotbed.data == param.data,
-        "the data of GetParam Hotbeds",
-        "данные GetParam Hotbeds",
-        hotbed.words(true),
-    )
+    must(hotbed.data == param.data, text::DataOfHotbeds, hotbed.words(true))
 }
 
 /// §3.3/2 at rest: all reads answer Ok.

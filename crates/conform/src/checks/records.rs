@@ -1,6 +1,7 @@
 //! §1, §2: the chain and the record, by reads only.
 
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Shown, conform as text};
 
 use super::literal::{GET_CRASH_DATA_GENERAL, GET_STATUS_GENERAL};
 use crate::bench::{Bench, list};
@@ -18,13 +19,10 @@ fn devices(records: &[Rec]) -> Vec<S> {
 fn group(b: &mut Bench<'_>, request: R, to: S) -> Step<Vec<Rec>> {
     let records = b.frame(&Rec::new(request, to, &[]).bytes())?;
     if records.iter().any(|rec| rec.status == Status::NO_ROOM) {
-        return not_applicable(
-            "the buffer does not hold the answers",
-            "ответы не помещаются в буфер",
-        );
+        return not_applicable(text::AnswersDoNotFit);
     }
     let strange = records.iter().any(|rec| rec.request != request);
-    must(!strange, "answers to this request", "ответы на этот запрос", list(&records))?;
+    must(!strange, text::AnswersToThisRequest, list(&records))?;
     Ok(records)
 }
 
@@ -33,8 +31,8 @@ pub fn ids(b: &mut Bench<'_>) -> Step {
     let all = group(b, R::GET_STATUS, S::ALL)?;
     let found = devices(&all);
     let known = found.iter().all(|id| S::CHAIN.contains(id));
-    must(known, "ids of the table of §1", "идентификаторы таблицы §1", list(&all))?;
-    must(b.has(S::GENERAL), "General answers", "General отвечает", "ModuleNotExist")
+    must(known, text::IdsOfTable, list(&all))?;
+    must(b.has(S::GENERAL), text::GeneralAnswers, "ModuleNotExist")
 }
 
 /// §1/1
@@ -42,12 +40,7 @@ pub fn chain_order(b: &mut Bench<'_>) -> Step {
     let all = group(b, R::GET_STATUS, S::ALL)?;
     let place = |id: &S| S::CHAIN.iter().position(|known| known == id);
     let found = devices(&all);
-    must(
-        found.is_sorted_by(|a, b| place(a) < place(b)),
-        "answers in chain order, General last",
-        "ответы в порядке цепочки, General последний",
-        list(&all),
-    )
+    must(found.is_sorted_by(|a, b| place(a) < place(b)), text::GeneralAnswersLast, list(&all))
 }
 
 /// §1/3
@@ -86,14 +79,9 @@ pub fn all(b: &mut Bench<'_>) -> Step {
     let mut found = devices(&all);
     present.sort();
     found.sort();
-    must(
-        present == found,
-        "each subsystem that answers alone answers to All, once",
-        "каждая подсистема, отвечающая сама, отвечает и на All, один раз",
-        list(&all),
-    )?;
+    must(present == found, text::EachAnswersToAll, list(&all))?;
     let crash = group(b, R::GET_CRASH_DATA, S::ALL)?;
-    must(devices(&crash) == [S::GENERAL], "General alone", "только General", list(&crash))
+    must(devices(&crash) == [S::GENERAL], text::GeneralAlone, list(&crash))
 }
 
 /// §1/6
@@ -102,15 +90,10 @@ pub fn motors(b: &mut Bench<'_>) -> Step {
         let found = group(b, request, S::MOTORS)?;
         let drives: Vec<S> = b.found.present.iter().copied().filter(|id| id.is_drive()).collect();
         if drives.is_empty() {
-            must(devices(&found) == [S::GENERAL], "General", "General", list(&found))?;
+            must(devices(&found) == [S::GENERAL], Shown("General"), list(&found))?;
             continue;
         }
-        must(
-            devices(&found) == drives,
-            "every drive, in chain order",
-            "каждый привод, в порядке цепочки",
-            list(&found),
-        )?;
+        must(devices(&found) == drives, text::EveryDriveInOrder, list(&found))?;
     }
     Ok(())
 }
@@ -131,12 +114,7 @@ pub fn several(b: &mut Bench<'_>) -> Step {
     let payload: Vec<u8> =
         asked.iter().flat_map(|id| Rec::new(R::GET_STATUS, *id, &[]).bytes()).collect();
     let records = b.frame(&payload)?;
-    must(
-        devices(&records) == asked,
-        "an answer to each request, in their order, in one frame",
-        "ответ на каждый запрос, по порядку, в одном кадре",
-        list(&records),
-    )
+    must(devices(&records) == asked, text::AnswerToEachRequest, list(&records))
 }
 
 /// §1/9
@@ -148,28 +126,21 @@ pub fn no_room(b: &mut Bench<'_>) -> Step {
     let full: Vec<&Rec> = records.iter().filter(|rec| rec.status == Status::NO_ROOM).collect();
     if full.is_empty() {
         let answers = records.len() == 60 * b.found.present.len();
-        return must(answers, "all answers, or NoRoom", "все ответы либо NoRoom", list(&records));
+        return must(answers, text::AllAnswersOrNoRoom, list(&records));
     }
     must(
         full.len() <= 2 && full.last().is_some_and(|rec| rec.device == S::GENERAL),
-        "NoRoom of the subsystem that has none, then one of General",
-        "NoRoom от подсистемы, которой не хватило места, затем одна от General",
+        text::TwoNoRooms,
         list(&records[records.len().saturating_sub(4)..]),
     )?;
     let tail = records.iter().skip_while(|rec| rec.status != Status::NO_ROOM);
     must(
         tail.clone().all(|rec| rec.status == Status::NO_ROOM && rec.data.is_empty()),
-        "nothing after NoRoom",
-        "после NoRoom — ничего",
+        text::NothingAfterNoRoom,
         list(&records),
     )?;
     let good = records.iter().take_while(|rec| rec.status == Status::OK).count();
-    must(
-        good + full.len() == records.len() && good > 0,
-        "answers, and then NoRoom",
-        "ответы, затем NoRoom",
-        list(&records),
-    )
+    must(good + full.len() == records.len() && good > 0, text::AnswersThenNoRoom, list(&records))
 }
 
 /// §1/11 by reads: an unknown request comes before the addressee, the addressee before the size.
@@ -193,14 +164,14 @@ pub fn wrong_addressee(b: &mut Bench<'_>) -> Step {
 
 /// §2 With literal bytes, not made by any encoder.
 pub fn layout(b: &mut Bench<'_>) -> Step {
-    for (request, en, ru) in [
-        (GET_STATUS_GENERAL, "D4 C2 00 0A and 10 bytes", "D4 C2 00 0A и 10 байт"),
-        (GET_CRASH_DATA_GENERAL, "06 C2 00 and the crash data", "06 C2 00 и сведения об отказе"),
+    for (request, answer) in [
+        (GET_STATUS_GENERAL, text::BytesOfStatus.fixed()),
+        (GET_CRASH_DATA_GENERAL, text::BytesOfCrashData.fixed()),
     ] {
         let records = b.frame(&request)?;
         let good = matches!(&records[..], [rec] if rec.bytes().starts_with(&request[..3])
             && (request != GET_STATUS_GENERAL || rec.data.len() == 10));
-        must(good, en, ru, list(&records))?;
+        must(good, answer, list(&records))?;
     }
     Ok(())
 }
@@ -211,7 +182,7 @@ pub fn status_ignored(b: &mut Bench<'_>) -> Step {
         let records = b.frame(&[R::GET_STATUS.0, S::GENERAL.0, status, 0])?;
         let good =
             matches!(&records[..], [rec] if rec.status == Status::OK && rec.data.len() == 10);
-        must(good, "as with status 0", "как при status 0", list(&records))?;
+        must(good, text::AsWithStatus0, list(&records))?;
     }
     Ok(())
 }
@@ -231,12 +202,7 @@ pub fn cut_short(b: &mut Bench<'_>) -> Step {
         let good = matches!(&records[..], [first, second]
             if first.status == Status::OK && second.status == Status::WRONG_DATA
                 && second.device == S::GENERAL);
-        must(
-            good,
-            "the whole record is answered, the cut one WrongData",
-            "целая запись — ответ, обрезанная — WrongData",
-            list(&records),
-        )?;
+        must(good, text::CutRecordIsWrongData, list(&records))?;
     }
     Ok(())
 }
@@ -267,12 +233,7 @@ pub fn statuses(b: &mut Bench<'_>) -> Step {
     for id in b.found.present.clone() {
         for request in [R::GET_STATUS, R::GET_PARAM, R::RETRIEVE_LIMITS, R::GET_HOTBED] {
             let rec = b.ask(request, id, &[])?;
-            must(
-                rec.request == request,
-                "its own request id",
-                "свой номер запроса",
-                rec.words(true),
-            )?;
+            must(rec.request == request, text::OwnRequestId, rec.words(true))?;
         }
     }
     Ok(())
@@ -316,8 +277,7 @@ pub fn stop_all_at_rest(b: &mut Bench<'_>) -> Step {
     must(
         devices(&records) == handlers
             && records.iter().all(|rec| rec.status.is_success() && rec.data.is_empty()),
-        "Ok or Accepted from every subsystem that can be stopped, in chain order",
-        "Ok или Accepted от каждой останавливаемой подсистемы, в порядке цепочки",
+        text::OkFromAllStoppable,
         list(&records),
     )
 }

@@ -2,6 +2,7 @@
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::motion::{limits, room};
 use super::programs::{START_MS, centre, ends, movers, points, program, quench};
@@ -36,11 +37,10 @@ pub fn seek_to_end(b: &mut Bench<'_>) -> Step {
     let some = beds.data.len() > 2;
     must(
         (flags & bits::FOUND != 0) == some,
-        "Found when there are hotbeds",
-        "Found, когда есть очаги",
+        text::FoundWhenHotbeds,
         format!("{flags:#010x}, {}", beds.words(true)),
     )?;
-    must(flags & bits::CANCELED == 0, "not Canceled", "без Canceled", format!("{flags:#010x}"))
+    must(flags & bits::CANCELED == 0, text::NotCanceled, format!("{flags:#010x}"))
 }
 
 /// §3.1/2, §3.2/3, §3.8/2, §3.9/1, §3.14/6, §3.11/7 each send one request while it searches.
@@ -48,12 +48,7 @@ fn while_seeking(b: &mut Bench<'_>, ask: impl Fn(&mut Bench<'_>) -> Step) -> Ste
     seek(b, 3000, 600)?;
     ask(b)?;
     let flags = b.flags(S::DETECTOR)?;
-    must(
-        flags & bits::SEARCHING != 0,
-        "the search goes on",
-        "поиск продолжается",
-        format!("{flags:#010x}"),
-    )?;
+    must(flags & bits::SEARCHING != 0, text::SearchGoesOn, format!("{flags:#010x}"))?;
     b.done(R::STOP, S::DETECTOR, &[])?;
     b.until_flags(S::DETECTOR, 0, bits::SEARCHING, START_MS)
 }
@@ -86,12 +81,7 @@ pub fn open_seeking(b: &mut Bench<'_>) -> Step {
     while_seeking(b, |b| {
         b.refused(R::OPEN, valve, &key::OPEN.to_le_bytes(), S::DETECTOR, Status::DENIED)?;
         let flags = b.flags(valve)?;
-        must(
-            flags & bits::CLOSED != 0,
-            "the valve stays",
-            "затвор остаётся",
-            format!("{flags:#010x}"),
-        )
+        must(flags & bits::CLOSED != 0, text::ValveStays, format!("{flags:#010x}"))
     })
 }
 
@@ -126,12 +116,7 @@ pub fn seek_canceled(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::HORIZONTAL, 0, bits::MOVE, START_MS)?;
     seek(b, 300, 100)?;
     let flags = b.flags(S::DETECTOR)?;
-    must(
-        flags & bits::CANCELED == 0,
-        "the next start clears it",
-        "следующий запуск снимает",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::CANCELED == 0, text::NextStartClears, format!("{flags:#010x}"))
 }
 
 /// §3.16/2
@@ -221,8 +206,7 @@ pub fn justify(b: &mut Bench<'_>) -> Step {
     }
     movers(b);
     b.done(R::START_JUSTIFY, S::DETECTOR, &[])?;
-    let en = "Justified, or DeviceFault where there is no target";
-    b.until(120_000, en, "Justified либо DeviceFault, если мишени нет", |b| {
+    b.until(120_000, text::JustifiedOrFault, |b| {
         let flags = b.flags(S::DETECTOR)?;
         Ok(flags & bits::JUSTIFYING == 0 && flags & (bits::JUSTIFIED | bits::DEVICE_FAULT) != 0)
     })
@@ -253,7 +237,7 @@ pub fn while_justifying(b: &mut Bench<'_>) -> Step {
     b.until_flags(S::HORIZONTAL, 0, bits::MOVE, 60_000)?;
     b.done(R::START_JUSTIFY, S::DETECTOR, &[])?;
     if b.flags(S::DETECTOR)? & bits::JUSTIFYING == 0 {
-        return not_applicable("it ends at once", "заканчивается сразу");
+        return not_applicable(text::EndsAtOnce);
     }
     b.refused(R::MOVE, S::HORIZONTAL, &le(0), S::DETECTOR, Status::DENIED)?;
     b.refused(R::STOP, S::HORIZONTAL, &[], S::DETECTOR, Status::DENIED)?;

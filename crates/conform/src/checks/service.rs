@@ -2,6 +2,7 @@
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::{Shown, conform as text};
 
 use super::{bits, le};
 use crate::bench::{Bench, list, param_data};
@@ -28,8 +29,7 @@ fn whole_chain(b: &Bench<'_>, records: &[Rec]) -> Step {
     let from: Vec<S> = records.iter().map(|rec| rec.device).collect();
     must(
         from == b.found.present && records.iter().all(|rec| rec.status.is_success()),
-        "Ok or Accepted from every subsystem, in chain order",
-        "Ok или Accepted от каждой подсистемы, в порядке цепочки",
+        text::OkFromAll,
         list(records),
     )
 }
@@ -39,15 +39,10 @@ pub fn lockout_key(b: &mut Bench<'_>) -> Step {
     for wrong in [0, key::ENABLE ^ 1, key::ENABLE.swap_bytes(), key::OPEN] {
         let records = lockout(b, wrong)?;
         let refused = records.iter().all(|rec| rec.status == Status::INVALID_VALUE);
-        must(refused && !records.is_empty(), "InvalidValue", "InvalidValue", list(&records))?;
+        must(refused && !records.is_empty(), Shown("InvalidValue"), list(&records))?;
     }
     let flags = b.flags(S::GENERAL)?;
-    must(
-        flags & bits::LOCKED_OUT == 0,
-        "not locked out",
-        "не заблокирован",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::LOCKED_OUT == 0, text::NotLockedOut, format!("{flags:#010x}"))
 }
 
 /// §3.18
@@ -56,17 +51,12 @@ pub fn lockout_layout(b: &mut Bench<'_>) -> Step {
     for wrong in [&[][..], &[0xFA], &[0xFA, 0x2F, 0]] {
         let records = b.frame(&Rec::new(R::LOCKOUT, S::ALL, wrong).bytes())?;
         let refused = records.iter().all(|rec| rec.status == Status::WRONG_DATA);
-        must(refused && !records.is_empty(), "WrongData", "WrongData", list(&records))?;
+        must(refused && !records.is_empty(), Shown("WrongData"), list(&records))?;
     }
     let data = key::ENABLE.to_le_bytes();
     b.refused(R::LOCKOUT, S::GENERAL, &data, S::GENERAL, Status::WRONG_REQUEST)?;
     let flags = b.flags(S::GENERAL)?;
-    must(
-        flags & bits::LOCKED_OUT == 0,
-        "not locked out",
-        "не заблокирован",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::LOCKED_OUT == 0, text::NotLockedOut, format!("{flags:#010x}"))
 }
 
 /// §3.18/1
@@ -133,9 +123,9 @@ pub fn lockout_reads(b: &mut Bench<'_>) -> Step {
     super::reads::reads_answer(b)?;
     if let Some([value, ..]) = old.as_deref() {
         let rec = b.ask(R::SET_PARAM, S::GENERAL, &param_data("MoveTimeout", &[*value]))?;
-        must(rec.status.is_success(), "SetParam works", "SetParam работает", rec.words(true))?;
+        must(rec.status.is_success(), text::SetParamWorks, rec.words(true))?;
         let read = b.ask(R::GET_PARAM, S::GENERAL, &param_data("MoveTimeout", &[]))?;
-        must(read.status == Status::OK, "GetParam works", "GetParam работает", read.words(true))?;
+        must(read.status == Status::OK, text::GetParamWorks, read.words(true))?;
     }
     Ok(())
 }
@@ -170,22 +160,14 @@ pub fn lockout_off(b: &mut Bench<'_>) -> Step {
 /// §3.18/8
 pub fn lockout_stored(b: &mut Bench<'_>) -> Step {
     locked(b)?;
-    b.until(
-        10_000,
-        "Ok from General once it is stored",
-        "Ok от General, когда сохранено",
-        |b| {
-            let records = lockout(b, key::ENABLE)?;
-            Ok(records
-                .last()
-                .is_some_and(|rec| rec.device == S::GENERAL && rec.status == Status::OK))
-        },
-    )?;
+    b.until(10_000, text::OkFromGeneral, |b| {
+        let records = lockout(b, key::ENABLE)?;
+        Ok(records.last().is_some_and(|rec| rec.device == S::GENERAL && rec.status == Status::OK))
+    })?;
     let first = lockout(b, key::DISABLE)?;
     must(
         first.last().is_some_and(|rec| rec.status == Status::ACCEPTED),
-        "Accepted until the release is stored",
-        "Accepted, пока снятие не сохранено",
+        text::AcceptedUntilStored,
         list(&first),
     )?;
     released(b)
@@ -200,17 +182,11 @@ pub fn restart_addressee(b: &mut Bench<'_>) -> Step {
     let records = b.frame(&Rec::new(R::RESTART, S::ALL, &[0]).bytes())?;
     must(
         records.iter().all(|rec| rec.status == Status::WRONG_DATA),
-        "WrongData",
-        "WrongData",
+        Shown("WrongData"),
         list(&records),
     )?;
     let flags = b.flags(S::GENERAL)?;
-    must(
-        flags & bits::RESTARTING == 0,
-        "it does not restart",
-        "не перезапускается",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::RESTARTING == 0, text::DoesNotRestart, format!("{flags:#010x}"))
 }
 
 fn restart(b: &mut Bench<'_>) -> Step<Vec<Rec>> {
@@ -244,12 +220,7 @@ fn answers_again(b: &mut Bench<'_>) -> Step {
             return Ok(());
         }
         let awaited = b.line.now_ms() < end;
-        must(
-            awaited,
-            "it answers again after the restart",
-            "снова отвечает после перезапуска",
-            "—",
-        )?;
+        must(awaited, text::AnswersAfterRestart, "—")?;
     }
 }
 
@@ -270,17 +241,9 @@ pub fn restarting(b: &mut Bench<'_>) -> Step {
     let seen = flags & bits::RESTARTING != 0 && busy.is_ok();
     back(b)?;
     if !seen && !in_time {
-        return not_applicable(
-            "the line is too slow to see it restart",
-            "линия слишком медленна, чтобы это увидеть",
-        );
+        return not_applicable(text::LineTooSlow);
     }
-    must(
-        flags & bits::RESTARTING != 0,
-        "Restarting, and reads are answered",
-        "Restarting, чтение отвечает",
-        format!("{flags:#010x}"),
-    )?;
+    must(flags & bits::RESTARTING != 0, text::RestartingAndReadable, format!("{flags:#010x}"))?;
     busy
 }
 
@@ -291,7 +254,7 @@ pub fn restart_keeps(b: &mut Bench<'_>) -> Step {
     restart(b)?;
     back(b)?;
     let read = b.param(S::GENERAL, "MainVoltageMax")?;
-    must(read == old + 7, "what was accepted is kept", "принятое сохранено", format!("{read}"))
+    must(read == old + 7, text::AcceptedIsKept, format!("{read}"))
 }
 
 /// §D/1
@@ -304,12 +267,7 @@ pub fn inert(b: &mut Bench<'_>) -> Step {
     b.wait(300)?;
     restart(b)?;
     answers_again(b)?;
-    b.stays(
-        1500,
-        "nothing moves after the start",
-        "после запуска ничего не движется",
-        |b| Ok(b.drive(id)?.0 & bits::MOVE == 0),
-    )?;
+    b.stays(1500, text::NothingMovesAfterStart, |b| Ok(b.drive(id)?.0 & bits::MOVE == 0))?;
     for valve in VALVES {
         if b.has(valve) {
             b.until_flags(valve, bits::CLOSED, bits::OPEN, 60_000)?;
@@ -317,12 +275,7 @@ pub fn inert(b: &mut Bench<'_>) -> Step {
     }
     if b.has(S::DEPLOYER) {
         let flags = b.flags(S::DEPLOYER)?;
-        must(
-            flags & bits::DEPLOYED != 0,
-            "the sensors show that it is deployed",
-            "датчики показывают: развёрнут",
-            format!("{flags:#010x}"),
-        )?;
+        must(flags & bits::DEPLOYED != 0, text::SensorsShowDeployed, format!("{flags:#010x}"))?;
     }
     Ok(())
 }

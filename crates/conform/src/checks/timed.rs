@@ -1,6 +1,7 @@
 //! §D/4: a Move that ends by itself.
 
 use lafet_proto::{RequestId as R, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::motion::{FAR, aimed, arrives, go, room, small};
 use super::{bits, le};
@@ -30,7 +31,7 @@ pub fn move_timeout(b: &mut Bench<'_>) -> Step {
     let moving = b.drive(id)?.0 & bits::MOVE != 0;
     in_time &= b.now_ms() - last_ms < 1900;
     let moving = moving || !in_time;
-    must(moving, "it moves on while Move is repeated", "движется, пока Move повторяется", "")?;
+    must(moving, text::MovesWhileRepeated, "")?;
     b.until_flags(id, 0, bits::MOVE, 4000)?;
     b.put(S::GENERAL, "MoveTimeout", 0)?;
     go(b, id, from)?;
@@ -48,7 +49,7 @@ pub fn move_hold(b: &mut Bench<'_>) -> Step {
     let far = Rec::new(R::MOVE, id, &le(sign * FAR));
     let answers = b.frame(&[held.bytes(), far.bytes()].concat())?;
     let good = answers.len() == 2 && answers.iter().all(|rec| rec.status.is_success());
-    must(good, "SetParam and Move are taken", "SetParam и Move приняты", list(&answers))?;
+    must(good, text::SetParamAndMoveTaken, list(&answers))?;
     let (mut last_ms, mut in_time) = (b.now_ms(), true);
     for _ in 0..2 {
         b.wait(RENEW_MS)?;
@@ -59,20 +60,10 @@ pub fn move_hold(b: &mut Bench<'_>) -> Step {
     b.wait(RENEW_MS)?;
     let moving = b.drive(id)?.0 & bits::MOVE != 0;
     in_time &= b.now_ms() - last_ms < HOLD_MS;
-    must(
-        moving || !in_time,
-        "it moves on while MoveHold is renewed",
-        "движется, пока MoveHold продлевается",
-        "",
-    )?;
+    must(moving || !in_time, text::MovesWhileRenewed, "")?;
     b.until_flags(id, 0, bits::MOVE, HOLD_MS + STOP_MS)?;
     b.put(id, "MoveHold", hold)?;
-    b.stays(
-        RENEW_MS,
-        "a renewal starts nothing",
-        "продление ничего не запускает",
-        |b| Ok(b.drive(id)?.0 & bits::MOVE == 0),
-    )?;
+    b.stays(RENEW_MS, text::RenewalStartsNothing, |b| Ok(b.drive(id)?.0 & bits::MOVE == 0))?;
     go(b, id, from)?;
     arrives(b, id, from, small(id).1)
 }

@@ -2,6 +2,7 @@
 
 use lafet_proto::id::key;
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_texts::conform as text;
 
 use super::{bits, les};
 use crate::bench::Bench;
@@ -36,8 +37,7 @@ pub fn stays_closed(b: &mut Bench<'_>, id: S) -> Step {
     let flags = b.flags(id)?;
     must(
         flags & bits::CLOSED != 0 && flags & (bits::OPENING | bits::OPEN) == 0,
-        "the valve stays closed",
-        "затвор остаётся закрытым",
+        text::ValveStaysClosed,
         format!("{flags:#010x}"),
     )
 }
@@ -131,12 +131,7 @@ pub fn close_key_open(b: &mut Bench<'_>) -> Step {
     b.refused(R::CLOSE, id, &key::OPEN.to_le_bytes(), id, Status::NEED_CONFIRM)?;
     b.wait(500)?;
     let flags = b.flags(id)?;
-    must(
-        flags & bits::OPEN != 0,
-        "the valve stays open",
-        "затвор остаётся открытым",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::OPEN != 0, text::ValveStaysOpen, format!("{flags:#010x}"))
 }
 
 /// §3.2/5
@@ -148,12 +143,7 @@ pub fn stop_valve(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::OPENING, 2000)?;
     b.wait(1000)?;
     let flags = b.flags(id)?;
-    must(
-        flags & bits::OPEN == 0,
-        "it stays at rest",
-        "стоит, где остановлен",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::OPEN == 0, text::StaysAtRest, format!("{flags:#010x}"))
 }
 
 /// §3.2/1
@@ -167,8 +157,7 @@ pub fn stop_all_valve(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(id)?;
     must(
         flags & (bits::OPEN | bits::CLOSED) == 0,
-        "Stop All stops the valve",
-        "Stop All останавливает затвор",
+        text::StopAllStopsValve,
         format!("{flags:#010x}"),
     )
 }
@@ -189,12 +178,7 @@ pub fn wrap_open(b: &mut Bench<'_>) -> Step {
     b.refused(R::WRAP, S::DEPLOYER, &[], id, Status::DENIED)?;
     b.wait(500)?;
     let flags = b.flags(S::DEPLOYER)?;
-    must(
-        flags & bits::DEPLOYED != 0,
-        "it stays deployed",
-        "остаётся развёрнутым",
-        format!("{flags:#010x}"),
-    )
+    must(flags & bits::DEPLOYED != 0, text::StaysDeployed, format!("{flags:#010x}"))
 }
 
 /// §3.16/8
@@ -222,8 +206,7 @@ pub fn program_leaves_valve(b: &mut Bench<'_>) -> Step {
     let flags = b.flags(id)?;
     must(
         flags & bits::OPEN != 0 && flags & bits::CLOSING == 0,
-        "the open valve stays open",
-        "открытый затвор остаётся открытым",
+        text::OpenValveStaysOpen,
         format!("{flags:#010x}"),
     )
 }

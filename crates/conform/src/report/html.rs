@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use lafet_client::Lang;
+use lafet_texts::{Lang, conform as text};
 
-use super::text::{escape, said, statement, summary, word};
+use super::text::{escape, statement, summary, word};
 use super::{Report, TestReport};
 use crate::raw::{self, hex};
 use crate::spec::Label;
@@ -13,13 +13,6 @@ use crate::verdict::Outcome;
 const STYLE: &str = include_str!("report.css");
 const OUTCOMES: [Outcome; 4] =
     [Outcome::Fail, Outcome::Differs, Outcome::NotApplicable, Outcome::Pass];
-
-fn pick(lang: Lang, en: &'static str, ru: &'static str) -> &'static str {
-    match lang {
-        Lang::En => en,
-        Lang::Ru => ru,
-    }
-}
 
 const fn class(outcome: Outcome) -> &'static str {
     match outcome {
@@ -32,12 +25,12 @@ const fn class(outcome: Outcome) -> &'static str {
 
 /// The HTML page.
 pub fn html(report: &Report, lang: Lang) -> String {
-    let title = pick(lang, "Conformance of a fire monitor", "Проверка лафетного ствола");
+    let title = text::Title.str(lang);
     let mut page = format!(
         "<!doctype html>\n<html lang=\"{}\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>\
          <style>\n{STYLE}</style></head><body><h1>{title}</h1>\n",
-        pick(lang, "en", "ru")
+        lang.code()
     );
     head(&mut page, report, lang);
     tests(&mut page, report, lang);
@@ -48,8 +41,8 @@ pub fn html(report: &Report, lang: Lang) -> String {
 
 fn head(page: &mut String, report: &Report, lang: Lang) {
     let (class, verdict) = match report.is_good() {
-        true => ("pass", pick(lang, "Nothing failed", "Ошибок нет")),
-        false => ("fail", pick(lang, "Failed", "Есть ошибки")),
+        true => ("pass", text::NothingFailed.str(lang)),
+        false => ("fail", text::SomethingFailed.str(lang)),
     };
     let present: Vec<String> = report.present.iter().map(|id| raw::name(id.name(), id.0)).collect();
     let _ = write!(
@@ -57,7 +50,7 @@ fn head(page: &mut String, report: &Report, lang: Lang) {
         "<p class=\"verdict {class}\">{verdict}</p><p><code>{}</code></p><p>{}</p><p>{}: {}</p>\n<p class=\"counts\">",
         escape(&report.url),
         escape(&summary(report, lang)).replace('\n', "<br>"),
-        pick(lang, "Subsystems", "Подсистемы"),
+        text::Subsystems.str(lang),
         escape(&present.join(", ")),
     );
     for outcome in OUTCOMES {
@@ -76,9 +69,9 @@ fn tests(page: &mut String, report: &Report, lang: Lang) {
     let _ = writeln!(
         page,
         "<table><thead><tr><th>§</th><th>{}</th><th>{}</th><th>{}</th></tr></thead><tbody>",
-        pick(lang, "Test", "Проверка"),
-        pick(lang, "Statement", "Утверждение"),
-        pick(lang, "Result", "Итог"),
+        text::Test.str(lang),
+        text::Statement.str(lang),
+        text::Result.str(lang),
     );
     // Failures come first: they are what the page is opened for.
     for outcome in OUTCOMES {
@@ -91,9 +84,9 @@ fn tests(page: &mut String, report: &Report, lang: Lang) {
 
 fn row(page: &mut String, test: &TestReport, lang: Lang) {
     let ours = match test.label {
-        Label::Read => "",
-        Label::Observed => pick(lang, " <i>observed</i>", " <i>наблюдалось</i>"),
-        Label::Ours => pick(lang, " <i>ours</i>", " <i>наше</i>"),
+        Label::Read => String::new(),
+        Label::Observed => format!(" <i>{}</i>", text::Observed.str(lang)),
+        Label::Ours => format!(" <i>{}</i>", text::Ours.str(lang)),
     };
     let _ = write!(
         page,
@@ -103,12 +96,11 @@ fn row(page: &mut String, test: &TestReport, lang: Lang) {
         test.name,
         escape(statement(test.item, lang)),
     );
-    for (what, note) in [
-        (pick(lang, "expected", "ожидалось"), &test.expected),
-        (pick(lang, "found", "получено"), &test.found),
-    ] {
-        if !said(note, lang).is_empty() {
-            let _ = write!(page, "<br><b>{what}:</b> {}", escape(said(note, lang)));
+    for (what, note) in
+        [(text::Expected.str(lang), &test.expected), (text::Found.str(lang), &test.found)]
+    {
+        if !note.of(lang).is_empty() {
+            let _ = write!(page, "<br><b>{what}:</b> {}", escape(note.of(lang)));
         }
     }
     if !test.log.is_empty() {
@@ -122,7 +114,7 @@ fn log(page: &mut String, test: &TestReport, lang: Lang) {
     let _ = write!(
         page,
         "<details{open}><summary>{}: {}</summary><pre>",
-        pick(lang, "Bytes", "Байты"),
+        text::Bytes.str(lang),
         test.log.len()
     );
     for exchange in &test.log {
@@ -139,13 +131,9 @@ fn log(page: &mut String, test: &TestReport, lang: Lang) {
 }
 
 fn unseen(page: &mut String, report: &Report, lang: Lang) {
-    let _ = writeln!(
-        page,
-        "<h2>{}</h2><table><tbody>",
-        pick(lang, "What cannot be tested over the wire", "Что по линии проверить нельзя")
-    );
+    let _ = writeln!(page, "<h2>{}</h2><table><tbody>", text::NotTestable.str(lang));
     for item in report.unseen() {
-        let reason = pick(lang, item.reason, item.reason_ru);
+        let reason = item.reason.str(lang);
         let _ = writeln!(
             page,
             "<tr class=\"na\"><td>{}</td><td>{}</td><td>{}</td></tr>",

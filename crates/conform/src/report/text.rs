@@ -2,41 +2,29 @@
 
 use std::fmt::Write;
 
-use lafet_client::Lang;
+use lafet_texts::{Lang, Text as _, conform as text};
 use serde_json::{Value, json};
 
 use super::{Report, TestReport};
 use crate::raw::{self, hex};
 use crate::spec;
-use crate::verdict::{Note, Outcome};
+use crate::verdict::Outcome;
 
 /// Exchanges shown with a failure: the last ones before it.
 const SHOWN: usize = 4;
 
-/// A sentence in the given language.
-pub fn said(note: &Note, lang: Lang) -> &str {
-    match lang {
-        Lang::En => &note.en,
-        Lang::Ru => &note.ru,
-    }
-}
-
 /// Statement of an item.
 pub fn statement(id: &str, lang: Lang) -> &'static str {
-    spec::item(id).map_or("", |item| match lang {
-        Lang::En => item.text,
-        Lang::Ru => item.text_ru,
-    })
+    spec::item(id).map_or("", |item| item.text.str(lang))
 }
 
 /// Outcome of a test, in one word.
 pub const fn word(outcome: Outcome, lang: Lang) -> &'static str {
-    match (outcome, lang) {
-        (outcome, Lang::En) => outcome.name(),
-        (Outcome::Pass, Lang::Ru) => "соответствует",
-        (Outcome::Fail, Lang::Ru) => "ошибка",
-        (Outcome::Differs, Lang::Ru) => "иначе",
-        (Outcome::NotApplicable, Lang::Ru) => "неприменимо",
+    match outcome {
+        Outcome::Pass => text::Pass.str(lang),
+        Outcome::Fail => text::Fail.str(lang),
+        Outcome::Differs => text::Differs.str(lang),
+        Outcome::NotApplicable => text::NotApplicable.str(lang),
     }
 }
 
@@ -46,7 +34,7 @@ pub fn test_lines(test: &TestReport, lang: Lang) -> String {
     match test.outcome {
         Outcome::Pass => {}
         Outcome::NotApplicable => {
-            let _ = write!(text, ": {}", said(&test.found, lang));
+            let _ = write!(text, ": {}", test.found.of(lang));
         }
         Outcome::Fail | Outcome::Differs => text.push_str(&failure_lines(test, lang)),
     }
@@ -54,15 +42,12 @@ pub fn test_lines(test: &TestReport, lang: Lang) -> String {
 }
 
 fn failure_lines(test: &TestReport, lang: Lang) -> String {
-    let (expected, found) = match lang {
-        Lang::En => ("expected", "found"),
-        Lang::Ru => ("ожидалось", "получено"),
-    };
+    let (expected, found) = (text::Expected.str(lang), text::Found.str(lang));
     let label = test.label.name();
     let mut text = format!("\n    {}: {} [{label}]", test.item, statement(test.item, lang));
     for (what, note) in [(expected, &test.expected), (found, &test.found)] {
-        if !said(note, lang).is_empty() {
-            let _ = write!(text, "\n    {what}: {}", said(note, lang));
+        if !note.of(lang).is_empty() {
+            let _ = write!(text, "\n    {what}: {}", note.of(lang));
         }
     }
     for exchange in test.log.iter().skip(test.log.len().saturating_sub(SHOWN)) {
@@ -75,29 +60,21 @@ fn failure_lines(test: &TestReport, lang: Lang) -> String {
 
 /// Summary of the run.
 pub fn summary(report: &Report, lang: Lang) -> String {
-    let count = |outcome| report.count(outcome);
-    let (pass, fail) = (count(Outcome::Pass), count(Outcome::Fail));
-    let (differs, not) = (count(Outcome::Differs), count(Outcome::NotApplicable));
-    let s = report.took_ms / 1000;
-    let (frames, repeats) = (report.frames, report.repeats);
-    let level = report.level.name();
-    let mut text = match lang {
-        Lang::En => format!(
-            "--{level}: {pass} passed, {fail} failed, {differs} differ from a ruling of ours, \
-             {not} not applicable; {frames} frames ({repeats} repeated) in {s} s"
-        ),
-        Lang::Ru => format!(
-            "--{level}: соответствует {pass}, ошибок {fail}, отличий от наших толкований \
-             {differs}, неприменимо {not}; кадров {frames} (повторено {repeats}) за {s} с"
-        ),
-    };
-    let (ended, left) = match lang {
-        Lang::En => ("Broken off", "NOT RESTORED"),
-        Lang::Ru => ("Прервано", "НЕ ВОССТАНОВЛЕНО"),
-    };
+    let mut text = text::Summary {
+        level: report.level.name(),
+        pass: report.count(Outcome::Pass),
+        fail: report.count(Outcome::Fail),
+        differs: report.count(Outcome::Differs),
+        not: report.count(Outcome::NotApplicable),
+        frames: report.frames,
+        repeats: report.repeats,
+        s: report.took_ms / 1000,
+    }
+    .of(lang);
+    let (ended, left) = (text::BrokenOff.str(lang), text::NotRestored.str(lang));
     for (what, note) in [(ended, &report.aborted), (left, &report.not_restored)] {
         if let Some(note) = note {
-            let _ = write!(text, "\n{what}: {}", said(note, lang));
+            let _ = write!(text, "\n{what}: {}", note.of(lang));
         }
     }
     text
@@ -126,13 +103,13 @@ pub fn json(report: &Report, lang: Lang) -> Value {
         "repeated": report.repeats,
         "took_ms": report.took_ms,
         "subsystems": report.present.iter().map(|id| raw::name(id.name(), id.0)).collect::<Vec<_>>(),
-        "aborted": report.aborted.as_ref().map(|note| said(note, lang)),
-        "not_restored": report.not_restored.as_ref().map(|note| said(note, lang)),
+        "aborted": report.aborted.as_ref().map(|note| note.of(lang)),
+        "not_restored": report.not_restored.as_ref().map(|note| note.of(lang)),
         "tests": report.tests.iter().map(|test| test_json(test, lang)).collect::<Vec<_>>(),
         "not_tested": report.unseen().iter().map(|unseen| json!({
             "item": unseen.id,
             "statement": statement(unseen.id, lang),
-            "reason": match lang { Lang::En => unseen.reason, Lang::Ru => unseen.reason_ru },
+            "reason": unseen.reason.str(lang),
         })).collect::<Vec<_>>(),
     })
 }
@@ -153,8 +130,8 @@ fn test_json(test: &TestReport, lang: Lang) -> Value {
         "label": test.label.name(),
         "level": test.level.name(),
         "outcome": test.outcome.name(),
-        "expected": said(&test.expected, lang),
-        "found": said(&test.found, lang),
+        "expected": test.expected.of(lang),
+        "found": test.found.of(lang),
         "took_ms": test.took_ms,
         "log": log.collect::<Vec<_>>(),
     })
@@ -185,7 +162,7 @@ pub fn junit(report: &Report, lang: Lang) -> String {
             seconds(test.took_ms)
         );
         let told = escape(&failure_lines(test, lang));
-        let found = escape(said(&test.found, lang));
+        let found = escape(test.found.of(lang));
         let counts = test.outcome == Outcome::Fail || report.strict;
         let _ = match test.outcome {
             Outcome::Pass => Ok(()),
@@ -198,7 +175,7 @@ pub fn junit(report: &Report, lang: Lang) -> String {
     }
     for (name, note) in [("run", &report.aborted), ("put-back", &report.not_restored)] {
         if let Some(note) = note {
-            let told = escape(said(note, lang));
+            let told = escape(note.of(lang));
             let _ = writeln!(
                 xml,
                 "<testcase classname=\"lafet\" name=\"{name}\"><error \

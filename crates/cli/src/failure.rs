@@ -86,7 +86,7 @@ impl Asked {
             sent: hex(&exchange::bytes(request)),
             answer: AnswerText(record).to_string(),
             received: hex(&received),
-            reason: reason_of(request, refusal.status(), refusal.from()),
+            reason: reason_of(request, refusal.status(), refusal.from(), &|_| None),
         }
     }
 }

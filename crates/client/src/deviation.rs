@@ -3,9 +3,9 @@
 use std::fmt;
 
 use lafet_proto::{DecodeError, ParamId, Record, RequestId, Status, SubsystemId};
+use lafet_texts::{Argument, Lang, Shown, Text, client as text};
 
 use crate::answers::{AnswerBuf, RequestBuf};
-use crate::error::Lang;
 use crate::session::matching::{deal, is_group};
 
 /// A deviation of an answer from the protocol.
@@ -54,58 +54,42 @@ pub enum Deviation {
 impl Deviation {
     /// The message in a language: a clause without a full stop.
     pub fn localized(&self, lang: Lang) -> String {
-        match lang {
-            Lang::En => self.english(),
-            Lang::Ru => self.russian(),
-        }
+        self.of(lang)
     }
+}
 
-    fn english(&self) -> String {
+impl Argument for Deviation {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
         match self {
-            Self::Shape(error) => format!("its data have the wrong size or form ({error})"),
-            Self::NoData => "it reports success, but has no data".into(),
-            Self::UnknownStatus(status) => format!("{status} is no status of the protocol"),
-            Self::OtherParameter { asked, answered } => {
-                format!("parameter {asked} was asked for, the answer is about {answered}")
+            Self::Shape(error) => text::OddShape { error: Shown(error) }.write(lang, out),
+            Self::NoData => text::OddNoData.write(lang, out),
+            Self::UnknownStatus(status) => {
+                text::OddStatus { status: Shown(status) }.write(lang, out)
             }
-            Self::OtherRequest { answered } => format!("it answers {answered}"),
+            Self::OtherParameter { asked, answered } => {
+                text::OddOtherParameter { asked: Shown(asked), answered: Shown(answered) }
+                    .write(lang, out)
+            }
+            Self::OtherRequest { answered } => {
+                text::OddOtherRequest { answered: Shown(answered) }.write(lang, out)
+            }
             Self::OtherSubsystem { asked, answered } => {
-                format!("{asked} was asked, and {answered} may not answer for it")
+                text::OddOtherSubsystem { asked: Shown(asked), answered: Shown(answered) }
+                    .write(lang, out)
             }
             Self::NoSubsystem { answered } => {
-                format!("its sender, {answered}, is no subsystem of a monitor")
+                text::OddNoSubsystem { answered: Shown(answered) }.write(lang, out)
             }
-            Self::Count { answered, asked } => {
-                format!("it has {answered} records for {asked} requests")
-            }
-        }
-    }
-
-    fn russian(&self) -> String {
-        match self {
-            Self::Shape(error) => format!("неверный размер или вид данных ({error})"),
-            Self::NoData => "сообщает об успехе, но данных в нём нет".into(),
-            Self::UnknownStatus(status) => format!("кода возврата {status} в протоколе нет"),
-            Self::OtherParameter { asked, answered } => {
-                format!("запрошен параметр {asked}, ответ относится к {answered}")
-            }
-            Self::OtherRequest { answered } => format!("это ответ на {answered}"),
-            Self::OtherSubsystem { asked, answered } => {
-                format!("запрошена подсистема {asked}, а {answered} не может отвечать за неё")
-            }
-            Self::NoSubsystem { answered } => {
-                format!("его отправитель, {answered}, — не подсистема ствола")
-            }
-            Self::Count { answered, asked } => {
-                format!("записей в нём {answered}, запросов было {asked}")
-            }
+            Self::Count { answered, asked } => text::OddCount { answered, asked }.write(lang, out),
         }
     }
 }
 
+impl Text for Deviation {}
+
 impl fmt::Display for Deviation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.english())
+        self.write(Lang::En, f)
     }
 }
 

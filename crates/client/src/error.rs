@@ -1,4 +1,4 @@
-//! Errors: each message says what, where and what to do, in English and Russian.
+//! Errors: each message says what, where and what to do.
 
 use std::fmt;
 use std::io;
@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use lafet_proto::{RequestId, Status, SubsystemId};
 pub use lafet_texts::Lang;
+use lafet_texts::{Argument, Shown, Text, client as text};
 
 use crate::deviation::Deviation;
-use crate::os_text::os_text;
+use crate::os_text::SystemError;
 use crate::outcome_check::outcome_check;
 use crate::port_error::{CannotSwitch, PortError};
-use crate::refusal::{Reason, reason};
+use crate::refusal::{Flags, Reason, reason_now};
 use crate::url_error::UrlError;
 
 /// Error of a request.
@@ -160,10 +161,12 @@ pub enum Cause {
 impl Error {
     /// The message in a language.
     pub fn localized(&self, lang: Lang) -> String {
-        match lang {
-            Lang::En => self.english(),
-            Lang::Ru => self.russian(),
-        }
+        self.of(lang)
+    }
+
+    /// The message with the flags of the monitor, which show the reason of a refusal.
+    pub const fn explained<'a>(&'a self, flags: Flags<'a>) -> Explained<'a> {
+        Explained { error: self, flags }
     }
 
     /// Whether the monitor answered with a refusal.
@@ -188,215 +191,143 @@ impl Error {
         !self.is_refused() && !self.is_usage()
     }
 
-    fn english(&self) -> String {
-        match self {
-            Self::Refused { request, to, status, by } => {
-                let Reason { why, remedy, .. } = reason(*request, *to, *status, *by);
-                format!("{request} {to}: {by} answers {status}. {} {}", why.en, remedy.en)
-            }
-            Self::NoAnswer { request, to, endpoint, tries, stray: Some(stray) } => format!(
-                "{request} {to}: no answer from {endpoint} (tries: {tries}). What came answers \
-                 {stray}, which was not asked: another program uses this connection, or the \
-                 monitor's program does not follow the protocol."
-            ),
-            Self::NoAnswer { request, to, endpoint, tries, .. } => format!(
-                "{request} {to}: no answer from {endpoint} (tries: {tries}). Check the power, \
-                 the cable, the address (addr=) and, on a serial line, the speed (baud=)."
-            ),
-            Self::Absent { endpoint, tries } => format!(
-                "No device answers at {endpoint} (probes: {tries}). Check the power, the cable, \
-                 the address (addr=) and, on a serial line, the speed (baud=)."
-            ),
-            Self::NotProbed { endpoint, cause } => {
-                format!("Nothing was sent to {endpoint}, because {}.", cause.english())
-            }
-            Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
-                "{request} {to}: sent to {endpoint}, but {}. It may have been executed. {}",
-                cause.english(),
-                outcome_check(*request).en
-            ),
-            Self::NotSent { request, to, cause } => format!(
-                "{request} {to}: not sent, because {}. Nothing was executed: repeat it if it is \
-                 still wanted.",
-                cause.english()
-            ),
-            Self::Link { endpoint, source } if cannot_switch(source) => format!(
-                "{endpoint}: the driver of this port cannot switch the direction of RS-485 by RTS \
-                 ({source}). Leave out rs485= if the adapter does it by itself, as most on USB do."
-            ),
-            Self::Link { endpoint, source } => match PortError::of(source) {
-                Some(error) => format!("{endpoint}: {error}"),
-                None => format!(
-                    "No connection to {endpoint}: {source}. Check that the monitor is on and that \
-                     host, port or device are right."
-                ),
-            },
-            Self::Protocol { request, from, what } => format!(
-                "{request} {from}: the monitor answered, but not what the protocol says: {what}. \
-                 The monitor's program does not follow the protocol: note it and report it."
-            ),
-            Self::Unsendable { request, to } => format!(
-                "{request} {to}: more than a request can carry (255 bytes of data, 63 values). \
-                 Send fewer values."
-            ),
-            Self::NotARead { request, to } => format!(
-                "{request} {to} changes something, so it cannot be asked again and again. \
-                 Subscribe to a request that reads."
-            ),
-            Self::Address { address, endpoint } => format!(
-                "{endpoint}: {address} is no address of another device there. Monitors have 1…127; \
-                 bare records (framing=records) lead to one monitor only."
-            ),
-            Self::Url(error) => error.to_string(),
-            Self::NeedsStream => {
-                "sim: needs a simulator in this process. Give the client its stream, or start \
-                 `lafet sim` and connect to the address it prints."
-                    .into()
-            }
-            Self::Closed => "The client has been shut down. Make a new one.".into(),
+    /// The text of a failed connection.
+    fn write_link(
+        endpoint: &str,
+        source: &io::Error,
+        lang: Lang,
+        out: &mut dyn fmt::Write,
+    ) -> fmt::Result {
+        if cannot_switch(source) {
+            let source = SystemError(source);
+            return text::CannotSwitchDirection { endpoint, source }.write(lang, out);
         }
-    }
-
-    fn russian(&self) -> String {
-        match self {
-            Self::Refused { request, to, status, by } => {
-                let Reason { why, remedy, .. } = reason(*request, *to, *status, *by);
-                format!("{request} {to}: {by} отвечает {status}. {} {}", why.ru, remedy.ru)
+        match PortError::of(source) {
+            Some(error) => {
+                write!(out, "{endpoint}: ")?;
+                error.write(lang, out)
             }
-            Self::NoAnswer { request, to, endpoint, tries, stray: Some(stray) } => format!(
-                "{request} {to}: нет ответа от {endpoint}, попыток: {tries}. Пришёл ответ на \
-                 {stray}, которого не запрашивали: соединением пользуется другая программа или \
-                 программа ствола отступает от протокола."
-            ),
-            Self::NoAnswer { request, to, endpoint, tries, .. } => format!(
-                "{request} {to}: нет ответа от {endpoint}, попыток: {tries}. Проверьте питание, \
-                 кабель, адрес (addr=), а на последовательной линии и скорость (baud=)."
-            ),
-            Self::Absent { endpoint, tries } => format!(
-                "На {endpoint} никто не отвечает, проб: {tries}. Проверьте питание, кабель, адрес \
-                 (addr=), а на последовательной линии и скорость (baud=)."
-            ),
-            Self::NotProbed { endpoint, cause } => {
-                format!("На {endpoint} ничего не отправлено, так как {}.", cause.russian())
-            }
-            Self::OutcomeUnknown { request, to, endpoint, cause } => format!(
-                "{request} {to}: отправлено на {endpoint}, но {}. Запрос мог быть исполнен. {}",
-                cause.russian(),
-                outcome_check(*request).ru
-            ),
-            Self::NotSent { request, to, cause } => format!(
-                "{request} {to}: не отправлено, так как {}. Ничего не исполнено: повторите, если \
-                 это всё ещё нужно.",
-                cause.russian()
-            ),
-            Self::Link { endpoint, source } if cannot_switch(source) => format!(
-                "{endpoint}: драйвер этого порта не умеет переключать направление RS-485 сигналом \
-                 RTS ({}). Уберите rs485=, если адаптер делает это сам, как большинство на USB.",
-                os_text(source, Lang::Ru)
-            ),
-            Self::Link { endpoint, source } => match PortError::of(source) {
-                Some(error) => format!("{endpoint}: {}", error.localized(Lang::Ru)),
-                None => format!(
-                    "Нет соединения с {endpoint}: {}. Проверьте, что ствол включён и что узел, \
-                     порт или устройство указаны верно.",
-                    os_text(source, Lang::Ru)
-                ),
-            },
-            Self::Protocol { request, from, what } => format!(
-                "{request} {from}: ствол ответил, но не так, как требует протокол: {}. Программа \
-                 ствола отступает от протокола: запишите и сообщите.",
-                what.localized(Lang::Ru)
-            ),
-            Self::Unsendable { request, to } => format!(
-                "{request} {to}: больше, чем вмещает запрос (255 байт данных, 63 значения). \
-                 Отправьте меньше значений."
-            ),
-            Self::NotARead { request, to } => format!(
-                "{request} {to} что-то изменяет, поэтому его нельзя повторять постоянно. \
-                 Подпишитесь на запрос чтения."
-            ),
-            Self::Address { address, endpoint } => format!(
-                "{endpoint}: {address} — не адрес другого устройства на этой линии. У стволов \
-                 1…127; голые записи (framing=records) ведут только к одному стволу."
-            ),
-            Self::Url(error) => error.localized(Lang::Ru),
-            Self::NeedsStream => {
-                "Для sim: нужен имитатор в этом же процессе. Передайте клиенту его поток или \
-                 запустите `lafet sim` и подключитесь к напечатанному адресу."
-                    .into()
-            }
-            Self::Closed => "Клиент завершил работу. Создайте новый.".into(),
+            None => text::NoConnection { endpoint, source: SystemError(source) }.write(lang, out),
         }
     }
 }
 
-impl Cause {
-    fn english(&self) -> String {
+impl Argument for Error {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
         match self {
-            Self::Silence => "no answer came".into(),
-            Self::Odd { from, what } => {
-                format!("the answer of {from} is not what the protocol says: {what}")
+            Self::Refused { request, to, status, by } => {
+                write_refused(*request, *to, *status, *by, &|_| None, lang, out)
             }
-            Self::Link(source) => format!("there is no connection ({source})"),
-            Self::Superseded { by } => format!("{by} overtook it"),
-            Self::QueueFull => "too many requests are waiting".into(),
-            Self::Expired => "its time was over before its turn came".into(),
-            Self::EarlierFailed => "another request of the batch failed".into(),
-            Self::CheckMissing => {
-                "the monitor answers frames with a CRC-16 only (use check=auto)".into()
+            Self::NoAnswer { request, to, endpoint, tries, stray } => {
+                let (request, to, endpoint) = (Shown(request), Shown(to), &**endpoint);
+                match stray.map(Shown) {
+                    Some(stray) => text::NoAnswerButStray { request, to, endpoint, tries, stray }
+                        .write(lang, out),
+                    None => text::NoAnswer { request, to, endpoint, tries }.write(lang, out),
+                }
             }
-            Self::NoController => {
-                "there is no controller on the bus to give access (use role=direct)".into()
+            Self::Absent { endpoint, tries } => {
+                text::Absent { endpoint: &**endpoint, tries }.write(lang, out)
             }
-            Self::NotGranted => {
-                "the controller of the bus gives this address no access (is src= one \
-                                 that it looks for, and no other device's?)"
-                    .into()
+            Self::NotProbed { endpoint, cause } => {
+                text::NotProbed { endpoint: &**endpoint, cause }.write(lang, out)
             }
-            Self::ControllerPresent => {
-                "there is a controller on the bus (use role=active, and a src= of your own)".into()
+            Self::OutcomeUnknown { request, to, endpoint, cause } => {
+                let check = outcome_check(*request);
+                let (request, to, endpoint) = (Shown(request), Shown(to), &**endpoint);
+                text::OutcomeUnknown { request, to, endpoint, cause, check }.write(lang, out)
             }
+            Self::NotSent { request, to, cause } => {
+                text::NotSent { request: Shown(request), to: Shown(to), cause }.write(lang, out)
+            }
+            Self::Link { endpoint, source } => Self::write_link(endpoint, source, lang, out),
+            Self::Protocol { request, from, what } => {
+                text::BreaksProtocol { request: Shown(request), from: Shown(from), what }
+                    .write(lang, out)
+            }
+            Self::Unsendable { request, to } => {
+                text::TooLong { request: Shown(request), to: Shown(to) }.write(lang, out)
+            }
+            Self::NotARead { request, to } => {
+                text::NotARead { request: Shown(request), to: Shown(to) }.write(lang, out)
+            }
+            Self::Address { address, endpoint } => {
+                text::AddressImpossible { endpoint: &**endpoint, address }.write(lang, out)
+            }
+            Self::Url(error) => error.write(lang, out),
+            Self::NeedsStream => text::NeedsStream.write(lang, out),
+            Self::Closed => text::Closed.write(lang, out),
         }
     }
+}
 
-    fn russian(&self) -> String {
+impl Text for Error {}
+
+/// An error of a monitor whose flags are known.
+#[derive(Clone, Copy)]
+pub struct Explained<'a> {
+    error: &'a Error,
+    flags: Flags<'a>,
+}
+
+impl Argument for Explained<'_> {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        match self.error {
+            Error::Refused { request, to, status, by } => {
+                write_refused(*request, *to, *status, *by, self.flags, lang, out)
+            }
+            error => error.write(lang, out),
+        }
+    }
+}
+
+impl Text for Explained<'_> {}
+
+fn write_refused(
+    request: RequestId,
+    to: SubsystemId,
+    status: Status,
+    by: SubsystemId,
+    flags: Flags<'_>,
+    lang: Lang,
+    out: &mut dyn fmt::Write,
+) -> fmt::Result {
+    let Reason { why, remedy, .. } = reason_now(request, to, status, by, flags);
+    let (request, to, by) = (Shown(&request), Shown(&to), Shown(&by));
+    text::Refused { request, to, by, status: Shown(&status), why, remedy }.write(lang, out)
+}
+
+impl Argument for Cause {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
         match self {
-            Self::Silence => "ответ не пришёл".into(),
+            Self::Silence => text::CauseSilence.write(lang, out),
             Self::Odd { from, what } => {
-                format!("ответ {from} не соответствует протоколу: {}", what.localized(Lang::Ru))
+                text::CauseOddAnswer { from: Shown(from), what }.write(lang, out)
             }
             Self::Link(source) => match PortError::of(source) {
-                Some(error) => format!("нет соединения ({})", error.localized(Lang::Ru)),
-                None => format!("нет соединения ({})", os_text(source, Lang::Ru)),
+                Some(source) => text::CauseNoConnection { source }.write(lang, out),
+                None => text::CauseNoConnection { source: SystemError(source) }.write(lang, out),
             },
-            Self::Superseded { by } => format!("его опередил запрос {by}"),
-            Self::QueueFull => "слишком много запросов в очереди".into(),
-            Self::Expired => "его время вышло раньше, чем подошла очередь".into(),
-            Self::EarlierFailed => "не удался другой запрос пакета".into(),
-            Self::CheckMissing => {
-                "ствол отвечает только на кадры с CRC-16 (укажите check=auto)".into()
-            }
-            Self::NoController => {
-                "на магистрали нет контроллера, который дал бы доступ (укажите role=direct)".into()
-            }
-            Self::NotGranted => "контроллер магистрали не даёт доступа этому адресу (ищет ли он \
-                                 src=, и не занят ли этот адрес другим?)"
-                .into(),
-            Self::ControllerPresent => {
-                "на магистрали есть контроллер (укажите role=active и свой src=)".into()
-            }
+            Self::Superseded { by } => text::CauseSuperseded { by: Shown(by) }.write(lang, out),
+            Self::QueueFull => text::CauseQueueFull.write(lang, out),
+            Self::Expired => text::CauseExpired.write(lang, out),
+            Self::EarlierFailed => text::CauseEarlierFailed.write(lang, out),
+            Self::CheckMissing => text::CauseCheckMissing.write(lang, out),
+            Self::NoController => text::CauseNoController.write(lang, out),
+            Self::NotGranted => text::CauseNotGranted.write(lang, out),
+            Self::ControllerPresent => text::CauseControllerPresent.write(lang, out),
         }
     }
 }
 
-/// Whether the user is not a member of the group that owns the serial port.
+/// Whether the driver of the port cannot switch the direction of RS-485.
 fn cannot_switch(source: &io::Error) -> bool {
     source.get_ref().is_some_and(|inner| inner.is::<CannotSwitch>())
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.english())
+        self.write(Lang::En, f)
     }
 }
 

@@ -155,8 +155,8 @@ pub mod url;
 
 pub use answers::{AnswerBuf, Answers, RequestBuf};
 pub use deviation::Deviation;
-pub use error::{Cause, Error, Lang};
-pub use os_text::os_text;
+pub use error::{Cause, Error, Explained, Lang};
+pub use os_text::{SystemError, os_text};
 pub use outcome_check::outcome_check;
 pub use parse_error_text::parse_error_text;
 pub use port_error::{CannotSwitch, Holder, PortError};

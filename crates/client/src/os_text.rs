@@ -1,43 +1,72 @@
 //! Errors of the operating system in the language of the user.
 
+use std::fmt;
 use std::io::{Error, ErrorKind};
 
-use crate::error::Lang;
+use lafet_texts::{Argument, Fixed, Lang, Shown, Text, client as text};
 
-/// The text of an error of the system. In Russian the common ones are translated; any other is
-/// quoted as a text of the system.
+use crate::port_error::PortError;
+
+/// The text of an error of the system, without a full stop at its end. Its own words are English; in
+/// other languages the common errors are translated, and any other is quoted as a text of the system.
 pub fn os_text(error: &Error, lang: Lang) -> String {
-    if lang == Lang::En {
-        return error.to_string();
+    SystemError(error).of(lang)
+}
+
+/// An error of the system as an argument of a text.
+#[derive(Clone, Copy, Debug)]
+pub struct SystemError<'a>(pub &'a Error);
+
+impl Argument for SystemError<'_> {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        let Self(error) = *self;
+        if let Some(port) = PortError::of(error) {
+            return out.write_str(port.localized(lang).trim_end_matches('.'));
+        }
+        if lang == Lang::En {
+            return write!(out, "{error}");
+        }
+        let no_text = error.kind() == ErrorKind::InvalidData && error.to_string().contains("UTF-8");
+        let known = if no_text { Some(text::OsNoUtf8.fixed()) } else { common(error.kind()) };
+        let Some(what) = known else {
+            return text::OsOther { error: Shown(error) }.write(lang, out);
+        };
+        match error.raw_os_error() {
+            Some(number) => text::OsNumbered { what, number }.write(lang, out),
+            None => what.write(lang, out),
+        }
     }
-    let text = match error.kind() {
-        ErrorKind::NotFound => "нет такого файла, устройства или узла",
-        ErrorKind::PermissionDenied => "нет прав доступа",
-        ErrorKind::ConnectionRefused => "в соединении отказано",
-        ErrorKind::ConnectionReset => "соединение сброшено другой стороной",
-        ErrorKind::ConnectionAborted => "соединение прервано",
-        ErrorKind::NotConnected => "нет соединения",
-        ErrorKind::HostUnreachable => "узел недостижим",
-        ErrorKind::NetworkUnreachable => "сеть недостижима",
-        ErrorKind::NetworkDown => "сеть отключена",
-        ErrorKind::AddrInUse => "адрес уже занят",
-        ErrorKind::AddrNotAvailable => "такого адреса на этом компьютере нет",
-        ErrorKind::BrokenPipe => "другая сторона закрыла соединение",
-        ErrorKind::AlreadyExists => "уже существует",
-        ErrorKind::TimedOut => "время ожидания вышло",
-        ErrorKind::UnexpectedEof => "данные кончились раньше, чем ожидалось",
-        ErrorKind::StorageFull => "на диске нет места",
-        ErrorKind::ReadOnlyFilesystem => "файловая система только для чтения",
-        ErrorKind::IsADirectory => "это папка, а не файл",
-        ErrorKind::NotADirectory => "это не папка",
-        ErrorKind::ResourceBusy => "устройство занято",
-        ErrorKind::InvalidInput => "недопустимое значение",
-        _ => return format!("ошибка системы: {error}"),
-    };
-    match error.raw_os_error() {
-        Some(number) => format!("{text} (ошибка системы {number})"),
-        None => text.into(),
-    }
+}
+
+impl Text for SystemError<'_> {}
+
+const fn common(kind: ErrorKind) -> Option<Fixed> {
+    Some(match kind {
+        ErrorKind::NotFound => text::OsNotFound.fixed(),
+        ErrorKind::PermissionDenied => text::OsNotPermitted.fixed(),
+        ErrorKind::ConnectionRefused => text::OsRefused.fixed(),
+        ErrorKind::ConnectionReset => text::OsReset.fixed(),
+        ErrorKind::ConnectionAborted => text::OsAborted.fixed(),
+        ErrorKind::NotConnected => text::OsNotConnected.fixed(),
+        ErrorKind::HostUnreachable => text::OsHostUnreachable.fixed(),
+        ErrorKind::NetworkUnreachable => text::OsNetworkUnreachable.fixed(),
+        ErrorKind::NetworkDown => text::OsNetworkDown.fixed(),
+        ErrorKind::AddrInUse => text::OsAddressInUse.fixed(),
+        ErrorKind::AddrNotAvailable => text::OsAddressNotHere.fixed(),
+        ErrorKind::BrokenPipe => text::OsBrokenPipe.fixed(),
+        ErrorKind::AlreadyExists => text::OsExists.fixed(),
+        ErrorKind::TimedOut => text::OsTimedOut.fixed(),
+        ErrorKind::UnexpectedEof => text::OsUnexpectedEnd.fixed(),
+        ErrorKind::FileTooLarge => text::OsTooLarge.fixed(),
+        ErrorKind::QuotaExceeded => text::OsQuota.fixed(),
+        ErrorKind::StorageFull => text::OsDiskFull.fixed(),
+        ErrorKind::ReadOnlyFilesystem => text::OsReadOnly.fixed(),
+        ErrorKind::IsADirectory => text::OsIsFolder.fixed(),
+        ErrorKind::NotADirectory => text::OsNotFolder.fixed(),
+        ErrorKind::ResourceBusy => text::OsBusy.fixed(),
+        ErrorKind::InvalidInput => text::OsInvalid.fixed(),
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
@@ -52,7 +81,12 @@ mod tests {
         let other = os_text(&Error::other("strange"), Lang::Ru);
         assert_eq!(other, "ошибка системы: strange");
         assert_eq!(os_text(&Error::other("strange"), Lang::En), "strange");
-        for number in [2, 13, 16, 28, 98, 104, 110, 111, 113] {
+        let text = std::fs::read_to_string(std::env::current_exe().unwrap()).unwrap_err();
+        assert_eq!(os_text(&text, Lang::Ru), "это не текст UTF-8");
+        let missing = || Error::from(PortError::Missing { path: "/dev/nope".into() });
+        assert!(os_text(&missing(), Lang::Ru).starts_with("Порта /dev/nope нет. "));
+        assert!(os_text(&missing(), Lang::En).ends_with("that there are"));
+        for number in [2, 13, 16, 27, 28, 98, 122, 104, 110, 111, 113] {
             assert!(!of(number).contains("os error"), "{}", of(number));
         }
     }

@@ -12,76 +12,27 @@
 //! [`crate::Client::complete`] may ask again.
 
 use lafet_proto::RequestId;
-use lafet_proto::dictionary::Text;
+use lafet_texts::{Fixed, client as text};
 
 /// How to check whether a request without answer was executed.
-pub fn outcome_check(request: RequestId) -> Text {
+pub fn outcome_check(request: RequestId) -> Fixed {
     match request {
-        RequestId::MOVE => text(
-            "GetStatus of the drive shows it: Move is set, or the position has changed.",
-            "Это покажет GetStatus привода: установлен Move или изменилось положение.",
-        ),
-        RequestId::STOP => text(
-            "Send it again at once; GetStatus All shows when all motion has ended.",
-            "Сразу пошлите ещё раз; GetStatus All покажет, когда движение прекратилось.",
-        ),
-        RequestId::OPEN => text(
-            "GetStatus of the valve shows it: Opening or Open. In doubt, send Close.",
-            "Это покажет GetStatus затвора: Opening или Open. При сомнении пошлите Close.",
-        ),
-        RequestId::CLOSE => text(
-            "Send it again at once; GetStatus of the valve shows it: Closing or Closed.",
-            "Сразу пошлите ещё раз; GetStatus затвора покажет Closing или Closed.",
-        ),
-        RequestId::DEPLOY | RequestId::WRAP => text(
-            "GetStatus Deployer shows it: Deploying, Deployed, Wrapping or Wrapped.",
-            "Это покажет GetStatus Deployer: Deploying, Deployed, Wrapping или Wrapped.",
-        ),
-        RequestId::SET_PARAM => text(
-            "GetParam of the same parameter shows its present value.",
-            "GetParam того же параметра покажет его нынешнее значение.",
-        ),
-        RequestId::SETUP_CORRECTION_TABLE => text(
-            "No request reads the table back. Send the same corrections again: that does no harm.",
-            "Таблицу нельзя прочитать обратно. Пошлите те же поправки ещё раз: это безвредно.",
-        ),
-        RequestId::START_JUSTIFY => text(
-            "GetStatus Detector shows it: Justifying, Justified or DeviceFault.",
-            "Это покажет GetStatus Detector: Justifying, Justified или DeviceFault.",
-        ),
-        RequestId::START_QUENCH | RequestId::START_TRAJECTORY => text(
-            "GetStatus Control shows it: Quench or Trajectory is set. In doubt, send Stop Control.",
-            "Это покажет GetStatus Control: Quench или Trajectory. При сомнении пошлите Stop Control.",
-        ),
-        RequestId::START_SEEK => text(
-            "GetStatus Detector shows it: Searching, Found or Canceled.",
-            "Это покажет GetStatus Detector: Searching, Found или Canceled.",
-        ),
-        RequestId::SWITCH_LIMITS => text(
-            "GetStatus Motors shows it: Limitless is set while limits are off.",
-            "Это покажет GetStatus Motors: при выключенных пределах установлен Limitless.",
-        ),
-        RequestId::LOCKOUT => text(
-            "GetStatus General shows it: LockedOut is set while the monitor is locked out.",
-            "Это покажет GetStatus General: при блокировке установлен LockedOut.",
-        ),
-        RequestId::RESTART => text(
-            "GetStatus All shows it: Restarting, or the state after power-up.",
-            "Это покажет GetStatus All: Restarting, либо всё как после включения питания.",
-        ),
-        RequestId::CLEAN_FLASH => text(
-            "GetStatus General shows it: ConfigInvalid is set once the memory is empty.",
-            "Это покажет GetStatus General: при пустой памяти установлен ConfigInvalid.",
-        ),
-        _ => text(
-            "Read the status before you repeat it.",
-            "Прочитайте состояние, прежде чем повторять.",
-        ),
+        RequestId::MOVE => text::CheckMove.fixed(),
+        RequestId::STOP => text::CheckStop.fixed(),
+        RequestId::OPEN => text::CheckOpen.fixed(),
+        RequestId::CLOSE => text::CheckClose.fixed(),
+        RequestId::DEPLOY | RequestId::WRAP => text::CheckDeployer.fixed(),
+        RequestId::SET_PARAM => text::CheckParameter.fixed(),
+        RequestId::SETUP_CORRECTION_TABLE => text::CheckCorrectionTable.fixed(),
+        RequestId::START_JUSTIFY => text::CheckJustify.fixed(),
+        RequestId::START_QUENCH | RequestId::START_TRAJECTORY => text::CheckProgram.fixed(),
+        RequestId::START_SEEK => text::CheckSeek.fixed(),
+        RequestId::SWITCH_LIMITS => text::CheckLimits.fixed(),
+        RequestId::LOCKOUT => text::CheckLockout.fixed(),
+        RequestId::RESTART => text::CheckRestart.fixed(),
+        RequestId::CLEAN_FLASH => text::CheckCleanFlash.fixed(),
+        _ => text::CheckOther.fixed(),
     }
-}
-
-const fn text(en: &'static str, ru: &'static str) -> Text {
-    Text { en, ru }
 }
 
 #[cfg(test)]
@@ -165,7 +116,7 @@ mod tests {
     #[test]
     fn the_way_to_find_out_is_told_in_both_languages() {
         for info in &lafet_proto::dictionary::REQUESTS {
-            let Text { en, ru } = outcome_check(info.id);
+            let Fixed { en, ru } = outcome_check(info.id);
             assert!(en.is_ascii() && en.ends_with('.'), "{en}");
             assert!(ru.ends_with('.') && ru.chars().any(|c| ('а'..='я').contains(&c)), "{ru}");
         }

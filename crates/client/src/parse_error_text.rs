@@ -1,93 +1,118 @@
 //! Parse errors of a request's text in the language of the user; lafet-proto has them in English
 //! only.
 
+use std::fmt;
+
 use lafet_proto::dictionary::{self, REQUESTS, SUBSYSTEMS};
 use lafet_proto::param::Param;
 use lafet_proto::text::{ParseError, Wanted};
+use lafet_texts::{Argument, Shown, Text as _, client as text};
 
 use crate::Lang;
 
 /// The position of the error, what was expected there, and the word that may have been meant.
 pub fn parse_error_text(text: &str, error: &ParseError, lang: Lang) -> String {
-    if lang == Lang::En {
-        return error.to_string();
-    }
     let column = text.get(..error.column).map_or(error.column, |before| before.chars().count());
-    let meant = error.suggestion.map(|name| format!("; может быть, `{name}`?"));
-    let meant = meant.unwrap_or_default();
-    format!("позиция {}: {}{meant}", column + 1, wanted_ru(&error.expected))
-}
-
-fn wanted_ru(wanted: &Wanted) -> String {
-    match *wanted {
-        Wanted::Request => {
-            let names = list(REQUESTS.iter().map(|info| info.name));
-            format!("ожидается запрос (0x и две цифры либо одно из: {names})")
-        }
-        Wanted::Addressee(request) => {
-            let names = match dictionary::request(request) {
-                Some(info) if !info.addressees.is_empty() => {
-                    list(info.addressees.iter().filter_map(|id| id.name()))
-                }
-                _ => list(SUBSYSTEMS.iter().map(|info| info.name)),
-            };
-            format!("ожидается подсистема (0x и две цифры либо одна из: {names})")
-        }
-        Wanted::Param(subsystem) => {
-            let names = list(Param::of(subsystem).map(Param::name));
-            let names =
-                if names.is_empty() { names } else { format!(" либо один из: {names}") };
-            format!("ожидается параметр {subsystem} (0x и четыре цифры, @ЛюбоеИмя{names})")
-        }
-        Wanted::Word(words) => format!("ожидается {}", words.join(" или ")),
-        Wanted::Number { what, min, max } => {
-            format!("ожидается {}: число от {min} до {max}", what_ru(what))
-        }
-        Wanted::Numbers { what, count } => {
-            format!("ожидается {}: чисел через запятую — {count}", what_ru(what))
-        }
-        Wanted::Missing(what) => format!("не хватает: {}", what_ru(what)),
-        Wanted::Once => "задано дважды".into(),
-        Wanted::NotTogether(one, other) => {
-            format!("{one} и {other} относятся к разным вариантам запроса")
-        }
-        Wanted::Hex => "ожидаются байты в шестнадцатеричном виде, например `de ad be`".into(),
-        Wanted::End => "здесь запрос должен закончиться".into(),
-        Wanted::FewerData => "слишком много данных: запрос вмещает не более 255 байт".into(),
-        // A later version of lafet-proto may have more variants.
-        _ => "запрос записан неверно".into(),
+    let (column, expected) = (column.saturating_add(1), Expected(&error.expected));
+    match error.suggestion {
+        Some(name) => text::ParseErrorMeant { column, expected, name }.of(lang),
+        None => text::ParseError { column, expected }.of(lang),
     }
 }
 
-/// What a number means; keys such as `step=` are not translated.
-fn what_ru(what: &'static str) -> &'static str {
-    match what {
-        "destination" => "точка назначения",
-        "start, horizontal" => "начало сектора по горизонтали",
-        "end, horizontal" => "конец сектора по горизонтали",
-        "start, vertical" => "начало сектора по вертикали",
-        "end, vertical" => "конец сектора по вертикали",
-        "value" => "значение",
-        "key" => "ключ",
-        "program" => "номер программы",
-        "nozzle" => "положение насадка",
-        "step" => "шаг",
-        "distance" => "расстояние",
-        "dwell" => "выдержка",
-        "horizontal" => "горизонталь",
-        "vertical" => "вертикаль",
-        "correction" => "поправка",
-        "corrections" => "поправки",
-        "trajectory" => "номер траектории",
-        "first" => "первый номер",
-        "count" => "количество",
-        "analyse" => "признак анализа",
-        "centre h,v" => "центр по горизонтали и вертикали",
-        "sector width,height" => "ширина и высота сектора",
-        "point h,v,distance,dwell" => "точка: горизонталь, вертикаль, расстояние, выдержка",
-        "distance= or corrections=" => "distance= или corrections=",
-        "point= or stored=" => "point= или stored=",
-        other => other,
+struct Expected<'a>(&'a Wanted);
+
+impl Argument for Expected<'_> {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        match *self.0 {
+            Wanted::Request => {
+                let names = list(REQUESTS.iter().map(|info| info.name));
+                text::ExpectedRequest { names }.write(lang, out)
+            }
+            Wanted::Addressee(request) => {
+                let names = match dictionary::request(request) {
+                    Some(info) if !info.addressees.is_empty() => {
+                        list(info.addressees.iter().filter_map(|id| id.name()))
+                    }
+                    _ => list(SUBSYSTEMS.iter().map(|info| info.name)),
+                };
+                text::ExpectedSubsystem { names }.write(lang, out)
+            }
+            Wanted::Param(subsystem) => {
+                let names = list(Param::of(subsystem).map(Param::name));
+                let subsystem = Shown(subsystem);
+                if names.is_empty() {
+                    return text::ExpectedParameter { subsystem }.write(lang, out);
+                }
+                text::ExpectedParameterOf { subsystem, names }.write(lang, out)
+            }
+            Wanted::Word(words) => text::ExpectedWord { words: Words(words) }.write(lang, out),
+            Wanted::Number { what, min, max } => {
+                text::ExpectedNumber { what: Number(what), min, max }.write(lang, out)
+            }
+            Wanted::Numbers { what, count } => {
+                text::ExpectedNumbers { what: Number(what), count }.write(lang, out)
+            }
+            Wanted::Missing(what) => text::Missing { what: Number(what) }.write(lang, out),
+            Wanted::Once => text::GivenTwice.write(lang, out),
+            Wanted::NotTogether(one, other) => text::NotTogether { one, other }.write(lang, out),
+            Wanted::Hex => text::ExpectedHex.write(lang, out),
+            Wanted::End => text::ExpectedEnd.write(lang, out),
+            Wanted::FewerData => text::ExpectedFewerData.write(lang, out),
+            // A later version of lafet-proto may have more variants.
+            _ => text::RequestWrong.write(lang, out),
+        }
+    }
+}
+
+/// Words of which one is expected.
+struct Words(&'static [&'static str]);
+
+impl Argument for Words {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        match self.0 {
+            [] => Ok(()),
+            [one] => out.write_str(one),
+            [before @ .., last] => text::Or { one: Self(before), other: *last }.write(lang, out),
+        }
+    }
+}
+
+/// What a number means.
+struct Number(&'static str);
+
+impl Argument for Number {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        let what = match self.0 {
+            "destination" => text::NumberDestination.fixed(),
+            "start, horizontal" => text::NumberStartHorizontal.fixed(),
+            "end, horizontal" => text::NumberEndHorizontal.fixed(),
+            "start, vertical" => text::NumberStartVertical.fixed(),
+            "end, vertical" => text::NumberEndVertical.fixed(),
+            "value" => text::NumberValue.fixed(),
+            "key" => text::NumberKey.fixed(),
+            "program" => text::NumberProgram.fixed(),
+            "nozzle" => text::NumberNozzle.fixed(),
+            "step" => text::NumberStep.fixed(),
+            "distance" => text::NumberDistance.fixed(),
+            "dwell" => text::NumberDwell.fixed(),
+            "horizontal" => text::NumberHorizontal.fixed(),
+            "vertical" => text::NumberVertical.fixed(),
+            "correction" => text::NumberCorrection.fixed(),
+            "corrections" => text::NumberCorrections.fixed(),
+            "trajectory" => text::NumberTrajectory.fixed(),
+            "first" => text::NumberFirst.fixed(),
+            "count" => text::NumberCount.fixed(),
+            "analyse" => text::NumberAnalyse.fixed(),
+            "centre h,v" => text::NumberCentre.fixed(),
+            "sector width,height" => text::NumberSector.fixed(),
+            "point h,v,distance,dwell" => text::NumberPoint.fixed(),
+            "distance= or corrections=" => text::NumberDistanceOrCorrections.fixed(),
+            "point= or stored=" => text::NumberPointOrStored.fixed(),
+            // Keys such as `step=` are the same in every language.
+            other => return out.write_str(other),
+        };
+        what.write(lang, out)
     }
 }
 
@@ -118,6 +143,7 @@ mod tests {
             let error = lafet_proto::text::parse(text, &mut buffer).expect_err(text);
             let russian = parse_error_text(text, &error, Lang::Ru);
             assert!(russian.contains(word), "{text}: {russian}");
+            assert_eq!(parse_error_text(text, &error, Lang::En), error.to_string());
         }
     }
 

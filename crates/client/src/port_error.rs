@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use crate::error::Lang;
+use lafet_texts::{Argument, Lang, Shown, Text, client as text};
 
 /// Why a port cannot be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,70 +54,42 @@ impl PortError {
 
     /// The message in a language.
     pub fn localized(&self, lang: Lang) -> String {
-        match lang {
-            Lang::En => self.english(),
-            Lang::Ru => self.russian(),
-        }
+        self.of(lang)
     }
+}
 
-    fn english(&self) -> String {
+impl Argument for PortError {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
         match self {
             Self::InUse { path, by } => {
-                let by = by.as_ref().map_or("another program".into(), Holder::to_string);
-                format!(
-                    "{} is in use by {by}. Close that program, or write shared=1 into the URL of \
-                     both: then each may lose answers to the other.",
-                    path.display()
-                )
+                let port = Shown(path.display());
+                match by {
+                    Some(Holder { pid, program }) => {
+                        let by = text::ProgramWithId { program, pid };
+                        text::PortInUse { port, by }.write(lang, out)
+                    }
+                    None => text::PortInUse { port, by: text::AnotherProgram }.write(lang, out),
+                }
             }
-            Self::Permission { path, group: Some(group) } => format!(
-                "No permission to open {}. Join the group {group} (`sudo usermod -aG {group} \
-                 $USER`), then log in again.",
-                path.display()
-            ),
-            Self::Permission { path, group: None } => {
-                format!("No permission to open {}: its owner can grant it.", path.display())
+            Self::Permission { path, group } => {
+                let port = Shown(path.display());
+                match group {
+                    Some(group) => text::PortNotPermitted { port, group }.write(lang, out),
+                    None => text::PortOfOwner { port }.write(lang, out),
+                }
             }
-            Self::Missing { path } => format!(
-                "There is no port {}. Check that the adapter is plugged in; `lafet ports` lists \
-                 the ports that there are.",
-                path.display()
-            ),
-        }
-    }
-
-    fn russian(&self) -> String {
-        match self {
-            Self::InUse { path, by } => {
-                let by = by.as_ref().map_or("другой программой".into(), |by| {
-                    format!("программой {by}")
-                });
-                format!(
-                    "Порт {} занят {by}. Закройте её или укажите shared=1 в URL обеих программ: \
-                     тогда каждая может терять ответы из-за другой.",
-                    path.display()
-                )
+            Self::Missing { path } => {
+                text::PortMissing { port: Shown(path.display()) }.write(lang, out)
             }
-            Self::Permission { path, group: Some(group) } => format!(
-                "Нет прав на открытие {}. Вступите в группу {group} (`sudo usermod -aG {group} \
-                 $USER`) и войдите в систему заново.",
-                path.display()
-            ),
-            Self::Permission { path, group: None } => {
-                format!("Нет прав на открытие {}: их может дать владелец.", path.display())
-            }
-            Self::Missing { path } => format!(
-                "Порта {} нет. Проверьте, подключён ли адаптер; `lafet ports` покажет имеющиеся \
-                 порты.",
-                path.display()
-            ),
         }
     }
 }
 
+impl Text for PortError {}
+
 impl fmt::Display for PortError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.english())
+        self.write(Lang::En, f)
     }
 }
 

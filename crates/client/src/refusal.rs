@@ -1,8 +1,16 @@
 //! Reasons of a refusal: the scenario of the document that the answer belongs to.
+//!
+//! An answer names the subsystem that refuses, which may have several reasons; its flags show which one
+//! it is. Where they are not known, or show none, all of them are named.
 
-use lafet_proto::dictionary::{self, Text};
+mod denied;
+
+use lafet_proto::dictionary;
 use lafet_proto::request::{Body, LimitsState};
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
+use lafet_texts::{Fixed, client as text};
+
+use denied::Denied;
 
 /// Explanation of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,32 +18,47 @@ pub struct Reason {
     /// Section and scenario, as in docs/protocol.md: `§3.1/1`.
     pub scenario: &'static str,
     /// Cause of the refusal.
-    pub why: Text,
+    pub why: Fixed,
     /// What to do.
-    pub remedy: Text,
+    pub remedy: Fixed,
 }
 
-/// The reason for which `by` refused this request; its data can narrow it down.
-pub fn reason_of(request: &Request<'_>, status: Status, by: SubsystemId) -> Reason {
+/// The status words of a monitor by subsystem; `None` of one that it does not have, or that is not known.
+pub type Flags<'a> = &'a dyn Fn(SubsystemId) -> Option<u32>;
+
+/// The reason for which `by` refused this request; its data and the flags can narrow it down.
+pub fn reason_of(
+    request: &Request<'_>,
+    status: Status,
+    by: SubsystemId,
+    flags: Flags<'_>,
+) -> Reason {
     let found = match (&request.body, status) {
         (Body::SwitchLimits { new_state }, Status::INVALID_VALUE)
             if LimitsState::from_wire(*new_state).is_none() =>
         {
-            because(
-                "§2/4",
-                ("There is no such state of limits.", "Такого состояния пределов нет."),
-                ("Send 0 (off), 1 (on) or 2 (reject).", "Пошлите 0 (off), 1 (on) или 2 (reject)."),
-            )
+            because("§2/4", text::LimitsStateUnknown.fixed(), text::LimitsStateRemedy.fixed())
         }
         _ => None,
     };
-    found.unwrap_or_else(|| reason(request.body.id(), request.to, status, by))
+    found.unwrap_or_else(|| reason_now(request.body.id(), request.to, status, by, flags))
 }
 
-/// The reason for which `by` refused a request of this kind to `to`.
+/// The reason for which `by` refused a request of this kind to `to`, where the flags are not known.
 pub fn reason(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Reason {
+    reason_now(request, to, status, by, &|_| None)
+}
+
+/// The same with the flags of the monitor.
+pub fn reason_now(
+    request: RequestId,
+    to: SubsystemId,
+    status: Status,
+    by: SubsystemId,
+    flags: Flags<'_>,
+) -> Reason {
     let found = match status {
-        Status::DENIED => denied(request, by),
+        Status::DENIED => Denied { request, to, by, flags }.reason(),
         Status::MODULE_FAULT => module_fault(request),
         Status::BUSY => busy(request, by),
         Status::WRONG_REQUEST => wrong_request(request, to, by),
@@ -47,194 +70,8 @@ pub fn reason(request: RequestId, to: SubsystemId, status: Status, by: Subsystem
     found.unwrap_or_else(|| of_status(request, status))
 }
 
-const fn because(
-    scenario: &'static str,
-    why: (&'static str, &'static str),
-    remedy: (&'static str, &'static str),
-) -> Option<Reason> {
-    Some(Reason { scenario, why: Text::new(why.0, why.1), remedy: Text::new(remedy.0, remedy.1) })
-}
-
-const DEPLOY_FIRST: (&str, &str) = (
-    "Deploy it, and wait until GetStatus Deployer says Deployed.",
-    "Разверните ствол и дождитесь Deployed в GetStatus Deployer.",
-);
-const STOP_DETECTOR: (&str, &str) = (
-    "Wait until Searching and Justifying are gone, or send Stop Detector.",
-    "Дождитесь снятия Searching и Justifying либо пошлите Stop Detector.",
-);
-const STOP_CONTROL: (&str, &str) = (
-    "Wait until the program ends, or send Stop Control.",
-    "Дождитесь конца программы либо пошлите Stop Control.",
-);
-const CLOSE_VALVE: (&str, &str) = (
-    "Close the valve, and wait until it says Closed. If it says so already, read InputFaults of \
-     General: with bit 0 water flows all the same; close the main by hand.",
-    "Закройте затвор и дождитесь Closed. Если он уже Closed, прочитайте InputFaults подсистемы \
-     General: бит 0 означает, что вода всё же течёт; перекройте магистраль вручную.",
-);
-const STOP_ALL: (&str, &str) = (
-    "Send Stop to the subsystem that refuses, or Stop All, which is never denied.",
-    "Пошлите Stop тому, кто отказал, либо Stop All: он не отклоняется никогда.",
-);
-const READ_FLAGS: (&str, &str) = (
-    "Read the status of the subsystem: its flags name the fault.",
-    "Прочитайте состояние подсистемы: её флаги называют неисправность.",
-);
-
-fn denied(request: RequestId, by: SubsystemId) -> Option<Reason> {
-    match by {
-        SubsystemId::GENERAL => because(
-            "§3.18/2",
-            (
-                "The monitor is locked out: only reads and SetParam are done.",
-                "Включена аварийная блокировка: исполняются только чтение и SetParam.",
-            ),
-            (
-                "Find out who locked it out and why; then release it (Lockout off).",
-                "Выясните, кто и зачем включил блокировку; затем снимите её (Lockout off).",
-            ),
-        ),
-        SubsystemId::DEPLOYER => denied_by_deployer(request),
-        SubsystemId::DETECTOR => denied_by_detector(request),
-        SubsystemId::CONTROL => denied_by_control(request),
-        id if id.is_valve() => denied_by_valve(request),
-        _ => None,
-    }
-}
-
-fn denied_by_deployer(request: RequestId) -> Option<Reason> {
-    let scenario = match request {
-        RequestId::STOP => {
-            return because(
-                "§3.2/2",
-                (
-                    "The barrel is being deployed or wrapped: only Stop Deployer or Stop All ends \
-                     that.",
-                    "Идёт развёртывание или сворачивание: его прекращает только Stop Deployer или \
-                     Stop All.",
-                ),
-                STOP_ALL,
-            );
-        }
-        RequestId::MOVE => "§3.1/1",
-        RequestId::OPEN => "§3.8/1",
-        RequestId::START_JUSTIFY => "§3.13/2",
-        _ => "§1/2",
-    };
-    because(
-        scenario,
-        (
-            "The barrel is not deployed: it is stowed, moving, or between the positions.",
-            "Ствол не развёрнут: он свёрнут, движется или стоит между положениями.",
-        ),
-        DEPLOY_FIRST,
-    )
-}
-
-fn denied_by_detector(request: RequestId) -> Option<Reason> {
-    let scenario = match request {
-        RequestId::START_SEEK => {
-            return because(
-                "§3.16/4",
-                (
-                    "A program of extinguishing or a justification is running, or limits are off.",
-                    "Выполняется программа тушения или юстировка либо выключены пределы.",
-                ),
-                (
-                    "Send Stop Control or Stop Detector; switch the limits on.",
-                    "Пошлите Stop Control или Stop Detector; включите пределы.",
-                ),
-            );
-        }
-        RequestId::STOP => {
-            return because(
-                "§3.2/3",
-                (
-                    "A search is running: only Stop Detector or Stop All ends it.",
-                    "Идёт поиск очага: его прекращает только Stop Detector или Stop All.",
-                ),
-                STOP_ALL,
-            );
-        }
-        RequestId::MOVE => "§3.1/2",
-        RequestId::OPEN => "§3.8/2",
-        RequestId::CLOSE => "§3.9/1",
-        RequestId::WRAP => "§3.11/7",
-        RequestId::START_JUSTIFY => "§3.13/2",
-        RequestId::START_QUENCH => "§3.14/6",
-        RequestId::START_TRAJECTORY => "§3.15/4",
-        _ => "§1/2",
-    };
-    because(
-        scenario,
-        ("A search for fire or a justification is running.", "Идёт поиск очага или юстировка."),
-        STOP_DETECTOR,
-    )
-}
-
-fn denied_by_control(request: RequestId) -> Option<Reason> {
-    let scenario = match request {
-        RequestId::START_QUENCH | RequestId::START_TRAJECTORY => {
-            return because(
-                "§3.17/1",
-                (
-                    "Limits are off: a program could run the barrel anywhere.",
-                    "Пределы выключены: программа могла бы увести ствол куда угодно.",
-                ),
-                ("Switch the limits on.", "Включите пределы."),
-            );
-        }
-        RequestId::STOP => {
-            return because(
-                "§3.2/4",
-                (
-                    "A program of extinguishing is running: only Stop Control or Stop All ends it.",
-                    "Выполняется программа тушения: её прекращает только Stop Control или Stop All.",
-                ),
-                STOP_ALL,
-            );
-        }
-        RequestId::MOVE => "§3.1/9",
-        RequestId::START_JUSTIFY => "§3.13/2",
-        _ => "§1/2",
-    };
-    because(
-        scenario,
-        ("A program of extinguishing is running.", "Выполняется программа тушения."),
-        STOP_CONTROL,
-    )
-}
-
-fn denied_by_valve(request: RequestId) -> Option<Reason> {
-    let (scenario, why) = match request {
-        RequestId::WRAP => (
-            "§3.11/6",
-            (
-                "The valve is not closed, or water flows: in a folding barrel it destroys it.",
-                "Затвор не закрыт либо вода течёт: сворачиваемый ствол она разрушит.",
-            ),
-        ),
-        RequestId::START_SEEK => (
-            "§3.16/8",
-            (
-                "The valve is not closed, or water flows: the detector would look into it.",
-                "Затвор не закрыт либо вода течёт: датчик смотрел бы в воду.",
-            ),
-        ),
-        RequestId::MOVE => (
-            "§3.1/9",
-            (
-                "The valve is not closed, or water flows: the barrel must not fold under it.",
-                "Затвор не закрыт либо вода течёт: под водой ствол складывать нельзя.",
-            ),
-        ),
-        _ => (
-            "§1/2",
-            ("The valve is not closed, or water flows.", "Затвор не закрыт либо вода течёт."),
-        ),
-    };
-    because(scenario, why, CLOSE_VALVE)
+const fn because(scenario: &'static str, why: Fixed, remedy: Fixed) -> Option<Reason> {
+    Some(Reason { scenario, why, remedy })
 }
 
 fn module_fault(request: RequestId) -> Option<Reason> {
@@ -248,74 +85,34 @@ fn module_fault(request: RequestId) -> Option<Reason> {
         RequestId::START_SEEK | RequestId::START_JUSTIFY => "§3.3.7/1",
         _ => return None,
     };
-    because(
-        scenario,
-        (
-            "The subsystem is faulty, or has stopped this way because of its current.",
-            "Подсистема неисправна либо остановлена в эту сторону по току.",
-        ),
-        READ_FLAGS,
-    )
+    because(scenario, text::SubsystemFaulty.fixed(), text::ReadFlags.fixed())
 }
 
 fn busy(request: RequestId, by: SubsystemId) -> Option<Reason> {
     let (scenario, why) = match (request, by) {
-        (RequestId::SWITCH_LIMITS, _) if by.is_drive() => (
-            "§3.17/2",
-            (
-                "The remote unit has not received the new limits yet.",
-                "Удалённый блок ещё не получил новые пределы.",
-            ),
-        ),
-        (RequestId::SET_PARAM, by) if by.is_drive() => (
-            "§3.17/5",
-            (
-                "The drive moves: a limit or the zero point is taken only at rest.",
-                "Привод движется: предел и ноль берутся там, где он стоит.",
-            ),
-        ),
-        (_, SubsystemId::GENERAL) => (
-            "§3.12/2",
-            (
-                "The monitor is restarting: it answers reads only.",
-                "Ствол перезапускается: он отвечает только на чтение.",
-            ),
-        ),
+        (RequestId::SWITCH_LIMITS, _) if by.is_drive() => {
+            ("§3.17/2", text::LimitsNotReceived.fixed())
+        }
+        (RequestId::SET_PARAM, by) if by.is_drive() => ("§3.17/5", text::DriveMoves.fixed()),
+        (_, SubsystemId::GENERAL) => ("§3.12/2", text::MonitorRestarts.fixed()),
         _ => return None,
     };
-    because(scenario, why, ("Repeat the request in a second.", "Повторите запрос через секунду."))
+    because(scenario, why, text::RepeatInASecond.fixed())
 }
 
 fn wrong_request(request: RequestId, to: SubsystemId, by: SubsystemId) -> Option<Reason> {
     if request == RequestId::RESTART {
-        return because(
-            "§3.12/3",
-            (
-                "Restart is accepted for All only: a subsystem alone cannot be restarted.",
-                "Restart принимается только для All: одну подсистему перезапустить нельзя.",
-            ),
-            ("Send Restart All.", "Пошлите Restart All."),
-        );
+        return because("§3.12/3", text::RestartForAllOnly.fixed(), text::RestartAll.fixed());
     }
     if to == SubsystemId::ALL || to == SubsystemId::MOTORS {
-        return because(
-            "§1/7",
-            (
-                "No subsystem takes this request from a broadcast.",
-                "Ни одна подсистема не принимает этот запрос широковещательно.",
-            ),
-            ("Name the subsystem you mean.", "Укажите нужную подсистему."),
-        );
+        return because("§1/7", text::NotForBroadcast.fixed(), text::NameSubsystem.fixed());
     }
     let known = dictionary::request(request).is_some();
     if by == SubsystemId::GENERAL && (to != SubsystemId::GENERAL || !known) {
         return because(
             "§1/4",
-            ("The monitor does not support this request.", "Ствол вообще не знает такого запроса."),
-            (
-                "Its program may be older than the request: see what it supports.",
-                "Возможно, его программа старше этого запроса: выясните, что она умеет.",
-            ),
+            text::RequestNotSupported.fixed(),
+            text::RequestNotSupportedRemedy.fixed(),
         );
     }
     let scenario = match request {
@@ -329,124 +126,57 @@ fn wrong_request(request: RequestId, to: SubsystemId, by: SubsystemId) -> Option
     };
     because(
         scenario,
-        (
-            "This request is not provided for this subsystem.",
-            "Для этой подсистемы такой запрос не предусмотрен.",
-        ),
-        (
-            "Send it to an addressee of its section in the protocol.",
-            "Пошлите его адресату, названному в его разделе протокола.",
-        ),
+        text::RequestNotForSubsystem.fixed(),
+        text::RequestNotForSubsystemRemedy.fixed(),
     )
 }
 
 fn wrong_data(request: RequestId) -> Option<Reason> {
     let (scenario, why) = match request {
-        RequestId::SET_PARAM => (
-            "§3.5/4",
-            (
-                "The parameter has another number of values.",
-                "У параметра другое количество значений.",
-            ),
-        ),
-        RequestId::SETUP_CORRECTION_TABLE => {
-            ("§3.6/2", ("The table has no entries.", "В таблице нет ни одного значения."))
-        }
-        RequestId::START_QUENCH => (
-            "§3.14/4",
-            (
-                "The data are neither of the three forms of StartQuench.",
-                "Данные не подходят ни под один из трёх вариантов StartQuench.",
-            ),
-        ),
-        RequestId::START_TRAJECTORY => (
-            "§3.15/3",
-            (
-                "The number of points does not fit the size of the data.",
-                "Число точек не соответствует объёму данных.",
-            ),
-        ),
+        RequestId::SET_PARAM => ("§3.5/4", text::ParameterCount.fixed()),
+        RequestId::SETUP_CORRECTION_TABLE => ("§3.6/2", text::TableEmpty.fixed()),
+        RequestId::START_QUENCH => ("§3.14/4", text::QuenchForm.fixed()),
+        RequestId::START_TRAJECTORY => ("§3.15/3", text::PointsCount.fixed()),
         _ => return None,
     };
-    because(scenario, why, ("Correct the number of values.", "Исправьте количество значений."))
+    because(scenario, why, text::CorrectCount.fixed())
 }
 
 fn invalid_id(request: RequestId) -> Option<Reason> {
     if request == RequestId::START_TRAJECTORY {
         return because(
             "§3.15/2",
-            ("The stored trajectory is empty.", "Записанная траектория пуста."),
-            ("Store it first, or take another.", "Сначала запишите её либо возьмите другую."),
+            text::TrajectoryEmpty.fixed(),
+            text::TrajectoryEmptyRemedy.fixed(),
         );
     }
     let scenario = if request == RequestId::SET_PARAM { "§3.5/2" } else { "§3.4/1" };
-    because(
-        scenario,
-        (
-            "The subsystem has no parameter with this name.",
-            "У подсистемы нет параметра с таким именем.",
-        ),
-        (
-            "Check the name letter by letter; another version may have other parameters.",
-            "Проверьте имя буква в букву; у другой версии могут быть другие параметры.",
-        ),
-    )
+    because(scenario, text::ParameterUnknown.fixed(), text::ParameterUnknownRemedy.fixed())
 }
 
 fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
     match request {
         RequestId::SET_PARAM => invalid_param(to),
-        RequestId::START_SEEK => because(
-            "§3.16/2",
-            (
-                "The sector is not wholly inside the limits (BadSector), or analyse is not 0 or 1.",
-                "Сектор не целиком внутри пределов (BadSector) либо analyse не 0 и не 1.",
-            ),
-            (
-                "Take a sector inside the limits of Horizontal and Vertical.",
-                "Задайте сектор внутри пределов Horizontal и Vertical.",
-            ),
-        ),
+        RequestId::START_SEEK => {
+            because("§3.16/2", text::SectorOutsideLimits.fixed(), text::SectorInsideLimits.fixed())
+        }
         RequestId::START_QUENCH => because(
             "§3.14/8",
-            (
-                "The sector is wholly outside the limits, or a number of it is out of range.",
-                "Сектор целиком вне пределов либо одно из его чисел недопустимо.",
-            ),
-            (
-                "Take a sector that touches the limits of Horizontal and Vertical.",
-                "Задайте сектор, хотя бы частью лежащий внутри пределов.",
-            ),
+            text::QuenchSectorOutsideLimits.fixed(),
+            text::QuenchSectorRemedy.fixed(),
         ),
-        RequestId::START_TRAJECTORY => because(
-            "§3.15/3",
-            (
-                "A point, a flag or a number of a trajectory is out of range.",
-                "Точка, признак или номер траектории вне допустимого.",
-            ),
-            ("Stored trajectories are 0 to 7.", "Номера записанных траекторий — от 0 до 7."),
-        ),
-        RequestId::SWITCH_LIMITS => because(
-            "§3.17/6",
-            (
-                "With the limits taken, the lower one would not be below the upper one.",
-                "С принятыми пределами нижний оказался бы не ниже верхнего.",
-            ),
-            (
-                "Take the other limit again, or drop both (SwitchLimits reject).",
-                "Примите другой предел заново либо отбросьте оба (SwitchLimits reject).",
-            ),
-        ),
-        RequestId::SETUP_CORRECTION_TABLE => because(
-            "§3.6/2",
-            ("The table has 256 entries, no more.", "В таблице 256 значений, не больше."),
-            ("Begin earlier or send fewer.", "Начните раньше либо пошлите меньше."),
-        ),
-        RequestId::LOCKOUT => because(
-            "§3.18/5",
-            ("The key is neither of the two of Lockout.", "Ключ не из двух ключей Lockout."),
-            ("Send 0x2FFA (on) or 0x7353 (off).", "Пошлите 0x2FFA (включить) или 0x7353 (снять)."),
-        ),
+        RequestId::START_TRAJECTORY => {
+            because("§3.15/3", text::TrajectoryOutOfRange.fixed(), text::TrajectoryNumbers.fixed())
+        }
+        RequestId::SWITCH_LIMITS => {
+            because("§3.17/6", text::LimitsCrossed.fixed(), text::LimitsCrossedRemedy.fixed())
+        }
+        RequestId::SETUP_CORRECTION_TABLE => {
+            because("§3.6/2", text::TableTooLong.fixed(), text::TableTooLongRemedy.fixed())
+        }
+        RequestId::LOCKOUT => {
+            because("§3.18/5", text::LockoutKey.fixed(), text::LockoutKeyRemedy.fixed())
+        }
         _ => None,
     }
 }
@@ -454,26 +184,9 @@ fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
 /// The reason for an invalid value of a parameter.
 fn invalid_param(of: SubsystemId) -> Option<Reason> {
     if !of.is_drive() {
-        return because(
-            "§3.5/3",
-            ("The value is out of the parameter's range.", "Значение вне диапазона параметра."),
-            ("See the range of the parameter.", "Посмотрите диапазон параметра."),
-        );
+        return because("§3.5/3", text::ParameterOutOfRange.fixed(), text::ParameterRange.fixed());
     }
-    because(
-        "§3.17/5",
-        (
-            "The value is out of range; or limits are off, and then a limit or the zero point takes \
-             the present position only.",
-            "Значение вне диапазона; либо пределы выключены, и тогда предел и ноль принимают только \
-             текущее положение.",
-        ),
-        (
-            "See the range of the parameter; switch the limits on, or teach the limit.",
-            "Посмотрите диапазон параметра; включите пределы либо задайте предел по текущему \
-             положению.",
-        ),
-    )
+    because("§3.17/5", text::DriveParameterOutOfRange.fixed(), text::DriveParameterRemedy.fixed())
 }
 
 /// The reason that follows from the status alone.
@@ -497,13 +210,13 @@ fn of_status(request: RequestId, status: Status) -> Reason {
     };
     let unknown = || Reason {
         scenario,
-        why: Text::new("The protocol has no such status.", "Протокол не знает такого статуса."),
-        remedy: Text::new("Report it.", "Сообщите о нём."),
+        why: text::StatusUnknown.fixed(),
+        remedy: text::StatusUnknownRemedy.fixed(),
     };
     dictionary::status(status).map_or_else(unknown, |info| Reason {
         scenario,
-        why: info.meaning,
-        remedy: info.remedy,
+        why: lafet_texts::dictionary(info.meaning),
+        remedy: lafet_texts::dictionary(info.remedy),
     })
 }
 
@@ -518,7 +231,9 @@ mod tests {
         assert_eq!(of(RequestId::MOVE, vertical, Status::DENIED, deployer), "§3.1/1");
         assert_eq!(of(RequestId::STOP, vertical, Status::DENIED, SubsystemId::CONTROL), "§3.2/4");
         let general = SubsystemId::GENERAL;
-        assert_eq!(of(RequestId::MOVE, vertical, Status::DENIED, general), "§3.18/2");
+        // Locked out, or a weak supply.
+        assert_eq!(of(RequestId::MOVE, vertical, Status::DENIED, general), "§1/2");
+        assert_eq!(of(RequestId::CLOSE, vertical, Status::DENIED, general), "§3.18/2");
         assert_eq!(of(RequestId::MOVE, vertical, Status::BUSY, general), "§3.12/2");
         assert_eq!(of(RequestId::WRAP, deployer, Status::DENIED, SubsystemId::VALVE1), "§3.11/6");
         assert_eq!(of(RequestId::MOVE, SubsystemId::ALL, Status::WRONG_REQUEST, general), "§1/7");
@@ -527,11 +242,31 @@ mod tests {
         assert_eq!(of(RequestId::MOVE, general, Status::WRONG_REQUEST, general), "§3.1/5");
     }
 
+    /// What is said must help: closing does not free a valve that is blocked, nor deploying a barrel whose
+    /// rest is not known.
+    #[test]
+    fn blocked_and_not_homed() {
+        let denied = |request, of, by| reason(request, of, Status::DENIED, by);
+        let (valve, deployer) = (SubsystemId::VALVE2, SubsystemId::DEPLOYER);
+        let blocked = denied(RequestId::OPEN, valve, valve);
+        assert_eq!((blocked.scenario, blocked.why), ("§3.3.5/1", text::ValveBlocked.fixed()));
+        assert!(blocked.remedy.en.contains("handwheel") && blocked.remedy.ru.contains("маховик"));
+        let wrap = reason_now(RequestId::WRAP, deployer, Status::DENIED, deployer, &|_| Some(0));
+        assert_eq!((wrap.scenario, wrap.why), ("§D/7", text::BarrelNotHomed.fixed()));
+        let vertical = SubsystemId::VERTICAL;
+        for request in [RequestId::SWITCH_LIMITS, RequestId::SET_PARAM] {
+            let limits = denied(request, vertical, vertical);
+            assert_eq!((limits.scenario, limits.why), ("§D/7", text::NotHomed.fixed()));
+            assert_eq!(limits.remedy, wrap.remedy);
+        }
+        assert!(wrap.remedy.en.contains("Homing") && wrap.remedy.ru.contains("Homing"));
+    }
+
     #[test]
     fn an_unknown_state_of_limits_is_not_crossing_limits() {
         let refused = |new_state| {
             let request = Request::new(SubsystemId::VERTICAL, Body::SwitchLimits { new_state });
-            reason_of(&request, Status::INVALID_VALUE, SubsystemId::VERTICAL).scenario
+            reason_of(&request, Status::INVALID_VALUE, SubsystemId::VERTICAL, &|_| None).scenario
         };
         assert_eq!((refused(1), refused(5)), ("§3.17/6", "§2/4"));
     }

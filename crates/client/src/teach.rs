@@ -4,11 +4,11 @@
 use std::time::Duration;
 
 use lafet_proto::answer::Reply;
-use lafet_proto::dictionary::Text;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::request::LimitsState;
 use lafet_proto::status::Limits;
 use lafet_proto::{Status, SubsystemId};
+use lafet_texts::{Fixed, client as text};
 use tokio::time::sleep;
 
 use crate::error::Error;
@@ -84,14 +84,14 @@ impl Side {
     }
 
     /// The name in a sentence.
-    pub const fn text(self) -> Text {
+    pub const fn text(self) -> Fixed {
         match self {
-            Self::Left => Text::new("left", "левый"),
-            Self::Right => Text::new("right", "правый"),
-            Self::Up => Text::new("upper", "верхний"),
-            Self::Down => Text::new("lower", "нижний"),
-            Self::Narrow => Text::new("narrowest", "самый узкий"),
-            Self::Wide => Text::new("widest", "самый широкий"),
+            Self::Left => text::SideLeft.fixed(),
+            Self::Right => text::SideRight.fixed(),
+            Self::Up => text::SideUp.fixed(),
+            Self::Down => text::SideDown.fixed(),
+            Self::Narrow => text::SideNarrow.fixed(),
+            Self::Wide => text::SideWide.fixed(),
         }
     }
 }

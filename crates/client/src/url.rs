@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use lafet_proto::bus;
+use lafet_texts::{Fixed, client as text};
 use percent_encoding::{AsciiSet, CONTROLS, percent_decode_str, utf8_percent_encode};
 use url::{Host, Url};
 
@@ -21,7 +22,6 @@ use url::{Host, Url};
 use crate::error::Lang;
 pub use crate::session::medium::{Addresses, Echo, Framing, Role};
 pub use crate::url_error::UrlError;
-use crate::url_error::{FRAMINGS, MONITOR_ADDRESSES, PORTS, SOURCE_ADDRESSES};
 pub use behaviour::Behaviour;
 pub use serial::{Rs485, SerialLine};
 
@@ -160,7 +160,11 @@ fn syntax(text: &str, error: url::ParseError) -> UrlError {
         url::ParseError::InvalidPort => {
             let value = text.rsplit(':').next().unwrap_or_default();
             let value = value.split(['?', '/']).next().unwrap_or_default();
-            UrlError::Value { key: "port".into(), value: value.into(), allowed: PORTS }
+            UrlError::Value {
+                key: "port".into(),
+                value: value.into(),
+                allowed: text::AllowedPort.fixed(),
+            }
         }
         error => UrlError::Syntax { url: text.into(), reason: error.to_string() },
     }
@@ -182,7 +186,11 @@ fn host_and_port(text: &str, url: &Url, scheme: &'static str) -> Result<(String,
         Host::Ipv6(address) => address.to_string(),
     };
     match url.port() {
-        Some(0) => Err(UrlError::Value { key: "port".into(), value: "0".into(), allowed: PORTS }),
+        Some(0) => Err(UrlError::Value {
+            key: "port".into(),
+            value: "0".into(),
+            allowed: text::AllowedPort.fixed(),
+        }),
         port => Ok((host, port.unwrap_or(bus::PORT_EXTERNAL_CONN))),
     }
 }
@@ -224,7 +232,7 @@ impl Options {
         key: &str,
         default: T,
         range: std::ops::RangeInclusive<T>,
-        allowed: &'static str,
+        allowed: Fixed,
     ) -> Result<T, UrlError> {
         let Some(value) = self.take(key) else { return Ok(default) };
         match value.parse() {
@@ -237,8 +245,13 @@ impl Options {
         let Addresses { monitor, source } = Addresses::default();
         let sources = bus::CONTROLLER..=*bus::CONSOLES.end();
         Ok(Addresses {
-            monitor: self.number("addr", monitor, bus::MONITORS, MONITOR_ADDRESSES)?,
-            source: self.number("src", source, sources, SOURCE_ADDRESSES)?,
+            monitor: self.number(
+                "addr",
+                monitor,
+                bus::MONITORS,
+                text::AllowedMonitorAddress.fixed(),
+            )?,
+            source: self.number("src", source, sources, text::AllowedSourceAddress.fixed())?,
         })
     }
 
@@ -247,7 +260,11 @@ impl Options {
             None => Ok(Framing::Link),
             Some(value) if value == "link" => Ok(Framing::Link),
             Some(value) if value == "records" => Ok(Framing::Records),
-            Some(value) => Err(UrlError::Value { key: "framing".into(), value, allowed: FRAMINGS }),
+            Some(value) => Err(UrlError::Value {
+                key: "framing".into(),
+                value,
+                allowed: text::AllowedFraming.fixed(),
+            }),
         }
     }
 
@@ -437,6 +454,14 @@ mod tests {
             assert!(english.contains(word), "{text}: {english}");
             assert!(russian.contains(word), "{text}: {russian}");
             assert!(russian.chars().any(|c| ('а'..='я').contains(&c)), "{text}: {russian}");
+        }
+        for (text, reason) in [
+            ("", "нет схемы"),
+            ("tcp://[::1", "неверный адрес IPv6"),
+            ("tcp://a b", "недопустимый знак в имени узла"),
+        ] {
+            let russian = text.parse::<Endpoint>().expect_err(text).localized(Lang::Ru);
+            assert!(russian.contains(reason), "{text}: {russian}");
         }
     }
 }

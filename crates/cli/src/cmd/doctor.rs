@@ -16,7 +16,7 @@ use crate::cli::{Global, seconds};
 use crate::connect::{Connection, link, url_of};
 use crate::describe::flag_lines;
 use crate::failure::{Failure, Outcome};
-use crate::lang::{current, pick};
+use crate::lang::{current, of, pick};
 use crate::out::Out;
 
 /// Arguments of `lafet doctor`.
@@ -69,8 +69,7 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
         })
     };
     let evidence =
-        examine(&endpoint, &options, dial, |en, ru| out.progress(format!("{}…", pick(en, ru))))
-            .await;
+        examine(&endpoint, &options, dial, |doing| out.progress(format!("{}…", of(&doing)))).await;
     let findings = findings(&evidence);
     let faults = match evidence.is_answered() && !evidence.crc32c_only {
         true => faults(&global).await,

@@ -4,10 +4,10 @@ use std::fmt::{self, Write};
 
 use lafet_proto::param::{MAX_VALUES, Param, ParamSpec};
 use lafet_proto::{Status, SubsystemId};
+use lafet_texts::{Argument, Lang, Text, Words, client as text};
 use toml::{Table, Value};
 
 use super::{About, Backup, is_kept, title};
-use crate::error::Lang;
 
 /// Version of the file format.
 const FORMAT: i64 = 1;
@@ -20,8 +20,10 @@ const ABOUT: &str = "monitor";
 pub enum FileError {
     /// Not valid TOML.
     Syntax {
-        /// Position of the error, and what was expected there.
-        text: String,
+        /// Line of the error, from 1.
+        line: usize,
+        /// What is wrong there.
+        what: Words,
     },
     /// Another kind of TOML file, or a later version of the format.
     Format,
@@ -47,50 +49,36 @@ pub enum FileError {
 impl FileError {
     /// The message in a language.
     pub fn localized(&self, lang: Lang) -> String {
-        match (self, lang) {
-            (Self::Syntax { text }, Lang::En) => format!("this is no TOML: {text}"),
-            (Self::Syntax { text }, Lang::Ru) => format!("это не TOML: {text}"),
-            (Self::Format, Lang::En) => format!(
-                "this is no file of `lafet param backup`, or one of a later lafet: `format = \
-                 {FORMAT}` is missing"
-            ),
-            (Self::Format, Lang::Ru) => format!(
-                "это не файл `lafet param backup` либо файл более новой lafet: нет `format = \
-                 {FORMAT}`"
-            ),
-            (Self::Unknown { name }, Lang::En) => {
-                format!("{name}: the dictionary has no such parameter")
+        self.of(lang)
+    }
+}
+
+impl Argument for FileError {
+    fn write(&self, lang: Lang, out: &mut dyn Write) -> fmt::Result {
+        match self {
+            Self::Syntax { line, what } => text::FileNoToml { line: *line, what }.write(lang, out),
+            Self::Format => text::FileFormat { format: FORMAT }.write(lang, out),
+            Self::Unknown { name } => text::FileUnknown { name }.write(lang, out),
+            Self::Value { param, status: Status::WRONG_DATA } => {
+                let ParamSpec { min_len: min, max_len: max, .. } = param.spec();
+                text::FileCount { title: title(*param), min, max }.write(lang, out)
             }
-            (Self::Unknown { name }, Lang::Ru) => {
-                format!("{name}: такого параметра нет в словаре")
+            Self::Value { param, .. } => {
+                text::FileRange { title: title(*param), allowed: allowed(param.spec()) }
+                    .write(lang, out)
             }
-            (Self::Value { param, status }, lang) => {
-                let spec = param.spec();
-                let (title, allowed) = (title(*param), allowed(spec));
-                let count = *status == Status::WRONG_DATA;
-                let (min, max) = (spec.min_len, spec.max_len);
-                match lang {
-                    Lang::En if count => format!("{title}: {min} to {max} whole numbers expected"),
-                    Lang::En => format!("{title}: allowed are {allowed}"),
-                    Lang::Ru if count => {
-                        format!("{title}: ожидаются целые числа, от {min} до {max}")
-                    }
-                    Lang::Ru => format!("{title}: допустимо {allowed}"),
-                }
-            }
-            (Self::ReadOnly { param }, Lang::En) => {
-                format!("{}: cannot be set; remove it from the file", title(*param))
-            }
-            (Self::ReadOnly { param }, Lang::Ru) => {
-                format!("{}: не устанавливается; удалите его из файла", title(*param))
+            Self::ReadOnly { param } => {
+                text::FileReadOnly { title: title(*param) }.write(lang, out)
             }
         }
     }
 }
 
+impl Text for FileError {}
+
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.localized(Lang::En))
+        Argument::write(self, Lang::En, f)
     }
 }
 
@@ -157,9 +145,11 @@ impl Backup {
     ///
     /// [`FileError`] for the first error in the text.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
-        let file: Table = text
-            .parse()
-            .map_err(|error: toml::de::Error| FileError::Syntax { text: error.to_string() })?;
+        let file: Table = text.parse().map_err(|error: toml::de::Error| {
+            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            let line = 1 + before.matches('\n').count();
+            FileError::Syntax { line, what: lafet_texts::toml::said(error.message()) }
+        })?;
         if file.get("format").and_then(Value::as_integer) != Some(FORMAT) {
             return Err(FileError::Format);
         }

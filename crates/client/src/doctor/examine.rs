@@ -1,6 +1,7 @@
 //! The checks of a diagnosis, in the order in which they are made.
 
 use std::io;
+use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_proto::answer::Reply;
@@ -9,6 +10,7 @@ use lafet_proto::link::Check;
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Answer, Request, SubsystemId};
+use lafet_texts::{Fixed, client as text};
 use tokio::time::Instant;
 
 use super::finding::speaks_text;
@@ -68,12 +70,12 @@ pub async fn examine(
     endpoint: &Endpoint,
     options: &Options,
     mut dial: impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
-    mut progress: impl FnMut(&'static str, &'static str),
+    mut progress: impl FnMut(Fixed),
 ) -> Evidence {
     let mut evidence = Evidence::new(endpoint);
     let looked = look(&mut evidence, options, &mut dial, &mut progress).await;
     if let Err(error) = looked {
-        evidence.lost = Some(error.to_string());
+        evidence.lost = Some(Arc::new(error));
     }
     evidence
 }
@@ -82,13 +84,13 @@ async fn look(
     evidence: &mut Evidence,
     options: &Options,
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
-    progress: &mut impl FnMut(&'static str, &'static str),
+    progress: &mut impl FnMut(Fixed),
 ) -> io::Result<()> {
     let endpoint = evidence.endpoint.clone();
     let Addresses { monitor, source } = endpoint.addresses();
-    progress("opening the link", "открываю линию");
+    progress(text::DoingOpen.fixed());
     let mut prober = Prober::new(dial(&endpoint).await?, source);
-    progress("listening", "слушаю");
+    progress(text::DoingListen.fixed());
     evidence.quiet = prober.listen(options.quiet).await?;
     evidence.quiet_for = options.quiet;
     let others = |frame: &HeardFrame| frame.src != source && frame.dst != source;
@@ -99,12 +101,12 @@ async fn look(
     if endpoint.behaviour().role == Role::Active {
         drop(prober);
         evidence.held_back = false;
-        progress("waiting for access", "жду доступа");
+        progress(text::DoingWaitForAccess.fixed());
         return as_console(evidence, options, dial).await;
     }
     if matches!(endpoint, Endpoint::Serial { .. }) && evidence.quiet.frames.is_empty() {
         drop(prober);
-        progress("listening at other speeds", "слушаю на других скоростях");
+        progress(text::DoingListenAtSpeeds.fixed());
         listen_elsewhere(evidence, options, dial).await?;
         if evidence.speeds.iter().any(Speed::has_others) {
             // Frames at a wrong speed reach no device and disturb those of others.
@@ -113,7 +115,7 @@ async fn look(
         }
         prober = Prober::new(dial(&endpoint).await?, source);
     }
-    progress("probing", "вызываю ствол");
+    progress(text::DoingProbe.fixed());
     if endpoint.framing() == Framing::Records {
         look_at_records(evidence, options, &mut prober).await?;
         if !evidence.is_answered() {
@@ -125,7 +127,7 @@ async fn look(
     }
     probe(evidence, options, &mut prober).await?;
     if evidence.is_answered() {
-        progress("asking", "спрашиваю");
+        progress(text::DoingAsk.fixed());
         let check = if evidence.crc32c_only { Check::Crc32c } else { Check::Crc16 };
         evidence.exchange =
             Some(exchange(&mut prober, endpoint.addresses(), check, options).await?);
@@ -151,11 +153,11 @@ async fn look_elsewhere(
     evidence: &mut Evidence,
     options: &Options,
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
-    progress: &mut impl FnMut(&'static str, &'static str),
+    progress: &mut impl FnMut(Fixed),
 ) -> io::Result<()> {
     let endpoint = evidence.endpoint.clone();
     let Addresses { monitor, source } = endpoint.addresses();
-    progress("trying the other addresses", "пробую другие адреса");
+    progress(text::DoingAddresses.fixed());
     let addresses =
         ScanOptions { wait: options.probe_wait, tries: 1, crc32c: false, ..ScanOptions::default() };
     let found = scan(dial(&endpoint).await?, source, &addresses, |_| {}).await?;
@@ -168,7 +170,7 @@ async fn look_elsewhere(
         evidence.exchange =
             Some(exchange(&mut prober, endpoint.addresses(), Check::Crc16, options).await?);
     } else if evidence.others.is_empty() {
-        progress("trying other speeds", "пробую другие скорости");
+        progress(text::DoingSpeeds.fixed());
         speeds(evidence, options, dial).await?;
     }
     Ok(())

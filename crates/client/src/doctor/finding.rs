@@ -47,7 +47,10 @@ pub enum Finding {
         answers_at: Option<u32>,
     },
     /// Bytes outside frames, or frames with errors.
-    Noise,
+    Noise {
+        /// The monitor answers all the same.
+        answered: bool,
+    },
     /// Requests or answers are lost, and nothing else is received.
     Loss,
     /// Other devices transmit without being asked.
@@ -114,8 +117,8 @@ impl Finding {
     pub const fn severity(&self) -> Severity {
         match self {
             Self::Well | Self::Echo { told: true } => Severity::Good,
-            Self::Crc32cOnly | Self::Noise | Self::Loss | Self::NoEcho => Severity::Warning,
-            Self::Echo { told: false } => Severity::Warning,
+            Self::Crc32cOnly | Self::Loss | Self::NoEcho => Severity::Warning,
+            Self::Noise { answered: true } | Self::Echo { told: false } => Severity::Warning,
             _ => Severity::Fault,
         }
     }
@@ -129,7 +132,7 @@ impl Finding {
             Self::Echo { .. } => "echo",
             Self::NoEcho => "no-echo",
             Self::WrongSpeed { .. } => "wrong-speed",
-            Self::Noise => "noise",
+            Self::Noise { .. } => "noise",
             Self::Loss => "loss",
             Self::OtherSpeakers { .. } => "other-speakers",
             Self::OurAddressTaken => "our-address-taken",
@@ -197,7 +200,7 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
             Endpoint::Serial { .. } if frames_elsewhere(evidence).is_some() => {
                 Finding::WrongSpeed { answers_at: frames_elsewhere(evidence) }
             }
-            _ => Finding::Noise,
+            _ => Finding::Noise { answered: false },
         }
     } else {
         Finding::Nothing
@@ -266,7 +269,7 @@ fn quality(evidence: &Evidence, all: &mut Vec<Finding>) {
     let lost = exchange.answered < exchange.sent
         || !evidence.crc32c_only && evidence.answered < evidence.probes;
     if spoiled {
-        all.push(Finding::Noise);
+        all.push(Finding::Noise { answered: true });
     } else if lost {
         all.push(Finding::Loss);
     }

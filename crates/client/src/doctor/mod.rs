@@ -14,6 +14,8 @@ mod texts;
 pub use examine::{Options, examine};
 pub use finding::{Finding, Severity, findings};
 
+use std::io;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::error::Cause;
@@ -27,7 +29,7 @@ pub struct Evidence {
     /// The link.
     pub endpoint: Endpoint,
     /// Why it could not be opened, or was lost.
-    pub lost: Option<String>,
+    pub lost: Option<Arc<io::Error>>,
     /// Received before anything was sent.
     pub quiet: Heard,
     /// Duration of that time.

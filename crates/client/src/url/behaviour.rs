@@ -4,10 +4,10 @@ use std::fmt;
 use std::time::Duration;
 
 use lafet_proto::bus::CONTROLLER;
+use lafet_texts::client as text;
 
 use super::{Addresses, Options, Role, UrlError};
 use crate::session::CheckMode;
-use crate::url_error::{CHECKS, CONSOLE_ADDRESSES, LATES, ROLES};
 
 /// Behaviour of this side on a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,10 +28,15 @@ const ROLE_NAMES: &[(&str, Role)] = &[("direct", Role::Direct), ("active", Role:
 impl Behaviour {
     pub(super) fn read(options: &mut Options, addresses: Addresses) -> Result<Self, UrlError> {
         let check = options.check()?;
-        let role = options.one_of("role", ROLE_NAMES, ROLES)?.unwrap_or_default();
+        let role =
+            options.one_of("role", ROLE_NAMES, text::AllowedRole.fixed())?.unwrap_or_default();
         if role == Role::Active && addresses.source == CONTROLLER {
             let value = CONTROLLER.to_string();
-            return Err(UrlError::Value { key: "src".into(), value, allowed: CONSOLE_ADDRESSES });
+            return Err(UrlError::Value {
+                key: "src".into(),
+                value,
+                allowed: text::AllowedConsoleAddress.fixed(),
+            });
         }
         Ok(Self { check, role, late: options.late()? })
     }
@@ -53,13 +58,13 @@ const LATE_S_MAX: u64 = 60;
 
 impl Options {
     pub(super) fn late(&mut self) -> Result<Option<Duration>, UrlError> {
-        match self.number("late", u64::MAX, 0..=LATE_S_MAX, LATES)? {
+        match self.number("late", u64::MAX, 0..=LATE_S_MAX, text::AllowedLate.fixed())? {
             u64::MAX => Ok(None),
             seconds => Ok(Some(Duration::from_secs(seconds))),
         }
     }
 
     pub(super) fn check(&mut self) -> Result<CheckMode, UrlError> {
-        Ok(self.one_of("check", CHECK_NAMES, CHECKS)?.unwrap_or_default())
+        Ok(self.one_of("check", CHECK_NAMES, text::AllowedCheck.fixed())?.unwrap_or_default())
     }
 }

@@ -4,9 +4,9 @@ use std::fmt;
 use std::time::Duration;
 
 use lafet_proto::bus;
+use lafet_texts::{Fixed, client as text};
 
 use super::{Echo, Options, UrlError};
-use crate::url_error::{BAUDS, DELAYS, ECHOES, RS485, SHARED, SWITCH, WITH_RS485};
 
 /// The options of `serial:` URLs.
 pub const OPTIONS: [&str; 13] = [
@@ -73,12 +73,16 @@ pub struct Rs485 {
 impl SerialLine {
     pub(super) fn read(options: &mut Options) -> Result<Self, UrlError> {
         let default = Self::default();
-        let baud = options.number("baud", default.baud, 300..=4_000_000, BAUDS)?;
+        let baud =
+            options.number("baud", default.baud, 300..=4_000_000, text::AllowedBaud.fixed())?;
         let rs485 = Rs485::read(options)?;
-        let echo = options.one_of("echo", Echo::NAMES, ECHOES)?.unwrap_or_default();
+        let echo =
+            options.one_of("echo", Echo::NAMES, text::AllowedEcho.fixed())?.unwrap_or_default();
         let turnaround = options.delay("turnaround")?.unwrap_or(default.turnaround);
         let shared = &[("1", true), ("0", false)];
-        let shared = options.one_of("shared", shared, SHARED)?.unwrap_or(default.shared);
+        let shared = options
+            .one_of("shared", shared, text::AllowedShared.fixed())?
+            .unwrap_or(default.shared);
         Ok(Self { baud, rs485, echo, turnaround, shared })
     }
 
@@ -107,14 +111,17 @@ impl SerialLine {
 impl Rs485 {
     fn read(options: &mut Options) -> Result<Option<Self>, UrlError> {
         let modes = &[("off", None), ("rts", Some(false)), ("rts-low", Some(true))];
-        let Some(low) = options.one_of("rs485", modes, RS485)?.flatten() else {
+        let Some(low) = options.one_of("rs485", modes, text::AllowedRs485.fixed())?.flatten()
+        else {
             let stray = ["rts_before", "rts_after", "terminate"];
             let stray = stray.into_iter().find_map(|key| Some((key, options.take(key)?)));
             return match stray {
                 None => Ok(None),
-                Some((key, value)) => {
-                    Err(UrlError::Value { key: key.into(), value, allowed: WITH_RS485 })
-                }
+                Some((key, value)) => Err(UrlError::Value {
+                    key: key.into(),
+                    value,
+                    allowed: text::AllowedWithRs485.fixed(),
+                }),
             };
         };
         let switch = &[("on", true), ("off", false)];
@@ -122,7 +129,9 @@ impl Rs485 {
             low,
             before: options.delay("rts_before")?.unwrap_or_default(),
             after: options.delay("rts_after")?.unwrap_or_default(),
-            terminate: options.one_of("terminate", switch, SWITCH)?.unwrap_or(false),
+            terminate: options
+                .one_of("terminate", switch, text::AllowedSwitch.fixed())?
+                .unwrap_or(false),
         }))
     }
 }
@@ -137,7 +146,7 @@ impl Options {
         &mut self,
         key: &str,
         names: &[(&str, T)],
-        allowed: &'static str,
+        allowed: Fixed,
     ) -> Result<Option<T>, UrlError> {
         let Some(value) = self.take(key) else { return Ok(None) };
         match names.iter().find(|(name, _)| *name == value) {
@@ -150,7 +159,9 @@ impl Options {
         let Some(value) = self.take(key) else { return Ok(None) };
         match value.parse() {
             Ok(ms @ 0..=DELAY_MS_MAX) => Ok(Some(Duration::from_millis(ms))),
-            _ => Err(UrlError::Value { key: key.into(), value, allowed: DELAYS }),
+            _ => {
+                Err(UrlError::Value { key: key.into(), value, allowed: text::AllowedDelay.fixed() })
+            }
         }
     }
 }

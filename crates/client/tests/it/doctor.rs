@@ -1,8 +1,10 @@
 //! The doctor on lines with one fault each, and the scan, on virtual time.
 
 use std::io;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::task::{Context, Poll};
 use std::time::Duration;
 
 use crate::fake::answer;
@@ -10,10 +12,10 @@ use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findin
 use lafet_client::scan::{ScanOptions, scan};
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
-use lafet_client::{Endpoint, Lang};
+use lafet_client::{Endpoint, Lang, PortError};
 use lafet_proto::bus::CONTROLLER;
 use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::time::{Instant, sleep, sleep_until};
 
 /// A line, and what is on it.
@@ -167,7 +169,7 @@ async fn evidence(url: &str, plant: &Plant) -> Evidence {
     let endpoint: Endpoint = url.parse().unwrap();
     let dial = async |at: &Endpoint| Ok(plant.link(at));
     let options = Options { insist: true, ..Options::of(&endpoint) };
-    examine(&endpoint, &options, dial, |_, _| {}).await
+    examine(&endpoint, &options, dial, |_| {}).await
 }
 
 /// What the doctor finds; every text is there in both languages.
@@ -225,14 +227,66 @@ async fn a_wrong_speed() {
     assert_eq!(found(TCP, &server).await, wrong(None));
 }
 
+/// Bytes that come faster than they are read, without a pause.
+struct Babble(u32);
+
+impl AsyncRead for Babble {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        _: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        self.0 += 1;
+        assert!(self.0 < 1_000_000, "it is read without an end");
+        while buffer.remaining() > 1 {
+            buffer.put_slice(&[0xFF, 0xC0]);
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+impl AsyncWrite for Babble {
+    fn poll_write(
+        self: Pin<&mut Self>,
+        _: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        Poll::Ready(Ok(bytes.len()))
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+}
+
+/// In real time: a line that is never quiet leaves virtual time no moment to pass.
+#[tokio::test]
+async fn a_line_that_is_never_quiet_is_examined_to_the_end() {
+    let ms = Duration::from_millis;
+    for url in [SERIAL, TCP] {
+        let endpoint: Endpoint = url.parse().unwrap();
+        let (quiet, wait, probe_wait) = (ms(20), ms(2), ms(1));
+        let options = Options { quiet, wait, probe_wait, ..Options::of(&endpoint) };
+        let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(Babble(0))));
+        let evidence = examine(&endpoint, &options, dial, |_| {}).await;
+        assert_eq!(findings(&evidence), [Finding::Noise { answered: false }], "{url}");
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn noise_and_loss() {
     let hum = Plant { hum: &[0x13, 0x80, 0xE7], ..monitors(&[5]) };
-    assert_eq!(found(SERIAL, &hum).await, [Finding::Noise]);
+    assert_eq!(found(SERIAL, &hum).await, [Finding::Noise { answered: true }]);
     let hum_alone = Plant { hum: &[0x13, 0x80, 0xE7], ..Plant::default() };
-    assert_eq!(found(SERIAL, &hum_alone).await, [Finding::Noise]);
+    let silent = found(SERIAL, &hum_alone).await;
+    assert_eq!(silent, [Finding::Noise { answered: false }]);
+    assert_eq!(silent[0].severity(), Severity::Fault, "no script may take it for a good line");
     let spoiled = Plant { spoil: 7, ..monitors(&[5]) };
-    assert_eq!(found(SERIAL, &spoiled).await, [Finding::Noise]);
+    assert_eq!(found(SERIAL, &spoiled).await, [Finding::Noise { answered: true }]);
     let lost = Plant { lose: 7, ..monitors(&[5]) };
     assert_eq!(found(SERIAL, &lost).await, [Finding::Loss]);
 }
@@ -267,7 +321,7 @@ async fn nobody_is_disturbed() {
     let plant = Plant { chatter: &[(CONTROLLER, 130)], ..monitors(&[5]) };
     let endpoint: Endpoint = SERIAL.parse().unwrap();
     let dial = async |at: &Endpoint| Ok(plant.link(at));
-    let seen = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    let seen = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
     assert_eq!((seen.probes, seen.held_back), (0, true));
     assert_eq!(findings(&seen), [Finding::OtherSpeakers { addresses: vec![CONTROLLER] }]);
     let listen = Duration::from_secs(1);
@@ -303,11 +357,20 @@ async fn links_of_another_kind() {
 async fn no_link() {
     let endpoint: Endpoint = TCP.parse().unwrap();
     let dial = async |_: &Endpoint| Err(io::ErrorKind::ConnectionRefused.into());
-    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_, _| {}).await;
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
     let all = findings(&evidence);
     assert_eq!(all, [Finding::NoLink]);
     assert_eq!(all[0].severity(), Severity::Fault);
     assert!(all[0].seen(&evidence, Lang::En).contains("refused"));
+    assert!(all[0].seen(&evidence, Lang::Ru).contains("в соединении отказано"));
+    // What a port says has its own full stop.
+    let missing = || PortError::Missing { path: "/dev/nope".into() };
+    let dial = async |_: &Endpoint| Err(missing().into());
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
+    for lang in [Lang::En, Lang::Ru] {
+        let seen = Finding::NoLink.seen(&evidence, lang);
+        assert!(seen.contains(&missing().localized(lang)) && !seen.contains(".."), "{seen}");
+    }
 }
 
 #[tokio::test(start_paused = true)]
@@ -364,7 +427,7 @@ async fn a_scan_holds_back_from_what_it_cannot_read() {
 async fn answers_that_are_none() {
     let odd: [&[u8]; 5] = [
         &[],
-        // Cut short, of another subsystem, refused with a status that nobody knows, without data.
+        // Cut short, of another subsystem, refused with an unknown status, without data.
         &[0xD4, 0x5D, 0, 10, 1, 2],
         &[0xD4, 0xA6, 0, 0],
         &[0xD4, 0xC2, 0xC8, 0],

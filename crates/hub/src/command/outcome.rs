@@ -141,22 +141,25 @@ impl Answered {
     fn new(to: SubsystemId, answer: &AnswerBuf) -> Self {
         let status = answer.status();
         let texts = match dictionary::status(status) {
-            Some(texts) if status.is_success() => Some((texts.meaning, texts.remedy)),
+            Some(texts) if status.is_success() => {
+                Some((Both::from(texts.meaning), Both::from(texts.remedy)))
+            }
             _ if status.is_success() => None,
             _ => {
                 let Reason { why, remedy, .. } =
                     reason(answer.request(), to, status, answer.from());
-                Some((why, remedy))
+                Some((why.into(), remedy.into()))
             }
         };
+        let (meaning, remedy) = texts.unzip();
         Self {
             from: answer.from().to_string(),
             status: status.to_string(),
             code: status.0,
             success: status.is_success(),
             text: answer_text(answer),
-            meaning: texts.map(|(meaning, _)| meaning.into()),
-            remedy: texts.map(|(_, remedy)| remedy.into()),
+            meaning,
+            remedy,
             values: values(answer),
         }
     }

@@ -149,6 +149,8 @@ pub mod teach;
 #[cfg(feature = "client")]
 pub mod transport;
 #[cfg(feature = "client")]
+pub mod tune;
+#[cfg(feature = "client")]
 mod turn;
 #[cfg(feature = "client")]
 pub mod url;

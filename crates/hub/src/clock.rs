@@ -6,18 +6,24 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use lafet_texts::{Text as _, hub as text};
 use tokio::time::Instant;
 
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
 use crate::sync::lock;
-use crate::text::both;
+use crate::text::Decimal;
 
 /// A difference between date and steady time that changes by this within a second is a step; what
 /// a time server slews is less.
 const STEP_MS: u64 = 2000;
+
+/// A steady time in whole milliseconds.
+pub fn ms(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+}
 
 /// Where the time comes from.
 #[derive(Clone, Debug, Default)]
@@ -113,10 +119,7 @@ impl Hub {
     pub fn look_at_clock(&self, steps: &mut Steps) {
         let Some(by_ms) = steps.look(self.clock()) else { return };
         let by_s = format!("{:.1}", by_ms as f64 / 1000.0);
-        let text = both(
-            format!("The clock was changed by {by_s} s, or the machine was asleep."),
-            format!("Часы переведены на {} с, либо машина спала.", by_s.replace('.', ",")),
-        );
+        let text = text::ClockStepped { by_s: Decimal(&by_s) }.words();
         let record = self.record(&Caller::hub(), "", "clock step", "Ok");
         drop(self.audit().note(record.about(&Act::ClockStep { by_ms })));
         self.event(None, &text);

@@ -1,8 +1,12 @@
 //! Why the API does not do something: a class, a code for programs, a text for people.
 
+use std::time::Duration;
+
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use lafet_client::refusal::Flags;
 use lafet_client::{Answers, Error};
+use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -10,7 +14,7 @@ use crate::access::{AccessError, Role, Standing};
 use crate::command::outcome::{Answered, answered};
 use crate::control::authority::{Refusal, Seat};
 use crate::store::StoreError;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Characters of a client's own text that an answer repeats.
 const SHOWN_MAX: usize = 64;
@@ -130,40 +134,27 @@ impl ApiError {
     /// There is no monitor of this id.
     pub fn no_monitor(id: &str) -> Self {
         let id = shown(id);
-        let text = both(format!("There is no monitor {id}."), format!("Ствола {id} нет."));
+        let text = text::NoMonitor { id }.words();
         Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
     }
 
     /// 404: no zones are configured.
     pub fn no_zones() -> Self {
-        let text = both(
-            "No zones are configured. See docs/installation.md.",
-            "Зоны не настроены. См. docs/installation.ru.md.",
-        );
+        let text = text::NoZones.words();
         Self::new(StatusCode::NOT_FOUND, "no_zones", text)
     }
 
     /// 404: there is no detector of this id.
     pub fn no_detector(id: &str) -> Self {
         let id = shown(id);
-        let text = both(
-            format!("There is no detector {id}. Add it to the configuration, or correct the name."),
-            format!("Извещателя {id} нет. Добавьте его в конфигурацию или исправьте имя."),
-        );
+        let text = text::NoDetector { id }.words();
         Self::new(StatusCode::NOT_FOUND, "no_detector", text)
     }
 
     /// 409: a detector on a bus reports itself.
     pub fn detector_on_bus(id: &str, bus: &str) -> Self {
         let (id, bus) = (shown(id), shown(bus));
-        let text = both(
-            format!(
-                "Detector {id} is read on the bus {bus}. Remove `source` from hub.toml to report it here."
-            ),
-            format!(
-                "Извещатель {id} читается по линии {bus}. Чтобы сообщать о нём здесь, удалите `source` в hub.toml."
-            ),
-        );
+        let text = text::DetectorOnBus { id, bus }.words();
         Self::new(StatusCode::CONFLICT, "detector_on_bus", text)
     }
 
@@ -173,51 +164,38 @@ impl ApiError {
             lafet_site::Refusal::Unknown => StatusCode::NOT_FOUND,
             _ => StatusCode::CONFLICT,
         };
-        Self::new(status, "zone_refused", why.text().into())
+        Self::new(status, "zone_refused", why.text())
     }
 
     /// 409: an order that was withdrawn before it was sent.
     pub fn void() -> Self {
-        let text =
-            both("The order was withdrawn before it was sent.", "Команда отозвана до отправки.");
+        let text = text::OrderVoid.words();
         Self::new(StatusCode::CONFLICT, "void", text)
     }
 
     /// 400: the id has to be repeated.
     pub fn confirm_needed(id: &str) -> Self {
         let id = shown(id);
-        let text = both(
-            format!("This needs \"confirm\": \"{id}\", so that it is not done by mistake."),
-            format!("Нужно \"confirm\": \"{id}\", чтобы это не сделали по ошибке."),
-        );
+        let text = text::ConfirmNeeded { id }.words();
         Self::new(StatusCode::BAD_REQUEST, "confirm_needed", text)
     }
 
     /// 404: no such resource.
     pub fn not_found() -> Self {
-        let text = both(
-            "There is nothing here. See /api/openapi.json.",
-            "Здесь ничего нет. См. /api/openapi.json.",
-        );
+        let text = text::NothingHere.words();
         Self::new(StatusCode::NOT_FOUND, "not_found", text)
     }
 
     /// The role does not suffice.
     pub fn role(needs: Role) -> Self {
-        let text = both(
-            format!("This needs the role {}.", needs.text().en),
-            format!("Нужна роль «{}».", needs.text().ru),
-        );
+        let text = text::RoleNeeded { role: needs.text() }.words();
         Self::new(StatusCode::FORBIDDEN, "role", text)
             .with(Details { needs: Some(needs.name()), ..Details::default() })
     }
 
     /// The session was ended, not by its own user.
     pub fn ended() -> Self {
-        let text = both(
-            "This session was ended: only Stop still works, for ten minutes. Log in.",
-            "Сеанс завершён: ещё десять минут работает только «Стоп». Войдите снова.",
-        );
+        let text = text::SessionEnded.words();
         Self::new(StatusCode::UNAUTHORIZED, "login_needed", text)
     }
 
@@ -226,10 +204,7 @@ impl ApiError {
         let wait_ms = u64::try_from(wait.as_millis()).unwrap_or(u64::MAX).max(1);
         // People count seconds.
         let wait_s = wait_ms.div_ceil(1000);
-        let text = both(
-            format!("Too fast. Try again in {wait_s} s."),
-            format!("Слишком часто. Повторите через {wait_s} с."),
-        );
+        let text = text::TooFast { wait_s }.words();
         let details = Details { retry_after_ms: Some(wait_ms), ..Details::default() };
         Self::new(StatusCode::TOO_MANY_REQUESTS, "slow_down", text).with(details)
     }
@@ -238,10 +213,7 @@ impl ApiError {
     pub fn authority(monitor: &str, refusal: Refusal) -> Self {
         let held = |seat: Seat, code| {
             let user = &seat.user;
-            let text = both(
-                format!("{monitor} is held by {user}. Request control, or wait."),
-                format!("{monitor} управляет {user}. Запросите управление или подождите."),
-            );
+            let text = text::ControlHeld { monitor, user }.words();
             let details = Details { holder: Some(Some(seat)), ..Details::default() };
             Self::new(StatusCode::CONFLICT, code, text).with(details)
         };
@@ -249,39 +221,36 @@ impl ApiError {
             Refusal::Held(seat) => held(seat, "held"),
             Refusal::NotHolder(Some(seat)) => held(seat, "no_authority"),
             Refusal::NotHolder(None) => {
-                let text = both(
-                    format!("No client holds {monitor}. Take control first."),
-                    format!("{monitor} никем не управляется. Сначала возьмите управление."),
-                );
+                let text = text::ControlFree { monitor }.words();
                 let details = Details { holder: Some(None), ..Details::default() };
                 Self::new(StatusCode::CONFLICT, "no_authority", text).with(details)
             }
             Refusal::NoRequest => {
-                let text = both("No client asks for control.", "Никто не запрашивает управление.");
+                let text = text::ControlNotAsked.words();
                 Self::new(StatusCode::CONFLICT, "no_request", text)
             }
-            Refusal::NoReason => Self::bad_request(both(
-                "Taking over by force needs a reason, 5 characters or more.",
-                "Для принудительного захвата нужна причина, не короче 5 знаков.",
-            )),
+            Refusal::NoReason => Self::bad_request(text::ForceNeedsReason.words()),
         }
     }
 
-    /// 422: the monitor refuses.
-    pub fn refused(answers: &Answers) -> Self {
+    /// 422: the monitor refuses; its flags show why.
+    pub fn refused(answers: &Answers, flags: Flags<'_>) -> Self {
         let refusal = answers.clone().accepted().err();
-        let text = refusal.as_ref().map(Both::of_error).unwrap_or_default();
-        let details = Details { answers: Some(answered(answers)), ..Details::default() };
+        let text = refusal.map(|refusal| refusal.explained(flags).words()).unwrap_or_default();
+        let details = Details { answers: Some(answered(answers, flags)), ..Details::default() };
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text).with(details)
     }
 
     /// There is no connection to a monitor yet.
     pub fn not_connected(monitor: &str) -> Self {
-        let text = both(
-            format!("There is no connection to {monitor}. Nothing was sent."),
-            format!("Нет соединения с {monitor}. Ничего не отправлено."),
-        );
+        let text = text::NotConnected { monitor }.words();
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "not_connected", text)
+    }
+
+    /// 502: what was asked of a monitor was not answered in the time that a client waits.
+    pub fn no_answer_within(monitor: &str, waited: Duration) -> Self {
+        let text = text::NoAnswerWithin { monitor, seconds: waited.as_secs() }.words();
+        Self::new(StatusCode::BAD_GATEWAY, "no_answer", text)
     }
 
     /// The body of the HTTP response.
@@ -303,26 +272,17 @@ impl From<&Error> for ApiError {
             Error::Refused { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "refused"),
             _ => (StatusCode::BAD_REQUEST, "bad_request"),
         };
-        Self::new(status, code, Both::of_error(error))
+        Self::new(status, code, error.words())
     }
 }
 
 impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
         let text = match &error {
-            StoreError::Away => both(
-                "PostgreSQL, which has the history, does not answer. Check that server.",
-                "PostgreSQL, где хранится история, не отвечает. Проверьте этот сервер.",
-            ),
+            StoreError::Away => text::PostgresAway.words(),
             #[cfg(feature = "postgres")]
-            StoreError::Postgres(_) => both(
-                format!("PostgreSQL, which has the history: {error}. Check that server."),
-                format!("PostgreSQL, где хранится история: {error}. Проверьте этот сервер."),
-            ),
-            _ => both(
-                format!("The hub's storage does not work: {error}. Check the disk."),
-                format!("Хранилище не работает: {error}. Проверьте диск."),
-            ),
+            StoreError::Postgres(_) => text::PostgresFailed { error: Shown(error) }.words(),
+            _ => text::StorageFailed { error: Shown(error) }.words(),
         };
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "storage", text)
     }
@@ -331,22 +291,12 @@ impl From<StoreError> for ApiError {
 impl From<AccessError> for ApiError {
     fn from(error: AccessError) -> Self {
         match error {
-            AccessError::Wrong => Self::new(
-                StatusCode::UNAUTHORIZED,
-                "login_failed",
-                both(
-                    "Wrong user, password or link. Each failure makes the next try wait longer.",
-                    "Неверный пользователь, пароль или ссылка. С каждой ошибкой ждать дольше.",
-                ),
-            ),
-            AccessError::Conflict => Self::new(
-                StatusCode::CONFLICT,
-                "held",
-                both(
-                    "There is one of this name already, or it is the last administrator.",
-                    "Такой уже есть, либо это последний администратор.",
-                ),
-            ),
+            AccessError::Wrong => {
+                Self::new(StatusCode::UNAUTHORIZED, "login_failed", text::LoginFailed.words())
+            }
+            AccessError::Conflict => {
+                Self::new(StatusCode::CONFLICT, "held", text::AccessConflict.words())
+            }
             AccessError::Missing => Self::not_found(),
             AccessError::Name(what) => Self::bad_request(what).of("user"),
             AccessError::Weak(what) => Self::bad_request(what).of("password"),

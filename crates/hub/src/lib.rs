@@ -42,7 +42,7 @@ mod zones;
 pub use api::{description, messages};
 pub use clock::{Clock, ManualTime};
 pub use config::{
-    Config, MonitorConfig, Overrides, Problem, RecordingConfig, TlsConfig, ZonesConfig,
+    Config, MonitorConfig, Overrides, Problem, RecordingConfig, Station, TlsConfig, ZonesConfig,
 };
 pub use error::ApiError;
 pub use hub::Hub;

@@ -1,55 +1,21 @@
-//! A text for people, in both languages.
+//! What the hub says to people: the texts are in `catalogues/LANGUAGE/hub.ftl` of `lafet-texts`.
 
-use lafet_client::Lang;
-use lafet_proto::dictionary::Text;
-use lafet_texts::{Fixed, Words};
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use std::fmt;
 
-/// A text in English and Russian.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Both {
-    /// English.
-    pub en: String,
-    /// Russian.
-    pub ru: String,
-}
+pub use lafet_texts::Words as Both;
+use lafet_texts::{Argument, Lang};
 
-/// A text in both languages.
+/// Words that are in no catalogue.
 pub fn both(en: impl Into<String>, ru: impl Into<String>) -> Both {
     Both { en: en.into(), ru: ru.into() }
 }
 
-impl Both {
-    /// The text in a language.
-    pub fn of(&self, lang: Lang) -> &str {
-        match lang {
-            Lang::En => &self.en,
-            Lang::Ru => &self.ru,
-        }
-    }
+/// A number with the decimal mark of the language.
+#[derive(Clone, Copy, Debug)]
+pub struct Decimal<'a>(pub &'a str);
 
-    /// What an error of the client says.
-    pub fn of_error(error: &lafet_client::Error) -> Self {
-        both(error.localized(Lang::En), error.localized(Lang::Ru))
-    }
-}
-
-impl From<Words> for Both {
-    fn from(Words { en, ru }: Words) -> Self {
-        Self { en, ru }
-    }
-}
-
-impl From<Fixed> for Both {
-    fn from(text: Fixed) -> Self {
-        both(text.en, text.ru)
-    }
-}
-
-impl From<Text> for Both {
-    fn from(text: Text) -> Self {
-        both(text.en, text.ru)
+impl Argument for Decimal<'_> {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        out.write_str(&self.0.replace('.', lafet_texts::decimal_mark(lang)))
     }
 }

@@ -102,7 +102,7 @@ async fn downloads_are_read_as_they_are_taken() {
         stream
     };
     let (above, mut downloads) = most_above(async {
-        // As many as one user has turns for, of each user; nobody reads on.
+        // As many as one user has turns for, of each user; no client reads on.
         join_all((0..4).flat_map(|_| tokens.iter().map(&begin))).await
     })
     .await;
@@ -140,7 +140,7 @@ async fn one_file_is_sent_at_a_time() {
         let all = std::fs::read_dir(&folder.0).unwrap();
         all.filter_map(Result::ok).count()
     };
-    support::until("the first one has begun", || parts() == 1).await;
+    support::until("the first one has started", || parts() == 1).await;
     let second = async || site.post(&token, "/api/recordings/upload", json!("no recording")).await;
     let refused = second().await;
     assert_eq!((refused.status, refused.code()), (429, "slow_down"), "{refused:?}");

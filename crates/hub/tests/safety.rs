@@ -13,7 +13,7 @@ const HORIZONTAL: usize = 1;
 const SECOND: Duration = Duration::from_secs(1);
 /// Watchdog, a poll of the answer and a step of the simulation.
 const STOPS_WITHIN: Duration = Duration::from_millis(700);
-/// So often is measured how quickly something stands. The quickest counts: a pause of the machine is in
+/// So often is measured how quickly a drive stops. The quickest counts: a pause of the machine is in
 /// one of them, not in all.
 const MEASURED: usize = 3;
 
@@ -78,9 +78,9 @@ async fn stop_of_an_observer_ends_what_somebody_else_holds() {
         let began = tokio::time::Instant::now();
         let reply = site.post(&observer, "/api/monitors/M1/stop", json!({})).await;
         assert_eq!(reply.status, 200, "{reply:?}");
-        until("it stands", || site.bus.commanded(0, VERTICAL) == 0).await;
+        until("it is at rest", || site.bus.commanded(0, VERTICAL) == 0).await;
         quickest = quickest.min(began.elapsed());
-        // Who still holds the key has to let go first.
+        // A user who still holds the key has to release it first.
         hold(&mut operator, "Vertical", "max", SECOND / 2).await;
         assert_eq!(site.bus.commanded(0, VERTICAL), 0);
         operator.send(json!({ "type": "jog_end", "monitor": "M1", "drive": "Vertical" })).await;
@@ -117,7 +117,7 @@ async fn a_holder_who_is_lost_is_released_and_its_motion_stopped() {
     drop(holder);
     let free = other.next_where(|it| it["set"]["monitors/M1/authority"]["state"] == "free").await;
     assert!(free["now_ms"].is_u64());
-    until("it stands", || site.bus.commanded(0, HORIZONTAL) == 0).await;
+    until("it is at rest", || site.bus.commanded(0, HORIZONTAL) == 0).await;
     assert!(site.bus.position(0, HORIZONTAL) < 9_000.0);
     assert!(other.authority("M1", "take").await["error"].is_null());
 }
@@ -153,7 +153,7 @@ async fn a_take_over_by_force_stops_what_the_other_holds_and_tells_why() {
     second.authority("M1", "force").await;
     let lost = first.next_of("authority_lost").await;
     assert_eq!((&lost["how"], &lost["reason"]), (&json!("forced"), &json!("for the test")));
-    until("it stands", || site.bus.commanded(0, VERTICAL) == 0).await;
+    until("it is at rest", || site.bus.commanded(0, VERTICAL) == 0).await;
     assert_eq!(first.authority("M1", "force").await["error"]["code"], "role");
 }
 
@@ -194,6 +194,9 @@ async fn stop_reaches_every_monitor_and_lockout_closes() {
     operator.ask(json!({ "type": "lockout" })).await;
     let open = |monitor: usize| site.bus.lock()[monitor].world().valves[0].opening;
     until("both close", || open(0) < 0.01 && open(1) < 0.01).await;
+    // A refusal is explained by the state that was read last.
+    let status = || site.hub.station("M1").unwrap().status();
+    until("it is read", || status().is_set(lafet_proto::SubsystemId::GENERAL, "LockedOut")).await;
     let asked = json!({ "type": "request", "monitor": "M1", "request": "Move Horizontal 0" });
     let refused = operator.ask(asked).await["error"].take();
     assert_eq!(refused["code"], "refused");
@@ -261,7 +264,7 @@ async fn silent_neighbours_cost_the_living_nothing() {
         let toward = if silent { "min" } else { "max" };
         let from = site.bus.position(0, HORIZONTAL);
         hold(&mut operator, "Horizontal", toward, 5 * SECOND / 2).await;
-        until("it stands", || site.bus.commanded(0, HORIZONTAL) == 0).await;
+        until("it is at rest", || site.bus.commanded(0, HORIZONTAL) == 0).await;
         operator.next_where(|it| it["type"] == "jog" && it["state"] == "ended").await;
         let way = (site.bus.position(0, HORIZONTAL) - from).abs();
         assert!(way >= 0.9 * moved_arcmin, "{way}\u{2032} by hand, {moved_arcmin}\u{2032} before");

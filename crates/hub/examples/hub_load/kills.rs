@@ -19,7 +19,7 @@ const CLIENTS: usize = 4;
 /// It is killed so long after its start at the latest, ms.
 const LATEST_MS: u64 = 1500;
 
-/// Numbers of entries that answers have told.
+/// Numbers of entries that answers have reported.
 type Told = Arc<Mutex<BTreeSet<u64>>>;
 
 /// Kills it so many times; what came of it.
@@ -48,7 +48,7 @@ pub async fn run(lafet: &Path, config: &Path, kills: usize) -> Fallible<String> 
     let whole = verified["ok"] == true;
     let chain = if whole { "whole" } else { "broken" };
     let text = format!(
-        "kill -9, {kills} times: {missing} of {} entries that were told are missing, chain {chain}",
+        "kill -9, {kills} times: {missing} of {} entries that were reported are missing, chain {chain}",
         told.len()
     );
     if whole && missing == 0 && !told.is_empty() { Ok(text) } else { Err(text.into()) }

@@ -20,7 +20,7 @@ mod trouble;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What goes wrong is told, and ends the program.
+/// What goes wrong is reported, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
 const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--quick|KIND], hub_load bench PROGRAM FOLDER";
@@ -54,7 +54,7 @@ fn main() -> ExitCode {
         ["bench", lafet, folder] => runtime.block_on(bench::run(lafet.into(), folder.into())),
         _ => Err(USAGE.into()),
     };
-    // Connections that are left are of no use to anybody.
+    // Connections that are left are of no use.
     runtime.shutdown_background();
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,4 +1,4 @@
-//! Those who go on with their work during a flood: a process of their own, which waits for nobody
+//! Those who go on with their work during a flood: a process of their own, which waits for nothing
 //! but the hub and the system.
 
 use std::io::{BufRead, BufReader, Lines, Write};
@@ -24,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub struct Others {
     child: Child,
     input: ChildStdin,
-    /// `None` while somebody waits for a line of it.
+    /// `None` while a line of it is waited for.
     output: Option<Lines<BufReader<ChildStdout>>>,
 }
 

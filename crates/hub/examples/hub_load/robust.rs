@@ -67,7 +67,7 @@ struct Operator {
     socket: Socket,
     toward: i32,
     sent: u64,
-    /// Numbers of entries that answers have told.
+    /// Numbers of entries that answers have reported.
     told: BTreeSet<u64>,
     /// Answers that came before their entry was on the disk.
     untold: u64,
@@ -185,7 +185,7 @@ async fn part(
     Ok(Part { name, stops: Figures::new(stops), polls: Figures::new(late.collect()), cpu_percent })
 }
 
-/// Every Stop has its entry, every number that was told is in the log, and the chain holds.
+/// Every Stop has its entry, every number that was reported is in the log, and the chain holds.
 async fn audit(place: &str, operator: &Operator) -> Fallible<String> {
     let began = Instant::now();
     // A Stop's effect is noted 2 s after it.

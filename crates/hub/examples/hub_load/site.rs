@@ -50,7 +50,7 @@ impl Site {
                     places: Arc::new(places.collect()),
                     monitors: Arc::new(monitors.collect()),
                 };
-                ready.send(site.clone()).expect("somebody waits");
+                ready.send(site.clone()).expect("a waiter");
                 for (number, listener) in listeners.into_iter().enumerate() {
                     tokio::spawn(site.clone().listen(number, listener));
                 }

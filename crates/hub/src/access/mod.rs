@@ -12,10 +12,11 @@ mod throttle;
 mod turns;
 mod users;
 
+use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::text::{Both, both};
+use crate::text::Both;
 pub use keys::secret;
 pub use known::Entry;
 pub use rules::{Need, need};
@@ -62,10 +63,10 @@ impl Role {
     /// The name for people.
     pub fn text(self) -> Both {
         match self {
-            Self::Observer => both("observer", "наблюдатель"),
-            Self::Operator => both("operator", "оператор"),
-            Self::Engineer => both("engineer", "инженер"),
-            Self::Administrator => both("administrator", "администратор"),
+            Self::Observer => text::RoleObserver.words(),
+            Self::Operator => text::RoleOperator.words(),
+            Self::Engineer => text::RoleEngineer.words(),
+            Self::Administrator => text::RoleAdministrator.words(),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Names of users and tokens that cannot be mistaken for one another.
 
+use lafet_texts::{Text as _, hub as text};
 use unicode_security::{GeneralSecurityProfile, MixedScript, skeleton};
 
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Longest name, characters.
 const NAME_MAX: usize = 64;
@@ -16,38 +17,28 @@ pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Opti
     let fine = |c: char| c.identifier_allowed() || " .-_@+'".contains(c);
     let length = name.chars().count();
     if !(1..=NAME_MAX).contains(&length) || name.trim() != name || name.contains("  ") {
-        return Some(both(
-            "A name has 1…64 characters, without spaces at its ends.",
-            "Имя — 1…64 знака, без пробелов по краям.",
-        ));
+        return Some(text::NameLength.words());
     }
     if !name.chars().all(fine) {
-        return Some(both(
-            "A name has letters, digits, spaces and . - _ @ + ' only.",
-            "В имени допустимы буквы, цифры, пробелы и . - _ @ + '.",
-        ));
+        return Some(text::NameCharacters.words());
     }
     if !name.split(|c: char| !c.is_alphanumeric()).all(MixedScript::is_single_script) {
-        return Some(both(
-            "A word of a name has letters of one alphabet: Latin and Cyrillic ones look alike.",
-            "Слово в имени — из букв одного алфавита: латинские и кириллические похожи.",
-        ));
+        return Some(text::NameAlphabets.words());
     }
-    let looks = looks_of(name);
-    let device = looks.split(' ').next() == Some(&looks_of(DEVICES));
-    if device || RESERVED.iter().any(|it| looks_of(it) == looks) {
-        return Some(both("This name is the hub's own.", "Это имя занято самим сервером объекта."));
+    let first = name.split(' ').next().unwrap_or_default();
+    if are_alike(first, DEVICES) || RESERVED.iter().any(|it| are_alike(it, name)) {
+        return Some(text::NameOfHub.words());
     }
-    let other = taken.into_iter().find(|it| *it != name && looks_of(it) == looks)?;
-    Some(both(
-        format!("This name looks like “{other}”, which there is already."),
-        format!("Это имя похоже на «{other}», которое уже есть."),
-    ))
+    let other = taken.into_iter().find(|it| *it != name && are_alike(it, name))?;
+    Some(text::NameAlike { other }.words())
 }
 
-/// Names that look alike have the same.
-fn looks_of(name: &str) -> String {
-    skeleton(&name.to_lowercase()).collect()
+/// Whether names look alike, in any case of their letters. The capital I looks like 1 and l and the
+/// small one does not, so names are compared before and after their letters are made small.
+fn are_alike(one: &str, other: &str) -> bool {
+    let looks = |name: &str| skeleton(&name.to_lowercase()).collect::<String>();
+    let as_written = |name: &str| looks(&skeleton(name).collect::<String>());
+    looks(one) == looks(other) || as_written(one) == as_written(other)
 }
 
 #[cfg(test)]
@@ -78,7 +69,13 @@ mod tests {
         }
         // All of it Cyrillic, and looks like a Latin name.
         assert!(problem("\u{441}\u{43e}\u{441}\u{43e}", ["coco"]).is_some());
-        assert!(problem("Root", ["root"]).is_some());
+        for (one, other) in
+            [("Root", "root"), ("Il1", "l1l"), ("Ivan", "ivan"), ("o0o", "00O"), ("rn1", "Ml")]
+        {
+            assert!(problem(one, [other]).is_some(), "{one} {other}");
+            assert!(problem(other, [one]).is_some(), "{other} {one}");
+        }
+        assert!(problem("a  b", []).is_some());
         assert_eq!(problem("root", ["root"]), None, "the same name is another matter");
     }
 }

@@ -1,9 +1,10 @@
 //! Passwords that are not guessed within the tries that the hub allows.
 
+use lafet_texts::{Text as _, hub as text};
 use zxcvbn::{Score, zxcvbn};
 
 use super::users::AccessError;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Shortest password, characters.
 pub const PASSWORD_MIN: usize = 10;
@@ -38,16 +39,11 @@ fn on_keyboard(letter: char) -> char {
 }
 
 fn short() -> Both {
-    both("A password has 10 characters or more.", "Пароль — не короче 10 знаков.")
+    text::PasswordShort.words()
 }
 
 fn guessed() -> Both {
-    both(
-        "This password is guessed easily. Take three or four words that have nothing to do with each \
-         other, or a longer one; no rows of keys, repetitions, dates or names.",
-        "Такой пароль легко подобрать. Возьмите три-четыре не связанных слова или пароль длиннее; без \
-         рядов клавиш, повторов, дат и имён.",
-    )
+    text::PasswordGuessed.words()
 }
 
 #[cfg(test)]

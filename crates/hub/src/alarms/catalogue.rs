@@ -3,9 +3,10 @@
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{FlagInfo, Severity};
+use lafet_texts::{Text, hub as text};
 
 use super::alarm::Priority;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// The texts of an alarm.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,7 +25,6 @@ pub struct Texts {
 
 /// The texts of a flag of a subsystem.
 pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
-    let (en, ru) = consequence(id, flag.name);
     Texts {
         priority: match flag.severity {
             // Not a fault of the monitor, but what it is there for.
@@ -32,10 +32,10 @@ pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
             Severity::Alarm => Priority::High,
             _ => Priority::Medium,
         },
-        what: flag.meaning.into(),
-        cause: flag.cause.into(),
-        consequence: both(en, ru),
-        remedy: flag.remedy.into(),
+        what: flag.meaning.words(),
+        cause: flag.cause.words(),
+        consequence: consequence(id, flag.name).map(Text::words).unwrap_or_default(),
+        remedy: flag.remedy.words(),
     }
 }
 
@@ -43,60 +43,26 @@ pub fn of_flag(id: SubsystemId, flag: &FlagInfo) -> Texts {
 pub fn link_down() -> Texts {
     Texts {
         priority: Priority::High,
-        what: both("There is no connection to the monitor.", "Нет соединения со стволом."),
-        cause: both(
-            "The cable, the network or a serial server has failed, or the monitor has no power.",
-            "Отказ кабеля, сети или преобразователя интерфейса либо ствол обесточен.",
-        ),
-        consequence: both(
-            "It cannot be commanded or stopped from here; what it was doing goes on by itself.",
-            "Отсюда им нельзя управлять и нельзя его остановить; начатое продолжается само.",
-        ),
-        remedy: both(
-            "Use the button post at the monitor; check power, cable and address.",
-            "Используйте кнопочный пост у ствола; проверьте питание, кабель и адрес.",
-        ),
+        what: text::AlarmLinkDown.words(),
+        cause: text::AlarmLinkDownCause.words(),
+        consequence: text::AlarmLinkDownConsequence.words(),
+        remedy: text::AlarmLinkDownRemedy.words(),
     }
 }
 
 /// The monitor does not answer.
 pub fn stale() -> Texts {
-    Texts {
-        what: both("The monitor does not answer.", "Ствол не отвечает."),
-        cause: both(
-            "The link is up, but the monitor is off, restarts, has another address or speed, or \
-             answers are lost.",
-            "Линия есть, но ствол выключен, перезапускается, имеет другой адрес или скорость либо \
-             ответы теряются.",
-        ),
-        ..link_down()
-    }
+    Texts { what: text::MonitorSilent.words(), cause: text::AlarmStaleCause.words(), ..link_down() }
 }
 
 /// Nothing ends a motion by hand in time when the hub or the connection fails.
 pub fn unheld() -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both(
-            "A motion by hand may go on for more than 0.5 s if the hub or the connection fails.",
-            "При отказе сервера объекта или связи ручное перемещение может продолжаться дольше 0,5 с.",
-        ),
-        cause: both(
-            "The monitor has no parameter MoveHold: its drive stops after about 2 s. Or the line is slow \
-             (round trip of 180 ms and more): the drive stops after three round trips or so.",
-            "У ствола нет параметра MoveHold: привод остановится примерно через 2 с. Либо линия медленная \
-             (ответ через 180 мс и более): привод остановится примерно через три таких времени.",
-        ),
-        consequence: both(
-            "People near the barrel while it is moved by hand are in danger for longer.",
-            "Тот, кто стоит у ствола при ручном перемещении, дольше находится в опасности.",
-        ),
-        remedy: both(
-            "While it is moved by hand, keep the hardware emergency stop within reach. Install firmware with \
-             MoveHold, or make the line faster; shelve the alarm where neither is possible.",
-            "При ручном перемещении держите аппаратный аварийный останов под рукой. Установите прошивку с \
-             MoveHold или ускорьте линию; где нельзя ни того ни другого, отложите тревогу.",
-        ),
+        what: text::AlarmUnheld.words(),
+        cause: text::AlarmUnheldCause.words(),
+        consequence: text::AlarmUnheldConsequence.words(),
+        remedy: text::AlarmUnheldRemedy.words(),
     }
 }
 
@@ -104,19 +70,10 @@ pub fn unheld() -> Texts {
 pub fn audit() -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both("The audit log is not being stored.", "Журнал аудита не сохраняется."),
-        cause: both(
-            "The disk is full, read-only or has failed.",
-            "Диск заполнен, доступен только для чтения или отказал.",
-        ),
-        consequence: both(
-            "Commands go on; their entries wait in memory and are lost if the hub ends.",
-            "Команды исполняются; записи ждут в памяти и пропадут при завершении программы.",
-        ),
-        remedy: both(
-            "Make room on the disk or repair it; the entries are then stored by themselves.",
-            "Освободите место или исправьте диск; записи сохранятся сами.",
-        ),
+        what: text::AlarmAudit.words(),
+        cause: text::AlarmDiskCause.words(),
+        consequence: text::AlarmAuditConsequence.words(),
+        remedy: text::AlarmAuditRemedy.words(),
     }
 }
 
@@ -124,21 +81,10 @@ pub fn audit() -> Texts {
 pub fn chain() -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both("The audit log was changed.", "Журнал аудита изменён."),
-        cause: both(
-            "audit.db was edited, or the disk has corrupted it.",
-            "Файл audit.db правили, либо его повредил диск.",
-        ),
-        consequence: both(
-            "Control is not affected. Entries from the one that is named in the event log on prove nothing.",
-            "На управление не влияет. Записи, начиная с указанной в журнале событий, ничего не доказывают.",
-        ),
-        remedy: both(
-            "Keep a copy of the folder for the investigation; then restore audit.db, or put it aside and \
-             start with --accept-lost audit.",
-            "Сохраните копию папки для расследования; затем восстановите audit.db либо уберите его и \
-             запустите с --accept-lost audit.",
-        ),
+        what: text::AlarmChain.words(),
+        cause: text::AlarmChainCause.words(),
+        consequence: text::AlarmChainConsequence.words(),
+        remedy: text::AlarmChainRemedy.words(),
     }
 }
 
@@ -146,19 +92,10 @@ pub fn chain() -> Texts {
 pub fn state() -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both("Files of the state were lost.", "Потеряны файлы состояния."),
-        cause: both(
-            "Files in the hub's folder were removed, replaced or cut; the event log names them.",
-            "Файлы в папке сервера объекта удалены, заменены или укорочены; какие — в журнале событий.",
-        ),
-        consequence: both(
-            "Control is not affected. What was in them is missing.",
-            "На управление не влияет. Того, что в них было, больше нет.",
-        ),
-        remedy: both(
-            "Find out who or what did it, restore a copy if there is one; then acknowledge.",
-            "Выясните причину, восстановите копию, если она есть; затем подтвердите.",
-        ),
+        what: text::AlarmState.words(),
+        cause: text::AlarmStateCause.words(),
+        consequence: text::AlarmStateConsequence.words(),
+        remedy: text::AlarmStateRemedy.words(),
     }
 }
 
@@ -166,19 +103,10 @@ pub fn state() -> Texts {
 pub fn logins() -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both("Passwords are being guessed.", "Идёт подбор паролей."),
-        cause: both(
-            "Many logins have failed in the last minutes; the audit log has their users and addresses.",
-            "За последние минуты много неудачных входов; пользователи и адреса — в журнале аудита.",
-        ),
-        consequence: both(
-            "A login from a new place has to wait. Places from which a user has logged in before do not.",
-            "Вход с нового места ждёт. С мест, откуда пользователь уже входил, — не ждёт.",
-        ),
-        remedy: both(
-            "Find the addresses in the audit log and cut them off from the network of the hub.",
-            "Найдите адреса в журнале аудита и отключите их от сети сервера объекта.",
-        ),
+        what: text::AlarmLogins.words(),
+        cause: text::AlarmLoginsCause.words(),
+        consequence: text::AlarmLoginsConsequence.words(),
+        remedy: text::AlarmLoginsRemedy.words(),
     }
 }
 
@@ -186,22 +114,10 @@ pub fn logins() -> Texts {
 pub fn revocations() -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both(
-            "Ended sessions and removed users are not stored.",
-            "Завершённые сеансы и удаления пользователей не сохранены.",
-        ),
-        cause: both(
-            "The disk is full, read-only or has failed.",
-            "Диск заполнен, доступен только для чтения или отказал.",
-        ),
-        consequence: both(
-            "They are in effect. If the hub restarts before the disk takes them, they may be undone.",
-            "Они действуют. Если сервер объекта перезапустится раньше, чем диск их примет, они могут пропасть.",
-        ),
-        remedy: both(
-            "Make room on the disk or repair it before the hub is restarted.",
-            "Освободите место или исправьте диск до перезапуска сервера объекта.",
-        ),
+        what: text::AlarmRevocations.words(),
+        cause: text::AlarmDiskCause.words(),
+        consequence: text::AlarmRevocationsConsequence.words(),
+        remedy: text::AlarmRevocationsRemedy.words(),
     }
 }
 
@@ -209,94 +125,39 @@ pub fn revocations() -> Texts {
 pub fn history() -> Texts {
     Texts {
         priority: Priority::Low,
-        what: both("The history is not being stored.", "История не сохраняется."),
-        cause: both(
-            "The disk is full or faulty; or PostgreSQL, if it is used, does not answer or refuses the hub.",
-            "Диск заполнен или неисправен; либо PostgreSQL, если он используется, не отвечает или не \
-             принимает центр управления.",
-        ),
-        consequence: both(
-            "Control is not affected. Values of this time are missing; PostgreSQL's wait in memory until \
-             there are too many.",
-            "На управление не влияет. Значений за это время не будет; для PostgreSQL они ждут в памяти, \
-             пока их не слишком много.",
-        ),
-        remedy: both(
-            "Make room on the disk, or correct the server or url in [history].",
-            "Освободите место либо исправьте сервер или url раздела [history].",
-        ),
+        what: text::AlarmHistory.words(),
+        cause: text::AlarmHistoryCause.words(),
+        consequence: text::AlarmHistoryConsequence.words(),
+        remedy: text::AlarmHistoryRemedy.words(),
     }
 }
 
-const DRIVE: (&str, &str) = (
-    "The axis cannot be trusted: it stops and may refuse to move, so the jet cannot be aimed.",
-    "Оси нельзя доверять: она останавливается и может не двигаться, струю не навести.",
-);
-const DEPLOYER: (&str, &str) = (
-    "The barrel may stay folded: then it can neither aim nor give water.",
-    "Ствол может остаться свёрнутым: тогда нельзя ни наводить, ни подавать воду.",
-);
-const HEATING: (&str, &str) = (
-    "In frost the unit may freeze and no longer move.",
-    "На морозе узел может замёрзнуть и перестать двигаться.",
-);
-const REMOTE: (&str, &str) = (
-    "Parameters on the remote unit may not be what they are shown to be.",
-    "Параметры удалённого устройства могут отличаться от показанных.",
-);
-const BUTTON: (&str, &str) = (
-    "This button of the post does nothing; the others go on working.",
-    "Эта кнопка поста не действует; остальные работают.",
-);
+/// What a flag leads to.
+type Consequence = &'static dyn Text;
 
-/// What a flag leads to, in English and Russian.
-type Consequence = (&'static str, &'static str);
-
-/// What a flag leads to; empty for one that only informs.
-pub fn consequence(id: SubsystemId, flag: &str) -> Consequence {
+/// What a flag leads to; `None`: it only informs.
+pub fn consequence(id: SubsystemId, flag: &str) -> Option<Consequence> {
     of_unit(flag)
         .or_else(|| of_monitor(flag))
         .or_else(|| of_motion(id, flag))
         .or_else(|| of_program(flag))
-        .or_else(|| flag.ends_with("ButtonState").then_some(BUTTON))
-        .unwrap_or_default()
+        .or_else(|| flag.ends_with("ButtonState").then_some(&text::FlagButton as Consequence))
 }
 
 /// Flags of the parameters, the supply and the electronics of any subsystem.
 fn of_unit(flag: &str) -> Option<Consequence> {
     Some(match flag {
-        "ConfigFault" => (
-            "The subsystem works with default values: limits and zero point may be wrong.",
-            "Подсистема работает с исходными значениями: пределы и нулевая точка могут быть неверны.",
-        ),
-        "ConfigInvalid" => (
-            "The subsystem may refuse to work until its parameters are complete.",
-            "Подсистема может не работать, пока параметры не заданы полностью.",
-        ),
-        "ConfigWriteFault" => (
-            "What was set is lost when the power goes.",
-            "Заданное пропадёт при отключении питания.",
-        ),
-        "ConnLost" => (
-            "The monitor cannot command this unit: it stays as it is.",
-            "Ствол не может управлять этим устройством: оно остаётся как есть.",
-        ),
-        "BadPower" => (
-            "Drives and valves may be slow, stop, or not work at all.",
-            "Приводы и затворы могут замедлиться, остановиться или не работать.",
-        ),
-        "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" => REMOTE,
-        "InternalFault" => (
-            "What the subsystem was doing has ended; extinguishing may have stopped.",
-            "Работа подсистемы прервана; тушение могло остановиться.",
-        ),
-        "WdtFault" => (
-            "The unit was reset: what it was doing has ended.",
-            "Устройство было перезапущено: его работа прервана.",
-        ),
-        "ProtocolFault" => {
-            ("Some commands do not reach the unit.", "Часть команд не доходит до устройства.")
+        "ConfigFault" => &text::FlagConfigFault,
+        "ConfigInvalid" => &text::FlagConfigInvalid,
+        "ConfigWriteFault" => &text::FlagConfigWriteFault,
+        "ConnLost" => &text::FlagConnLost,
+        "BadPower" => &text::FlagBadPower,
+        "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" => {
+            &text::FlagRemote
         }
+        "InternalFault" => &text::FlagInternalFault,
+        "WdtFault" => &text::FlagWdtFault,
+        "ProtocolFault" => &text::FlagProtocolFault,
         _ => return None,
     })
 }
@@ -304,26 +165,17 @@ fn of_unit(flag: &str) -> Option<Consequence> {
 /// Flags of the monitor as a whole and of its heating.
 fn of_monitor(flag: &str) -> Option<Consequence> {
     Some(match flag {
-        "PressureSensorBreak" | "PressureSensorShort" => (
-            "The pressure is not known; programs aim without ballistics, the jet may fall short.",
-            "Давление неизвестно; программы наводят без баллистики, возможен недолёт струи.",
-        ),
-        "LockedOut" => (
-            "All motion is stopped and the valves are closed; every command is refused.",
-            "Всё остановлено, затворы закрыты; команды отклоняются.",
-        ),
+        "PressureSensorBreak" | "PressureSensorShort" => &text::FlagPressureSensor,
+        "LockedOut" => &text::FlagLockedOut,
         "HorizontalFault" | "VerticalFault" | "NozzleFault" | "DeployerFault" | "BoxFault" => {
-            HEATING
+            &text::FlagHeating
         }
         "HorizontalSensorFault"
         | "VerticalSensorFault"
         | "NozzleSensorFault"
         | "DeployerSensorFault"
         | "BoxSensorFault"
-        | "HumiditySensorFault" => (
-            "Heating of this part is not controlled: in frost it may freeze.",
-            "Обогрев этого узла не регулируется: на морозе он может замёрзнуть.",
-        ),
+        | "HumiditySensorFault" => &text::FlagHeatingSensor,
         _ => return None,
     })
 }
@@ -332,31 +184,19 @@ fn of_monitor(flag: &str) -> Option<Consequence> {
 fn of_motion(id: SubsystemId, flag: &str) -> Option<Consequence> {
     let deployer = id == SubsystemId::DEPLOYER;
     Some(match flag {
-        "AmperageOverload" if id.is_valve() => (
-            "The valve has stopped midway: it may be partly open.",
-            "Затвор остановился в пути: он может быть открыт не полностью или не закрыт.",
-        ),
-        "AmperageOverload" if !deployer => (
-            "The drive has stopped and refuses this direction until the flag goes.",
-            "Привод остановлен и не движется в эту сторону, пока флаг не снят.",
-        ),
-        "Limitless" => (
-            "Nothing keeps the barrel from running against its stops.",
-            "Ничто не удерживает ствол от удара об упоры.",
-        ),
+        "AmperageOverload" if id.is_valve() => &text::FlagValveOverload,
+        "AmperageOverload" if !deployer => &text::FlagDriveOverload,
+        "Limitless" => &text::FlagLimitless,
         "AmperageOverload" | "PositionWayFault" | "PosEncoderFault" | "SpeedEncoderFault"
         | "MotorBroken" | "SpeedWayFault" => {
             if deployer {
-                DEPLOYER
+                &text::FlagDeployer
             } else {
-                DRIVE
+                &text::FlagDrive
             }
         }
-        "Blocked" => ("The valve does not open on command.", "Затвор не открывается по команде."),
-        "OpenSensorFault" | "CloseSensorFault" => (
-            "It is not known whether the valve is open or closed.",
-            "Неизвестно, открыт затвор или закрыт.",
-        ),
+        "Blocked" => &text::FlagBlocked,
+        "OpenSensorFault" | "CloseSensorFault" => &text::FlagValveSensors,
         _ => return None,
     })
 }
@@ -364,27 +204,16 @@ fn of_motion(id: SubsystemId, flag: &str) -> Option<Consequence> {
 /// Flags of programs and of the search.
 fn of_program(flag: &str) -> Option<Consequence> {
     Some(match flag {
-        "OutsideLimits" => {
-            ("Part of the fire is not reached by the jet.", "Часть очага не орошается.")
-        }
-        "ModeFault" => ("The program does not run.", "Программа не выполняется."),
+        "OutsideLimits" => &text::FlagOutsideLimits,
+        "ModeFault" => &text::FlagModeFault,
         "TrajectoryPressureFault"
         | "TrajectoryRangeFault"
         | "TrajectoryAngleFault"
-        | "TrajectoryCRCFault" => (
-            "The barrel aims straight at the target: far away the jet falls short.",
-            "Ствол наводится прямо на цель: на большой дальности струя не долетает.",
-        ),
-        "Found" => ("Something burns in the searched sector.", "В секторе поиска есть горение."),
-        "DeviceFault" => (
-            "The monitor does not find fires: an operator has to look and aim by hand.",
-            "Ствол не находит очаги: наблюдать и наводить нужно вручную.",
-        ),
-        "BadSector" => ("The search does not run.", "Поиск не выполняется."),
-        "DirtyLens" => (
-            "Small or distant fires may be overlooked.",
-            "Небольшие или далёкие очаги могут быть не замечены.",
-        ),
+        | "TrajectoryCRCFault" => &text::FlagTrajectory,
+        "Found" => &text::FlagFound,
+        "DeviceFault" => &text::FlagDeviceFault,
+        "BadSector" => &text::FlagBadSector,
+        "DirtyLens" => &text::FlagDirtyLens,
         _ => return None,
     })
 }

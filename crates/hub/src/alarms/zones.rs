@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use lafet_site::{Mode, Phase, State as Site, Trouble, ZoneState};
+use lafet_texts::{Text as _, hub as text};
 
 use super::alarm::Priority;
 use super::catalogue::Texts;
 use super::machine::{Alarms, Change, Condition};
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Ids begin with it: `zones/heat/DetectorSilent`.
 const PREFIX: &str = "zones/";
@@ -55,12 +56,12 @@ fn of_trouble(trouble: Trouble, subject: &str) -> Option<Condition> {
         Trouble::Path => ("PathFault", path(subject)),
         Trouble::ContactStuck => ("ContactStuck", contact(subject)),
         Trouble::MonitorUnreachable | Trouble::MonitorFailure => return None,
-        // Nothing drives outputs and pumps.
-        Trouble::OutputOverdue
-        | Trouble::PumpFailed
-        | Trouble::PumpOverdue
-        | Trouble::NoPressure => return None,
+        Trouble::OutputOverdue => ("OutputOverdue", output(trouble, subject)),
+        Trouble::PumpOverdue => ("PumpOverdue", output(trouble, subject)),
+        Trouble::PumpFailed => ("PumpFailed", pump(trouble, subject)),
+        Trouble::NoPressure => ("NoPressure", pump(trouble, "pumps")),
     };
+    let subject = if subject.is_empty() { "pumps" } else { subject };
     Some(condition(flag, subject, texts))
 }
 
@@ -78,149 +79,104 @@ fn of_zone(zone: &ZoneState, lockout: bool) -> Option<Condition> {
 }
 
 fn what(subject: &str, text: &Both) -> Both {
-    both(format!("{subject}: {}.", text.en), format!("{subject}: {}.", text.ru))
+    text::AlarmTrouble { subject, trouble: text }.words()
 }
 
 fn detector(trouble: Trouble, subject: &str) -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: what(subject, &trouble.text().into()),
-        cause: both(
-            "The detector or its gateway has no power, no link or a fault, or its window is dirty.",
-            "У извещателя или его шлюза нет питания или связи, он неисправен либо загрязнено окно.",
-        ),
-        consequence: both(
-            "It has no vote: its zones may release later, or only alarm.",
-            "Голоса у него нет: пуск в его зонах задержится или останется только тревога.",
-        ),
-        remedy: both(
-            "Watch its area; look at the detector, its gateway and its link.",
-            "Наблюдайте за его участком; проверьте извещатель, шлюз и связь.",
-        ),
+        what: what(subject, &trouble.text()),
+        cause: text::AlarmDetectorCause.words(),
+        consequence: text::AlarmDetectorConsequence.words(),
+        remedy: text::AlarmDetectorRemedy.words(),
     }
 }
 
 fn idle(subject: &str) -> Texts {
     Texts {
         priority: Priority::High,
-        what: what(subject, &Trouble::MonitorIdle.text().into()),
-        cause: both(
-            "It refuses, a valve or drive does not move, or its post is locked.",
-            "Ствол отказывает, не движется затвор или привод либо заблокирован пост.",
-        ),
-        consequence: both(
-            "Another monitor is used in its place, if the zone has one.",
-            "Вместо него используется другой ствол зоны, если он есть.",
-        ),
-        remedy: both(
-            "Take control and open it by hand, or use its button post.",
-            "Возьмите управление и откройте вручную либо используйте пост у ствола.",
-        ),
+        what: what(subject, &Trouble::MonitorIdle.text()),
+        cause: text::AlarmIdleCause.words(),
+        consequence: text::AlarmIdleConsequence.words(),
+        remedy: text::AlarmIdleRemedy.words(),
     }
 }
 
 fn not_closed(subject: &str) -> Texts {
     Texts {
         priority: Priority::High,
-        what: what(subject, &Trouble::NotClosed.text().into()),
-        cause: both(
-            "The valve does not close, its sensor has failed, or the monitor does not answer.",
-            "Затвор не закрывается, отказал его датчик либо ствол не отвечает.",
-        ),
-        consequence: both("Water may still run.", "Вода может идти."),
-        remedy: both(
-            "Look whether water runs; shut it off at the monitor.",
-            "Посмотрите, идёт ли вода; перекройте её у ствола.",
-        ),
+        what: what(subject, &Trouble::NotClosed.text()),
+        cause: text::AlarmNotClosedCause.words(),
+        consequence: text::AlarmNotClosedConsequence.words(),
+        remedy: text::AlarmNotClosedRemedy.words(),
     }
 }
 
 fn no_monitor(subject: &str) -> Texts {
     Texts {
         priority: Priority::High,
-        what: what(subject, &Trouble::NoMonitor.text().into()),
-        cause: both(
-            "All of its monitors are lost, failed, locked, closed or controlled by people.",
-            "Все её стволы не отвечают, неисправны, заблокированы, закрыты или под управлением людей.",
-        ),
-        consequence: both("A released zone gets no water.", "В зону с пуском вода не идёт."),
-        remedy: both(
-            "Extinguish by other means; give control of a monitor up, or reset it.",
-            "Тушите другими средствами; верните управление стволом или сбросьте его.",
-        ),
+        what: what(subject, &Trouble::NoMonitor.text()),
+        cause: text::AlarmNoMonitorCause.words(),
+        consequence: text::AlarmNoMonitorConsequence.words(),
+        remedy: text::AlarmNoMonitorRemedy.words(),
     }
 }
 
 fn path(subject: &str) -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: what(subject, &Trouble::Path.text().into()),
-        cause: both(
-            "A broken wire, a device without power, or a bus that does not answer.",
-            "Обрыв провода, устройство без питания либо линия, которая не отвечает.",
-        ),
-        consequence: both(
-            "It counts as it was last: a press of it is not seen.",
-            "Действует последнее состояние: нажатие не будет замечено.",
-        ),
-        remedy: both(
-            "Use the console or the posts of the monitors; look at the wire and the device.",
-            "Используйте пульт или посты стволов; проверьте провод и устройство.",
-        ),
+        what: what(subject, &Trouble::Path.text()),
+        cause: text::AlarmPathCause.words(),
+        consequence: text::AlarmPathConsequence.words(),
+        remedy: text::AlarmPathRemedy.words(),
     }
 }
 
 fn contact(subject: &str) -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: what(subject, &Trouble::ContactStuck.text().into()),
-        cause: both(
-            "The station is still pressed, or its contact is welded.",
-            "Пост ещё нажат либо контакт сварился.",
-        ),
-        consequence: both(
-            "A press of it releases nothing until it was seen released.",
-            "Пуска от него нет, пока не замечено отпускание.",
-        ),
-        remedy: both(
-            "Reset the station; if the trouble stays, look at its contact.",
-            "Верните пост в исходное положение; если неисправность осталась, проверьте контакт.",
-        ),
+        what: what(subject, &Trouble::ContactStuck.text()),
+        cause: text::AlarmContactCause.words(),
+        consequence: text::AlarmContactConsequence.words(),
+        remedy: text::AlarmContactRemedy.words(),
+    }
+}
+
+fn output(trouble: Trouble, subject: &str) -> Texts {
+    Texts {
+        priority: Priority::High,
+        what: what(subject, &trouble.text()),
+        cause: text::AlarmOutputCause.words(),
+        consequence: text::AlarmOutputConsequence.words(),
+        remedy: text::AlarmOutputRemedy.words(),
+    }
+}
+
+fn pump(trouble: Trouble, subject: &str) -> Texts {
+    Texts {
+        priority: Priority::High,
+        what: what(subject, &trouble.text()),
+        cause: text::AlarmPumpCause.words(),
+        consequence: text::AlarmPumpConsequence.words(),
+        remedy: text::AlarmPumpRemedy.words(),
     }
 }
 
 fn disabled(subject: &str) -> Texts {
     Texts {
         priority: Priority::Low,
-        what: both(
-            format!("Zone {subject} is disabled: not in automatic, ended or locked."),
-            format!(
-                "Зона {subject} отключена: не в автоматическом режиме, прекращена или заблокирована."
-            ),
-        ),
-        cause: both("A person's order.", "Команда человека."),
-        consequence: both(
-            "A fire is only an alarm; water comes by hand, if at all.",
-            "Пожар даёт только тревогу; вода — рукой, если вообще возможна.",
-        ),
-        remedy: both(
-            "Watch the zone. Afterwards set automatic, reset it or unlock the zones.",
-            "Наблюдайте за зоной. Затем верните автоматический режим, сбросьте зону или снимите блокировку.",
-        ),
+        what: text::AlarmZoneDisabled { subject }.words(),
+        cause: text::AlarmZoneDisabledCause.words(),
+        consequence: text::AlarmZoneDisabledConsequence.words(),
+        remedy: text::AlarmZoneDisabledRemedy.words(),
     }
 }
 
 fn not_ready(subject: &str) -> Texts {
     Texts {
         priority: Priority::Medium,
-        what: both(
-            format!("Zone {subject} is not ready: it would release nothing by itself."),
-            format!("Зона {subject} не готова: сама она пуска не даст."),
-        ),
-        cause: both(
-            "Too many of its detectors have failed, or none of its monitors can serve it.",
-            "Отказало слишком много её извещателей либо её не может обслужить ни один ствол.",
-        ),
+        what: text::AlarmZoneNotReady { subject }.words(),
+        cause: text::AlarmZoneNotReadyCause.words(),
         ..disabled(subject)
     }
 }

@@ -12,6 +12,7 @@ use axum::http::{Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use hyper::body::{Body as HttpBody, Frame, SizeHint};
+use lafet_texts::{Text as _, hub as text};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::timeout;
 
@@ -19,7 +20,6 @@ use super::guard;
 use crate::error::ApiError;
 use crate::hub::Hub;
 use crate::sync::lock;
-use crate::text::both;
 
 /// Readings that are being answered, of one user and in all.
 const EACH_MAX: usize = 4;
@@ -80,10 +80,7 @@ pub async fn bounded(State(hub): State<Hub>, request: Request, next: Next) -> Re
         return next.run(Request::from_parts(parts, body)).await;
     };
     let Some(turn) = hub.answering().turn(&who).await else {
-        let text = both(
-            "Too many answers are still being taken. Try again.",
-            "Слишком много ответов ещё не принято. Повторите.",
-        );
+        let text = text::AnswersTooMany.words();
         return ApiError::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text).into_response();
     };
     let response = next.run(Request::from_parts(parts, body)).await;

@@ -7,13 +7,21 @@ use axum::body::Bytes;
 use axum::http::{HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{Html, IntoResponse, Response};
 use include_dir::{Dir, include_dir};
+use lafet_texts::{Lang, hub as text};
 
 use super::packed::Lasting;
 
 static CONSOLE: Dir<'_> = include_dir!("$LAFET_CONSOLE");
 
 /// What is shown when the console was not built in.
-const MISSING: &str = include_str!("no_console.html");
+static MISSING: LazyLock<String> = LazyLock::new(|| {
+    let text = |lang: Lang| {
+        let (code, what) = (lang.code(), text::ConsoleNotBuilt.str(lang));
+        let remedy = text::ConsoleNotBuiltRemedy.str(lang);
+        format!("<h1 lang=\"{code}\">{what}</h1>\n<p lang=\"{code}\">{remedy}</p>\n")
+    };
+    include_str!("no_console.html").replace("<!-- texts -->\n", &Lang::ALL.map(text).concat())
+});
 
 /// The files by their paths, with what is packed of them.
 static FILES: LazyLock<HashMap<&str, Lasting>> = LazyLock::new(|| {
@@ -44,7 +52,7 @@ pub async fn serve(method: Method, uri: Uri) -> Response {
     }
     match FILES.get("index.html") {
         Some(page) => answer("index.html", page),
-        None => (StatusCode::OK, Html(MISSING)).into_response(),
+        None => (StatusCode::OK, Html(MISSING.as_str())).into_response(),
     }
 }
 

@@ -1,7 +1,8 @@
 //! Crash data in words (§3.20).
 
-use lafet_proto::crash::FaultBit;
+use lafet_proto::crash::{Context, FaultBit};
 use lafet_proto::status::{FaultArch, FaultInfo};
+use lafet_texts::Text;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -78,7 +79,7 @@ impl From<&FaultInfo> for Crash {
         let filled = *info != FaultInfo::NONE;
         let words: Vec<_> = info.registers().collect();
         let note = |(register, _): &(&'static str, u32)| {
-            Some(Note { register, text: info.note(register)?.into() })
+            Some(Note { register, text: info.note(register)?.words() })
         };
         let unknown = info.unknown_bits().into_iter().filter(|(_, bits)| *bits != 0);
         let context = info.context();
@@ -90,17 +91,18 @@ impl From<&FaultInfo> for Crash {
             unknown: unknown.map(|(register, bits)| UnknownBits { register, bits }).collect(),
             notes: words.iter().filter_map(note).collect(),
             words,
-            running: filled
-                .then(|| Running { what: running_in(context), number: context.number() }),
-            summary: info.summary().map(Both::from),
+            running: filled.then(|| Running { what: executed(context), number: context.number() }),
+            summary: info.summary().map(|it| it.words()),
         }
     }
 }
 
-/// What the processor was at, in words or by the name of the architecture.
-fn running_in(context: lafet_proto::crash::Context) -> Both {
-    let name = context.name().map(|name| crate::text::both(name, name));
-    name.or(context.text().map(Both::from)).unwrap_or_default()
+/// What the processor was executing.
+fn executed(context: Context) -> Both {
+    match context.text() {
+        Some(text) => text.words(),
+        None => Both::same(context.name().unwrap_or_default()),
+    }
 }
 
 impl From<&FaultBit> for CrashBit {
@@ -109,8 +111,8 @@ impl From<&FaultBit> for CrashBit {
             register: it.register,
             bit: it.bit,
             name: it.name,
-            meaning: it.meaning.into(),
-            remedy: it.remedy.into(),
+            meaning: it.meaning.words(),
+            remedy: it.remedy.words(),
         }
     }
 }

@@ -10,6 +10,7 @@ use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use lafet_texts::{Text as _, hub as text};
 use serde::de::DeserializeOwned;
 use tokio::time::timeout;
 
@@ -19,7 +20,6 @@ use super::places::Place;
 use crate::access::{Kind, Principal, Role, Standing};
 use crate::error::{ApiError, Details};
 use crate::hub::{Caller, Hub};
-use crate::text::both;
 
 /// The cookies of the hub.
 #[derive(Clone, Copy, Debug)]
@@ -97,10 +97,7 @@ impl FromRequestParts<Hub> for Caller {
         if principal.kind == Kind::Session && !safe {
             let sent = parts.headers.get("x-csrf-token").and_then(|value| value.to_str().ok());
             if sent != Some(principal.csrf.as_str()) {
-                let text = both(
-                    "The header X-CSRF-Token is missing or wrong: take it from /api/session.",
-                    "Нет заголовка X-CSRF-Token или он неверен: возьмите его из /api/session.",
-                );
+                let text = text::CsrfMissing.words();
                 return Err(ApiError::new(StatusCode::FORBIDDEN, "csrf", text));
             }
         }
@@ -123,10 +120,7 @@ impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
     async fn from_request(request: Request, hub: &Hub) -> Result<Self, ApiError> {
         refuse_packed(request.headers())?;
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
-            let text = both(
-                format!("The body cannot be read; at most {BODY_MAX} bytes."),
-                format!("Тело запроса не читается; не более {BODY_MAX} байт."),
-            );
+            let text = text::BodyUnreadable { body_max: BODY_MAX }.words();
             let status = error.into_response().status();
             let code =
                 if status == StatusCode::PAYLOAD_TOO_LARGE { "too_large" } else { "bad_request" };
@@ -150,10 +144,7 @@ impl FromRequest<Hub> for Lenient {
 pub fn not_understood(error: &dyn std::fmt::Display) -> ApiError {
     let error = error.to_string();
     let error = error.get(..error.floor_char_boundary(REASON_MAX)).unwrap_or_default();
-    ApiError::bad_request(both(
-        format!("Not understood: {error}. See /api/openapi.json."),
-        format!("Не понято: {error}. См. /api/openapi.json."),
-    ))
+    ApiError::bad_request(text::NotUnderstood { error }.words())
 }
 
 /// Whether the browser's side is encrypted: ours, or that of a proxy of ours.
@@ -241,7 +232,7 @@ pub fn cookie(headers: &HeaderMap, which: Cookie, encrypted: bool) -> Option<&st
 
 /// The client is not logged in, or not any more; then, what still works and until when.
 pub fn login_needed(hub: &Hub, left: Option<&Principal>) -> ApiError {
-    let text = both("Log in first.", "Сначала войдите.");
+    let text = text::LoginFirst.words();
     let setup = hub.config().login && hub.access().is_empty();
     let details = Details {
         setup_needed: Some(setup),
@@ -267,11 +258,7 @@ fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap, encrypted: bool) -> Result<()
     let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or("?"));
     let host = uri.authority().map(|it| it.as_str()).or_else(|| text(header::HOST));
     let Some(host) = host.filter(|host| is_ours(hub, host)) else {
-        let text = both(
-            "The hub has no such name. Add it to names in [server], or use its address.",
-            "У сервера объекта нет такого имени. Добавьте его в names раздела [server] или \
-             используйте адрес.",
-        );
+        let text = text::HostUnknown.words();
         return Err(ApiError::new(StatusCode::FORBIDDEN, "bad_host", text));
     };
     let fine = text(header::ORIGIN).is_none_or(|origin| {
@@ -282,10 +269,7 @@ fn ours(hub: &Hub, uri: &Uri, headers: &HeaderMap, encrypted: bool) -> Result<()
         same || hub.config().origins.iter().any(|allowed| allowed == origin)
     });
     if !fine {
-        let text = both(
-            "Another page asks. If it may, add it to origins in [server].",
-            "Запрос от другой страницы. Если это допустимо, добавьте её в origins раздела [server].",
-        );
+        let text = text::OriginUnknown.words();
         return Err(ApiError::new(StatusCode::FORBIDDEN, "bad_origin", text));
     }
     Ok(())

@@ -2,20 +2,20 @@
 
 use axum::Json;
 use axum::extract::{Path, State};
+use lafet_texts::{Text as _, hub as text};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::Body;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::site::jet::{self, Aim, Aimed, Computed, JETS_MAX, Jets};
-use crate::text::both;
+use crate::site::jet::{Aim, Aimed, Computed, JETS_MAX, Jets};
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new().routes(routes!(jets)).routes(routes!(aim))
 }
 
-/// Flight, landing and reach of jets.
+/// Flight, landing, reach and throw of jets.
 #[utoipa::path(post, path = "/api/jets", request_body = Jets,
     responses((status = 200, body = Vec<Computed>), (status = 400), (status = 401), (status = 403), (status = 404)))]
 async fn jets(
@@ -25,16 +25,9 @@ async fn jets(
 ) -> Result<Json<Vec<Computed>>, ApiError> {
     hub.count_reading(&caller.principal)?;
     if jets.len() > JETS_MAX {
-        return Err(ApiError::bad_request(both(
-            format!("At most {JETS_MAX} jets in a request."),
-            format!("Не более {JETS_MAX} струй в запросе."),
-        )));
+        return Err(ApiError::bad_request(text::JetsTooMany { jets_max: JETS_MAX }.words()));
     }
-    let computed = jets.iter().map(|asked| {
-        let (basis, elevation_arcmin) = asked.basis(&hub)?;
-        Ok(jet::compute(basis, elevation_arcmin))
-    });
-    computed.collect::<Result<_, _>>().map(Json)
+    jets.iter().map(|asked| asked.jet(&hub)).collect::<Result<_, _>>().map(Json)
 }
 
 /// The elevation with which a monitor's jet hits a place.

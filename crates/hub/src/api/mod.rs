@@ -29,7 +29,9 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::{Json, Router};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
+use utoipa::openapi::path::Operation;
+use utoipa::openapi::{Content, Ref, RefOr, Response as Answer};
 use utoipa::{OpenApi, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -94,27 +96,33 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
 
 /// The description of the API.
 pub fn description() -> Value {
-    let mut description = json!(routes_and_description().1);
-    let paths = description["paths"].as_object_mut().into_iter().flat_map(|it| it.values_mut());
-    let operations = paths.filter_map(Value::as_object_mut).flat_map(|it| it.values_mut());
-    for operation in operations {
-        let has_body = operation.get("requestBody").is_some();
-        let Some(answers) = operation["responses"].as_object_mut() else { continue };
-        // Clients that are logged in are counted.
-        if answers.contains_key("401") {
-            answers.entry("429").or_insert_with(|| json!({ "description": "slow_down" }));
-        }
-        if has_body {
-            answers.entry("415").or_insert_with(|| json!({ "description": "packed" }));
-        }
-        let failures = answers.iter_mut().filter(|(status, _)| status.as_str() >= "400");
-        for answer in failures.filter_map(|(_, answer)| answer.as_object_mut()) {
-            let schema = json!({ "$ref": "#/components/schemas/Failed" });
-            let content = json!({ "application/json": { "schema": schema } });
-            answer.entry("content").or_insert(content);
+    let mut api = routes_and_description().1;
+    for path in api.paths.paths.values_mut() {
+        let operations =
+            [&mut path.get, &mut path.put, &mut path.post, &mut path.patch, &mut path.delete];
+        operations.into_iter().flatten().for_each(describe_failures);
+    }
+    serde_json::to_value(api).unwrap_or_default()
+}
+
+/// Adds the answers that any operation of its kind can have.
+fn describe_failures(operation: &mut Operation) {
+    let answers = &mut operation.responses.responses;
+    // Clients that are logged in are counted.
+    if answers.contains_key("401") {
+        answers.entry("429".into()).or_insert_with(|| RefOr::T(Answer::new("slow_down")));
+    }
+    if operation.request_body.is_some() {
+        answers.entry("415".into()).or_insert_with(|| RefOr::T(Answer::new("packed")));
+    }
+    for (_, answer) in answers.iter_mut().filter(|(status, _)| status.as_str() >= "400") {
+        if let RefOr::T(answer) = answer
+            && answer.content.is_empty()
+        {
+            let content = Content::new(Some(Ref::from_schema_name("Failed")));
+            answer.content.insert("application/json".into(), RefOr::T(content));
         }
     }
-    description
 }
 
 /// The hub, its version and its site.

@@ -6,9 +6,12 @@ use std::time::Duration;
 
 use axum::Json;
 use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
 use lafet_client::{Monitor, Toward};
 use lafet_proto::request::Body as RequestBody;
 use lafet_proto::{Ints, ParamId, Request, SubsystemId};
+use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tokio::time::timeout;
@@ -18,7 +21,7 @@ use utoipa_axum::routes;
 
 use super::crash::Crash;
 use super::guard::{Body, Lenient, Urgent};
-use crate::command::outcome::{OfAll, OfOne, Outcome};
+use crate::command::outcome::{OfAll, OfOne, Outcome, Pending};
 use crate::command::request::MonitorRequest;
 use crate::command::urgent::{Joined, Taken};
 use crate::control::motion::Beat;
@@ -28,7 +31,7 @@ use crate::monitor::owner;
 use crate::monitor::station::{Params, Station};
 use crate::monitor::view::{Control, MonitorView};
 use crate::sync::lock;
-use crate::text::{Both, both};
+use crate::text::Both;
 use crate::words::MotionWord;
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -90,6 +93,8 @@ struct JogState {
     state: MotionWord,
 }
 
+/// Stop, Close and Lockout of one monitor are answered within this time with what is known.
+const URGENT_WAIT: Duration = Duration::from_secs(1);
 /// An answer waits this long for all parameters.
 const READ_WAIT: Duration = Duration::from_secs(8);
 
@@ -118,22 +123,27 @@ async fn one(
 
 /// Sends a request to a monitor.
 #[utoipa::path(post, path = "/api/monitors/{id}/requests", params(("id" = String, Path)),
-    request_body = Asked, responses((status = 200, body = Outcome), (status = 400), (status = 401),
-    (status = 403), (status = 404), (status = 409), (status = 422), (status = 429), (status = 502), (status = 503)))]
+    request_body = Asked, responses((status = 200, body = Outcome), (status = 202, body = Pending), (status = 400),
+    (status = 401), (status = 403), (status = 404), (status = 409), (status = 422), (status = 429), (status = 502),
+    (status = 503)))]
 async fn request(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
     headers: axum::http::HeaderMap,
     Body(asked): Body<Asked>,
-) -> Result<Json<Outcome>, ApiError> {
+) -> Result<Response, ApiError> {
     let station = hub.station(&id)?;
     let request = MonitorRequest::parse(&asked.request);
     // Stop written as a request is as urgent as its own address.
-    if !request.as_ref().is_ok_and(|request| request.need().urgent) {
-        csrf(&caller, &headers)?;
+    if let Ok(request) = &request
+        && request.need().urgent
+    {
+        return soon(vec![hub.urgent(&caller, &station, request)]).await;
     }
-    Ok(Json(hub.command(&caller, &station, request?, asked.confirm.as_deref()).await?))
+    csrf(&caller, &headers)?;
+    let outcome = hub.command(&caller, &station, request?, asked.confirm.as_deref()).await?;
+    Ok(Json(outcome).into_response())
 }
 
 /// What the extractor of `Caller` looks at, where it comes after the body.
@@ -141,10 +151,7 @@ fn csrf(caller: &Caller, headers: &axum::http::HeaderMap) -> Result<(), ApiError
     let principal = &caller.principal;
     let sent = headers.get("x-csrf-token").and_then(|value| value.to_str().ok());
     if principal.kind == crate::access::Kind::Session && sent != Some(principal.csrf.as_str()) {
-        let text = both(
-            "The header X-CSRF-Token is missing or wrong: take it from /api/session.",
-            "Нет заголовка X-CSRF-Token или он неверен: возьмите его из /api/session.",
-        );
+        let text = text::CsrfMissing.words();
         return Err(ApiError::new(axum::http::StatusCode::FORBIDDEN, "csrf", text));
     }
     Ok(())
@@ -152,48 +159,47 @@ fn csrf(caller: &Caller, headers: &axum::http::HeaderMap) -> Result<(), ApiError
 
 /// Stops everything, or one subsystem.
 #[utoipa::path(post, path = "/api/monitors/{id}/stop", params(("id" = String, Path)),
-    request_body = Option<Object>, responses((status = 200, body = Outcome), (status = 401), (status = 404),
-    (status = 422), (status = 502), (status = 503)))]
+    request_body = Option<Object>, responses((status = 200, body = Outcome), (status = 202, body = Pending),
+    (status = 401), (status = 404), (status = 422), (status = 502), (status = 503)))]
 async fn stop_one(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
     Lenient(body): Lenient,
-) -> Result<Json<Outcome>, ApiError> {
+) -> Result<Response, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
     let station = hub.station(&id)?;
     let request = stop(body["of"].as_str())?;
-    Ok(Json(hub.urgent(&caller, &station, &request).result().await?))
+    soon(vec![hub.urgent(&caller, &station, &request)]).await
 }
 
 /// Closes one valve, or all that the monitor has.
 #[utoipa::path(post, path = "/api/monitors/{id}/close", params(("id" = String, Path)),
-    request_body = Option<Object>, responses((status = 200, body = Outcome), (status = 401), (status = 404),
-    (status = 422), (status = 502), (status = 503)))]
+    request_body = Option<Object>, responses((status = 200, body = Outcome), (status = 202, body = Pending),
+    (status = 401), (status = 404), (status = 422), (status = 502), (status = 503)))]
 async fn close_one(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
     Lenient(body): Lenient,
-) -> Result<Json<Outcome>, ApiError> {
+) -> Result<Response, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
     let station = hub.station(&id)?;
     let requests = close(&station, body["valve"].as_str())?;
-    let all = requests.iter().map(|it| hub.urgent(&caller, &station, it)).collect();
-    Ok(Json(together(all).await?))
+    soon(requests.iter().map(|it| hub.urgent(&caller, &station, it)).collect()).await
 }
 
 /// Locks a monitor out.
 #[utoipa::path(post, path = "/api/monitors/{id}/lockout", params(("id" = String, Path)),
-    responses((status = 200, body = Outcome), (status = 401), (status = 404), (status = 422),
-    (status = 502), (status = 503)))]
+    responses((status = 200, body = Outcome), (status = 202, body = Pending), (status = 401), (status = 404),
+    (status = 422), (status = 502), (status = 503)))]
 async fn lockout(
     State(hub): State<Hub>,
     Urgent(caller): Urgent,
     Path(id): Path<String>,
-) -> Result<Json<Outcome>, ApiError> {
+) -> Result<Response, ApiError> {
     let station = hub.station(&id)?;
-    Ok(Json(hub.command(&caller, &station, MonitorRequest::lockout()?, None).await?))
+    soon(vec![hub.urgent(&caller, &station, &MonitorRequest::lockout()?)]).await
 }
 
 /// Stops every monitor.
@@ -310,7 +316,9 @@ async fn crash(
     Path(id): Path<String>,
 ) -> Result<Json<Crash>, ApiError> {
     let monitor = Monitor::new(hub.station(&id)?.client()?);
-    let info = monitor.crash_data().await.map_err(|error| ApiError::from(&error))?;
+    let info = timeout(READ_WAIT, monitor.crash_data()).await;
+    let info = info.map_err(|_| ApiError::no_answer_within(&id, READ_WAIT))?;
+    let info = info.map_err(|error| ApiError::from(&error))?;
     Ok(Json(Crash::from(&info)))
 }
 
@@ -330,6 +338,15 @@ pub fn close(station: &Station, valve: Option<&str>) -> Result<Vec<MonitorReques
         },
     };
     valves.into_iter().map(MonitorRequest::close).collect()
+}
+
+/// What urgent requests to one monitor have come to; after [`URGENT_WAIT`], that they are sent. They
+/// go on.
+async fn soon(all: Vec<Joined>) -> Result<Response, ApiError> {
+    match timeout(URGENT_WAIT, together(all)).await {
+        Ok(outcome) => Ok(Json(outcome?).into_response()),
+        Err(_) => Ok((StatusCode::ACCEPTED, Json(Pending { pending: true })).into_response()),
+    }
 }
 
 /// The results of several urgent requests to one monitor as one.
@@ -389,7 +406,7 @@ impl Hub {
             Some("max") => Toward::Max,
             Some("min") => Toward::Min,
             _ => {
-                let text: Both = both("toward is max or min.", "toward — max или min.");
+                let text: Both = text::TowardWrong.words();
                 return Err(ApiError::bad_request(text));
             }
         };

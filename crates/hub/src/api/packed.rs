@@ -16,13 +16,13 @@ use axum::response::{IntoResponse, Response};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use hyper::body::Body as _;
+use lafet_texts::{Text as _, hub as text};
 use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 
 use super::JSON;
 use crate::error::ApiError;
 use crate::hub::Hub;
-use crate::text::both;
 
 /// A smaller answer is a packet in any case; a larger one is made in parts.
 const SIZES: std::ops::RangeInclusive<u64> = 1024..=16 * 1024 * 1024;
@@ -145,10 +145,7 @@ pub fn refuse_packed(headers: &HeaderMap) -> Result<(), ApiError> {
     if headers.get_all(header::CONTENT_ENCODING).iter().all(plain) {
         return Ok(());
     }
-    let text = both(
-        "The hub takes bodies of requests as they are, without Content-Encoding.",
-        "Сервер объекта принимает тела запросов только без сжатия (без Content-Encoding).",
-    );
+    let text = text::EncodingRefused.words();
     Err(ApiError::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "packed", text))
 }
 

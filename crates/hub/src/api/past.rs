@@ -8,6 +8,7 @@ use axum::response::Response;
 use lafet_proto::RequestId;
 use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::layouts::{Kind, of_answer};
+use lafet_texts::{Text as _, hub as text};
 use serde::Deserialize;
 use tokio::sync::mpsc;
 use utoipa::IntoParams;
@@ -23,7 +24,6 @@ use crate::monitor::link_series::PREFIX;
 use crate::monitor::status::Status;
 use crate::recording::player::Player;
 use crate::store::{Base, Change, StoreError};
-use crate::text::both;
 
 /// Longest range, and how much of it is read at a time.
 const RANGE_MS: u64 = 24 * 3_600_000;
@@ -57,10 +57,7 @@ async fn history_changes(
     let from_ms = part.from_ms.unwrap_or_else(|| to_ms.saturating_sub(USUAL_MS));
     let (from_ms, to_ms) = between(Some(from_ms), Some(to_ms))?;
     if to_ms - from_ms > RANGE_MS {
-        return Err(ApiError::bad_request(both(
-            "At most 24 hours at a time.",
-            "Не более 24 часов за раз.",
-        )));
+        return Err(ApiError::bad_request(text::PastTooLong.words()));
     }
     let addresses = whose(&hub);
     let monitors: Vec<String> = match part.monitor {

@@ -11,6 +11,7 @@ use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::{Stream, StreamExt};
+use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Deserialize;
 use tokio::sync::mpsc;
 use utoipa::{IntoParams, ToSchema};
@@ -26,7 +27,7 @@ use crate::hub::{Caller, Hub};
 use crate::recording::player::Player;
 use crate::recording::{Recording, UNPACKED_MAX, Whose, is_name};
 use crate::store::{Act, StoreError};
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Largest file that is taken.
 const UPLOAD_MAX: usize = 64 << 20;
@@ -97,10 +98,7 @@ async fn record(
     needs(&caller, Role::Operator)?;
     if !SECONDS.contains(&seconds) {
         let (from, to) = (SECONDS.start(), SECONDS.end());
-        return Err(ApiError::bad_request(both(
-            format!("seconds is {from}…{to}."),
-            format!("seconds — {from}…{to}."),
-        )));
+        return Err(ApiError::bad_request(text::SecondsRange { from, to }.words()));
     }
     let stations = match &monitor {
         Some(id) => vec![hub.station(id)?],
@@ -233,10 +231,9 @@ async fn upload(
     let recording = match added.await {
         Ok(Ok(recording)) => recording,
         Ok(Err(Unfit::Read(error))) => {
-            return Err(ApiError::bad_request(both(
-                format!("This is no recording of frames: {error}."),
-                format!("Это не запись кадров: {error}."),
-            )));
+            return Err(ApiError::bad_request(
+                text::RecordingNotFrames { error: Shown(error) }.words(),
+            ));
         }
         Ok(Err(Unfit::Io(error))) => return Err(StoreError::Io(error).into()),
         Err(_) => return Err(StoreError::Busy.into()),
@@ -261,18 +258,12 @@ async fn store(body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> 
     let (mut body, mut size) = (body.into_data_stream(), 0);
     while let Some(part) = body.next().await {
         let part = part.map_err(|error| {
-            ApiError::bad_request(both(
-                format!("The file has not arrived: {error}."),
-                format!("Файл не дошёл: {error}."),
-            ))
+            ApiError::bad_request(text::UploadBroken { error: Shown(error) }.words())
         })?;
         size += part.len();
         if size > UPLOAD_MAX {
             let megabytes = UPLOAD_MAX >> 20;
-            let text = both(
-                format!("The file is too large; at most {megabytes} MiB."),
-                format!("Файл слишком велик; не более {megabytes} МиБ."),
-            );
+            let text = text::UploadTooLarge { megabytes }.words();
             return Err(ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", text));
         }
         file = blocking(move || file.write_all(&part).map(|()| file)).await?;

@@ -11,6 +11,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use lafet_proto::dictionary::layouts::{Kind, of_answer};
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
@@ -25,7 +26,6 @@ use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::link_series::{self, SeriesInfo};
 use crate::store::{Act, AlarmChange, DAY_MS, Entry, RAW_RANGE_MS, Rows, Verified, resolution_ms};
-use crate::text::both;
 
 /// Longest time on the shelf, minutes.
 const SHELVE_MAX_MIN: u64 = 480;
@@ -166,12 +166,9 @@ async fn shelve(
     if !(1..=SHELVE_MAX_MIN).contains(&minutes)
         || !(1..=REASON_MAX).contains(&reason.trim().chars().count())
     {
-        return Err(ApiError::bad_request(both(
-            format!(
-                "It takes a reason of 1…{REASON_MAX} characters and 1…{SHELVE_MAX_MIN} minutes."
-            ),
-            format!("Нужны причина (1…{REASON_MAX} символов) и 1…{SHELVE_MAX_MIN} минут."),
-        )));
+        return Err(ApiError::bad_request(
+            text::ShelveRange { reason_max: REASON_MAX, shelve_max_min: SHELVE_MAX_MIN }.words(),
+        ));
     }
     let until_ms = hub.clock().now_ms() + minutes * 60_000;
     let change = hub.alarms().shelve(&id, &caller.principal.user, until_ms, reason.trim());
@@ -228,7 +225,8 @@ async fn audit(
     let Query(wanted) = wanted.map_err(|error| not_understood(&error))?;
     let page = hub.audit().find(wanted.try_into()?).await?;
     let waiting = hub.audit().waiting();
-    Ok(Json(AuditPage { entries: page.found, next: page.next, waiting }))
+    let entries = page.found.into_iter().map(Entry::shown).collect();
+    Ok(Json(AuditPage { entries, next: page.next, waiting }))
 }
 
 /// Checks the chain of the audit log.
@@ -277,8 +275,8 @@ async fn series(
             let field_name = if field.kind == Kind::Flags { "bits" } else { field.name };
             list.push(SeriesInfo {
                 series: format!("{name}.{field_name}"),
-                unit: field.unit.name().map(Into::into).unwrap_or_default(),
-                text: field.text.into(),
+                unit: field.unit.name().map(|it| it.words()).unwrap_or_default(),
+                text: field.text.words(),
             });
         }
     }
@@ -329,10 +327,10 @@ async fn history_csv(
     Ok((headers, text).into_response())
 }
 
-/// The same as Parquet.
+/// The same as Parquet. A program built without the feature `parquet` answers 501.
 #[utoipa::path(get, path = "/api/history.parquet", params(Part),
     responses((status = 200, content_type = "application/vnd.apache.parquet"), (status = 400), (status = 401),
-    (status = 404), (status = 503)))]
+    (status = 404), (status = 501), (status = 503)))]
 async fn history_parquet(
     State(hub): State<Hub>,
     _: Caller,
@@ -362,10 +360,7 @@ const TIME_MAX_MS: u64 = 253_402_300_799_999;
 pub fn between(from_ms: Option<u64>, to_ms: Option<u64>) -> Result<(u64, u64), ApiError> {
     let (from_ms, to_ms) = (from_ms.unwrap_or(0), to_ms.unwrap_or(TIME_MAX_MS));
     if from_ms > to_ms || to_ms > TIME_MAX_MS {
-        return Err(ApiError::bad_request(both(
-            format!("from_ms must not be after to_ms, nor either after {TIME_MAX_MS}."),
-            format!("from_ms не может быть больше to_ms, и оба — больше {TIME_MAX_MS}."),
-        )));
+        return Err(ApiError::bad_request(text::TimesWrong { time_max_ms: TIME_MAX_MS }.words()));
     }
     Ok((from_ms, to_ms))
 }

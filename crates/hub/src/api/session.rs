@@ -7,6 +7,7 @@ use axum::extract::{FromRequestParts, State};
 use axum::http::request::Parts;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
@@ -17,7 +18,6 @@ use crate::access::{AccessError, Kind, Place, Principal, Role, SessionInfo};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
-use crate::text::both;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -174,10 +174,7 @@ async fn password(
     Body(password): Body<Password>,
 ) -> Result<StatusCode, ApiError> {
     if caller.principal.kind != Kind::Session {
-        return Err(ApiError::bad_request(both(
-            "Only who has logged in with a password has one.",
-            "Пароль есть только у того, кто вошёл с паролем.",
-        )));
+        return Err(ApiError::bad_request(text::NoPassword.words()));
     }
     let (user, key) = (caller.principal.user.clone(), caller.principal.key.clone());
     let attempt = Try::begin(&hub, &from, &user)?;

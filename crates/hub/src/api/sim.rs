@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::{Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::{IntoParams, ToSchema};
@@ -16,7 +17,6 @@ use crate::access::Role;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::simulation::{self, Act};
-use crate::text::both;
 
 /// Slower shows nothing, faster leaves the hub nothing to poll.
 const SPEED: std::ops::RangeInclusive<f64> = 0.1..=20.0;
@@ -192,7 +192,7 @@ async fn fire(State(hub): State<Hub>, caller: Caller, Body(fire): Body<Fire>) ->
             Act::Fire { at, size, kind: kind.unwrap_or_else(|| "pool".into()) }
         }
         _ => {
-            let text = both("Give at or name.", "Нужно at или name.");
+            let text = text::SimAtOrName.words();
             return Err(ApiError::bad_request(text));
         }
     };
@@ -240,8 +240,5 @@ fn within(name: &str, value: f64, range: &std::ops::RangeInclusive<f64>) -> Resu
         return Ok(());
     }
     let (from, to) = (range.start(), range.end());
-    Err(ApiError::bad_request(both(
-        format!("{name} = {value} is out of range: {from}…{to}."),
-        format!("{name} = {value} вне диапазона {from}…{to}."),
-    )))
+    Err(ApiError::bad_request(text::SimOutOfRange { name, value, from, to }.words()))
 }

@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use lafet_site::config::Kind;
 use lafet_site::{Bypass, Condition, Hand, Mode, Scope, Signal};
+use lafet_texts::{Text as _, hub as text};
 use serde::Deserialize;
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
@@ -14,7 +15,6 @@ use crate::access::{Role, Standing};
 use crate::error::ApiError;
 use crate::field::view::ModbusView;
 use crate::hub::{Caller, Hub};
-use crate::text::both;
 use crate::zones::view::{Reported, ZonesConfigured, ZonesView};
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -125,7 +125,9 @@ async fn report_detector(
     report.check(kind)?;
     let DetectorReport { signal, condition, bearing_deg, elevation_deg, quality, .. } = report;
     let (at_ms, by) = (hub.clock().now_ms(), caller.principal.user.clone());
-    let reported = Reported { at_ms, by, signal, condition, bearing_deg, elevation_deg, quality };
+    let heard = hub.now();
+    let reported =
+        Reported { heard, at_ms, by, signal, condition, bearing_deg, elevation_deg, quality };
     hub.detector_reports(&caller, &id, reported)?;
     Ok(axum::http::StatusCode::NO_CONTENT)
 }
@@ -133,10 +135,7 @@ async fn report_detector(
 impl DetectorReport {
     fn check(&self, kind: Kind) -> Result<(), ApiError> {
         if self.kind.is_some_and(|given| given != kind) {
-            return Err(ApiError::bad_request(both(
-                "kind is not that of the configuration. Correct hub.toml, or the detector that reports here.",
-                "kind не такой, как в конфигурации. Исправьте hub.toml или извещатель, который сообщает сюда.",
-            )));
+            return Err(ApiError::bad_request(text::DetectorKindDiffers.words()));
         }
         let within = |value: Option<f64>, least: f64, most: f64| {
             value.is_none_or(|value| (least..=most).contains(&value))
@@ -146,10 +145,7 @@ impl DetectorReport {
             && within(self.quality, 0.0, 1.0);
         match fine {
             true => Ok(()),
-            false => Err(ApiError::bad_request(both(
-                "bearing_deg is 0…360, elevation_deg −90…90, quality 0…1.",
-                "bearing_deg — 0…360, elevation_deg — −90…90, quality — 0…1.",
-            ))),
+            false => Err(ApiError::bad_request(text::DetectorPlaceRange.words())),
         }
     }
 }

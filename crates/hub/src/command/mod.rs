@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use lafet_client::{Answers, Monitor, Saved};
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, sleep, timeout};
@@ -24,7 +25,6 @@ use crate::monitor::program;
 use crate::monitor::station::Station;
 use crate::monitor::status::Subsystem;
 use crate::sync::lock;
-use crate::text::both;
 
 /// Longest wait of a command for its entry to be on the disk; then it goes first.
 const NOTED: Duration = Duration::from_millis(50);
@@ -66,7 +66,7 @@ impl Hub {
         request: MonitorRequest,
     ) -> Result<Outcome, ApiError> {
         if request.id() != RequestId::SET_PARAM {
-            let text = both("Only SetParam is waited for.", "Ожидается только SetParam.");
+            let text = text::OnlySetParam.words();
             return Err(ApiError::bad_request(text));
         }
         let terms = Terms { save: true, ..Terms::default() };
@@ -254,7 +254,11 @@ impl Hub {
         let took_ms = millis(began.elapsed());
         let texts = answers.iter().flat_map(|answers| answers.iter()).map(answer_text).collect();
         let result = answers
-            .and_then(|answers| Outcome::new(request.text(), took_ms, &answers))
+            .and_then(|answers| {
+                let status = station.status();
+                let flags = |id| status.bits(id).filter(|_| !status.stale);
+                Outcome::new(request.text(), took_ms, &answers, &flags)
+            })
             .map(|outcome| outcome.saved(saved));
         Sent { result, noted: Noted { request, outcome, took_ms, answers: texts, saved } }
     }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use lafet_client::refusal::{Reason, reason};
+use lafet_client::refusal::{Flags, Reason, reason_now};
 use lafet_client::{AnswerBuf, Answers, Saved};
 use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::{self, layouts};
 use lafet_proto::text::AnswerText;
+use lafet_texts::Text;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -75,23 +76,33 @@ pub enum OfOne {
     /// It has refused, or was not reached.
     Failed(Box<Failed>),
     /// The request is sent and not answered yet.
-    Pending {
-        /// Always true.
-        pending: bool,
-    },
+    Pending(Pending),
+}
+
+/// The request is sent, no answer has confirmed it yet, and it goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Pending {
+    /// Always true.
+    pub pending: bool,
 }
 
 /// What several monitors have answered, by id.
 pub type OfAll = BTreeMap<String, OfOne>;
 
 impl Outcome {
-    /// The answers to a request; an error if the one that there is refuses.
-    pub fn new(request: &str, took_ms: u64, answers: &Answers) -> Result<Self, ApiError> {
+    /// The answers to a request, and the flags by which a refusal is explained; an error if the one answer
+    /// that there is refuses.
+    pub fn new(
+        request: &str,
+        took_ms: u64,
+        answers: &Answers,
+        flags: Flags<'_>,
+    ) -> Result<Self, ApiError> {
         if answers.refusal().is_some() && answers.len() == 1 {
-            return Err(ApiError::refused(answers));
+            return Err(ApiError::refused(answers, flags));
         }
         let ok = answers.refusal().is_none();
-        let (request, answers) = (request.to_owned(), answered(answers));
+        let (request, answers) = (request.to_owned(), answered(answers, flags));
         Ok(Self { ok, request, took_ms, audit: None, answers, saved: None })
     }
 
@@ -114,7 +125,7 @@ impl OfOne {
         match result {
             Some(Ok(outcome)) => Self::Answered(outcome),
             Some(Err(error)) => Self::Failed(Failed { error: error.body() }.into()),
-            None => Self::Pending { pending: true },
+            None => Self::Pending(Pending { pending: true }),
         }
     }
 }
@@ -128,8 +139,8 @@ pub fn parted<T>(result: Result<T, ApiError>) -> (Option<T>, Option<ErrorBody>) 
 }
 
 /// All answers to a request.
-pub fn answered(answers: &Answers) -> Vec<Answered> {
-    answers.iter().map(|answer| Answered::new(answers.to(), answer)).collect()
+pub fn answered(answers: &Answers, flags: Flags<'_>) -> Vec<Answered> {
+    answers.iter().map(|answer| Answered::new(answers.to(), answer, flags)).collect()
 }
 
 /// `Vertical GetStatus → Ok …`
@@ -138,17 +149,17 @@ pub fn answer_text(answer: &AnswerBuf) -> String {
 }
 
 impl Answered {
-    fn new(to: SubsystemId, answer: &AnswerBuf) -> Self {
+    fn new(to: SubsystemId, answer: &AnswerBuf, flags: Flags<'_>) -> Self {
         let status = answer.status();
         let texts = match dictionary::status(status) {
             Some(texts) if status.is_success() => {
-                Some((Both::from(texts.meaning), Both::from(texts.remedy)))
+                Some((texts.meaning.words(), texts.remedy.words()))
             }
             _ if status.is_success() => None,
             _ => {
                 let Reason { why, remedy, .. } =
-                    reason(answer.request(), to, status, answer.from());
-                Some((why.into(), remedy.into()))
+                    reason_now(answer.request(), to, status, answer.from(), flags);
+                Some((why.words(), remedy.words()))
             }
         };
         let (meaning, remedy) = texts.unzip();
@@ -181,4 +192,32 @@ fn values(answer: &AnswerBuf) -> BTreeMap<&'static str, FieldValue> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_proto::flags::GeneralFlags;
+    use lafet_proto::{Record, RequestId, Status};
+
+    use super::*;
+
+    /// §3.3.1/4 A weak supply is explained as such in the message and in the answer, by the flags.
+    #[test]
+    fn a_weak_supply_is_no_lockout() {
+        let general = SubsystemId::GENERAL;
+        let record =
+            Record { request: RequestId::MOVE, device: general, status: Status::DENIED, data: &[] };
+        let answers = Answers::new(SubsystemId::VERTICAL, [AnswerBuf::new(&record)]).unwrap();
+        let refused = |flags: GeneralFlags| {
+            let flags = |id| (id == general).then_some(flags.bits());
+            let body = Outcome::new("Move Vertical 600", 1, &answers, &flags).unwrap_err().body();
+            let meaning = body.details.answers.as_ref().unwrap()[0].meaning.clone().unwrap();
+            assert!(body.en.contains(&meaning.en) && body.ru.contains(&meaning.ru), "{body:?}");
+            meaning.en
+        };
+        let weak = refused(GeneralFlags::BAD_POWER);
+        assert!(weak.contains("supply") && !weak.contains("locked"), "{weak}");
+        let locked = refused(GeneralFlags::LOCKED_OUT | GeneralFlags::BAD_POWER);
+        assert!(locked.contains("locked out") && !locked.contains("supply"), "{locked}");
+    }
 }

@@ -4,11 +4,12 @@ use lafet_client::{Lang, RequestBuf, parse_error_text};
 use lafet_proto::request::Body;
 use lafet_proto::text::{BUFFER_SIZE, ParseError, parse};
 use lafet_proto::{Request, RequestId, SubsystemId};
+use lafet_texts::{Text as _, hub as text};
 
 use crate::access::{Need, need};
 use crate::error::{ApiError, Details};
 use crate::store::Act;
-use crate::text::both;
+use crate::text::Both;
 
 /// Longest text of a request.
 const TEXT_MAX: usize = 4096;
@@ -25,7 +26,7 @@ impl MonitorRequest {
     /// Reads the text form, `Move Vertical 1200`.
     pub fn parse(text: &str) -> Result<Self, ApiError> {
         if text.len() > TEXT_MAX {
-            let text = both("The request is too long.", "Запрос слишком длинный.");
+            let text = text::RequestTooLong.words();
             let status = axum::http::StatusCode::PAYLOAD_TOO_LARGE;
             return Err(ApiError::new(status, "too_large", text));
         }
@@ -36,12 +37,8 @@ impl MonitorRequest {
     /// A request that is not the bus controller's own.
     pub fn new(request: &Request<'_>) -> Result<Self, ApiError> {
         let buf = RequestBuf::new(request).map_err(|error| ApiError::from(&error))?;
-        let need = needed(&buf).ok_or_else(|| {
-            ApiError::bad_request(both(
-                "This is the bus controller's own.",
-                "Этот запрос — только для контроллера магистрали.",
-            ))
-        })?;
+        let need =
+            needed(&buf).ok_or_else(|| ApiError::bad_request(text::BusControllerOwn.words()))?;
         Ok(Self { need, text: request.to_string(), buf })
     }
 
@@ -110,8 +107,10 @@ fn needed(request: &RequestBuf) -> Option<Need> {
 }
 
 fn wrong(text: &str, error: &ParseError) -> ApiError {
-    let what =
-        both(parse_error_text(text, error, Lang::En), parse_error_text(text, error, Lang::Ru));
+    let what = Both {
+        en: parse_error_text(text, error, Lang::En),
+        ru: parse_error_text(text, error, Lang::Ru),
+    };
     ApiError::bad_request(what).with(Details {
         column: Some(error.column),
         length: Some(error.len),

@@ -5,12 +5,13 @@ use std::net::SocketAddr;
 use std::path::Path;
 
 use lafet_client::Lang;
+use lafet_texts::{Shown, Text as _, hub as text};
 
 use super::file::{File, Recording, Tls};
 use super::places::site;
 use super::{Config, LISTEN, Overrides, RecordingConfig, TlsConfig};
 use crate::store::Address;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// What is wrong with the configuration: where, what, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -130,28 +131,16 @@ impl Check<'_> {
         if !*read.server.login.get_ref() && !listen.ip().is_loopback() {
             self.say(
                 read.server.login.span().start,
-                both(
-                    format!("login = false, but {listen} can be reached from other machines."),
-                    format!("login = false, но {listen} доступен с других машин."),
-                ),
-                both(
-                    "Set login = true, or listen on 127.0.0.1.",
-                    "Задайте login = true или слушайте на 127.0.0.1.",
-                ),
+                text::CheckOpenWithoutLogin { listen: Shown(listen) }.words(),
+                text::CheckOpenWithoutLoginRemedy.words(),
             );
         }
         if read.tls.is_none() && !listen.ip().is_loopback() && !read.server.plain_http {
             let at = read.server.listen.as_ref().map_or(0, |listen| listen.span().start);
             self.say(
                 at,
-                both(
-                    format!("Passwords would travel in the clear to {listen}."),
-                    format!("Пароли передавались бы на {listen} открыто."),
-                ),
-                both(
-                    "Add [tls] with cert and key; or, behind a proxy that has TLS, plain_http = true.",
-                    "Добавьте [tls] с cert и key либо, за прокси с TLS, plain_http = true.",
-                ),
+                text::CheckPlainPasswords { listen: Shown(listen) }.words(),
+                text::CheckPlainPasswordsRemedy.words(),
             );
         }
     }
@@ -166,11 +155,8 @@ impl Check<'_> {
             self.file,
             self.text,
             byte,
-            both(
-                format!("Every user of this machine can read {name}."),
-                format!("Файл {name} может прочитать любой пользователь этой машины."),
-            ),
-            both(format!("chmod o= {name}"), format!("chmod o= {name}")),
+            text::CheckFileReadable { name: Shown(&name) }.words(),
+            Both::same(format!("chmod o= {name}")),
         ));
     }
 
@@ -197,14 +183,8 @@ impl Check<'_> {
         match text.parse::<SocketAddr>() {
             Ok(listen) => port(listen),
             Err(_) => {
-                let what = both(
-                    format!("`{text}` is no place to listen."),
-                    format!("`{text}` — не адрес."),
-                );
-                let remedy = both(
-                    "Write ADDRESS:PORT, as 127.0.0.1:8480 or 0.0.0.0:8480.",
-                    "Напишите АДРЕС:ПОРТ, например 127.0.0.1:8480 или 0.0.0.0:8480.",
-                );
+                let what = text::CheckListen { text }.words();
+                let remedy = text::CheckListenRemedy.words();
                 match place {
                     Some(byte) => self.say(byte, what, remedy),
                     None => {
@@ -229,15 +209,7 @@ impl Check<'_> {
         let address = Address::parse(url.get_ref(), self.folder);
         let used = address.and_then(|address| match address.connector() {
             Ok(_) => Ok(address),
-            Err(what) => Err((
-                what,
-                both(
-                    "sslrootcert, sslcert and sslkey name PEM files; relative ones start from the \
-                     folder of this file.",
-                    "sslrootcert, sslcert и sslkey — файлы PEM; относительный путь — от папки \
-                     этого файла.",
-                ),
-            )),
+            Err(what) => Err((what, text::CheckPemFilesRemedy.words())),
         });
         match used {
             Ok(address) => Some(address),
@@ -259,25 +231,15 @@ impl Check<'_> {
                 (value.get_ref(), range.start(), range.end(), value.span().start);
             self.say(
                 at,
-                both(
-                    format!("{name} = {value} is out of range."),
-                    format!("{name} = {value} вне допустимых значений."),
-                ),
-                both(format!("Write {from}…{to}."), format!("Допустимо {from}…{to}.")),
+                text::CheckOutOfRange { name, value: Shown(value) }.words(),
+                text::CheckOutOfRangeRemedy { from: Shown(from), to: Shown(to) }.words(),
             );
         }
     }
 
     fn tls(&mut self, byte: usize, tls: Tls) -> TlsConfig {
         if tls.client_ca.is_none() && !tls.client_roles.is_empty() {
-            self.say(
-                byte,
-                both("client_roles without client_ca.", "client_roles без client_ca."),
-                both(
-                    "Add client_ca: the file with the certificate that signs clients.",
-                    "Добавьте client_ca — файл сертификата, которым подписаны клиенты.",
-                ),
-            );
+            self.say(byte, text::CheckClientRoles.words(), text::CheckClientRolesRemedy.words());
         }
         let config = TlsConfig {
             cert: self.folder.join(tls.cert),
@@ -287,15 +249,7 @@ impl Check<'_> {
         };
         self.secret(byte, &config.key);
         for what in crate::server::tls::problems(&config) {
-            self.say(
-                byte,
-                what,
-                both(
-                    "Give the path of a PEM file; relative ones start from the folder of this \
-                     file.",
-                    "Укажите путь к файлу PEM; относительный путь — от папки этого файла.",
-                ),
-            );
+            self.say(byte, what, text::CheckPemRemedy.words());
         }
         config
     }
@@ -439,7 +393,13 @@ mod tests {
                 "`boss` — не то; возможно: `observer`",
             ),
             ("monitor = 1", "where a list", "нужно: список"),
-            ("[server", "TOML: ", "TOML: "),
+            ("[server", "TOML: unclosed table", "TOML: заголовок не закрыт; нужно: `]`."),
+            ("[[monitor]", "TOML: ", "TOML: заголовок не закрыт"),
+            ("listen", "TOML: ", "TOML: ключ без значения; нужно: `=`."),
+            ("listen = here", "TOML: ", "TOML: текст пишут в кавычках"),
+            ("names = [\"a\" \"b\"]", "TOML: ", "TOML: нет запятой в списке"),
+            ("names = [\"a\"", "TOML: ", "TOML: список не закрыт"),
+            ("[tls]\nclient_roles = { a = 1", "TOML: ", "TOML: фигурная скобка не закрыта"),
             (
                 "[[monitor]]\nid = \"A\"\nurl = \"tcp://h?addr=1\"\nname = { en = \"x\" }",
                 "{ en = \"…\", ru = \"…\" }",

@@ -1,9 +1,10 @@
-//! The buses of a file, and which detectors are on them.
+//! The buses of a file, and what is on them.
 
 use std::time::Duration;
 
 use lafet_client::Endpoint;
 use lafet_site::config::ContactKind;
+use lafet_texts::{Shown, Text as _, hub as text};
 use toml::Spanned;
 
 use super::check::Check;
@@ -13,7 +14,7 @@ use crate::field::line::{self, Line};
 use crate::field::maps::{Bits, Map, View};
 use crate::field::point::{self, Point};
 use crate::field::{BusConfig, Sort, SourceConfig};
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Allowed times between two reads of a device, ms.
 const POLL_MS: std::ops::RangeInclusive<u64> = 50..=5000;
@@ -24,7 +25,7 @@ const TIMEOUT_USUAL_MS: u64 = 500;
 /// Allowed times for which a heartbeat may stand still, s.
 const BEAT_S: std::ops::RangeInclusive<u32> = 1..=600;
 /// Addresses of devices.
-const UNITS: std::ops::RangeInclusive<u32> = 1..=247;
+pub(super) const UNITS: std::ops::RangeInclusive<u32> = 1..=247;
 /// Longest name of a bus.
 const NAME_MAX: usize = 32;
 /// The greatest first register of an FV300: its block ends within the table.
@@ -65,9 +66,12 @@ impl Check<'_> {
             bus.sources.push(SourceConfig { id, sort, unit, map, silent_after_s });
         }
         self.contacts(read, &mut buses, whole);
+        self.outputs(read, &mut buses, whole);
         let whole = whole
             && !self.lacks("detector", read.detector.len())
-            && !self.lacks("input", read.input.len());
+            && !self.lacks("input", read.input.len())
+            && !self.lacks("output", read.output.len())
+            && !self.lacks("pump", read.pump.len());
         for (at, bus) in &buses {
             self.bus_as_a_whole(*at, bus, whole, read);
         }
@@ -79,11 +83,8 @@ impl Check<'_> {
             let contact = written.get_ref();
             let Some(given) = &contact.source else { continue };
             if read.zone.is_empty() && !self.lacks("zone", 0) {
-                let what = both("There is no zone for it.", "Зоны для него нет.");
-                let remedy = both(
-                    "Add [[zone]], or remove the input.",
-                    "Добавьте [[zone]] или удалите вход.",
-                );
+                let what = text::CheckInputNoZone.words();
+                let remedy = text::CheckInputNoZoneRemedy.words();
                 self.say(written.span().start, what, remedy);
             }
             let source = Spanned::new(given.span(), Source::from(given.get_ref().clone()));
@@ -94,18 +95,8 @@ impl Check<'_> {
             };
             let least = 2 * bus.poll_ms;
             if contact.kind == ContactKind::Release && u64::from(contact.debounce_ms) < least {
-                let what = both(
-                    format!("{id} would release by a single reading."),
-                    format!("{id} пускал бы по одному чтению."),
-                );
-                let remedy = both(
-                    format!(
-                        "Write debounce_ms = {least} or more (1000 at most), or a smaller poll_ms of {name}."
-                    ),
-                    format!(
-                        "Укажите debounce_ms не меньше {least} (не больше 1000) или poll_ms у {name} поменьше."
-                    ),
-                );
+                let what = text::CheckSingleReading { id: &id }.words();
+                let remedy = text::CheckSingleReadingRemedy { least, name }.words();
                 self.say(written.span().start, what, remedy);
             }
             let unit = u8::try_from(*source.get_ref().unit.get_ref()).unwrap_or_default();
@@ -124,16 +115,12 @@ impl Check<'_> {
         let (name, at) = (written.name.get_ref(), written.name.span().start);
         let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if name.is_empty() || name.len() > NAME_MAX || !name.chars().all(fine) {
-            let what =
-                both(format!("`{name}` is no name of a bus."), format!("`{name}` — не имя линии."));
-            let remedy = both(
-                "Write 1…32 letters a–z, digits, - or _.",
-                "Допустимо 1…32 латинских букв, цифр, - и _.",
-            );
+            let what = text::CheckBusName { name }.words();
+            let remedy = text::CheckBusNameRemedy.words();
             self.say(at, what, remedy);
         } else if others.iter().any(|(_, other)| other.name == *name) {
-            let what = both(format!("{name} is given twice."), format!("{name} указано дважды."));
-            let remedy = both("Give each bus a name of its own.", "Имена линий различны.");
+            let what = text::CheckBusTwice { name }.words();
+            let remedy = text::CheckBusTwiceRemedy.words();
             self.say(at, what, remedy);
         }
         for (value, range, key) in [
@@ -161,6 +148,8 @@ impl Check<'_> {
             poll_ms: or(&written.poll_ms, POLL_USUAL_MS),
             timeout_ms: or(&written.timeout_ms, TIMEOUT_USUAL_MS),
             sources: Vec::new(),
+            outputs: Vec::new(),
+            heartbeats: Vec::new(),
         })
     }
 
@@ -180,25 +169,13 @@ impl Check<'_> {
         };
         if let Some((_, other)) = others.iter().find(|(_, other)| same(&other.line)) {
             let name = &other.name;
-            let what = both(
-                format!("The bus {name} is on the same line."),
-                format!("На этой же линии — {name}."),
-            );
-            let remedy = both(
-                "A line is one [[modbus]], with all of its devices.",
-                "Линия — один раздел [[modbus]] со всеми её устройствами.",
-            );
+            let what = text::CheckBusSameLine { name }.words();
+            let remedy = text::CheckBusSameLineRemedy.words();
             self.say(at, what, remedy);
         }
         if urls.into_iter().filter_map(|url| url.parse().ok()).any(has_port) {
-            let what = both(
-                "A monitor is on this line, with a protocol of its own.",
-                "На этой линии — ствол со своим протоколом.",
-            );
-            let remedy = both(
-                "Give the detectors a line of their own.",
-                "Отведите извещателям отдельную линию.",
-            );
+            let what = text::CheckBusWithMonitor.words();
+            let remedy = text::CheckBusWithMonitorRemedy.words();
             self.say(at, what, remedy);
         }
     }
@@ -213,26 +190,15 @@ impl Check<'_> {
         let source = written.get_ref();
         let (name, at) = (source.modbus.get_ref(), source.modbus.span().start);
         if whole && !buses.iter().any(|(_, bus)| bus.name == *name) {
-            let what = both(format!("There is no bus {name}."), format!("Линии {name} нет."));
-            let remedy = both(
-                format!("Add [[modbus]] with name = \"{name}\", or correct the name."),
-                format!("Добавьте [[modbus]] с name = \"{name}\" или исправьте имя."),
-            );
+            let what = text::CheckBusUnknown { name }.words();
+            let remedy = text::CheckBusUnknownRemedy { name }.words();
             self.say(at, what, remedy);
         }
         let unit_is_fine = UNITS.contains(source.unit.get_ref());
         self.range(&source.unit, UNITS, "unit");
         if let Some((key, at)) = source.stray(source.map) {
-            let what = both(
-                format!("{key} has no meaning here."),
-                format!("{key} здесь не имеет смысла."),
-            );
-            let remedy = both(
-                "With map = \"fv300\": register, axis, field; with map = \"notifier\": register; without map: alarm \
-                 and other bits, and heartbeat_s with heartbeat.",
-                "При map = \"fv300\" — register, axis, field; при map = \"notifier\" — register; без map — alarm и \
-                 другие биты, heartbeat_s — вместе с heartbeat.",
-            );
+            let what = text::CheckKeyMeaningless { key }.words();
+            let remedy = text::CheckKeyMeaninglessRemedy.words();
             self.say(at, what, remedy);
             return None;
         }
@@ -259,8 +225,7 @@ impl Check<'_> {
             (Some(axis), Some(field)) => Some(self.view(axis, field)?),
             (axis, field) => {
                 let at = axis.as_ref().or(field.as_ref()).map_or(0, |it| it.span().start);
-                let what =
-                    both("axis and field belong together.", "axis и field указываются вместе.");
+                let what = text::CheckAxisAndField.words();
                 self.say(at, what, view_remedy());
                 return None;
             }
@@ -275,7 +240,7 @@ impl Check<'_> {
             && (1.0..=180.0).contains(&width)
             && (1.0..=180.0).contains(&height);
         if !fine {
-            let what = both("No detector is mounted so.", "Так извещатель не установить.");
+            let what = text::CheckView.words();
             self.say(axis.span().start, what, view_remedy());
             return None;
         }
@@ -286,11 +251,8 @@ impl Check<'_> {
 
     fn notifier(&mut self, written: &Spanned<Source>) -> Option<Map> {
         let Some(register) = &written.get_ref().register else {
-            let what = both("register is missing.", "Не хватает register.");
-            let remedy = both(
-                "Write the register of the point, counted from 0.",
-                "Укажите регистр точки, считая с 0.",
-            );
+            let what = text::CheckRegisterMissing.words();
+            let remedy = text::CheckRegisterMissingRemedy.words();
             self.say(written.span().start, what, remedy);
             return None;
         };
@@ -300,11 +262,8 @@ impl Check<'_> {
     fn bits(&mut self, written: &Spanned<Source>) -> Option<Map> {
         let source = written.get_ref();
         let Some(alarm) = &source.alarm else {
-            let what = both("The bit that alarms is missing.", "Не указан бит тревоги.");
-            let remedy = both(
-                "Write alarm = \"discrete:12\", or map = \"fv300\".",
-                "Напишите alarm = \"discrete:12\" или map = \"fv300\".",
-            );
+            let what = text::CheckAlarmBitMissing.words();
+            let remedy = text::CheckAlarmBitMissingRemedy.words();
             self.say(written.span().start, what, remedy);
             return None;
         };
@@ -325,11 +284,8 @@ impl Check<'_> {
             None => None,
         };
         if let (Some(bit), None) = (&source.heartbeat, beat_s) {
-            let what = both("heartbeat without heartbeat_s.", "heartbeat без heartbeat_s.");
-            let remedy = both(
-                "Write heartbeat_s: twice the time in which the bit changes, s.",
-                "Укажите heartbeat_s: вдвое больше времени, за которое бит меняется, с.",
-            );
+            let what = text::CheckHeartbeat.words();
+            let remedy = text::CheckHeartbeatRemedy.words();
             self.say(bit.span().start, what, remedy);
             return None;
         }
@@ -342,7 +298,7 @@ impl Check<'_> {
         })))
     }
 
-    fn point(&mut self, written: &Spanned<String>) -> Option<Point> {
+    pub(super) fn point(&mut self, written: &Spanned<String>) -> Option<Point> {
         match Point::parse(written.get_ref()) {
             Ok(point) => Some(point),
             Err(what) => {
@@ -353,18 +309,8 @@ impl Check<'_> {
     }
 
     fn same_bit(&mut self, at: usize, id: &str, other: &str, bit: Point) {
-        let what = both(
-            format!(
-                "{id} and {other} have the same alarm bit ({bit}): one device would vote twice."
-            ),
-            format!(
-                "У {id} и {other} один бит тревоги ({bit}): одно устройство голосовало бы дважды."
-            ),
-        );
-        let remedy = both(
-            "Correct unit and bit, or remove one of them.",
-            "Исправьте unit и бит или удалите один из них.",
-        );
+        let what = text::CheckSameBit { id, other, bit: Shown(bit) }.words();
+        let remedy = text::CheckSameBitRemedy.words();
         self.say(at, what, remedy);
     }
 
@@ -374,22 +320,8 @@ impl Check<'_> {
             (2 * (bus.poll_ms + bus.timeout_ms), u64::from(detector.silent_after_s) * 1000);
         if own > silent {
             let (id, name, least) = (&detector.id, &bus.name, own.div_ceil(1000));
-            let what = both(
-                format!(
-                    "{id} is silent after {silent} ms, but {name} needs {own} ms to try twice."
-                ),
-                format!(
-                    "{id} считается молчащим через {silent} мс, а на две попытки {name} нужно {own} мс."
-                ),
-            );
-            let remedy = both(
-                format!(
-                    "Write a smaller poll_ms or timeout_ms of {name}, or silent_after_s = {least} or more."
-                ),
-                format!(
-                    "Уменьшите poll_ms или timeout_ms у {name} или укажите silent_after_s не меньше {least}."
-                ),
-            );
+            let what = text::CheckSilentTooSoon { id, silent, name, own }.words();
+            let remedy = text::CheckSilentTooSoonRemedy { name, least }.words();
             self.say(source.span().start, what, remedy);
         }
     }
@@ -399,54 +331,28 @@ impl Check<'_> {
         let detectors = read.detector.iter().filter_map(|it| it.get_ref().source.as_ref());
         let inputs = read.input.iter().filter_map(|it| it.get_ref().source.as_ref());
         let named = detectors.map(|it| it.get_ref().modbus.get_ref());
-        let mut named = named.chain(inputs.map(|it| it.get_ref().modbus.get_ref()));
+        let named = named.chain(inputs.map(|it| it.get_ref().modbus.get_ref()));
+        let outputs = read.output.iter().filter_map(|it| it.get_ref().target.as_ref());
+        let pumps = read.pump.iter().filter_map(|it| it.get_ref().target.as_ref());
+        let targets = outputs.chain(pumps).map(|it| it.get_ref().modbus.get_ref());
+        let mut named = named.chain(targets);
         if whole && !named.any(|it| it == name) {
-            let what = both(
-                format!("Nothing is on the bus {name}: it would have no effect."),
-                format!("На линии {name} ничего нет: раздел остался бы без действия."),
-            );
-            let remedy = both(
-                format!(
-                    "Write source = {{ modbus = \"{name}\", unit = 1, … }} in a [[detector]], or remove the bus."
-                ),
-                format!(
-                    "Напишите в [[detector]] source = {{ modbus = \"{name}\", unit = 1, … }} или удалите линию."
-                ),
-            );
+            let what = text::CheckBusUnused { name }.words();
+            let remedy = text::CheckBusUnusedRemedy { name }.words();
             self.say(at, what, remedy);
         }
         let round = u64::try_from(bus.round().as_millis()).unwrap_or(u64::MAX);
         if round > bus.poll_ms {
-            let what = both(
-                format!(
-                    "One round on {name} takes {round} ms at this speed, more than poll_ms = {}.",
-                    bus.poll_ms
-                ),
-                format!(
-                    "Один обход {name} занимает на этой скорости {round} мс — больше poll_ms = {}.",
-                    bus.poll_ms
-                ),
-            );
-            let remedy = both(
-                format!(
-                    "Write poll_ms = {} or more, a higher speed, or divide the bus.",
-                    round.next_multiple_of(50)
-                ),
-                format!(
-                    "Укажите poll_ms не меньше {}, скорость выше или разделите линию.",
-                    round.next_multiple_of(50)
-                ),
-            );
+            let what = text::CheckRoundTooLong { name, round, poll_ms: bus.poll_ms }.words();
+            let remedy =
+                text::CheckRoundTooLongRemedy { poll_ms: round.next_multiple_of(50) }.words();
             self.say(at, what, remedy);
         }
     }
 }
 
 fn view_remedy() -> Both {
-    both(
-        "Write axis = [bearing 0…360, elevation −90…90] and field = [width, height], 1…180, all in degrees.",
-        "Напишите axis = [пеленг 0…360, угол места −90…90] и field = [ширина, высота], 1…180, всё в градусах.",
-    )
+    text::CheckViewRemedy.words()
 }
 
 #[cfg(test)]

@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::PathBuf;
 
-use lafet_site::config::{Output, Pump, Zone};
+use lafet_site::config::Zone;
+use lafet_texts::{Text as _, hub as text};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::written::{Bus, Contact, Detector};
+use super::written::{Bus, Contact, Detector, Output, Pump};
 use super::zones::Aim;
 use super::{Problem, words};
 use crate::access::Role;
 use crate::site::{Tank, Wall};
-use crate::text::{Both, both};
+use crate::text::Both;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -161,10 +162,7 @@ impl File {
     /// Reads the text as far as it can be read, and everything that is wrong with it. What is wrong is
     /// left out and the rest read again, until it fits. `false`: it is not TOML at all.
     pub fn read(file: &str, text: &str) -> (Self, bool, Vec<Problem>) {
-        let remedy = both(
-            "For what is allowed here: lafet serve --example.",
-            "Что здесь может стоять: lafet serve --example.",
-        );
+        let remedy = text::CheckExampleRemedy.words();
         let problem = |error: &toml::de::Error| {
             let at = error.span().map_or(0, |span| span.start);
             let message = error.message().trim_end();

@@ -4,6 +4,7 @@ mod check;
 mod field;
 mod file;
 mod monitors;
+mod outputs;
 mod places;
 mod words;
 mod written;
@@ -21,7 +22,7 @@ use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
-pub use zones::{Aim, Outlet, ZonesConfig};
+pub use zones::{Aim, Outlet, Station, Target, ZonesConfig};
 
 /// Default address of the listener.
 pub const LISTEN: &str = "127.0.0.1:8480";
@@ -67,7 +68,7 @@ pub struct Config {
     pub site: Option<Site>,
     /// The zones; `None`: the hub releases nothing by itself.
     pub zones: Option<ZonesConfig>,
-    /// Buses of detectors.
+    /// Buses of detectors, contacts, outputs and pumps.
     pub modbus: Vec<BusConfig>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use lafet_client::{Endpoint, Lang};
+use lafet_client::Endpoint;
+use lafet_texts::{Text as _, hub as text};
 
 use super::MonitorConfig;
 use super::check::Check;
 use super::file::{Monitor, Name};
-use crate::text::both;
+use crate::text::Both;
 
 /// Allowed periods of polls. A monitor that is polled less often is not being watched.
 const POLL_MS: std::ops::RangeInclusive<u64> = 20..=10_000;
@@ -19,11 +20,8 @@ impl Check<'_> {
     /// The monitors, without those whose URL cannot be used.
     pub fn monitors(&mut self, read: &[toml::Spanned<Monitor>]) -> Vec<MonitorConfig> {
         if read.is_empty() {
-            let what = both("There is no monitor.", "Не указан ни один ствол.");
-            let remedy = both(
-                "Add one: [[monitor]] with id = \"M1\" and url = \"tcp://192.168.1.50?addr=1\".",
-                "Добавьте: [[monitor]], id = \"M1\", url = \"tcp://192.168.1.50?addr=1\".",
-            );
+            let what = text::CheckNoMonitor.words();
+            let remedy = text::CheckNoMonitorRemedy.words();
             self.say(self.text.len(), what, remedy);
         }
         let (mut ids, mut places) = (BTreeSet::new(), BTreeSet::new());
@@ -33,15 +31,12 @@ impl Check<'_> {
             let (id, at) = (monitor.id.get_ref(), monitor.id.span().start);
             let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
             if id.is_empty() || id.len() > 32 || !id.chars().all(fine) {
-                let what = both(format!("`{id}` is not an id."), format!("`{id}` — не id."));
-                let remedy = both(
-                    "Write 1…32 letters a–z, digits, - or _; what people read is name.",
-                    "Допустимо 1…32 латинских букв, цифр, - и _; для людей служит name.",
-                );
+                let what = text::CheckMonitorId { id }.words();
+                let remedy = text::CheckMonitorIdRemedy.words();
                 self.say(at, what, remedy);
             } else if !ids.insert(id.clone()) {
-                let what = both(format!("{id} is given twice."), format!("{id} указан дважды."));
-                let remedy = both("Give each monitor an id of its own.", "id стволов различны.");
+                let what = text::CheckMonitorTwice { id }.words();
+                let remedy = text::CheckMonitorTwiceRemedy.words();
                 self.say(at, what, remedy);
             }
             if let Some(endpoint) = self.endpoint(monitor, &mut places) {
@@ -55,36 +50,21 @@ impl Check<'_> {
         let (url, at) = (monitor.url.get_ref(), monitor.url.span().start);
         match url.parse::<Endpoint>() {
             Ok(Endpoint::Sim { .. }) => {
-                let what =
-                    both("The hub has no simulator inside.", "В сервере объекта нет имитатора.");
-                let remedy = both(
-                    "Run `lafet sim` and write the address that it prints.",
-                    "Запустите `lafet sim` и укажите напечатанный адрес.",
-                );
+                let what = text::CheckNoSimulator.words();
+                let remedy = text::CheckNoSimulatorRemedy.words();
                 self.say(at, what, remedy);
                 None
             }
             Ok(endpoint) if !places.insert(endpoint.to_string()) => {
-                let what = both(
-                    format!("{url}: two monitors with the same URL."),
-                    format!("{url}: два ствола с одним URL."),
-                );
-                let remedy = both(
-                    "Give each its own address: ?addr=2.",
-                    "Дайте каждому свой адрес: ?addr=2.",
-                );
+                let what = text::CheckSameUrl { url }.words();
+                let remedy = text::CheckSameUrlRemedy.words();
                 self.say(at, what, remedy);
                 None
             }
             Ok(endpoint) => Some(endpoint),
             Err(error) => {
-                let what = both(error.localized(Lang::En), error.localized(Lang::Ru));
-                let remedy = both(
-                    "Write tcp://HOST:PORT?addr=1, udp://… or serial:///dev/ttyUSB0?baud=19200.",
-                    "Напишите tcp://УЗЕЛ:ПОРТ?addr=1, udp://… или \
-                     serial:///dev/ttyUSB0?baud=19200.",
-                );
-                self.say(at, what, remedy);
+                let remedy = text::CheckUrlRemedy.words();
+                self.say(at, error.words(), remedy);
                 None
             }
         }
@@ -100,8 +80,8 @@ impl Check<'_> {
         };
         let id = monitor.id.get_ref();
         let name = match &monitor.name {
-            None => both(id, id),
-            Some(Name::One(name)) => both(name, name),
+            None => Both::same(id),
+            Some(Name::One(name)) => Both::same(name),
             Some(Name::Two(name)) => name.clone(),
         };
         let poll_ms = monitor.poll_ms.as_ref().map_or(usual, |poll_ms| *poll_ms.get_ref());

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use lafet_texts::{Text as _, hub as text};
 use toml::Spanned;
 
 use super::check::Check;
 use super::file::Monitor;
 use crate::site::{Place, Site, Tank, Wall};
-use crate::text::both;
 
 /// What is on a site is not farther from its middle, nor higher.
 const FARTHEST_M: f64 = 100_000.0;
@@ -22,11 +22,8 @@ impl Check<'_> {
                 let name_text = name.get_ref();
                 self.say(
                     name.span().start,
-                    both(format!("`{name_text}` is no name."), format!("`{name_text}` — не имя.")),
-                    both(
-                        "Write the name alone: hub.site.example, without http:// and port.",
-                        "Напишите только имя: hub.site.example, без http:// и порта.",
-                    ),
+                    text::CheckHostName { name: name_text }.words(),
+                    text::CheckHostNameRemedy.words(),
                 );
             }
         }
@@ -44,11 +41,8 @@ impl Check<'_> {
                 let text = origin.get_ref();
                 self.say(
                     origin.span().start,
-                    both(format!("`{text}` is no origin."), format!("`{text}` — не origin.")),
-                    both(
-                        "Write https://NAME or https://NAME:PORT, without a path; * is not there.",
-                        "Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не бывает.",
-                    ),
+                    text::CheckOrigin { text }.words(),
+                    text::CheckOriginRemedy.words(),
                 );
             }
         }
@@ -85,16 +79,7 @@ impl Check<'_> {
             .chain(walls.iter().filter(|it| !wall(it.get_ref())).map(|it| it.span().start))
             .collect();
         for byte in wrong {
-            self.say(
-                byte,
-                both("This cannot be on the plan.", "Этого на плане быть не может."),
-                both(
-                    "Places are metres within 100 km, headings −360…360°, heights 0…1000 m, \
-                     diameters more than 0.",
-                    "Место — метры в пределах 100 км, направление −360…360°, высота 0…1000 м, \
-                     диаметр больше 0.",
-                ),
-            );
+            self.say(byte, text::CheckPlan.words(), text::CheckPlanRemedy.words());
         }
     }
 }

@@ -1,25 +1,27 @@
 //! What the readers of TOML say, in words of both languages.
 
-use crate::text::{Both, both};
+use lafet_texts::{Text, hub as text};
 
-/// Kinds of values: as serde says it, English, Russian.
-const KINDS: [[&str; 3]; 16] = [
-    ["a string", "a text in quotes", "текст в кавычках"],
-    ["a boolean", "true or false", "true или false"],
-    ["a sequence", "a list: [[…]] or […]", "список: [[…]] или […]"],
-    ["a map", "a table", "таблица"],
-    ["i16", "a whole number", "целое число"],
-    ["u16", "a whole number from 0", "целое число от 0"],
-    ["u32", "a whole number from 0", "целое число от 0"],
-    ["u64", "a whole number from 0", "целое число от 0"],
-    ["usize", "a whole number from 0", "целое число от 0"],
-    ["f64", "a number", "число"],
-    ["path string", "a path in quotes", "путь в кавычках"],
-    ["an array of length 2", "two numbers: [east, north]", "два числа: [восток, север]"],
-    ["integer", "the number", "число"],
-    ["floating point", "the fraction", "дробь"],
-    ["string", "the text", "текст"],
-    ["boolean", "the value", "значение"],
+use crate::text::Both;
+
+/// Kinds of values, as serde says them.
+const KINDS: [(&str, &(dyn Text + Sync)); 16] = [
+    ("a string", &text::KindAString),
+    ("a boolean", &text::KindABoolean),
+    ("a sequence", &text::KindAList),
+    ("a map", &text::KindATable),
+    ("i16", &text::KindWhole),
+    ("u16", &text::KindWholeFrom0),
+    ("u32", &text::KindWholeFrom0),
+    ("u64", &text::KindWholeFrom0),
+    ("usize", &text::KindWholeFrom0),
+    ("f64", &text::KindANumber),
+    ("path string", &text::KindAPath),
+    ("an array of length 2", &text::KindTwoNumbers),
+    ("integer", &text::KindInteger),
+    ("floating point", &text::KindFraction),
+    ("string", &text::KindString),
+    ("boolean", &text::KindBoolean),
 ];
 
 /// Names that are so like each other are the same, mistyped.
@@ -29,39 +31,28 @@ const LIKE: f64 = 0.8;
 pub fn of(said: &str) -> Both {
     let list = |listed: &str| listed.trim_start_matches("one of ").replace(" or ", ", ");
     if let Some((name, listed)) = said.strip_prefix("unknown field ").and_then(expected) {
-        return both(
-            format!("{name} is not known here; what is: {}.", list(listed)),
-            format!("{name} здесь неизвестно; возможно: {}.", list(listed)),
-        );
+        return text::TomlUnknown { name, known: list(listed) }.words();
     }
     if let Some((name, listed)) = said.strip_prefix("unknown variant ").and_then(expected) {
-        return both(
-            format!("{name} is not one of {}.", list(listed)),
-            format!("{name} — не то; возможно: {}.", list(listed)),
-        );
+        return text::TomlNotOneOf { name, known: list(listed) }.words();
     }
     if let Some(name) = said.strip_prefix("missing field ") {
-        return both(format!("{name} is missing."), format!("Не хватает {name}."));
+        return text::TomlMissing { name }.words();
     }
     if said.starts_with("duplicate key") || said.starts_with("duplicate field") {
-        return both("This is given twice.", "Это указано дважды.");
+        return text::TomlTwice.words();
     }
     if let Some((votes, _)) = said.split_once(" is no vote: ") {
-        return both(
-            format!("{votes} is no vote: write 2oo3 for two of three detectors."),
-            format!("{votes} — не число голосов: напишите 2oo3, то есть два из трёх извещателей."),
-        );
+        return text::TomlNoVote { votes }.words();
     }
     let wrong =
         said.strip_prefix("invalid type: ").or_else(|| said.strip_prefix("invalid value: "));
     if let Some((given, wanted)) = wrong.and_then(expected) {
-        let ([given_en, given_ru], [wanted_en, wanted_ru]) = (kind(given), kind(wanted));
-        return both(
-            format!("{given_en} where {wanted_en} is needed."),
-            format!("Указано: {given_ru}, а нужно: {wanted_ru}."),
-        );
+        let (given, wanted) = (kind(given), kind(wanted));
+        return text::TomlKind { given, wanted }.words();
     }
-    both(format!("TOML: {said}."), format!("TOML: {said}."))
+    let told = lafet_texts::toml::said(said);
+    Both { en: format!("TOML: {}.", told.en), ru: format!("TOML: {}.", told.ru) }
 }
 
 /// What was meant, where a name is nearly one that is known; else the usual remedy.
@@ -76,9 +67,7 @@ pub fn meant(said: &str, usual: Both) -> Both {
     });
     match nearest {
         None => usual,
-        Some((_, name)) => {
-            both(format!("Did you mean {name}?"), format!("Возможно, имелось в виду {name}."))
-        }
+        Some((_, name)) => text::TomlMeant { name }.words(),
     }
 }
 
@@ -87,13 +76,11 @@ fn expected(rest: &str) -> Option<(&str, &str)> {
 }
 
 /// A kind of value, and the value.
-fn kind(said: &str) -> [String; 2] {
-    for [kind, en, ru] in KINDS {
-        if let Some(value) = said.strip_prefix(kind)
-            && (value.is_empty() || value.starts_with(' '))
-        {
-            return [format!("{en}{value}"), format!("{ru}{value}")];
-        }
-    }
-    [said.to_owned(), said.to_owned()]
+fn kind(said: &str) -> Both {
+    let of = |(kind, text): &(&str, &(dyn Text + Sync))| {
+        let value = said.strip_prefix(kind)?;
+        let whole = value.is_empty() || value.starts_with(' ');
+        whole.then(|| text::TomlKindValue { kind: *text, value }.words())
+    };
+    KINDS.iter().find_map(of).unwrap_or_else(|| Both::same(said))
 }

@@ -1,7 +1,7 @@
-//! Buses, detectors and contacts as a file has them.
+//! Buses, and what is on them, as a file has them.
 
 use lafet_site::Condition;
-use lafet_site::config::{ContactKind, Kind};
+use lafet_site::config::{ContactKind, Kind, OutputKind};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -13,6 +13,61 @@ pub struct Bus {
     pub url: Spanned<String>,
     pub poll_ms: Option<Spanned<u64>>,
     pub timeout_ms: Option<Spanned<u64>>,
+    #[serde(default)]
+    pub heartbeat: Vec<Beat>,
+}
+
+/// A sign of life for a device, as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Beat {
+    pub unit: Spanned<u32>,
+    pub set: Spanned<String>,
+}
+
+/// An output as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    pub id: String,
+    pub kind: OutputKind,
+    pub zone: Option<String>,
+    pub target: Option<Spanned<Target>>,
+}
+
+/// A pump as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pump {
+    pub id: String,
+    #[serde(default)]
+    pub start_delay_s: u32,
+    pub pressure: Option<String>,
+    #[serde(default = "start_timeout")]
+    pub start_timeout_s: u32,
+    #[serde(default)]
+    pub standby: bool,
+    pub target: Option<Spanned<Target>>,
+}
+
+/// Where an output is written, and what is read of it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    pub modbus: Spanned<String>,
+    pub unit: Spanned<u32>,
+    pub set: Spanned<String>,
+    pub on: Option<Spanned<String>>,
+    pub fault: Option<Spanned<String>>,
+    #[serde(default = "yes")]
+    pub read_back: bool,
+}
+
+impl Target {
+    /// Whether the output reports itself, to be commanded again until it does.
+    fn reports(target: Option<&Spanned<Self>>) -> bool {
+        target.is_some_and(|it| it.get_ref().read_back || it.get_ref().on.is_some())
+    }
 }
 
 /// A detector as written.
@@ -28,6 +83,10 @@ pub struct Detector {
     pub self_test_max_s: u32,
     #[serde(default)]
     pub dirty_votes: bool,
+    /// East, north and up, m.
+    pub at: Option<Spanned<[f64; 3]>>,
+    /// Standard error of its bearings, mounting included, degrees.
+    pub error_deg: Option<Spanned<f64>>,
     pub source: Option<Spanned<Source>>,
 }
 
@@ -56,6 +115,14 @@ pub struct ContactSource {
     pub heartbeat_s: Option<Spanned<u32>>,
 }
 
+fn yes() -> bool {
+    true
+}
+
+fn start_timeout() -> u32 {
+    10
+}
+
 fn debounce() -> u32 {
     50
 }
@@ -77,6 +144,27 @@ impl From<&Detector> for lafet_site::config::Detector {
             silent_after_s: written.silent_after_s,
             self_test_max_s: written.self_test_max_s,
             dirty_votes: written.dirty_votes,
+        }
+    }
+}
+
+impl From<&Output> for lafet_site::config::Output {
+    fn from(written: &Output) -> Self {
+        let Output { id, kind, zone, target } = written;
+        let feedback = Target::reports(target.as_ref());
+        Self { id: id.clone(), kind: *kind, zone: zone.clone(), feedback }
+    }
+}
+
+impl From<&Pump> for lafet_site::config::Pump {
+    fn from(written: &Pump) -> Self {
+        Self {
+            id: written.id.clone(),
+            start_delay_s: written.start_delay_s,
+            pressure: written.pressure.clone(),
+            start_timeout_s: written.start_timeout_s,
+            standby: written.standby,
+            feedback: Target::reports(written.target.as_ref()),
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lafet_proto::request::{Body, Quench};
+use lafet_proto::request::{Body, Quench, Sector};
 use lafet_proto::{Request, SubsystemId};
 use lafet_site::config::Zone;
+use lafet_texts::{Text as _, hub as text};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -12,20 +13,42 @@ use super::check::Check;
 use super::file::File;
 use crate::command::request::MonitorRequest;
 use crate::error::ApiError;
-use crate::text::{Both, both};
 
 /// A monitor of a zone is polled at least so often: a report that it is closed counts for a second.
 const POLL_MS_MAX: u64 = 500;
+/// Allowed errors of bearings, degrees, and that of who gives none.
+const ERRORS_DEG: std::ops::RangeInclusive<f64> = 0.05..=10.0;
+const ERROR_USUAL_DEG: f64 = 0.5;
+/// Most detectors of a zone with a place: all crossings of so many lines are gone through at once.
+const STATIONS_MAX: usize = 16;
 /// Greatest angle, arc-minutes.
 const ANGLE_MAX: i16 = 21_600;
 
 /// The zones and what they consist of.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ZonesConfig {
     /// Detectors, zones, and the monitors that serve them.
     pub site: lafet_site::Config,
     /// How a monitor aims at a zone, by zone and monitor.
     pub aims: BTreeMap<(String, String), Aim>,
+    /// Detectors whose bearings show where a fire is.
+    pub stations: BTreeMap<String, Station>,
+}
+
+/// A detector with a place: its bearings count from north.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Station {
+    /// East, north and up, m.
+    pub at: [f64; 3],
+    /// Standard error of its bearings, mounting included, rad.
+    pub sigma: f64,
+}
+
+impl Station {
+    /// As it is computed with.
+    pub const fn mounted(&self) -> lafet_place::station::Station {
+        lafet_place::station::Station::level(self.at)
+    }
 }
 
 /// How a monitor aims at a zone: a stored program (§3.14), moved to a centre, and the valve of its water.
@@ -50,6 +73,15 @@ pub struct Aim {
     pub valve: Outlet,
 }
 
+/// What the jet scans to hit a fire whose place is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// Around the line of sight to it.
+    pub sector: Sector,
+    /// How far it is along that line, m: the monitor computes the elevation.
+    pub distance: i8,
+}
+
 /// A valve of a monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub enum Outlet {
@@ -61,21 +93,28 @@ pub enum Outlet {
 }
 
 impl Aim {
-    /// The request that extinguishes as aimed; it deploys the monitor first, and changes no valve.
-    pub fn quench(&self) -> Result<MonitorRequest, ApiError> {
-        let quench = Quench::Program {
-            program: self.program,
-            centre_h: self.horizontal,
-            centre_v: self.vertical,
-            nozzle: self.nozzle,
+    /// The request that extinguishes at a fire whose place is known, else as aimed; it deploys the monitor
+    /// first, and changes no valve.
+    pub fn quench(&self, fire: Option<Target>) -> Result<MonitorRequest, ApiError> {
+        let quench = match fire {
+            None => Quench::Program {
+                program: self.program,
+                centre_h: self.horizontal,
+                centre_v: self.vertical,
+                nozzle: self.nozzle,
+            },
+            Some(Target { sector, distance }) => {
+                Quench::Full { sector: Sector { nozzle: self.nozzle, ..sector }, distance }
+            }
         };
         MonitorRequest::new(&Request::new(SubsystemId::CONTROL, Body::StartQuench(quench)))
     }
 
     /// The requests that turn there without water, for a monitor that is deployed.
-    pub fn turn(&self) -> [Result<MonitorRequest, ApiError>; 3] {
+    pub fn turn(&self, fire: Option<Target>) -> [Result<MonitorRequest, ApiError>; 3] {
+        let horizontal = fire.map_or(self.horizontal, |it| it.sector.centre_h);
         [
-            (SubsystemId::HORIZONTAL, self.horizontal),
+            (SubsystemId::HORIZONTAL, horizontal),
             (SubsystemId::VERTICAL, self.vertical),
             (SubsystemId::NOZZLE, self.nozzle),
         ]
@@ -118,17 +157,15 @@ impl Check<'_> {
             detectors: read.detector.iter().map(|it| it.get_ref().into()).collect(),
             zones: values(&read.zone),
             contacts: read.input.iter().map(|it| it.get_ref().into()).collect(),
-            outputs: values(&read.output),
-            pumps: values(&read.pump),
+            outputs: read.output.iter().map(|it| it.get_ref().into()).collect(),
+            pumps: read.pump.iter().map(|it| it.get_ref().into()).collect(),
             ..lafet_site::Config::default()
         };
         let places = places(read);
         for problem in site.check() {
             let at = places.get(&problem.place).copied();
-            let what = Both::from(problem.what);
-            let place = problem.place;
-            let what = both(format!("{place}: {}", what.en), format!("{place}: {}", what.ru));
-            self.say(at.unwrap_or_else(|| first(read)), what, problem.remedy.into());
+            let what = text::CheckZones { place: problem.place, what: problem.what }.words();
+            self.say(at.unwrap_or_else(|| first(read)), what, problem.remedy);
         }
         let whole = !self.lacks("aim", read.aim.len());
         for zone in &read.zone {
@@ -138,7 +175,8 @@ impl Check<'_> {
             self.polls_of(read, zone);
         }
         let aims = self.aims(read);
-        Some(ZonesConfig { site, aims })
+        let stations = self.stations(read);
+        Some(ZonesConfig { site, aims, stations })
     }
 
     /// Whether a table of the text could not be read.
@@ -151,20 +189,12 @@ impl Check<'_> {
     fn undriven(&mut self, read: &File) {
         let inputs = read.input.iter().filter(|it| it.get_ref().source.is_none());
         let inputs = inputs.map(|it| ("input", it.span().start));
-        let outputs = read.output.iter().map(|it| ("output", it.span().start));
-        let pumps = read.pump.iter().map(|it| ("pump", it.span().start));
+        let outputs = read.output.iter().filter(|it| it.get_ref().target.is_none());
+        let outputs = outputs.map(|it| ("output", it.span().start));
+        let pumps = read.pump.iter().filter(|it| it.get_ref().target.is_none());
+        let pumps = pumps.map(|it| ("pump", it.span().start));
         for (table, at) in inputs.chain(outputs).chain(pumps) {
-            self.say(
-                at,
-                both(
-                    format!("[[{table}]]: the hub has no driver for it: it would have no effect."),
-                    format!("[[{table}]]: драйвера нет, таблица осталась бы без действия."),
-                ),
-                both(
-                    "Remove it, or give an input its `source` on a [[modbus]]. Abort, hold and release are given over HTTP too.",
-                    "Удалите её или укажите входу `source` на [[modbus]]. Отмена, удержание и пуск есть и по HTTP.",
-                ),
-            );
+            self.say(at, text::CheckNoDriver { table }.words(), text::CheckNoDriverRemedy.words());
         }
     }
 
@@ -177,20 +207,8 @@ impl Check<'_> {
             if count != 1 {
                 self.say(
                     zone.span().start,
-                    both(
-                        format!("zone {id}: {count} aims of monitor {monitor} instead of one."),
-                        format!("zone {id}: наведений ствола {monitor} — {count}, а нужно одно."),
-                    ),
-                    both(
-                        format!(
-                            "Write one [[aim]] with zone = \"{id}\", monitor = \"{monitor}\", horizontal, \
-                             vertical and nozzle."
-                        ),
-                        format!(
-                            "Напишите один раздел [[aim]]: zone = \"{id}\", monitor = \"{monitor}\", \
-                             horizontal, vertical и nozzle."
-                        ),
-                    ),
+                    text::CheckAims { id, count, monitor }.words(),
+                    text::CheckAimsRemedy { id, monitor }.words(),
                 );
             }
         }
@@ -207,19 +225,50 @@ impl Check<'_> {
                 let name = monitor.id.get_ref();
                 self.say(
                     poll_ms.span().start,
-                    both(
-                        format!("{name} serves zone {id}: this is too seldom to confirm a Close."),
-                        format!(
-                            "{name} обслуживает зону {id}: слишком редко для подтверждения Close."
-                        ),
-                    ),
-                    both(
-                        format!("Write {POLL_MS_MAX} or less."),
-                        format!("Укажите не больше {POLL_MS_MAX}."),
-                    ),
+                    text::CheckPollSeldom { name, id }.words(),
+                    text::CheckPollSeldomRemedy { poll_ms_max: POLL_MS_MAX }.words(),
                 );
             }
         }
+    }
+
+    /// The detectors that have a place.
+    fn stations(&mut self, read: &File) -> BTreeMap<String, Station> {
+        let mut stations = BTreeMap::new();
+        let mut of_zone: BTreeMap<&String, usize> = BTreeMap::new();
+        for detector in read.detector.iter().map(Spanned::get_ref) {
+            let error = detector.error_deg.as_ref();
+            let Some(at) = &detector.at else {
+                if let Some(error) = error {
+                    let byte = error.span().start;
+                    self.say(byte, text::CheckNoPlace.words(), text::CheckNoPlaceRemedy.words());
+                }
+                continue;
+            };
+            let error_deg = error.map_or(ERROR_USUAL_DEG, |it| *it.get_ref());
+            let sigma = error_deg.to_radians();
+            let station = Station { at: *at.get_ref(), sigma };
+            if station.mounted().check().is_err() || !ERRORS_DEG.contains(&error_deg) {
+                let remedy = text::CheckStationRemedy {
+                    least: *ERRORS_DEG.start(),
+                    most: *ERRORS_DEG.end(),
+                };
+                self.say(at.span().start, text::CheckStation.words(), remedy.words());
+            }
+            for zone in &detector.zones {
+                let count = of_zone.entry(zone).or_default();
+                *count += 1;
+                if *count == STATIONS_MAX + 1 {
+                    self.say(
+                        at.span().start,
+                        text::CheckStationsTooMany { zone, most: STATIONS_MAX }.words(),
+                        text::CheckStationsTooManyRemedy.words(),
+                    );
+                }
+            }
+            stations.insert(detector.id.clone(), station);
+        }
+        stations
     }
 
     fn aims(&mut self, read: &File) -> BTreeMap<(String, String), Aim> {
@@ -231,14 +280,8 @@ impl Check<'_> {
             if !zone.is_some_and(|zone| zone.monitors.contains(name)) {
                 self.say(
                     at,
-                    both(
-                        format!("Monitor {name} does not serve a zone {of}."),
-                        format!("Ствол {name} не обслуживает зону {of}."),
-                    ),
-                    both(
-                        "Correct zone and monitor, or name the monitor in `monitors` of the zone.",
-                        "Исправьте zone и monitor или укажите ствол в `monitors` зоны.",
-                    ),
+                    text::CheckNotServed { name, of }.words(),
+                    text::CheckNotServedRemedy.words(),
                 );
             }
             let angles = [aim.horizontal, aim.vertical];
@@ -246,14 +289,7 @@ impl Check<'_> {
                 && angles.iter().all(|it| (-ANGLE_MAX..=ANGLE_MAX).contains(it))
                 && aim.nozzle >= 0;
             if !fine {
-                self.say(
-                    at,
-                    both("No monitor can aim so.", "Так навести ствол нельзя."),
-                    both(
-                        "program is 0…7, horizontal and vertical are −21600…21600 arc-minutes, nozzle is mm from 0.",
-                        "program — 0…7, horizontal и vertical — −21600…21600 угловых минут, nozzle — мм от 0.",
-                    ),
-                );
+                self.say(at, text::CheckAim.words(), text::CheckAimRemedy.words());
             }
             aims.insert((aim.zone.clone(), aim.monitor.clone()), aim.clone());
         }
@@ -317,7 +353,7 @@ mod tests {
             (&["M1".into()][..], 1)
         );
         let aim = &zones.aims[&("hall".to_owned(), "M1".to_owned())];
-        let quench = aim.quench().unwrap();
+        let quench = aim.quench(None).unwrap();
         assert_eq!(quench.text(), "StartQuench Control program=0 centre=600,300 nozzle=60");
         assert!(parse(&[MONITOR]).unwrap().zones.is_none());
     }
@@ -339,6 +375,33 @@ mod tests {
         assert!(at(24, "No monitor can aim so", "навести ствол нельзя"), "{told:#?}");
         assert!(at(4, "too seldom", "слишком редко"), "{told:#?}");
         assert_eq!(told.len(), 6, "{told:#?}");
+    }
+
+    #[test]
+    fn a_detector_has_a_place_or_says_what_is_wrong_with_it() {
+        let flame = |keys: &str| format!("{FLAME}{keys}\n");
+        let read = parse(&[MONITOR, &flame("at = [1, 2.5, 6]"), HEAT, ZONE, AIM]).unwrap();
+        let stations = read.zones.unwrap().stations;
+        assert_eq!((stations.len(), stations["flame"].at), (1, [1.0, 2.5, 6.0]));
+        assert_eq!(stations["flame"].sigma, 0.5_f64.to_radians());
+        for (keys, en, ru) in [
+            ("at = [1, 2e5, 6]", "A detector cannot be there", "стоять не может"),
+            ("at = [1, 2, nan]", "A detector cannot be there", "стоять не может"),
+            ("at = [1, 2, 6]\nerror_deg = 0", "A detector cannot be there", "стоять не может"),
+            ("error_deg = 1", "has no place", "место которого не указано"),
+        ] {
+            let told = parse(&[MONITOR, &flame(keys), HEAT, ZONE, AIM]).unwrap_err();
+            assert_eq!(told.len(), 1, "{told:#?}");
+            assert!(told[0][1].contains(en) && told[0][2].contains(ru), "{told:#?}");
+        }
+        let many: String = (0..17)
+            .map(|n| {
+                format!("{}at = [{n}, 0, 6]\n", FLAME.replace("flame\"\nk", &format!("f{n}\"\nk")))
+            })
+            .collect();
+        let zone = ZONE.replace("2oo2", "2oo17");
+        let told = parse(&[MONITOR, &many, &zone, AIM]).unwrap_err();
+        assert!(told.iter().any(|it| it[1].contains("more than 16 detectors")), "{told:#?}");
     }
 
     #[test]

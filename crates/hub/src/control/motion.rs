@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use lafet_client::{Drive, Hold, JogEnd, Monitor, Reason, Toward};
 use lafet_proto::SubsystemId;
 use lafet_proto::status::DriveStatus;
+use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Serialize;
 use tokio::sync::mpsc;
 
@@ -17,7 +18,7 @@ use crate::monitor::station::Station;
 use crate::publish::messages::Message;
 use crate::store::{Act as Noted, JogEnding};
 use crate::sync::lock;
-use crate::text::{Both, both};
+use crate::text::Both;
 use crate::words::{MotionEnd, MotionWord};
 
 /// A beat of a motion by hand.
@@ -55,10 +56,7 @@ impl Station {
             SubsystemId::HORIZONTAL => monitor.horizontal(),
             SubsystemId::NOZZLE => monitor.nozzle(),
             _ => {
-                return Err(ApiError::bad_request(both(
-                    "Only Vertical, Horizontal and Nozzle are moved by hand.",
-                    "Вручную ведутся только Vertical, Horizontal и Nozzle.",
-                )));
+                return Err(ApiError::bad_request(text::JogAxes.words()));
             }
         };
         let key = (caller.seat.seat.clone(), beat.drive);
@@ -151,12 +149,16 @@ fn ending(end: &JogEnd) -> JogEnding {
             JogEnding::Stopped { reason: why(reason).into(), position: at(status) }
         }
         JogEnd::Standing(status) => JogEnding::Standing { position: at(status) },
-        JogEnd::Refused(error) => JogEnding::Refused { error: error.to_string() },
+        JogEnd::Refused(error) => {
+            JogEnding::Refused { error: error.to_string(), text: end_text(end) }
+        }
         JogEnd::Replaced => JogEnding::Replaced,
         JogEnd::TakenOver { by } => JogEnding::TakenOver { by: by.to_string() },
         JogEnd::StillMoving(status) => JogEnding::StillMoving { position: at(status) },
-        JogEnd::Unknown(error) => JogEnding::Unknown { error: error.to_string() },
-        _ => JogEnding::Unknown { error: String::new() },
+        JogEnd::Unknown(error) => {
+            JogEnding::Unknown { error: error.to_string(), text: end_text(end) }
+        }
+        _ => JogEnding::Unknown { error: String::new(), text: end_text(end) },
     }
 }
 
@@ -187,21 +189,27 @@ const fn end_word(end: &JogEnd) -> MotionEnd {
 /// What people have to know of an end; nothing of the usual one.
 fn end_text(end: &JogEnd) -> Option<Both> {
     match end {
-        JogEnd::Refused(error) | JogEnd::Unknown(error) => Some(Both::of_error(error)),
-        JogEnd::TakenOver { by } => Some(both(
-            format!("{by} has taken the drive over."),
-            format!("Приводом управляет {by}."),
-        )),
-        JogEnd::StillMoving(_) => Some(both(
-            "The drive goes on in spite of Stop. Use the emergency stop.",
-            "Привод движется, несмотря на Stop. Используйте аварийный останов.",
-        )),
-        JogEnd::Unbounded(_) => Some(both(
-            "Limits are off, and this monitor would not end the motion by itself if the connection \
-             failed. Switch the limits on, or set MoveTimeout of General, 500 ms for example.",
-            "Контроль пределов выключен, и при обрыве связи ствол не прекратит движение сам. Включите \
-             пределы или задайте MoveTimeout подсистемы General, например 500 мс.",
-        )),
+        JogEnd::Refused(error) | JogEnd::Unknown(error) => Some(error.words()),
+        JogEnd::TakenOver { by } => Some(text::JogTakenOver { by: Shown(by) }.words()),
+        JogEnd::StillMoving(_) => Some(text::JogStillMoving.words()),
+        JogEnd::Unbounded(_) => Some(text::JogUnbounded.words()),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_client::Error;
+
+    use super::*;
+
+    #[test]
+    fn an_end_in_the_log_has_its_reason_in_every_language() {
+        for end in [JogEnd::Refused(Error::Closed), JogEnd::Unknown(Error::Closed)] {
+            let stored = serde_json::to_value(ending(&end)).unwrap();
+            let (en, ru) = (stored["text"]["en"].as_str(), stored["text"]["ru"].as_str());
+            assert_eq!(en, stored["error"].as_str());
+            assert!(ru.is_some_and(|ru| ru.chars().any(|c| ('а'..='я').contains(&c))), "{stored}");
+        }
     }
 }

@@ -5,19 +5,23 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_site::{Condition, PathFault, Signal};
-use tokio::time::{MissedTickBehavior, interval, sleep};
+use lafet_texts::{Text, hub as text};
+use tokio::sync::Notify;
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
+use super::drive::{self, Drive, Drives, Urgency};
 use super::line::Link;
 use super::maps::{Image, Seen};
 use super::plan::{self, Turns};
 use super::view::{ModbusBus, ModbusErrors, ModbusProblem, ModbusSource};
 use super::watch::{Reading, Rules, Watch};
-use super::wire::{Failure, Request};
-use super::{BusConfig, Sort, SourceConfig};
+use super::wire::{Failure, Framing, Request};
+use super::{BusConfig, OutputConfig, Sort, SourceConfig};
+use crate::clock::ms;
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
 use crate::sync::lock;
-use crate::text::{Both, both};
+use crate::text::Both;
 use crate::zones::view::Reported;
 
 /// Pauses between attempts to open the line.
@@ -40,6 +44,11 @@ pub struct Bus {
     pub config: BusConfig,
     requests: BTreeMap<u8, Vec<Request>>,
     known: Mutex<Known>,
+    pub(super) drive: Mutex<Drive>,
+    /// An order has come.
+    pub(super) wake: Notify,
+    /// Whether a device is written with the functions for several values.
+    pub(super) many: Mutex<BTreeMap<u8, bool>>,
 }
 
 /// What is known of a bus.
@@ -58,13 +67,15 @@ struct Known {
 }
 
 /// What came of asking a device.
-struct Asked {
+pub struct Asked {
     /// It has answered.
-    answered: bool,
+    pub answered: bool,
     /// Something at the other end of the line has.
-    alive: bool,
+    pub alive: bool,
     /// The connection is of no use any more.
-    ended: bool,
+    pub ended: bool,
+    /// Something more urgent came before the end: it says nothing of the device.
+    pub interrupted: bool,
 }
 
 /// Reads a bus until the hub ends.
@@ -93,11 +104,16 @@ impl Bus {
         let known =
             Known { watches: config.sources.iter().map(watch).collect(), ..Known::default() };
         let requests = plan::requests(&config.needs());
-        Self { config, requests, known: Mutex::new(known) }
+        // A late answer is known by its number over TCP; on a serial line one more read excludes it.
+        let reads = if config.line.framing() == Framing::Tcp { 1 } else { 2 };
+        let drive = Drive::new(&config.outputs, &config.heartbeats, COUNTS_FOR * period, reads);
+        let (known, drive, wake) = (Mutex::new(known), Mutex::new(drive), Notify::new());
+        Self { config, requests, known, drive, wake, many: Mutex::default() }
     }
 
     /// The bus as clients see it.
     pub fn view(&self, now: Now) -> ModbusBus {
+        let outputs = self.outputs_view(now);
         let known = lock(&self.known);
         let age = |at: Now| ms(now.saturating_sub(at));
         let of = |sort: Sort| {
@@ -122,6 +138,7 @@ impl Bus {
             last_error: known.last_error.clone(),
             detectors: of(Sort::Detector),
             inputs: of(Sort::Contact),
+            outputs,
         }
     }
 
@@ -139,6 +156,7 @@ impl Bus {
                         pause = PAUSE_FIRST;
                     }
                     lock(&self.known).connected = false;
+                    lock(&self.drive).connects(false);
                 }
                 Err(what) => {
                     let mut known = lock(&self.known);
@@ -156,19 +174,45 @@ impl Bus {
         let mut known = lock(&self.known);
         known.connected = true;
         known.watches.iter_mut().for_each(|(watch, _)| watch.breaks());
+        drop(known);
+        lock(&self.drive).connects(true);
     }
 
-    /// Asks the devices until the connection is of no use; whether anything was answered.
+    /// Writes what was ordered and asks the devices until the connection is of no use; whether anything
+    /// was answered. Orders go before reads; one that has failed before lets a read pass.
     async fn serve(&self, hub: &Hub, link: &mut Link, turns: &mut Turns) -> bool {
-        let (mut answered, mut unanswered) = (false, 0);
-        while let Some((unit, at)) = turns.next() {
-            sleep(at.saturating_sub(hub.now())).await;
-            let from = hub.now();
-            let asked = self.ask(hub, link, unit).await;
-            turns.asked(unit, from, hub.now(), asked.answered);
+        let (mut answered, mut unanswered, mut tried_again) = (false, 0, false);
+        loop {
+            let now = hub.now();
+            let read = turns.next();
+            let due = read.filter(|(_, at)| *at <= now);
+            let passes = tried_again && due.is_some();
+            let job = lock(&self.drive).next(now).filter(|job| !(job.again && passes));
+            let asked = match (job, due) {
+                (Some(job), _) => {
+                    tried_again = job.again;
+                    self.write(hub, link, job).await
+                }
+                (None, Some((unit, _))) => {
+                    tried_again = false;
+                    let asked = self.ask(hub, link, unit).await;
+                    if !asked.interrupted {
+                        turns.asked(unit, now, hub.now(), asked.answered);
+                    }
+                    asked
+                }
+                (None, None) => {
+                    self.wait(hub, read.map(|(_, at)| at)).await;
+                    continue;
+                }
+            };
             self.report(hub);
             answered |= asked.alive;
-            unanswered = if asked.alive { 0 } else { unanswered + 1 };
+            unanswered = match (asked.alive, asked.interrupted) {
+                (true, _) => 0,
+                (false, true) => unanswered,
+                (false, false) => unanswered + 1,
+            };
             if asked.ended || unanswered >= UNANSWERED {
                 break;
             }
@@ -176,19 +220,39 @@ impl Bus {
         answered
     }
 
+    /// Waits until something has to be read or written.
+    async fn wait(&self, hub: &Hub, read: Option<Now>) {
+        let now = hub.now();
+        let due = lock(&self.drive).due(now);
+        let until = read.into_iter().chain(due).min();
+        let woken = self.wake.notified();
+        match until {
+            Some(at) => drop(timeout(at.saturating_sub(now), woken).await),
+            None => woken.await,
+        }
+    }
+
     /// Reads what is needed of a device.
     async fn ask(&self, hub: &Hub, link: &mut Link, unit: u8) -> Asked {
-        let patience = Duration::from_millis(self.config.timeout_ms);
         let mut image = Image::new();
-        let mut asked = Asked { answered: true, alive: false, ended: false };
+        let mut asked = Asked { answered: true, alive: false, ended: false, interrupted: false };
         for request in self.requests.get(&unit).into_iter().flatten() {
-            let outcome = link.exchange(request, patience).await;
-            self.count(hub, unit, outcome.as_ref().err(), link.late());
-            match outcome {
+            if self.has_more_urgent(hub, Urgency::Waits) {
+                asked.interrupted = true;
+                return asked;
+            }
+            match self.exchange(hub, link, request, Urgency::Waits).await {
                 Ok(values) => {
                     asked.alive = true;
                     let places = (request.first..=u16::MAX).map(|address| (request.table, address));
-                    image.extend(places.zip(values));
+                    let read: Vec<_> = places.zip(values).collect();
+                    let (now, mut drive) = (hub.now(), lock(&self.drive));
+                    read.iter().for_each(|(place, value)| drive.read(now, unit, *place, *value));
+                    image.extend(read);
+                }
+                Err(Failure::GivenUp) => {
+                    asked.interrupted = true;
+                    return asked;
                 }
                 // A gateway answers for a device that does not.
                 Err(Failure::Exception(10 | 11)) => {
@@ -203,6 +267,9 @@ impl Bus {
                 }
             }
         }
+        if !asked.answered {
+            lock(&self.drive).breaks(unit);
+        }
         let now = hub.now();
         let mut known = lock(&self.known);
         let watches = self.config.sources.iter().zip(&mut known.watches);
@@ -215,11 +282,12 @@ impl Bus {
         asked
     }
 
-    fn count(&self, hub: &Hub, unit: u8, failure: Option<&Failure>, late: u64) {
+    pub(super) fn count(&self, hub: &Hub, unit: u8, failure: Option<&Failure>, late: u64) {
         let mut known = lock(&self.known);
         known.requests += 1;
         known.errors.late += late;
         match failure {
+            Some(Failure::GivenUp) => {}
             None => {
                 known.answers += 1;
                 known.answered = Some(hub.now());
@@ -238,6 +306,10 @@ impl Bus {
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             ticks.tick().await;
+            let started = lock(&self.drive).beats(hub.zones_work());
+            if started {
+                self.wake.notify_one();
+            }
             self.report(hub);
             if let Some(text) = self.note(hub.now()) {
                 hub.event(None, &text);
@@ -274,30 +346,41 @@ impl Bus {
             }
         }
         events.iter().for_each(|text| hub.event(None, text));
+        self.report_outputs(hub);
+    }
+
+    /// What people should know of an output.
+    pub(super) fn output_words(&self, output: &OutputConfig, trouble: drive::Trouble) -> Both {
+        let news: &dyn Text = match trouble {
+            drive::Trouble::Lost => &text::BusReadingLost,
+            drive::Trouble::Fault => &text::BusOutputFault,
+            drive::Trouble::Dropped => &text::BusOutputDropped,
+            drive::Trouble::Refused => &text::BusOutputRefused,
+        };
+        let sort: &dyn Text = match output.drives {
+            Drives::Pump => &text::BusPump,
+            _ => &text::BusOutput,
+        };
+        let (id, bus, unit) = (&output.id, &self.config.name, output.unit);
+        text::BusReading { sort, id, bus, unit, news }.words()
     }
 
     /// What people should know of a detector that is read otherwise than before.
     fn words(&self, source: &SourceConfig, before: Reading, after: Reading) -> Option<Both> {
         let failed = |it| matches!(it, Reading::Lost | Reading::Frozen);
-        let [en, ru] = match after {
+        let news: &dyn Text = match after {
             _ if before == after => return None,
-            Reading::Lost => ["no valid answer; a fault", "нет верного ответа, неисправность"],
-            Reading::Frozen => [
-                "its heartbeat does not change; a fault",
-                "признак работы не меняется, неисправность",
-            ],
-            _ if failed(before) => ["it is read again", "снова читается"],
+            Reading::Lost => &text::BusReadingLost,
+            Reading::Frozen => &text::BusReadingFrozen,
+            _ if failed(before) => &text::BusReadingBack,
             _ => return None,
         };
         let (id, bus, unit) = (&source.id, &self.config.name, source.unit);
-        let [sort, sort_ru] = match source.sort {
-            Sort::Detector => ["Detector", "Извещатель"],
-            Sort::Contact => ["Input", "Вход"],
+        let sort: &dyn Text = match source.sort {
+            Sort::Detector => &text::BusDetector,
+            Sort::Contact => &text::BusInput,
         };
-        Some(both(
-            format!("{sort} {id} (modbus {bus} unit {unit}): {en}."),
-            format!("{sort_ru} {id} (modbus {bus}, устройство {unit}): {ru}."),
-        ))
+        Some(text::BusReading { sort, id, bus, unit, news }.words())
     }
 
     /// The state of the line, if it is news.
@@ -313,21 +396,16 @@ impl Bus {
         }
         known.noted = Some((now, connected));
         if connected {
-            return Some(both(
-                format!("Modbus {name}: the line is open."),
-                format!("Modbus {name}: линия открыта."),
-            ));
+            return Some(text::BusOpen { name }.words());
         }
         let why = known.last_error.as_ref().map(|it| it.what.clone()).unwrap_or_default();
-        Some(both(
-            format!("Modbus {name}: no connection. {}", why.en),
-            format!("Modbus {name}: нет соединения. {}", why.ru),
-        ))
+        Some(text::BusLost { name, why }.words())
     }
 }
 
 fn report_detector(hub: &Hub, caller: &Caller, id: &str, seen: Seen) {
     let reported = Reported {
+        heard: hub.now(),
         at_ms: hub.clock().now_ms(),
         by: caller.principal.user.clone(),
         signal: seen.signal,
@@ -349,8 +427,4 @@ fn report_contact(hub: &Hub, caller: &Caller, id: &str, seen: Option<Seen>, read
     };
     let pressed = seen.is_some_and(|seen| seen.signal == Signal::Alarm);
     hub.contact_reports(caller, id, pressed, fault);
-}
-
-fn ms(time: Duration) -> u64 {
-    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }

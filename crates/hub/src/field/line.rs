@@ -6,14 +6,15 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use lafet_client::transport::port::Claim;
-use lafet_client::{Lang, PortError, os_text};
+use lafet_client::{Lang, os_text};
+use lafet_texts::{Text as _, hub as text};
 use serial2_tokio::{CharSize, FlowControl, Parity, SerialPort, Settings, StopBits};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep_until, timeout, timeout_at};
 
-use super::wire::{Codec, Failure, Framing, Request};
-use crate::text::{Both, both};
+use super::wire::{Asks, Codec, Failure, Framing};
+use crate::text::Both;
 
 /// Port of Modbus over TCP.
 const PORT: u16 = 502;
@@ -59,7 +60,7 @@ impl Line {
     ///
     /// What is wrong with it.
     pub fn parse(url: &str) -> Result<Self, Both> {
-        let no_line = || both(format!("`{url}` is no line."), format!("`{url}` — не линия."));
+        let no_line = || text::CheckLine { url }.words();
         let (scheme, rest) = url.split_once("://").ok_or_else(no_line)?;
         let (place, query) = rest.split_once('?').unwrap_or((rest, ""));
         let options: Vec<(&str, &str)> = query
@@ -124,19 +125,11 @@ impl fmt::Display for Line {
 
 /// What a URL looks like.
 pub fn remedy() -> Both {
-    both(
-        "Write tcp://10.0.0.9:502, rtu+tcp://10.0.0.9:4001 or \
-         serial:///dev/ttyUSB1?baud=19200&parity=even.",
-        "Напишите tcp://10.0.0.9:502, rtu+tcp://10.0.0.9:4001 или \
-         serial:///dev/ttyUSB1?baud=19200&parity=even.",
-    )
+    text::CheckLineRemedy.words()
 }
 
 fn no_option(url: &str, name: &str) -> Both {
-    both(
-        format!("`{url}`: {name} cannot be given so."),
-        format!("`{url}`: {name} так указать нельзя."),
-    )
+    text::CheckLineOption { url, name }.words()
 }
 
 fn host_and_port(place: &str) -> Option<(String, u16)> {
@@ -234,44 +227,66 @@ impl Link {
         self.codec.late()
     }
 
-    /// Asks a device, and waits for its answer.
+    /// Asks a device on a line that is [settled](Self::settle), and waits for its answer, over TCP
+    /// unless something more urgent comes: a late answer is known by its number there.
     ///
     /// # Errors
     ///
     /// What came instead of it.
     pub async fn exchange(
         &mut self,
-        request: &Request,
+        request: &dyn Asks,
         patience: Duration,
+        urgent: impl Future<Output = ()>,
     ) -> Result<Vec<u16>, Failure> {
-        self.settle(request.unit).await?;
         let frame = self.codec.frame(request);
         let deadline = Instant::now() + patience + self.line.takes(request.serial_len());
         match timeout_at(deadline, self.stream.write_all(&frame)).await {
             Ok(sent) => sent.map_err(closed)?,
             Err(_) => {
-                return Err(Failure::Closed(both(
-                    "It takes no more bytes.",
-                    "Байты не принимаются.",
-                )));
+                return Err(Failure::Closed(text::BusTakesNothing.words()));
             }
         }
+        let gives_up = self.line.framing() == Framing::Tcp;
+        tokio::select! {
+            biased;
+            answer = self.answer(request, deadline, patience) => answer,
+            () = urgent, if gives_up => Err(Failure::GivenUp),
+        }
+    }
+
+    /// Waits for the answer to a request that was sent.
+    async fn answer(
+        &mut self,
+        request: &dyn Asks,
+        deadline: Instant,
+        patience: Duration,
+    ) -> Result<Vec<u16>, Failure> {
         let mut buffer = [0; 512];
         loop {
             let Ok(read) = timeout_at(deadline, self.stream.read(&mut buffer)).await else {
-                self.owes = Some((request.unit, Instant::now() + patience));
+                self.owes = Some((request.unit(), Instant::now() + patience));
                 return Err(self.codec.overdue(request));
             };
             let bytes = buffer.get(..some(read)?).unwrap_or_default();
             if let Some(answer) = self.codec.take(bytes, request) {
                 return answer;
             }
+            // Where bytes come without a pause, no read has to wait until the time is over.
+            if Instant::now() >= deadline {
+                self.owes = Some((request.unit(), Instant::now() + patience));
+                return Err(self.codec.overdue(request));
+            }
         }
     }
 
-    /// A serial line is silent before a request, and an answer that is owed has had its time: without
-    /// numbers it would be taken for the next one.
-    async fn settle(&mut self, unit: u8) -> Result<(), Failure> {
+    /// Waits until a device can be asked. A serial line is silent before a request, and an answer that is
+    /// owed has had its time: without numbers it would be taken for the next one.
+    ///
+    /// # Errors
+    ///
+    /// The line is never silent, or the connection has ended.
+    pub async fn settle(&mut self, unit: u8) -> Result<(), Failure> {
         if self.line.framing() == Framing::Tcp {
             return Ok(());
         }
@@ -304,16 +319,18 @@ fn closed(error: io::Error) -> Failure {
 }
 
 fn said(error: &io::Error) -> Both {
-    match PortError::of(error) {
-        Some(port) => both(port.localized(Lang::En), port.localized(Lang::Ru)),
-        None => {
-            both(format!("{}.", os_text(error, Lang::En)), format!("{}.", os_text(error, Lang::Ru)))
-        }
-    }
+    let of = |lang| format!("{}.", os_text(error, lang));
+    Both { en: of(Lang::En), ru: of(Lang::Ru) }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::pin::Pin;
+    use std::task::{Context, Poll};
+
+    use tokio::io::ReadBuf;
+
+    use super::super::wire::{Request, Table};
     use super::*;
 
     #[test]
@@ -379,5 +396,61 @@ mod tests {
         assert!(line.silence() > Duration::from_millis(4));
         let net = Line::parse("tcp://h").unwrap();
         assert_eq!((net.takes(96), net.silence()), (Duration::ZERO, Duration::ZERO));
+    }
+
+    /// Bytes that come faster than they are read, without a pause.
+    struct Babble(u32);
+
+    impl AsyncRead for Babble {
+        fn poll_read(
+            mut self: Pin<&mut Self>,
+            _: &mut Context<'_>,
+            buffer: &mut ReadBuf<'_>,
+        ) -> Poll<io::Result<()>> {
+            self.0 += 1;
+            assert!(self.0 < 1_000_000, "it is read without an end");
+            buffer.put_slice(&[0x55; 64]);
+            Poll::Ready(Ok(()))
+        }
+    }
+
+    impl AsyncWrite for Babble {
+        fn poll_write(
+            mut self: Pin<&mut Self>,
+            _: &mut Context<'_>,
+            bytes: &[u8],
+        ) -> Poll<io::Result<usize>> {
+            self.0 = 0;
+            Poll::Ready(Ok(bytes.len()))
+        }
+
+        fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Poll::Ready(Ok(()))
+        }
+
+        fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+            Poll::Ready(Ok(()))
+        }
+    }
+
+    /// In real time: such a line leaves virtual time no moment to pass. A server that speaks only while
+    /// it is asked is as bad.
+    #[tokio::test]
+    async fn a_line_that_is_never_quiet_is_garbage() {
+        let request = Request { unit: 1, table: Table::Holding, first: 0, count: 1 };
+        let patience = Duration::from_millis(20);
+        for settles in [false, true] {
+            let line = Line::parse("rtu+tcp://h:1").unwrap();
+            let codec = Codec::new(line.framing());
+            let stream = Box::new(Babble(0));
+            let mut link = Link { line, stream, codec, owes: None, _claim: None };
+            let failure = match settles {
+                true => link.settle(1).await.unwrap_err(),
+                false => {
+                    link.answer(&request, Instant::now() + patience, patience).await.unwrap_err()
+                }
+            };
+            assert!(matches!(failure, Failure::Garbage), "{failure:?}");
+        }
     }
 }

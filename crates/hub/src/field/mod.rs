@@ -1,23 +1,30 @@
-//! Detectors and contacts on Modbus: each bus has a task that reads its devices and reports them to
-//! the zone controller, detectors in the same way as reports over HTTP.
+//! Detectors, contacts, outputs and pumps on Modbus: each bus has a task that reads its devices and reports
+//! them to the zone controller, detectors in the same way as reports over HTTP, and writes what it orders.
 //!
 //! ```text
 //!  line ─▶ wire ─▶ maps ─▶ watch ─▶ zones
 //!  bytes   frames  signal  may it   the machine
 //!          values          count?
+//!          write ◀─ drive ◀─ zones
+//!          frames   what is  orders
+//!                   due
 //! ```
 //!
-//! It only reads. What it cannot read right is a fault of the detector, never silence of a fire: see
-//! [`watch`].
+//! What it cannot read right is a fault of the detector, never silence of a fire: see [`watch`]. What it
+//! has not read back is not written: see [`drive`].
 
 mod bus;
+pub mod drive;
 pub mod line;
 pub mod maps;
 mod plan;
 pub mod point;
+pub mod target;
 pub mod view;
 mod watch;
 pub mod wire;
+pub mod write;
+mod writes;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -25,10 +32,13 @@ use std::time::Duration;
 
 use crate::hub::{Caller, Hub};
 use bus::Bus;
+use drive::{Drives, Order};
 use line::Line;
 use maps::Map;
+use point::Point;
+use target::Target;
 use view::ModbusView;
-use wire::{Request, Table};
+use wire::{Asks as _, Request, Table};
 
 /// A bus of the configuration.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,6 +53,43 @@ pub struct BusConfig {
     pub timeout_ms: u64,
     /// The detectors on it.
     pub sources: Vec<SourceConfig>,
+    /// The outputs and pumps on it.
+    pub outputs: Vec<OutputConfig>,
+    /// What changes every second as long as the hub works, by the address of its device.
+    pub heartbeats: Vec<(u8, Target)>,
+}
+
+/// An output or a pump on a bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputConfig {
+    /// Its id.
+    pub id: String,
+    /// What it drives.
+    pub drives: Drives,
+    /// Address of its device.
+    pub unit: u8,
+    /// What is written.
+    pub target: Target,
+    /// The bit that reports it on or open.
+    pub on: Option<Point>,
+    /// The bit that reports a fault.
+    pub fault: Option<Point>,
+    /// What is written can be read.
+    pub read_back: bool,
+}
+
+impl OutputConfig {
+    /// What is read of it.
+    pub fn places(&self) -> Vec<(Table, u16)> {
+        let target = self.read_back.then_some((self.target.table, self.target.address));
+        let points = [self.on, self.fault].into_iter().flatten();
+        target.into_iter().chain(points.map(|it| (it.table, it.address))).collect()
+    }
+
+    /// It reports itself to the zone controller.
+    pub const fn reports(&self) -> bool {
+        self.read_back || self.on.is_some()
+    }
 }
 
 /// A detector or a contact on a bus.
@@ -77,7 +124,12 @@ impl BusConfig {
             let unit = it.unit;
             it.map.addresses().into_iter().map(move |(table, address)| (unit, table, address))
         };
-        self.sources.iter().flat_map(of_source).collect()
+        let of_output = |it: &OutputConfig| {
+            let unit = it.unit;
+            it.places().into_iter().map(move |(table, address)| (unit, table, address))
+        };
+        let sources = self.sources.iter().flat_map(of_source);
+        sources.chain(self.outputs.iter().flat_map(of_output)).collect()
     }
 }
 
@@ -100,6 +152,11 @@ impl Field {
     /// The buses of the configuration; nothing is read yet.
     pub fn new(configs: &[BusConfig]) -> Self {
         Self { buses: configs.iter().cloned().map(Bus::new).map(Arc::new).collect() }
+    }
+
+    /// Takes an order for an output or a pump.
+    pub fn order(&self, id: &str, order: Order) {
+        let _is_known = self.buses.iter().any(|bus| bus.order(id, order));
     }
 
     /// The bus on which a detector is.

@@ -3,8 +3,10 @@
 
 use std::fmt;
 
+use lafet_texts::{Text as _, hub as text};
+
 use super::wire::Table;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// A condition on a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,20 +48,10 @@ impl Point {
         let (mask, value) = match (table.is_bits(), condition) {
             (true, "") => (1, 1),
             (true, _) => {
-                return Err(both(
-                    format!(
-                        "`{text}`: a coil or discrete input is one bit, and has no bits or mask."
-                    ),
-                    format!(
-                        "`{text}`: coil и discrete — это один бит, бит и маска не указываются."
-                    ),
-                ));
+                return Err(text::CheckPointOneBit { text }.words());
             }
             (false, "") => {
-                return Err(both(
-                    format!("`{text}`: which bit of the register is meant?"),
-                    format!("`{text}`: не указан бит регистра."),
-                ));
+                return Err(text::CheckPointNoBit { text }.words());
             }
             (false, condition) => bits_of(condition, text)?,
         };
@@ -86,49 +78,38 @@ impl fmt::Display for Point {
 
 /// What a point looks like.
 pub fn remedy() -> Both {
-    both(
-        "Write discrete:12, coil:12, holding:100.3 or input:100&0x00F0=0x0020; the address counts from 0, \
-         the bit is 0…15, and ! in front inverts.",
-        "Напишите discrete:12, coil:12, holding:100.3 или input:100&0x00F0=0x0020: адрес считается с 0, \
-         бит — 0…15, знак ! впереди инвертирует.",
-    )
+    text::CheckPointRemedy.words()
 }
 
 fn no_point(text: &str) -> Both {
-    both(format!("`{text}` names no bit."), format!("`{text}` не называет бит."))
+    text::CheckPoint { text }.words()
 }
 
-fn address_of(text: &str, whole: &str) -> Result<u16, Both> {
+pub(super) fn address_of(text: &str, whole: &str) -> Result<u16, Both> {
     let is_number = !text.is_empty() && text.bytes().all(|it| it.is_ascii_digit());
-    text.parse().ok().filter(|_| is_number).ok_or_else(|| {
-        both(
-            format!("`{whole}`: the address is not 0…65535."),
-            format!("`{whole}`: адрес — не 0…65535."),
-        )
-    })
+    text.parse().ok().filter(|_| is_number).ok_or_else(|| text::CheckPointAddress { whole }.words())
 }
 
 /// `.3`, or `&0x00F0=0x0020`: mask and value.
-fn bits_of(condition: &str, whole: &str) -> Result<(u16, u16), Both> {
+pub(super) fn bits_of(condition: &str, whole: &str) -> Result<(u16, u16), Both> {
     if let Some(bit) = condition.strip_prefix('.') {
-        let bit = bit.parse::<u16>().ok().filter(|it| *it <= 15).ok_or_else(|| {
-            both(format!("`{whole}`: the bit is not 0…15."), format!("`{whole}`: бит — не 0…15."))
-        })?;
+        let bit = bit
+            .parse::<u16>()
+            .ok()
+            .filter(|it| *it <= 15)
+            .ok_or_else(|| text::CheckPointBit { whole }.words())?;
         return Ok((1 << bit, 1 << bit));
     }
     let pair = condition.strip_prefix('&').and_then(|it| it.split_once('='));
     let pair = pair.and_then(|(mask, value)| Some((number(mask)?, number(value)?)));
     let (mask, value) = pair.ok_or_else(|| no_point(whole))?;
     if mask == 0 || value & !mask != 0 {
-        return Err(both(
-            format!("`{whole}`: the value has bits that the mask has not, or the mask has none."),
-            format!("`{whole}`: в значении есть биты вне маски, или маска пуста."),
-        ));
+        return Err(text::CheckPointMask { whole }.words());
     }
     Ok((mask, value))
 }
 
-fn number(text: &str) -> Option<u16> {
+pub(super) fn number(text: &str) -> Option<u16> {
     match text.strip_prefix("0x") {
         Some(digits) => u16::from_str_radix(digits, 16).ok(),
         None => text.parse().ok(),

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::drive::{Drives, Trouble};
 use super::watch::Reading;
 use super::wire::Failure;
 use crate::text::Both;
@@ -39,6 +40,8 @@ pub struct ModbusBus {
     pub detectors: Vec<ModbusSource>,
     /// The contacts on it.
     pub inputs: Vec<ModbusSource>,
+    /// The outputs and pumps on it.
+    pub outputs: Vec<ModbusOutput>,
 }
 
 /// Failures since the start, by kind.
@@ -66,9 +69,11 @@ impl ModbusErrors {
         let count = match failure {
             Failure::Timeout => &mut self.timeout,
             Failure::Exception(_) => &mut self.exception,
-            Failure::WrongUnit(_) | Failure::WrongFunction(_) | Failure::WrongLength => {
-                &mut self.wrong
-            }
+            Failure::WrongUnit(_)
+            | Failure::WrongFunction(_)
+            | Failure::WrongLength
+            | Failure::WrongEcho => &mut self.wrong,
+            Failure::GivenUp => return,
             Failure::Garbage => &mut self.garbage,
             Failure::Closed(_) => &mut self.closed,
         };
@@ -100,4 +105,36 @@ pub struct ModbusSource {
     /// Age of its values, ms; left out: none since the start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_ms_ago: Option<u64>,
+}
+
+/// An output or a pump on a bus.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct ModbusOutput {
+    /// Its id.
+    pub id: String,
+    /// What it drives.
+    pub drives: Drives,
+    /// Address of the device.
+    pub unit: u8,
+    /// As the zone controller ordered it last; left out: no order since the start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wanted: Option<bool>,
+    /// The latest write that the device has answered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub written: Option<bool>,
+    /// Age of that write, ms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub written_ms_ago: Option<u64>,
+    /// What was read back; left out: nothing, or a value that is neither on nor off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read_back: Option<bool>,
+    /// What its feedback says, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub feedback: Option<bool>,
+    /// Age of what was read, ms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read_ms_ago: Option<u64>,
+    /// What is wrong with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trouble: Option<Trouble>,
 }

@@ -1,12 +1,13 @@
-//! Frames of Modbus, as far as this hub needs them: requests that read, and what is an answer to one.
+//! Frames of Modbus, as far as this hub needs them: requests, and what is an answer to one.
 //!
-//! A master that reads needs so little that it is our own: what is not exactly the answer to what was
+//! A master needs so little that it is our own: what is not exactly the answer to what was
 //! asked is a failure of a kind that is counted, and a late answer is known by its number instead of
 //! costing the connection.
 
 use lafet_proto::crc::Crc16;
+use lafet_texts::{Text, hub as text};
 
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Longest frame of either framing, bytes.
 pub const FRAME_MAX: usize = 260;
@@ -54,6 +55,11 @@ impl Table {
         matches!(self, Self::Coil | Self::Discrete)
     }
 
+    /// Its values can be written.
+    pub const fn is_written(self) -> bool {
+        matches!(self, Self::Coil | Self::Holding)
+    }
+
     /// Most values of one request.
     pub const fn most(self) -> u16 {
         if self.is_bits() { 2000 } else { 125 }
@@ -73,45 +79,64 @@ pub struct Request {
     pub count: u16,
 }
 
-impl Request {
-    fn pdu(&self) -> [u8; 5] {
-        let [first_high, first_low] = self.first.to_be_bytes();
-        let [count_high, count_low] = self.count.to_be_bytes();
-        [self.table.function(), first_high, first_low, count_high, count_low]
+/// A request, and which answer belongs to it.
+pub trait Asks: Sync {
+    /// Address of the device.
+    fn unit(&self) -> u8;
+
+    /// The function.
+    fn function(&self) -> u8;
+
+    /// The function and what follows it.
+    fn pdu(&self) -> Vec<u8>;
+
+    /// Bytes of the answer, the function included.
+    fn answer_len(&self) -> usize;
+
+    /// The answer is the same as the request.
+    fn is_echoed(&self) -> bool;
+
+    /// The values of an answer of the right function and length.
+    ///
+    /// # Errors
+    ///
+    /// It is another one.
+    fn decoded(&self, answer: &[u8]) -> Result<Vec<u16>, Failure>;
+
+    /// Bytes of request and answer on a serial line.
+    fn serial_len(&self) -> usize {
+        3 + self.pdu().len() + 3 + self.answer_len()
     }
 
+    /// The values of an answer, if it is the one to this request.
+    ///
+    /// # Errors
+    ///
+    /// What it is instead.
+    fn values(&self, unit: u8, pdu: &[u8]) -> Result<Vec<u16>, Failure> {
+        if unit != self.unit() {
+            return Err(Failure::WrongUnit(unit));
+        }
+        let function = self.function();
+        match pdu {
+            [exception, code] if *exception == exception_of(function) => {
+                Err(Failure::Exception(*code))
+            }
+            [other, ..] if *other != function => Err(Failure::WrongFunction(*other)),
+            _ if pdu.len() == self.answer_len() => self.decoded(pdu),
+            _ => Err(Failure::WrongLength),
+        }
+    }
+}
+
+impl Request {
     /// Bytes of values in the answer.
     fn data_len(&self) -> usize {
         let count = usize::from(self.count);
         if self.table.is_bits() { count.div_ceil(8) } else { 2 * count }
     }
 
-    /// Bytes of request and answer on a serial line.
-    pub fn serial_len(&self) -> usize {
-        8 + 5 + self.data_len()
-    }
-
-    /// The values of an answer, if it is the one to this request.
-    fn values(&self, unit: u8, pdu: &[u8]) -> Result<Vec<u16>, Failure> {
-        if unit != self.unit {
-            return Err(Failure::WrongUnit(unit));
-        }
-        let function = self.table.function();
-        match pdu {
-            [exception, code] if *exception == exception_of(function) => {
-                Err(Failure::Exception(*code))
-            }
-            [other, ..] if *other != function => Err(Failure::WrongFunction(*other)),
-            [_, len, data @ ..]
-                if data.len() == self.data_len() && usize::from(*len) == data.len() =>
-            {
-                Ok(self.decoded(data))
-            }
-            _ => Err(Failure::WrongLength),
-        }
-    }
-
-    fn decoded(&self, data: &[u8]) -> Vec<u16> {
+    fn values_of(&self, data: &[u8]) -> Vec<u16> {
         let count = usize::from(self.count);
         if self.table.is_bits() {
             let bits =
@@ -120,6 +145,37 @@ impl Request {
         }
         let words = data.chunks_exact(2).filter_map(|word| <[u8; 2]>::try_from(word).ok());
         words.map(u16::from_be_bytes).collect()
+    }
+}
+
+impl Asks for Request {
+    fn unit(&self) -> u8 {
+        self.unit
+    }
+
+    fn function(&self) -> u8 {
+        self.table.function()
+    }
+
+    fn pdu(&self) -> Vec<u8> {
+        let [first_high, first_low] = self.first.to_be_bytes();
+        let [count_high, count_low] = self.count.to_be_bytes();
+        vec![self.table.function(), first_high, first_low, count_high, count_low]
+    }
+
+    fn answer_len(&self) -> usize {
+        2 + self.data_len()
+    }
+
+    fn is_echoed(&self) -> bool {
+        false
+    }
+
+    fn decoded(&self, answer: &[u8]) -> Result<Vec<u16>, Failure> {
+        match answer {
+            [_, len, data @ ..] if usize::from(*len) == data.len() => Ok(self.values_of(data)),
+            _ => Err(Failure::WrongLength),
+        }
     }
 }
 
@@ -136,6 +192,10 @@ pub enum Failure {
     WrongFunction(u8),
     /// The answer has other values than were asked for.
     WrongLength,
+    /// The answer confirms another value than was written.
+    WrongEcho,
+    /// The answer was not waited for: something more urgent came.
+    GivenUp,
     /// What came is no frame.
     Garbage,
     /// The connection has ended, or the port is gone.
@@ -155,41 +215,31 @@ impl Failure {
     /// What it says to people.
     pub fn text(&self) -> Both {
         match self {
-            Self::Timeout => both("No answer in time.", "Нет ответа в срок."),
+            Self::Timeout => text::BusNoAnswer.words(),
             Self::Exception(code) => exception(*code),
-            Self::WrongUnit(unit) => both(
-                format!("Unit {unit} has answered instead."),
-                format!("Вместо него ответило устройство {unit}."),
-            ),
-            Self::WrongFunction(function) => both(
-                format!("The answer is to function {function}, which was not asked for."),
-                format!("Ответ на функцию {function}, которую не запрашивали."),
-            ),
-            Self::WrongLength => both(
-                "The answer has another number of values than was asked for.",
-                "В ответе не столько значений, сколько запрошено.",
-            ),
-            Self::Garbage => both(
-                "What came is no Modbus frame. Check speed, parity and the other end of the line.",
-                "Принятое — не кадр Modbus. Проверьте скорость, чётность и другой конец линии.",
-            ),
+            Self::WrongUnit(unit) => text::BusOtherUnit { unit }.words(),
+            Self::WrongFunction(function) => text::BusOtherFunction { function }.words(),
+            Self::WrongLength => text::BusOtherCount.words(),
+            Self::WrongEcho => text::BusOtherValue.words(),
+            Self::GivenUp => text::BusGivenUp.words(),
+            Self::Garbage => text::BusNoFrame.words(),
             Self::Closed(why) => why.clone(),
         }
     }
 }
 
 fn exception(code: u8) -> Both {
-    let [en, ru] = match code {
-        1 => ["function not supported", "функция не поддерживается"],
-        2 => ["no such address", "нет такого адреса"],
-        3 => ["value refused", "значение отклонено"],
-        4 => ["device failure", "отказ устройства"],
-        6 => ["device busy", "устройство занято"],
-        10 => ["gateway: no path", "шлюз: нет пути"],
-        11 => ["gateway: the device does not answer", "шлюз: устройство не отвечает"],
-        _ => ["not in the standard", "нет в стандарте"],
+    let why: &dyn Text = match code {
+        1 => &text::BusFunction,
+        2 => &text::BusAddress,
+        3 => &text::BusValue,
+        4 => &text::BusDevice,
+        6 => &text::BusBusy,
+        10 => &text::BusNoPath,
+        11 => &text::BusBehindGateway,
+        _ => &text::BusUnknownCode,
     };
-    both(format!("Exception {code}: {en}."), format!("Исключение {code}: {ru}."))
+    text::BusException { code, why }.words()
 }
 
 /// The function code of an exception to a request of this function: its top bit is set.
@@ -229,19 +279,21 @@ impl Codec {
     }
 
     /// The frame of a request.
-    pub fn frame(&mut self, request: &Request) -> Vec<u8> {
-        let mut frame = Vec::with_capacity(12);
+    pub fn frame(&mut self, request: &dyn Asks) -> Vec<u8> {
+        let mut frame = Vec::with_capacity(16);
+        let (unit, pdu) = (request.unit(), request.pdu());
         match self.framing {
             Framing::Tcp => {
                 self.number = self.number.wrapping_add(1);
                 frame.extend(self.number.to_be_bytes());
-                frame.extend([0, 0, 0, 6, request.unit]);
-                frame.extend(request.pdu());
+                let len = u8::try_from(1 + pdu.len()).unwrap_or(u8::MAX);
+                frame.extend([0, 0, 0, len, unit]);
+                frame.extend(pdu);
             }
             Framing::Rtu => {
                 self.buffer.clear();
-                frame.push(request.unit);
-                frame.extend(request.pdu());
+                frame.push(unit);
+                frame.extend(pdu);
                 frame.extend(crc(&frame).to_le_bytes());
             }
         }
@@ -249,7 +301,7 @@ impl Codec {
     }
 
     /// Takes bytes in; the answer, as soon as it is there.
-    pub fn take(&mut self, bytes: &[u8], request: &Request) -> Option<Result<Vec<u16>, Failure>> {
+    pub fn take(&mut self, bytes: &[u8], request: &dyn Asks) -> Option<Result<Vec<u16>, Failure>> {
         self.buffer.extend_from_slice(bytes);
         match self.framing {
             Framing::Tcp => self.take_tcp(request),
@@ -258,7 +310,7 @@ impl Codec {
     }
 
     /// What was wrong if time is over.
-    pub fn overdue(&self, request: &Request) -> Failure {
+    pub fn overdue(&self, request: &dyn Asks) -> Failure {
         if self.framing == Framing::Tcp || self.buffer.is_empty() {
             return Failure::Timeout;
         }
@@ -272,7 +324,7 @@ impl Codec {
         }
     }
 
-    fn take_tcp(&mut self, request: &Request) -> Option<Result<Vec<u16>, Failure>> {
+    fn take_tcp(&mut self, request: &dyn Asks) -> Option<Result<Vec<u16>, Failure>> {
         loop {
             let &[number_high, number_low, p1, p2, len_high, len_low, unit] =
                 self.buffer.first_chunk::<HEADER>()?;
@@ -297,27 +349,26 @@ impl Codec {
     }
 
     /// The answer wherever it begins: what was on the line before it, an echo too, is passed over.
-    fn take_rtu(&mut self, request: &Request) -> Option<Result<Vec<u16>, Failure>> {
+    fn take_rtu(&mut self, request: &dyn Asks) -> Option<Result<Vec<u16>, Failure>> {
         let surplus = self.buffer.len().saturating_sub(KEPT_MAX);
         self.buffer.drain(..surplus);
-        let function = request.table.function();
-        let mut own = vec![request.unit];
+        let (unit, function) = (request.unit(), request.function());
+        let mut own = vec![unit];
         own.extend(request.pdu());
         for start in 0..self.buffer.len() {
             let rest = &self.buffer[start..];
             let len = match rest {
-                [unit, got, ..] if *unit == request.unit && *got == function => {
-                    3 + request.data_len()
-                }
-                [unit, got, ..] if *unit == request.unit && *got == exception_of(function) => 3,
+                [from, got, ..] if *from == unit && *got == function => 1 + request.answer_len(),
+                [from, got, ..] if *from == unit && *got == exception_of(function) => 3,
                 _ => continue,
             };
             let Some((frame, sum)) = rest.get(..len + 2).and_then(<[u8]>::split_last_chunk::<2>)
             else {
                 continue;
             };
-            if crc(frame).to_le_bytes() == *sum && frame != own {
-                return Some(request.values(request.unit, &frame[1..]));
+            let is_echo = frame == own && !request.is_echoed();
+            if crc(frame).to_le_bytes() == *sum && !is_echo {
+                return Some(request.values(unit, &frame[1..]));
             }
         }
         None

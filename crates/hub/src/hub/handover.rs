@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use lafet_proto::SubsystemId;
+use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 
 use super::{Caller, Hub};
@@ -15,7 +16,6 @@ use crate::monitor::view::Control;
 use crate::publish::messages::Message;
 use crate::store::Act;
 use crate::sync::lock;
-use crate::text::both;
 use crate::words::LossWord;
 
 impl Hub {
@@ -38,10 +38,9 @@ impl Hub {
         }
         self.count_request(&caller.principal)?;
         if reason.is_some_and(|reason| reason.chars().count() > REASON_MAX) {
-            return Err(ApiError::bad_request(both(
-                format!("reason has at most {REASON_MAX} characters."),
-                format!("reason — не длиннее {REASON_MAX} символов."),
-            )));
+            return Err(ApiError::bad_request(
+                text::ReasonTooLong { reason_max: REASON_MAX }.words(),
+            ));
         }
         let (now, seat, id) = (self.now(), caller.seat.clone(), station.id());
         let result = {
@@ -56,10 +55,9 @@ impl Hub {
                 _ => {
                     let action = crate::error::shown(action);
                     let list = "take, release, request, grant, deny, force";
-                    return Err(ApiError::bad_request(both(
-                        format!("`{action}` is none of {list}."),
-                        format!("`{action}` — не {list}."),
-                    )));
+                    return Err(ApiError::bad_request(
+                        text::ActionUnknown { action, list }.words(),
+                    ));
                 }
             }
         };
@@ -114,10 +112,7 @@ impl Hub {
     /// The holder did not come back: drives moved by hand are stopped. Programs, search and
     /// deployment refuse that Stop and go on (§3.2).
     fn expired(&self, station: &Arc<Station>, seat: &Seat) {
-        let text = both(
-            format!("{}: control of {} is lost, drives are stopped.", station.id(), seat.user),
-            format!("{}: управление {} потеряно, приводы остановлены.", station.id(), seat.user),
-        );
+        let text = text::ControlExpired { monitor: station.id(), user: &seat.user }.words();
         self.event(Some(station.id()), &text);
         let hub = self.clone();
         let (station, caller) = (station.clone(), Caller::hub());

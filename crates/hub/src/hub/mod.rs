@@ -34,7 +34,7 @@ use crate::publish::broadcast::Audiences;
 use crate::publish::topics::Topics;
 use crate::recording::Recordings;
 use crate::simulation::{Scene, Simulation};
-use crate::site::Site;
+use crate::site::{Place, Site};
 use crate::store::integrity::Integrity;
 use crate::store::{self, Audit, Events, History, StoreError};
 use crate::sync::lock;
@@ -210,10 +210,14 @@ impl Hub {
         lock(&self.0.stations).values().cloned().collect()
     }
 
+    /// Where a monitor is, if the configuration has it.
+    pub fn place_of(&self, id: &str) -> Option<Place> {
+        lock(&self.0.site).as_ref()?.monitors.get(id).copied()
+    }
+
     /// Height of a monitor's nozzle above the ground, cm, if the configuration has it.
     pub fn height_cm(&self, id: &str) -> Option<i32> {
-        let height_m = lock(&self.0.site).as_ref()?.monitors.get(id)?.height;
-        Some((height_m * 100.0).round() as i32)
+        Some((self.place_of(id)?.height * 100.0).round() as i32)
     }
 
     /// Connects to the monitors and keeps the links.

@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use lafet_proto::dictionary::layouts::{self, Field, Kind, Layout};
 use lafet_proto::flags::{self, ButtonState, FlagInfo};
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::{Lang, Text};
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Ref, Schema, Type};
 use utoipa::openapi::{KnownFormat, RefOr, SchemaFormat};
 use utoipa::{PartialSchema, ToSchema};
@@ -76,9 +77,10 @@ fn values(info: &FlagInfo) -> Vec<String> {
 }
 
 fn meaning(field: &Field) -> String {
+    let text = field.text.of(Lang::En);
     match field.unit.symbol() {
-        "" => format!("{}.", field.text.en),
-        unit => format!("{}, {unit}.", field.text.en),
+        "" => format!("{text}."),
+        unit => format!("{text}, {unit}."),
     }
 }
 

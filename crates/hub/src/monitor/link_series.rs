@@ -1,13 +1,13 @@
 //! The figures of a link, second by second, as series of the history.
 
 use lafet_client::Stats;
-
+use lafet_texts::{Text, hub as text};
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::hub::Hub;
 use crate::monitor::status;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// A series of the history.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -25,34 +25,14 @@ pub const PREFIX: &str = "Link.";
 
 type Figure = fn(&Stats) -> Option<f64>;
 
-/// Name, what it counts in both languages, and the figure.
-const SERIES: [(&str, [&str; 2], Figure); 6] = [
-    (
-        "sent",
-        ["Frames sent in a second", "Кадров отправлено за секунду"],
-        |it| Some(it.frames_sent as f64),
-    ),
-    (
-        "received",
-        ["Frames received in a second", "Кадров получено за секунду"],
-        |it| Some(status::received(it) as f64),
-    ),
-    (
-        "retries",
-        ["Frames sent again in a second", "Кадров повторено за секунду"],
-        |it| Some(it.retries as f64),
-    ),
-    (
-        "timeouts",
-        ["Answers that did not come in a second", "Ответов не пришло за секунду"],
-        |it| Some(it.timeouts as f64),
-    ),
-    (
-        "errors",
-        ["Frames with errors on the line in a second", "Ошибочных кадров за секунду"],
-        |it| Some(it.errors() as f64),
-    ),
-    ("rtt_ms", ["Smoothed round trip", "Сглаженное время ответа"], |it| {
+/// Name, what it counts, and the figure.
+const SERIES: [(&str, &(dyn Text + Sync), Figure); 6] = [
+    ("sent", &text::FigureSent, |it| Some(it.frames_sent as f64)),
+    ("received", &text::FigureReceived, |it| Some(status::received(it) as f64)),
+    ("retries", &text::FigureRetries, |it| Some(it.retries as f64)),
+    ("timeouts", &text::FigureTimeouts, |it| Some(it.timeouts as f64)),
+    ("errors", &text::FigureErrors, |it| Some(it.errors() as f64)),
+    ("rtt_ms", &text::FigureRtt, |it| {
         let rtt = it.rtt_average?;
         Some((rtt.as_secs_f64() * 10_000.0).round() / 10.0)
     }),
@@ -92,8 +72,8 @@ pub fn note(hub: &Hub, monitor: &str, last: &Stats, up: bool) {
 
 /// The series, as the API lists them.
 pub fn list() -> impl Iterator<Item = SeriesInfo> {
-    SERIES.iter().map(|(name, [en, ru], _)| {
-        let unit = if *name == "rtt_ms" { both("ms", "мс") } else { Both::default() };
-        SeriesInfo { series: format!("{PREFIX}{name}"), unit, text: both(*en, *ru) }
+    SERIES.iter().map(|(name, what, _)| {
+        let unit = if *name == "rtt_ms" { text::FigureMs.words() } else { Both::default() };
+        SeriesInfo { series: format!("{PREFIX}{name}"), unit, text: what.words() }
     })
 }

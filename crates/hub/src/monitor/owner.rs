@@ -14,6 +14,7 @@ use lafet_proto::param::Param;
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, SubsystemId};
+use lafet_texts::{Shown, Text as _, hub as text};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
@@ -24,7 +25,6 @@ use crate::monitor::station::{ParamValue, Params, Progress, Station};
 use crate::monitor::status::{self, Exchanged, Status, Subsystems, Unheld};
 use crate::monitor::view::Hotbeds;
 use crate::sync::lock;
-use crate::text::{Both, both};
 
 /// Pauses between attempts to connect.
 const PAUSE_FIRST: Duration = Duration::from_millis(200);
@@ -87,7 +87,7 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
         match Client::connect_with(&first.config.endpoint, LinkConfig::default()).await {
             Ok(client) => break client,
             Err(error) => {
-                let text = Both::of_error(&error);
+                let text = error.words();
                 for station in &stations {
                     station.set_link(&hub, false, Some(text.clone()));
                     hub.observe(station);
@@ -107,9 +107,9 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
                 tasks.spawn(follow_link(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(record(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(poll(hub.clone(), station.clone(), client.clone()));
-                tasks.spawn(read_slow(hub.clone(), station, Monitor::new(client)));
+                tasks.spawn(read_slow(hub.clone(), station, client));
             }
-            Err(error) => station.set_link(&hub, false, Some(Both::of_error(&error))),
+            Err(error) => station.set_link(&hub, false, Some(error.words())),
         }
     }
     drop(client);
@@ -122,16 +122,12 @@ async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
         match events.recv().await {
             Ok(LinkEvent::Up) => {
                 station.set_link(&hub, true, None);
-                hub.event(
-                    Some(station.id()),
-                    &both("Connected again.", "Соединение восстановлено."),
-                );
+                hub.event(Some(station.id()), &text::LinkConnected.words());
                 station.reread.notify_one();
             }
             Ok(LinkEvent::Down(error)) => {
                 let was_up = station.is_up();
-                let text =
-                    both(format!("No connection: {error}."), format!("Нет соединения: {error}."));
+                let text = text::LinkLost { error: Shown(error) }.words();
                 station.set_link(&hub, false, Some(text.clone()));
                 if was_up {
                     hub.event(Some(station.id()), &text);
@@ -167,7 +163,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
                 }
             }
             Ok(Update::Stale(error)) => {
-                let error = Some(Both::of_error(&error));
+                let error = Some(error.words());
                 Status { stale: true, queued: false, error, ..Status::clone(&before) }
             }
             Ok(_) => continue,
@@ -262,7 +258,8 @@ fn observe_news(hub: &Hub, station: &Station, last: &mut Option<(Arc<Status>, bo
     *last = Some(now);
 }
 
-async fn read_slow(hub: Hub, station: Arc<Station>, monitor: Monitor) {
+async fn read_slow(hub: Hub, station: Arc<Station>, client: Client) {
+    let monitor = Monitor::new(client.clone());
     let (mut round, mut again, mut had) = (0_u64, true, false);
     loop {
         let status = station.status();
@@ -336,7 +333,7 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
             }
             let value = match values {
                 Ok(values) => ParamValue::Values(values),
-                Err(error) => ParamValue::Error(Both::of_error(&error)),
+                Err(error) => ParamValue::Error(error.words()),
             };
             let subsystem = read.values.entry(param.spec().subsystem.to_string()).or_default();
             subsystem.insert(param.name().to_owned(), value);

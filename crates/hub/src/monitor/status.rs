@@ -8,11 +8,12 @@ use lafet_client::{AnswerBuf, Stats};
 use lafet_proto::dictionary::{self, layouts};
 use lafet_proto::flags;
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::described::States;
-use crate::text::{Both, both};
+use crate::text::Both;
 use crate::words::Severity;
 
 /// The state of a monitor.
@@ -171,26 +172,20 @@ pub fn readiness(status: &Status, link_up: bool, unheld: bool) -> Readiness {
     let mut say = |code, severity, what, remedy| {
         reasons.push(ReadinessReason { code, subsystem: None, flag: None, severity, what, remedy });
     };
-    let cable = both(
-        "Check the power, the cable and the address in the configuration.",
-        "Проверьте питание, кабель и адрес в конфигурации.",
-    );
+    let cable = text::CheckLinkRemedy.words();
     if !link_up {
-        let what = both("There is no connection.", "Нет соединения.");
+        let what = text::LinkDown.words();
         say("link", Severity::Alarm, what, cable);
     } else if status.stale || status.at_ms.is_none() {
-        let what = both("The monitor does not answer.", "Ствол не отвечает.");
+        let what = text::MonitorSilent.words();
         say("stale", Severity::Alarm, what, cable);
     }
     if status.is_set(SubsystemId::DEPLOYER, "Wrapped") {
         say(
             "wrapped",
             Severity::Info,
-            both("The barrel is stowed.", "Ствол свёрнут."),
-            both(
-                "Deploy it; a search or extinguishing deploys it by itself.",
-                "Разверните; поиск и тушение разворачивают ствол сами.",
-            ),
+            text::BarrelStowed.words(),
+            text::BarrelStowedRemedy.words(),
         );
     }
     if unheld {
@@ -207,8 +202,8 @@ pub fn readiness(status: &Status, link_up: bool, unheld: bool) -> Readiness {
             subsystem: Some((*name).to_owned()),
             flag: Some(flag.info.name.to_owned()),
             severity: flag.severity().into(),
-            what: flag.info.meaning.into(),
-            remedy: flag.info.remedy.into(),
+            what: flag.info.meaning.words(),
+            remedy: flag.info.remedy.words(),
         }));
     }
     let locked = status.is_set(SubsystemId::GENERAL, "LockedOut");
@@ -229,20 +224,7 @@ pub struct Unheld {
 impl Unheld {
     /// The time is that of a drive that brakes from 20 °/s as ours does.
     pub fn text() -> Self {
-        Self {
-            what: both(
-                "The monitor has no parameter MoveHold: if the hub or the connection fails during a motion \
-                 by hand, the drive stops after about 2 s, not within 0.5 s.",
-                "У ствола нет параметра MoveHold: если при ручном перемещении откажет сервер объекта или связь, \
-                 привод остановится примерно через 2 с, а не в пределах 0,5 с.",
-            ),
-            remedy: both(
-                "While it is moved by hand, keep the hardware emergency stop within reach; firmware with \
-                 MoveHold ends the motion sooner.",
-                "При ручном перемещении держите аппаратный аварийный останов под рукой; прошивка с MoveHold \
-                 прекращает движение раньше.",
-            ),
-        }
+        Self { what: text::NoMoveHold.words(), remedy: text::NoMoveHoldRemedy.words() }
     }
 }
 

@@ -13,6 +13,7 @@ use lafet_capture::{Format, Piece, ReadError, Recorder};
 use time::OffsetDateTime;
 
 use super::{Recording, Whose, player};
+use crate::store::replace;
 
 /// How often the folder is looked at for what is too old or too much, ms.
 const KEEP_MS: u64 = 60_000;
@@ -261,8 +262,10 @@ fn about(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.{ABOUT}"))
 }
 
+/// Whole or not at all: a full disk or a power cut leaves the description that was there.
 fn tell(folder: &Path, meta: &Recording) -> io::Result<()> {
-    fs::write(about(folder, &meta.name), serde_json::to_vec(meta)?)
+    let path = about(folder, &meta.name);
+    replace(&path, &path.with_extension("json.new"), &serde_json::to_vec(meta)?)
 }
 
 type Open = HashMap<String, Recorder<File>>;
@@ -392,6 +395,27 @@ mod tests {
         let path = folder.path().to_owned();
         drop(folder);
         assert!(!path.exists());
+    }
+
+    /// Who has opened a description reads that one to its end.
+    #[test]
+    fn a_description_is_replaced_whole() {
+        let folder = Folder::open(None).unwrap();
+        put_one(&folder, "a.mcap", Some(1));
+        let mut opened = File::open(about(folder.path(), "a.mcap")).unwrap();
+        let before = fs::read_to_string(about(folder.path(), "a.mcap")).unwrap();
+        put_one(&folder, "a.mcap", Some(20_000));
+        let mut read = String::new();
+        opened.read_to_string(&mut read).unwrap();
+        assert_eq!(read, before);
+        assert_eq!(folder.about("a.mcap").to_ms, DATED_MS + 20_000 * DAY_MS);
+        let beside = fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(beside, 2, "nothing is left beside them");
+        // One that cannot be written leaves what is there.
+        fs::create_dir(about(folder.path(), "a.mcap").with_extension("json.new")).unwrap();
+        let meta = Recording { name: "a.mcap".into(), ..Recording::default() };
+        assert!(tell(folder.path(), &meta).is_err());
+        assert_eq!(folder.about("a.mcap").to_ms, DATED_MS + 20_000 * DAY_MS);
     }
 
     /// Assumed: a word may be missing, cut off by a full disk, or from a clock that was never set.

@@ -18,7 +18,7 @@ use crate::api::show_frame;
 use crate::monitor::status::{self, Status, Subsystems};
 use crate::monitor::view::{Bounds, Hotbeds, Info};
 use crate::publish::messages::ShownFrame;
-use crate::text::{Both, both};
+use crate::text::Both;
 use crate::words::LinkWord;
 
 /// An unchanged state is repeated this often.
@@ -174,7 +174,7 @@ impl Player {
         heard.told_ms = at_ms;
         let topic = |part: &str| format!("monitors/{monitor}/{part}");
         if first {
-            let name = self.names.get(monitor).cloned().unwrap_or_else(|| both(monitor, monitor));
+            let name = self.names.get(monitor).cloned().unwrap_or_else(|| Both::same(monitor));
             let info = Info { id: monitor.to_owned(), name, address };
             self.set(&topic("info"), &info);
         }

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lafet_client::SystemError;
+use lafet_texts::{Text, hub as text};
 use rustls_pki_types::pem::PemObject;
 use rustls_pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::TlsAcceptor;
@@ -11,7 +13,7 @@ use tokio_rustls::rustls::server::WebPkiClientVerifier;
 use tokio_rustls::rustls::{self, RootCertStore, ServerConfig};
 
 use crate::config::TlsConfig;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// A file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -22,31 +24,29 @@ pub struct FileError {
 }
 
 impl FileError {
-    fn new(path: &Path, en: impl Into<String>, ru: impl Into<String>) -> Self {
-        Self { path: path.to_owned(), what: both(en, ru) }
+    fn new(path: &Path, what: &dyn Text) -> Self {
+        Self { path: path.to_owned(), what: what.words() }
     }
 
-    fn pem(path: &Path, error: &rustls_pki_types::pem::Error, of: [&str; 2]) -> Self {
+    fn pem(path: &Path, error: &rustls_pki_types::pem::Error, none: &dyn Text) -> Self {
         use rustls_pki_types::pem::Error;
         match error {
-            Error::NoItemsFound => {
-                Self::new(path, format!("no {} in it", of[0]), format!("в нём нет {}", of[1]))
-            }
+            Error::NoItemsFound => Self::new(path, none),
             Error::Io(error) => {
-                Self::new(path, format!("cannot be read: {error}"), format!("не читается: {error}"))
+                Self::new(path, &text::FileUnreadable { error: SystemError(error) })
             }
-            other => Self::new(path, format!("no PEM: {other}"), format!("не PEM: {other}")),
+            other => Self::new(path, &text::FileNoPem { error: other.to_string() }),
         }
     }
 
     fn tls(path: &Path, error: &rustls::Error) -> Self {
-        Self::new(path, error.to_string(), format!("не годится: {error}"))
+        Self::new(path, &text::FileUseless { error: error.to_string() })
     }
 
     /// The file, and what is wrong with it.
     pub fn both(&self) -> Both {
         let path = self.path.display();
-        both(format!("{path}: {}.", self.what.en), format!("{path}: {}.", self.what.ru))
+        text::FileWrong { path: format_args!("{path}"), what: &self.what }.words()
     }
 }
 
@@ -57,11 +57,11 @@ pub fn provider() -> Arc<CryptoProvider> {
 
 /// The certificates of a PEM file: one at least.
 pub fn chain(path: &Path) -> Result<Vec<CertificateDer<'static>>, FileError> {
-    let of = ["certificate", "сертификата"];
+    let none = &text::FileNoCertificate;
     let read = CertificateDer::pem_file_iter(path).and_then(Iterator::collect);
-    let chain: Vec<_> = read.map_err(|error| FileError::pem(path, &error, of))?;
+    let chain: Vec<_> = read.map_err(|error| FileError::pem(path, &error, none))?;
     if chain.is_empty() {
-        return Err(FileError::pem(path, &rustls_pki_types::pem::Error::NoItemsFound, of));
+        return Err(FileError::pem(path, &rustls_pki_types::pem::Error::NoItemsFound, none));
     }
     Ok(chain)
 }
@@ -69,7 +69,7 @@ pub fn chain(path: &Path) -> Result<Vec<CertificateDer<'static>>, FileError> {
 /// The private key of a PEM file.
 pub fn key(path: &Path) -> Result<PrivateKeyDer<'static>, FileError> {
     PrivateKeyDer::from_pem_file(path)
-        .map_err(|error| FileError::pem(path, &error, ["private key", "закрытого ключа"]))
+        .map_err(|error| FileError::pem(path, &error, &text::FileNoKey))
 }
 
 /// The certificates of a PEM file, and the same as those that sign others.
@@ -109,7 +109,7 @@ pub fn acceptor(config: &TlsConfig) -> Result<TlsAcceptor, FileError> {
             let roots = Arc::new(roots(path)?.0);
             let verifier = WebPkiClientVerifier::builder_with_provider(roots, provider).build();
             builder.with_client_cert_verifier(verifier.map_err(|error| {
-                FileError::new(path, error.to_string(), format!("не годится: {error}"))
+                FileError::new(path, &text::FileUseless { error: error.to_string() })
             })?)
         }
     };

@@ -4,6 +4,7 @@
 use lafet_ballistics::{Fault, Jet, NARROWEST_MM, Solver, Target};
 use lafet_proto::SubsystemId;
 use lafet_proto::param::Param;
+use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -11,7 +12,6 @@ use crate::error::ApiError;
 use crate::hub::Hub;
 use crate::monitor::station::{ParamValue, Station};
 use crate::sync::lock;
-use crate::text::both;
 
 /// Most jets in one request.
 pub const JETS_MAX: usize = 16;
@@ -230,16 +230,11 @@ fn reach(jet: &Jet, height_m: f32) -> f32 {
 }
 
 impl Asked {
-    /// What is given, and of the rest what the monitor has now.
-    pub fn basis(&self, hub: &Hub) -> Result<(Basis, Option<i32>), ApiError> {
+    /// Computes it from what is given, and for the rest from what the monitor has now.
+    pub fn jet(&self, hub: &Hub) -> Result<Computed, ApiError> {
         let station = self.monitor.as_deref().map(|id| hub.station(id)).transpose()?;
         let live = station.as_deref().map(|station| present(hub, station));
-        let missing = |name: &str| {
-            ApiError::bad_request(both(
-                format!("{name} is needed where no monitor is given."),
-                format!("Без ствола нужно значение {name}."),
-            ))
-        };
+        let missing = |name: &str| ApiError::bad_request(text::JetValueNeeded { name }.words());
         let of = |given: Option<i32>, live: Option<i32>, name: &str| {
             given.or(live).ok_or_else(|| missing(name))
         };
@@ -257,7 +252,8 @@ impl Asked {
             height_cm: of(self.height_cm, basis.map(|it| it.height_cm), "height_cm")?
                 .clamp(-HEIGHT_MAX_CM, HEIGHT_MAX_CM),
         };
-        Ok((all, self.elevation_arcmin.or(live.and_then(|(_, elevation)| elevation))))
+        let elevation_arcmin = self.elevation_arcmin.or(live.and_then(|(_, elevation)| elevation));
+        Ok(compute(all, elevation_arcmin))
     }
 }
 
@@ -266,10 +262,9 @@ impl Aim {
     pub fn at(&self, hub: &Hub, station: &Station) -> Result<Aimed, ApiError> {
         let on_site = |metres: f32| metres.abs() <= WAY_MAX_M;
         if !(on_site(self.way_m) && on_site(self.rise_m) && self.way_m >= 0.0) {
-            return Err(ApiError::bad_request(both(
-                format!("way_m is 0 … {WAY_MAX_M} m, rise_m −{WAY_MAX_M} … {WAY_MAX_M} m."),
-                format!("way_m — 0…{WAY_MAX_M} м, rise_m — −{WAY_MAX_M}…{WAY_MAX_M} м."),
-            )));
+            return Err(ApiError::bad_request(
+                text::JetTargetRange { way_max_m: WAY_MAX_M }.words(),
+            ));
         }
         let (live, _) = present(hub, station);
         let pressure_datm = self.pressure_datm.or(live.pressure_datm);
@@ -387,8 +382,8 @@ mod tests {
     #[test]
     fn reach_and_faults() {
         for (pressure, diameter, best) in [(40, 280, 37.0), (79, 280, 44.5), (79, 400, 60.7)] {
-            let reach =
-                compute(basis(pressure, diameter, 60, 150), Some(0)).reach_m.expect("a reach");
+            let reach = compute(basis(pressure, diameter, 60, 150), Some(0)).reach_m;
+            let reach = reach.expect("a reach");
             assert!((reach - best).abs() < 0.6, "{reach}");
         }
         let fault = |basis, elevation| compute(basis, elevation).fault;

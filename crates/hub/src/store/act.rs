@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 
 use super::mark::Loss;
 use crate::access::Role;
+use crate::text::Both;
 
 /// Version of [`Act`] in the log: an entry of a later one is shown by its `what`.
 const VERSION: u32 = 1;
@@ -185,6 +186,9 @@ pub enum JogEnding {
     Refused {
         /// The error, in English.
         error: String,
+        /// The same for people; entries of earlier versions have none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        text: Option<Both>,
     },
     /// Another motion of the same hand took its place.
     Replaced,
@@ -202,6 +206,9 @@ pub enum JogEnding {
     Unknown {
         /// The error, in English.
         error: String,
+        /// The same for people; entries of earlier versions have none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        text: Option<Both>,
     },
 }
 
@@ -213,6 +220,15 @@ impl Act {
             map.insert("v".into(), VERSION.into());
         }
         value
+    }
+
+    /// What is stored; `None`: it is of a later version, or none that this one knows.
+    pub fn from_value(value: &Value) -> Option<Self> {
+        let version = value.get("v").and_then(Value::as_u64)?;
+        if version > u64::from(VERSION) {
+            return None;
+        }
+        serde_json::from_value(value.clone()).ok()
     }
 }
 
@@ -234,6 +250,36 @@ mod tests {
             "end": { "how": "taken_over", "by": "Buttons" },
         });
         assert_eq!(value, expected);
-        assert_eq!(serde_json::from_value::<Act>(value).unwrap(), act);
+        assert_eq!(Act::from_value(&value), Some(act));
+    }
+
+    /// The chain of a log has entries as they were written.
+    #[test]
+    fn an_end_is_said_in_every_language_and_one_of_an_earlier_version_in_one() {
+        let text = Some(Both { en: "no answer".into(), ru: "нет ответа".into() });
+        let end = JogEnding::Unknown { error: "no answer".into(), text };
+        let stored = serde_json::to_value(&end).unwrap();
+        let words = json!({ "en": "no answer", "ru": "нет ответа" });
+        let expected = json!({ "how": "unknown", "error": "no answer", "text": words });
+        assert_eq!(stored, expected);
+        assert_eq!(serde_json::from_value::<JogEnding>(stored).unwrap(), end);
+        let earlier = json!({ "how": "refused", "error": "no answer" });
+        let read: JogEnding = serde_json::from_value(earlier.clone()).unwrap();
+        assert_eq!(read, JogEnding::Refused { error: "no answer".into(), text: None });
+        assert_eq!(serde_json::to_value(&read).unwrap(), earlier);
+    }
+
+    #[test]
+    fn an_act_of_a_later_version_is_not_taken_for_one_of_this() {
+        let login = json!({ "v": VERSION, "type": "login" });
+        assert_eq!(Act::from_value(&login), Some(Act::Login));
+        for odd in [
+            json!({ "v": VERSION + 1, "type": "login" }),
+            json!({ "v": VERSION, "type": "teleport" }),
+            json!({ "type": "login" }),
+            json!("login"),
+        ] {
+            assert_eq!(Act::from_value(&odd), None, "{odd}");
+        }
     }
 }

@@ -334,6 +334,14 @@ impl Entry {
         let hash = hash(n, &record, &prev);
         Self { n, record, prev, hash }
     }
+
+    /// As the API shows it: without an act that this version does not know, which `what` has in
+    /// words.
+    #[must_use]
+    pub fn shown(mut self) -> Self {
+        self.record.act.take_if(|act| Act::from_value(act).is_none());
+        self
+    }
 }
 
 /// A file of an earlier version has no columns for kind and act.
@@ -446,6 +454,23 @@ mod tests {
             audit.note(record(what)).await.unwrap();
         }
         audit
+    }
+
+    /// Of an entry that a later version has written, the words are shown; the chain covers it as it
+    /// is.
+    #[tokio::test]
+    async fn an_act_that_is_not_known_is_stored_and_not_shown() {
+        let audit = Audit::open(None).unwrap();
+        let later = json!({ "v": 2, "type": "teleport", "to": "M2" });
+        let known = record("login").about(&Act::Login);
+        for record in [record("old"), known, Record { act: Some(later), ..record("teleport M2") }] {
+            audit.note(record).await.unwrap();
+        }
+        assert!(audit.verify().await.unwrap().ok);
+        let entries = audit.from(1, 9).await.unwrap();
+        let acts = |it: &Entry| (it.record.act.is_some(), it.clone().shown().record.act.is_some());
+        let all: Vec<_> = entries.iter().map(acts).collect();
+        assert_eq!(all, [(false, false), (true, true), (true, false)]);
     }
 
     #[tokio::test]

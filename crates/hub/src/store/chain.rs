@@ -1,7 +1,7 @@
 //! The chain of the audit log: each entry holds the hash of the one before.
 
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use utoipa::ToSchema;
 
@@ -93,23 +93,15 @@ fn entry_of(line: &str) -> Option<Entry> {
 
 /// SHA-256 of the entry without its hash, as a JSON array: one text for one meaning.
 pub fn hash(n: u64, it: &Record, prev: &str) -> String {
-    let mut parts = vec![
-        json!(n),
-        json!(it.at_ms),
-        json!(it.user),
-        json!(it.role),
-        json!(it.from),
-        json!(it.via),
-        json!(it.seat),
-        json!(it.monitor),
-        json!(it.what),
-        json!(it.outcome),
-        it.details.clone(),
-        json!(prev),
-    ];
+    let texts =
+        [&it.user, &it.role, &it.from, &it.via, &it.seat, &it.monitor, &it.what, &it.outcome];
+    let mut parts = vec![Value::from(n), it.at_ms.into()];
+    parts.extend(texts.map(|text| Value::from(text.as_str())));
+    parts.extend([it.details.clone(), prev.into()]);
     // Entries of earlier versions have neither.
     if it.kind.is_some() || it.act.is_some() {
-        parts.extend([json!(it.kind), json!(it.act)]);
+        let kind = serde_json::to_value(it.kind).unwrap_or_default();
+        parts.extend([kind, it.act.clone().unwrap_or_default()]);
     }
     let text = Value::Array(parts);
     Sha256::digest(text.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()

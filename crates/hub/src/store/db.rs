@@ -1,5 +1,6 @@
 //! A database on a thread of its own: nothing that must be quick waits for a disk.
 
+use std::io::Write;
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
@@ -80,10 +81,7 @@ fn make(folder: &Path) -> std::io::Result<()> {
     let mut builder = std::fs::DirBuilder::new();
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    let made = builder.recursive(true).create(folder);
-    made.map_err(|error| {
-        std::io::Error::new(error.kind(), format!("{}: {error}", folder.display()))
-    })
+    builder.recursive(true).create(folder)
 }
 
 /// The folder and the files in it are the hub's alone. A folder that others may enter is closed to
@@ -123,6 +121,18 @@ fn close_to_others(_: &Path) -> Result<(), StoreError> {
 fn is_ours(name: &str) -> bool {
     let of = |file: &StateFile| name.starts_with(file.name());
     ["lock", "recordings", "revoked"].contains(&name) || StateFile::ALL.iter().any(of)
+}
+
+/// Replaces a file by way of another beside it, whole or not at all: a full disk or a power cut leaves what
+/// was there.
+pub fn replace(path: &Path, beside: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut file = std::fs::File::create(beside)?;
+    let written = file.write_all(bytes).and_then(|()| file.sync_all());
+    let replaced = written.and_then(|()| std::fs::rename(beside, path));
+    if replaced.is_err() {
+        _ = std::fs::remove_file(beside);
+    }
+    replaced
 }
 
 /// Makes a file, or one that is there, its owner's alone.
@@ -316,7 +326,8 @@ mod tests {
                 let snapshot = db.transaction()?;
                 let before: i64 = count(&snapshot)?;
                 // Until the writer has written.
-                assert!(wait.recv().is_ok());
+                let written = wait.recv_timeout(std::time::Duration::from_secs(30));
+                assert!(written.is_ok(), "writing waits for this");
                 Ok((before, count(&snapshot)?))
             });
             read.await.unwrap()

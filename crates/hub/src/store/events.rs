@@ -11,7 +11,7 @@ use utoipa::ToSchema;
 use super::db::{Db, StoreError, open_or_begin_anew};
 use super::history::{DAY_MS, signed};
 use crate::sync::lock;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Events that wait for a disk that takes none; older ones are given up.
 const WAITING_MAX: usize = 10_000;
@@ -219,7 +219,7 @@ fn event(row: &Row<'_>) -> Result<Event, rusqlite::Error> {
         n: unsigned(0)?,
         at_ms: unsigned(1)?,
         monitor: row.get(2)?,
-        what: both(row.get::<_, String>(3)?, row.get::<_, String>(4)?),
+        what: Both { en: row.get(3)?, ru: row.get(4)? },
     })
 }
 
@@ -260,6 +260,7 @@ impl Search {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::text::both;
 
     #[tokio::test]
     async fn events_are_found_page_by_page() {

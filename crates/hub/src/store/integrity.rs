@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
 
+use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 use utoipa::ToSchema;
@@ -13,7 +14,6 @@ use crate::config::Config;
 use crate::hub::{Caller, Hub};
 use crate::store::{self, Act, Chain, Head, Loss, Mark, StoreError};
 use crate::sync::lock;
-use crate::text::both;
 
 /// Entries that are looked at in one step.
 const PIECE: u32 = 500;
@@ -157,10 +157,7 @@ impl Hub {
     }
 
     fn chain_is_broken(&self, n: u64) {
-        let text = both(
-            format!("The audit log was changed: entry {n} is not the one that was written."),
-            format!("Журнал аудита изменён: запись {n} не та, что была сделана."),
-        );
+        let text = text::AuditChanged { n }.words();
         self.event(None, &text);
         tracing::error!(entry = n, "the chain of the audit log is broken");
         let record = self.record(&Caller::hub(), "", "audit log changed", "broken");

@@ -6,16 +6,16 @@
 //! copies of all files together are not noticed here: the head of the audit
 //! log is in the program's own log for that.
 
-use std::io::Write;
 use std::path::Path;
 
+use lafet_texts::{Text as _, hub as text};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::audit::head;
-use super::db::{StoreError, open, private, said_corrupt};
-use crate::text::{Both, both};
+use super::db::{StoreError, open, private, replace, said_corrupt};
+use crate::text::Both;
 
 /// The table of the mark, in each database.
 pub const TABLE: &str = "
@@ -162,30 +162,11 @@ impl Loss {
     pub fn both(&self) -> Both {
         let name = self.file.name();
         match &self.fault {
-            Fault::Missing => both(
-                format!("{name} is missing or empty, the other files of the state are not."),
-                format!("{name} отсутствует или пуст, остальные файлы состояния на месте."),
-            ),
-            Fault::Foreign => both(
-                format!("{name} does not belong to this site: it is from another folder or copy."),
-                format!("{name} не от этого объекта: он из другой папки или копии."),
-            ),
-            Fault::Older { noted, found } => both(
-                format!(
-                    "{name} was cut or is an older copy: {found} instead of at least {noted} entries."
-                ),
-                format!(
-                    "{name} укорочен или это старая копия: записей {found}, должно быть не менее {noted}."
-                ),
-            ),
-            Fault::Changed { n } => both(
-                format!("{name} was changed: entry {n} is not the one that was noted."),
-                format!("{name} изменён: запись {n} не та, что была отмечена."),
-            ),
-            Fault::Emptied => both(
-                format!("{name} has no user, although there were users."),
-                format!("{name} без пользователей, хотя они были."),
-            ),
+            Fault::Missing => text::StateMissing { name }.words(),
+            Fault::Foreign => text::StateForeign { name }.words(),
+            Fault::Older { noted, found } => text::StateCut { name, found, noted }.words(),
+            Fault::Changed { n } => text::StateChanged { name, n }.words(),
+            Fault::Emptied => text::StateNoUsers { name }.words(),
         }
     }
 }
@@ -405,8 +386,6 @@ fn manifest(folder: &Path) -> Option<Manifest> {
 fn write(folder: &Path, manifest: &Manifest) -> Result<(), StoreError> {
     let (new, path) = (folder.join("site.json.new"), folder.join(MANIFEST));
     private(&new)?;
-    let mut file = std::fs::File::create(&new)?;
-    file.write_all(serde_json::to_string_pretty(manifest).unwrap_or_default().as_bytes())?;
-    file.sync_all()?;
-    Ok(std::fs::rename(new, path)?)
+    let text = serde_json::to_string_pretty(manifest).unwrap_or_default();
+    Ok(replace(&path, &new, text.as_bytes())?)
 }

@@ -19,7 +19,7 @@ pub use act::{Act, JogEnding};
 pub use audit::{Audit, Entry, Record};
 pub(crate) use chain::Chain;
 pub use chain::{GENESIS, Verified, verify_lines};
-pub use db::{Db, StoreError};
+pub use db::{Db, StoreError, replace};
 pub(crate) use db::{occupy, open, private};
 pub use events::{Event, Events, Page, Search};
 pub use history::{AlarmChange, Base, Change, DAY_MS, History, RAW_RANGE_MS, Series};

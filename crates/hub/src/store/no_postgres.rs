@@ -3,11 +3,13 @@
 
 use std::path::Path;
 
+use lafet_texts::{Text as _, hub as text};
+
 use super::db::StoreError;
 use super::history::{AlarmChange, Change};
 use super::thin::{Piece, Point};
 use super::work::Work;
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// No address of a server.
 #[derive(Clone, Debug)]
@@ -19,13 +21,7 @@ pub type Wrong = (Both, Both);
 impl Address {
     /// Says that PostgreSQL is not built in.
     pub fn parse(_: &str, _: &Path) -> Result<Self, Wrong> {
-        Err((
-            both("This lafet is built without PostgreSQL.", "Этот lafet собран без PostgreSQL."),
-            both(
-                "Leave url out for SQLite, or build with the feature postgres.",
-                "Уберите url — будет SQLite; либо соберите с возможностью postgres.",
-            ),
-        ))
+        Err((text::NoPostgres.words(), text::NoPostgresRemedy.words()))
     }
 
     /// The TLS configuration of the connection.

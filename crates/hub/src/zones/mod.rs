@@ -17,6 +17,7 @@ mod stored;
 pub mod view;
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -29,6 +30,7 @@ use lafet_site::{
 use tokio::sync::Notify;
 use tokio::time::{sleep, timeout};
 
+use crate::clock::ms;
 use crate::command::request::MonitorRequest;
 use crate::config::{Config, ZonesConfig};
 use crate::control::authority::{HTTP_LOST, Now};
@@ -50,6 +52,8 @@ const LOOK: Duration = Duration::from_millis(50);
 /// A state in which a time runs is published this often, and news not more often than this.
 const PUBLISH: Duration = Duration::from_secs(1);
 const PUBLISH_NEWS: Duration = Duration::from_millis(100);
+/// Without a turn for so long the machine is not at work.
+const WORKS: Duration = Duration::from_secs(2);
 /// What is left of times is stored this often.
 const STORE: Duration = Duration::from_secs(5);
 /// Pause before what the disk did not take is tried again.
@@ -67,6 +71,8 @@ pub struct Zones {
     wake: Notify,
     /// What survives has changed.
     changed: Notify,
+    /// The machine was last looked at, ms of the hub.
+    turned_ms: AtomicU64,
 }
 
 /// The machine, and what the hub keeps for it.
@@ -109,7 +115,8 @@ impl Zones {
         };
         let machine = Mutex::new(machine);
         let (wake, changed) = (Notify::new(), Notify::new());
-        Ok(Some(Self { config: zones, machine, stored, wake, changed }))
+        let turned_ms = AtomicU64::new(0);
+        Ok(Some(Self { config: zones, machine, stored, wake, changed, turned_ms }))
     }
 
     fn persisted(&self) -> Persisted {
@@ -273,6 +280,36 @@ impl Hub {
         }
     }
 
+    /// Takes what is read of an output or a pump, or the fault of its path; `None`: no news.
+    pub(crate) fn output_reports(
+        &self,
+        caller: &Caller,
+        id: &str,
+        is_pump: bool,
+        on: Option<bool>,
+        fault: Option<Option<PathFault>>,
+    ) {
+        let Some(zones) = self.zones() else { return };
+        let mut machine = lock(&zones.machine);
+        let path = fault.map(|fault| Event::Path { path: id.to_owned(), fault });
+        let state = on.map(|on| match is_pump {
+            true => Event::Pump { pump: id.to_owned(), on },
+            false => Event::Output { output: id.to_owned(), on },
+        });
+        for event in path.iter().chain(&state) {
+            self.take(zones, &mut machine, caller, event);
+        }
+    }
+
+    /// Whether the zone controller, if there is one, is at work.
+    pub(crate) fn zones_work(&self) -> bool {
+        let turned = |zones: &Zones| {
+            let turned = Duration::from_millis(zones.turned_ms.load(Ordering::Relaxed));
+            self.now().saturating_sub(turned) < WORKS
+        };
+        self.zones().is_none_or(turned)
+    }
+
     /// A Stop, Close or Lockout of a person is a no for its monitor. Stop of a drive ends a motion by
     /// hand and is none; nor is Stop by the client that holds the monitor and works with it.
     pub fn refuse_for_zones(
@@ -382,6 +419,7 @@ impl Hub {
             self.give_back(machine);
         }
         self.publish_zones(machine, now);
+        zones.turned_ms.store(ms(now), Ordering::Relaxed);
         let due = machine.site.next_deadline().map(Duration::from_millis);
         let due = due.map_or(LOOK, |due| due.saturating_sub(self.now()));
         // A millisecond is the grain of the machine.
@@ -419,11 +457,6 @@ fn runs(state: &State) -> bool {
     let zone = |it: &ZoneState| it.phase != Phase::Quiet || it.returns_in_ms.is_some();
     let found = state.monitors.iter().any(|it| it.found_left_ms.is_some());
     found || !state.troubles.is_empty() || state.zones.iter().any(zone)
-}
-
-/// A moment as the machine has it.
-fn ms(at: Now) -> u64 {
-    u64::try_from(at.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// Asked right before an order is sent.

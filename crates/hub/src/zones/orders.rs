@@ -1,4 +1,4 @@
-//! Orders of the machine, on the way of every other request to a monitor.
+//! Orders of the machine: to monitors on the way of every other request, to outputs and pumps on their bus.
 //!
 //! What closes goes at once, as a person's Stop does. What opens or turns takes the authority of the monitor
 //! first, and is asked again right before each request is sent whether it still holds: a later order for the
@@ -10,15 +10,16 @@ use std::time::Duration;
 
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
-use lafet_site::{Cause, Command, Order, Phase};
+use lafet_site::{Cause, Command, Order, Phase, Tone};
 use tokio::time::sleep;
 
 use super::{Machine, Valid, ZONES, Zones};
 use crate::access::{Kind, Principal, Role, Standing};
 use crate::command::request::MonitorRequest;
-use crate::config::Aim;
+use crate::config::{Aim, Target};
 use crate::control::authority::Seat;
 use crate::error::ApiError;
+use crate::field::drive;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::store::Act;
@@ -56,13 +57,14 @@ impl Caller {
 }
 
 impl Hub {
-    /// Carries out an order; those for what has no driver are refused in the configuration.
+    /// Carries out an order.
     pub(super) fn carry_order(&self, zones: &Zones, machine: &mut Machine, command: &Command) {
         let (Order::Prepare { monitor, .. }
         | Order::Engage { monitor, .. }
         | Order::Close { monitor }
         | Order::Stop { monitor }) = &command.order
         else {
+            self.drive_output(command);
             return;
         };
         let Some(line) = machine.lines.get_mut(monitor) else { return };
@@ -82,6 +84,7 @@ impl Hub {
                 let Some(aim) = zones.config.aims.get(&key).cloned() else { return };
                 let opening = Opening {
                     hub: self.clone(),
+                    fire: None,
                     station,
                     aim,
                     opens: matches!(command.order, Order::Engage { .. }),
@@ -93,6 +96,18 @@ impl Hub {
             }
             _ => {}
         }
+    }
+
+    fn drive_output(&self, command: &Command) {
+        let (id, on) = match &command.order {
+            Order::Pump { pump, on } => (pump, *on),
+            Order::Valve { output, open } => (output, *open),
+            Order::Sound { output, tone } => (output, *tone != Tone::Off),
+            Order::Lamp { output, lit } => (output, *lit),
+            _ => return,
+        };
+        let not_after = command.not_after_ms.map(Duration::from_millis);
+        self.field().order(id, drive::Order { on, number: command.number, not_after });
     }
 
     fn send_urgent_orders(
@@ -141,7 +156,8 @@ impl Hub {
             | Order::Engage { monitor, .. }
             | Order::Close { monitor }
             | Order::Stop { monitor } => monitor,
-            _ => return,
+            Order::Pump { .. } | Order::Valve { .. } => "",
+            Order::Sound { .. } | Order::Lamp { .. } => return,
         };
         if command.cause.last() == Some(&Cause::Repeated) {
             return;
@@ -170,6 +186,8 @@ struct Opening {
     hub: Hub,
     station: Arc<Station>,
     aim: Aim,
+    /// Where the fire is, if that is known.
+    fire: Option<Target>,
     /// With water.
     opens: bool,
     latest: Arc<std::sync::atomic::AtomicU64>,
@@ -186,7 +204,7 @@ impl Opening {
             return;
         }
         let accepted = match (self.opens, self.is_deployed()) {
-            (true, _) => self.insist(self.aim.quench(), self.in_time()).await,
+            (true, _) => self.insist(self.aim.quench(self.fire), self.in_time()).await,
             (false, false) => {
                 let deploy = Request::new(SubsystemId::DEPLOYER, Body::Deploy);
                 self.insist(MonitorRequest::new(&deploy), self.in_time()).await
@@ -207,7 +225,7 @@ impl Opening {
             self.insist(self.aim.open(), goes_on).await;
             return;
         }
-        for request in self.aim.turn() {
+        for request in self.aim.turn(self.fire) {
             if !self.insist(request, goes_on.clone()).await {
                 return;
             }

@@ -9,6 +9,7 @@ use utoipa::ToSchema;
 
 use super::Machine;
 use crate::config::ZonesConfig;
+use crate::control::authority::Now;
 
 /// The zones, their detectors and monitors. Times of `state` count from the start of the hub.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -23,6 +24,9 @@ pub struct ZonesView {
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = DetectorReported)]
 pub struct Reported {
+    /// When, by the clock of the hub that does not jump.
+    #[serde(skip)]
+    pub heard: Now,
     /// When, ms since 1970.
     pub at_ms: u64,
     /// User or token that reported it.

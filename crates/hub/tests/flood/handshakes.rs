@@ -1,4 +1,4 @@
-//! Who connects and says nothing, or connects again and again, keeps nobody else out.
+//! A client that connects and sends nothing, or connects again and again, keeps no other out.
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -51,7 +51,7 @@ impl Encrypted {
         Self { site, roots: Arc::new(roots), folder }
     }
 
-    /// The status of an answer to somebody at an address, and how long that took.
+    /// The status of an answer to a client at an address, and how long that took.
     async fn health(&self, from: [u8; 4]) -> (u16, Duration) {
         let began = Instant::now();
         let name = ServerName::try_from("localhost").unwrap();

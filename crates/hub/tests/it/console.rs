@@ -130,7 +130,7 @@ async fn parameters_are_read_once_and_waited_for_until_stored() {
         }
     }
     assert!(seen.iter().any(|it| it["total"].as_u64() > Some(50)), "{seen:?}");
-    assert_eq!(progress(), Value::Null, "nobody reads");
+    assert_eq!(progress(), Value::Null, "no client reads");
 
     let take = json!({ "action": "take" });
     assert_eq!(site.post(&token, "/api/monitors/M1/authority", take).await.status, 200);

@@ -69,7 +69,7 @@ fn programs_can_be_made_from_the_description() {
             assert!(status.as_str() < "400" || failed || path == "/health", "{path} {status}");
         }
     }
-    // The dictionary and this description; what the simulator tells is its own.
+    // The dictionary and this description; what the simulator reports is its own.
     let own = ["GET /api/dictionary", "GET /api/openapi.json"];
     let others = bare.iter().filter(|it| !it.contains("/api/sim") && !own.contains(&it.as_str()));
     assert_eq!(others.collect::<Vec<_>>(), Vec::<&String>::new());
@@ -104,7 +104,7 @@ fn structures_have_names_of_their_own() {
 
 const KINDS: [&str; 2] = ["struct", "enum"];
 
-/// Every operation, with nobody logged in, with sound and with unsound values: the status is one of
+/// Every operation, with no user logged in, with sound and with unsound values: the status is one of
 /// those described, an error has its code and both texts.
 #[tokio::test]
 async fn every_answer_is_as_described() {

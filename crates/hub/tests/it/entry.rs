@@ -112,7 +112,40 @@ async fn a_clock_that_jumps_ends_no_session_and_is_recorded() {
     }
 }
 
-/// The page of a session that was ended by others is open, somebody looks at a monitor: Stop works,
+/// What has a time left has the same time left after the date was set.
+#[tokio::test]
+async fn a_clock_that_jumps_moves_what_is_under_way() {
+    let start_ms = 1_700_000_000_000;
+    let time = ManualTime::at(start_ms);
+    let site = Site::at(1, Clock::Manual(time.clone()), |_| {}).await;
+    let token = site.token(Role::Engineer);
+    let mut socket = site.ws(&token).await;
+    site.post(&token, "/api/monitors/M1/lockout", json!({})).await;
+    socket.until("locked out", |it| it.contains_key("alarms/M1/General/LockedOut")).await;
+    let shelf = json!({ "id": "M1/General/LockedOut", "minutes": 5, "reason": "exercise" });
+    let shelved = site.post(&token, "/api/alarms/shelve", shelf).await;
+    assert_eq!(shelved.status, 200, "{shelved:?}");
+    let until_ms = shelved.body["shelved"]["until_ms"].as_u64().unwrap();
+    let begun = site.post(&token, "/api/recordings", json!({ "seconds": 60 })).await;
+    assert_eq!(begun.status, 201, "{begun:?}");
+    let month_ms = 30 * 24 * 3_600_000;
+    time.set_date(start_ms + month_ms);
+    let told = |known: &serde_json::Map<String, serde_json::Value>| {
+        known["alarms/M1/General/LockedOut"]["shelved"]["until_ms"] == until_ms + month_ms
+    };
+    socket.until("the shelf is as long as it was", told).await;
+    assert_eq!(socket.known["alarms/M1/General/LockedOut"]["state"], "shelved");
+    let recordings = site.get(&token, "/api/recordings").await;
+    assert_eq!(recordings.body[0]["recording"], true, "{recordings:?}");
+    // And back: the shelf does not last for a month more.
+    time.set_date(start_ms);
+    let told = |known: &serde_json::Map<String, serde_json::Value>| {
+        known["alarms/M1/General/LockedOut"]["shelved"]["until_ms"] == until_ms
+    };
+    socket.until("the shelf is as long as it was", told).await;
+}
+
+/// The page of a session that was ended by others is open, a user looks at a monitor: Stop works,
 /// what shuts the water of a fire does not.
 #[tokio::test]
 async fn who_was_signed_out_by_others_can_stop_for_ten_minutes() {
@@ -397,7 +430,7 @@ async fn certificates_of_our_own_and_of_clients() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// Logs in, and tells whom that comes from, as the audit log has it.
+/// Logs in, and returns from where, as the audit log has it.
 async fn origin_of(site: &Site, headers: &[(&str, &str)]) -> String {
     let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
     assert_eq!(site.http("POST", "/api/login", headers, &body).await.status, 200);
@@ -421,7 +454,7 @@ async fn a_proxy_of_ours_tells_for_whom_it_asks_and_nobody_else_does() {
     let body = json!({ "user": "anna", "password": PASSWORD }).to_string();
     let login = site.http("POST", "/api/login", &https, &body).await;
     assert!(login.header("set-cookie").unwrap().ends_with("; Secure"), "{login:?}");
-    // Who fails behind the proxy shuts nobody else out.
+    // A client that fails behind the proxy shuts no other out.
     let from = |address| [("X-Forwarded-For", address)];
     let wrong = json!({ "user": "anna", "password": "wrong" }).to_string();
     let failed = site.http("POST", "/api/login", &from("10.0.0.6"), &wrong).await;
@@ -445,7 +478,7 @@ async fn reading_has_its_own_limit_and_stops_have_none() {
             break;
         }
     }
-    assert!(refused, "who reads too much is told so");
+    assert!(refused, "reading too much is refused");
     while site.hub.count_reading(&reader).is_ok() {}
     drop(site.ws(&token).await);
     let stop = site.post(&token, "/api/monitors/M1/stop", json!({})).await;
@@ -469,7 +502,7 @@ async fn strangers_do_not_take_every_connection() {
         held.push(stream);
     }
     until("the oldest have given way", || open() <= 8).await;
-    // Whoever is known comes through from the same address and from others, and logs in.
+    // A known client comes through from the same address and from others, and logs in.
     assert_eq!(site.post(&token, "/api/stop", json!({})).await.status, 200);
     let mut socket = site.ws(&token).await;
     let other = tokio::net::TcpSocket::new_v4().unwrap();
@@ -479,14 +512,45 @@ async fn strangers_do_not_take_every_connection() {
     let headers = [("Authorization", authorization.as_str())];
     let stop = http_over(other, "127.0.0.1", "POST", "/api/stop", &headers, "").await;
     assert_eq!(stop.status, 200, "{stop:?}");
-    // A client that is known does not give way.
+    // A client that is known does not give way, whether it has a WebSocket or asks now and then.
+    let mut known = TcpStream::connect(site.address).await.unwrap();
+    let ask = format!("GET /api/hub HTTP/1.1\r\nHost: localhost\r\n{authorization}\r\n\r\n");
+    let ask = ask.replace("Bearer", "Authorization: Bearer");
+    assert!(answers(&mut known, &ask).await);
     for _ in 0..20 {
         held.push(TcpStream::connect(site.address).await.unwrap());
     }
-    until("the oldest have given way", || open() <= 9).await;
+    until("the oldest have given way", || open() <= 10).await;
+    assert!(answers(&mut known, &ask).await);
+    drop(known);
     assert_eq!(socket.ask(json!({ "type": "stop", "monitor": "M1" })).await["result"]["ok"], true);
     drop((held, socket));
     until("they are given back", || open() == 0).await;
+}
+
+/// Whether a connection that stays open is answered.
+async fn answers(stream: &mut TcpStream, ask: &str) -> bool {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let mut answer = [0; 4096];
+    stream.write_all(ask.as_bytes()).await.is_ok()
+        && matches!(stream.read(&mut answer).await, Ok(1..) if answer.starts_with(b"HTTP/1.1 200"))
+}
+
+/// The rest of a body is waited for, but not as long as its client likes.
+#[tokio::test]
+async fn half_a_body_ends_its_connection() {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let site = Site::with(1, |_| {}).await;
+    for path in ["/api/login", "/api/stop"] {
+        let mut stream = TcpStream::connect(site.address).await.unwrap();
+        let head =
+            format!("POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99\r\n\r\n{{");
+        stream.write_all(head.as_bytes()).await.unwrap();
+        let mut answer = Vec::new();
+        let ended = stream.read_to_end(&mut answer);
+        let ended = tokio::time::timeout(std::time::Duration::from_secs(12), ended).await;
+        assert!(ended.is_ok(), "{path}: {}", String::from_utf8_lossy(&answer));
+    }
 }
 
 #[tokio::test]

@@ -50,7 +50,7 @@ async fn texts_are_packed_for_who_takes_them() {
     }
 }
 
-/// What tells a secret, what is small, what changes something.
+/// What reveals a secret, what is small, what changes something.
 #[tokio::test]
 async fn the_rest_is_not() {
     let site = Site::with(1, |_| {}).await;

@@ -97,7 +97,7 @@ impl Server {
             params.distinguished_name.push(rcgen::DnType::CommonName, name);
             (params.signed_by(&key, by).unwrap().pem(), key.serialize_pem())
         };
-        let (ca, other) = (authority("site"), authority("somebody else"));
+        let (ca, other) = (authority("site"), authority("another site"));
         let (server, client) = (issued("localhost", &ca), issued("scada", &ca));
         for (name, text) in [
             ("ca.pem", ca.pem()),
@@ -137,7 +137,7 @@ impl Server {
     }
 }
 
-/// A file of the server's: its owner's, and nobody else's.
+/// A file of the server's: its owner's, and no other's.
 fn own_alike(file: &Path, like: &Path) {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
     let like = std::fs::metadata(like).unwrap();
@@ -178,7 +178,7 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
     })
     .await;
     // The server is not there yet: an alarm, and the hub works.
-    until("it is told", || alarm(&site).as_deref() == Some("unack")).await;
+    until("it is reported", || alarm(&site).as_deref() == Some("unack")).await;
     let refused = site.get("", "/api/history?monitor=M1&series=General.bits").await;
     assert_eq!((refused.status, refused.code()), (503, "storage"));
     site.post("", "/api/monitors/M1/lockout", json!({})).await;
@@ -226,7 +226,7 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
     }
 
     server.stop();
-    until("it is told again", || alarm(&site).as_deref() == Some("unack")).await;
+    until("it is reported again", || alarm(&site).as_deref() == Some("unack")).await;
     let stop = site.post("", "/api/monitors/M1/stop", json!({})).await;
     assert_eq!(
         stop.code(),

@@ -67,7 +67,7 @@ fn expected(role: Role, least: Role, authority: bool, held: bool) -> &'static st
 #[test]
 fn every_request_is_in_the_table() {
     for info in &REQUESTS {
-        // The controller's own is nobody's.
+        // The controller's own belongs to no user.
         let listed = TABLE.iter().any(|(name, ..)| *name == info.name);
         assert!(listed || info.name == "AccessGranted", "{}", info.name);
     }

@@ -10,7 +10,7 @@ use lafet_hub::simulation::{Act, Fault, Loaded, Scenario, Simulation, State};
 use lafet_hub::text::{Both, both};
 use serde_json::{Value, json};
 
-/// Notes what it is told.
+/// Notes what it receives.
 #[derive(Clone, Debug)]
 struct Fake {
     told: Arc<Mutex<Vec<String>>>,

@@ -245,7 +245,7 @@ async fn the_state_is_its_owners_alone() {
         let wanted = if entry.path().is_dir() { 0o700 } else { 0o600 };
         assert_eq!(mode(&entry.path()), wanted, "{:?}", entry.path());
     }
-    // A folder of somebody else is left as it is.
+    // A folder of another program is left as it is.
     fs::write(folder.join("letter.txt"), "").unwrap();
     for (folder_mode, starts) in [(0o755, true), (0o777, false)] {
         fs::set_permissions(&folder, fs::Permissions::from_mode(folder_mode)).unwrap();

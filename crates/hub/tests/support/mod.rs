@@ -97,7 +97,7 @@ pub struct Site {
 }
 
 impl Site {
-    /// Everybody is an administrator.
+    /// All users are administrators.
     pub async fn open(monitors: u8) -> Self {
         Self::with(monitors, |config| config.login = false).await
     }

@@ -11,6 +11,7 @@ use futures_util::StreamExt;
 use futures_util::future::join_all;
 use futures_util::stream::SplitStream;
 use lafet_proto::SubsystemId;
+use lafet_texts::{Text, hub as text};
 use serde_json::Value;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::AbortHandle;
@@ -31,7 +32,6 @@ use crate::publish::messages::{Answer, Message, Progress, Subscribed};
 use crate::publish::topics::Audience;
 use crate::server::allowances::Talk;
 use crate::sync::lock;
-use crate::text::both;
 use crate::words::{MotionEnd, MotionWord};
 
 /// Requests of a connection that wait for their answers.
@@ -156,10 +156,9 @@ impl Reader {
     fn subscribe(&self, monitors: Option<Vec<String>>) -> Result<Subscribed, ApiError> {
         let monitors = match monitors {
             Some(monitors) if monitors.len() > SUBSCRIBED_MAX => {
-                return Err(ApiError::bad_request(both(
-                    format!("At most {SUBSCRIBED_MAX} monitors; without a list, all of them."),
-                    format!("Не более {SUBSCRIBED_MAX} стволов; без списка — все."),
-                )));
+                return Err(ApiError::bad_request(
+                    text::SubscribedTooMany { subscribed_max: SUBSCRIBED_MAX }.words(),
+                ));
             }
             Some(monitors) => {
                 let known = |id: String| self.hub.station(&id).map(|it| it.id().to_owned());

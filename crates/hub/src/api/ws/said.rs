@@ -1,7 +1,10 @@
 //! What clients say over the WebSocket.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
+use serde_json::value::RawValue;
 use utoipa::ToSchema;
 
 use crate::api::monitors::JogBeat;
@@ -110,10 +113,15 @@ pub fn understand(text: &str) -> Result<Said, serde_json::Error> {
         Ok(said) => return Ok(said),
         Err(error) => error,
     };
-    let Ok(value) = serde_json::from_str::<Value>(text) else { return Err(error) };
-    let word = |name: &str| value[name].as_str().map(str::to_owned);
-    let id = Id::from(value.get("id").cloned());
-    match (value["type"].as_str(), word("monitor")) {
+    // Each value by itself: of one that is none, as the number 1e400 or half a surrogate pair, only
+    // that one is left out.
+    let Ok(parts) = serde_json::from_str::<BTreeMap<String, &RawValue>>(text) else {
+        return Err(error);
+    };
+    let part = |name: &str| serde_json::from_str::<Value>(parts.get(name)?.get()).ok();
+    let word = |name: &str| part(name)?.as_str().map(str::to_owned);
+    let id = Id::from(part("id"));
+    match (word("type").as_deref(), word("monitor")) {
         (Some("stop"), monitor) => Ok(Said::Stop { id, monitor, of: word("of") }),
         (Some("lockout"), monitor) => Ok(Said::Lockout { id, monitor }),
         (Some("close"), Some(monitor)) => Ok(Said::Close { id, monitor, valve: word("valve") }),
@@ -145,6 +153,32 @@ mod tests {
             let known = error.is_none_or(|error| !error.to_string().contains("variant"));
             assert!(known, "{kind}");
         }
+    }
+
+    /// The grammar of JSON allows all of these, and none of them is a value.
+    #[test]
+    fn a_value_that_is_none_stops_no_stop() {
+        for none in ["1e400", "-1e999", r#""\ud800""#, r#""\udc00x""#, r#"[1e400, "\ud800"]"#] {
+            for name in ["id", "of", "more"] {
+                let text = format!(r#"{{"{name}":{none},"type":"stop","monitor":"M1"}}"#);
+                let Ok(Said::Stop { id, monitor, of: None }) = understand(&text) else {
+                    panic!("{text}")
+                };
+                assert_eq!((id, monitor.as_deref()), (Id::default(), Some("M1")), "{text}");
+            }
+            let text = format!(r#"{{"type":"lockout","id":{none}}}"#);
+            assert!(matches!(understand(&text), Ok(Said::Lockout { monitor: None, .. })), "{text}");
+            let text = format!(r#"{{"type":"close","monitor":"M1","id":"a","valve":{none}}}"#);
+            let Ok(Said::Close { id, valve: None, .. }) = understand(&text) else {
+                panic!("{text}")
+            };
+            assert_eq!(id.0, Some("a".into()), "what can be read is kept");
+            // What is not urgent is refused.
+            let text = format!(r#"{{"type":"watch","frames":["M1"],"id":{none}}}"#);
+            let refused = understand(&text).is_err();
+            assert!(refused || matches!(understand(&text), Ok(Said::Watch { .. })), "{text}");
+        }
+        assert!(understand(r#"{"type":"stop","id":1e400"#).is_err(), "it may be cut off anywhere");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use lafet_texts::{Text as _, hub as text};
 use percent_encoding::percent_decode_str;
 use tokio::time::timeout;
 use tokio_postgres::config::{Host, SslMode};
@@ -13,7 +14,7 @@ use tokio_postgres_rustls::MakeRustlsConnect;
 use super::super::db::StoreError;
 use super::PATIENCE;
 use super::verify::{self, Trust};
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// What is taken out of the URL, for tokio-postgres knows less of it.
 const OURS: [&str; 4] = ["sslmode", "sslrootcert", "sslcert", "sslkey"];
@@ -66,11 +67,8 @@ impl Mode {
             "verify-full" => Self::VerifyFull,
             other => {
                 return Err((
-                    both(format!("sslmode={other} is unknown."), format!("Нет sslmode={other}.")),
-                    both(
-                        "Write disable, allow, prefer, require, verify-ca or verify-full.",
-                        "Напишите disable, allow, prefer, require, verify-ca или verify-full.",
-                    ),
+                    text::PostgresSslmode { other }.words(),
+                    text::PostgresSslmodeRemedy.words(),
                 ));
             }
         })
@@ -88,13 +86,7 @@ impl Mode {
 }
 
 fn no_address() -> Wrong {
-    (
-        both("This is no address of PostgreSQL.", "Это не адрес PostgreSQL."),
-        both(
-            "Write postgres://USER:PASSWORD@HOST/DATABASE, or leave url out for SQLite.",
-            "Напишите postgres://ИМЯ:ПАРОЛЬ@УЗЕЛ/БАЗА либо уберите url — будет SQLite.",
-        ),
-    )
+    (text::PostgresAddress.words(), text::PostgresAddressRemedy.words())
 }
 
 impl Address {
@@ -118,35 +110,22 @@ impl Address {
         };
         if roots.is_none() && matches!(mode, Mode::VerifyCa | Mode::VerifyFull) {
             return Err((
-                both(
-                    "The server is to be verified, but not by what.",
-                    "Сервер надо проверять, но не сказано по чему.",
-                ),
-                both(
-                    "Add sslrootcert=FILE (the certificate that signs it), or sslrootcert=system.",
-                    "Добавьте sslrootcert=ФАЙЛ (сертификат, которым он подписан) либо \
-                     sslrootcert=system.",
-                ),
+                text::PostgresVerifyByWhat.words(),
+                text::PostgresVerifyByWhatRemedy.words(),
             ));
         }
         if roots == Some(Roots::System) && mode != Mode::VerifyFull {
             return Err((
-                both(
-                    "sslrootcert=system without verify-full: anyone can get such a certificate.",
-                    "sslrootcert=system без verify-full: такой сертификат есть у кого угодно.",
-                ),
-                both("Write sslmode=verify-full.", "Напишите sslmode=verify-full."),
+                text::PostgresSystemNotFull.words(),
+                text::PostgresVerifyFullRemedy.words(),
             ));
         }
         let verifies = matches!(mode, Mode::Require | Mode::VerifyCa | Mode::VerifyFull);
         if roots.is_some() && !verifies {
             // libpq would say nothing, and verify nothing.
             return Err((
-                both(
-                    "sslrootcert is given, but sslmode verifies nothing.",
-                    "sslrootcert указан, но с таким sslmode ничего не проверяется.",
-                ),
-                both("Write sslmode=verify-full.", "Напишите sslmode=verify-full."),
+                text::PostgresVerifiesNothing.words(),
+                text::PostgresVerifyFullRemedy.words(),
             ));
         }
         let own = match (path("sslcert"), path("sslkey")) {
@@ -154,8 +133,8 @@ impl Address {
             (Some(cert), Some(key)) => Some((cert, key)),
             _ => {
                 return Err((
-                    both("sslcert and sslkey go together.", "sslcert и sslkey нужны вместе."),
-                    both("Write both, or neither.", "Укажите оба или ни одного."),
+                    text::PostgresCertAndKey.words(),
+                    text::PostgresCertAndKeyRemedy.words(),
                 ));
             }
         };

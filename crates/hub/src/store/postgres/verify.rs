@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use lafet_texts::{Text as _, hub as text};
 use rustls_pki_types::{CertificateDer, ServerName, UnixTime};
 use tokio_rustls::rustls::client::danger::{
     HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier,
@@ -19,7 +20,7 @@ use tokio_rustls::rustls::{
 use x509_parser::prelude::X509Certificate;
 
 use crate::server::tls::{self, FileError};
-use crate::text::{Both, both};
+use crate::text::Both;
 
 /// Which certificates are accepted.
 #[derive(Debug)]
@@ -49,10 +50,7 @@ impl Trust {
         let mut roots = RootCertStore::empty();
         let found = rustls_native_certs::load_native_certs();
         if roots.add_parsable_certificates(found.certs).0 == 0 {
-            return Err(both(
-                "This machine trusts no authority (Debian: apt install ca-certificates).",
-                "Эта машина не доверяет ни одному центру (Debian: apt install ca-certificates).",
-            ));
+            return Err(text::PostgresNoAuthority.words());
         }
         Ok(Self::Signed { roots, listed: Vec::new(), names: true })
     }
@@ -61,7 +59,7 @@ impl Trust {
 /// A client that believes so, with a certificate of its own.
 pub fn client(trust: Trust, own: Option<(&Path, &Path)>) -> Result<ClientConfig, Both> {
     let provider = tls::provider();
-    let said = |error: Error| both(format!("TLS: {error}."), format!("TLS: {error}."));
+    let said = |error: Error| Both::same(format!("TLS: {error}."));
     let builder = ClientConfig::builder_with_provider(provider.clone())
         .with_safe_default_protocol_versions()
         .map_err(said)?

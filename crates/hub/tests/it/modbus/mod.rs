@@ -1,7 +1,8 @@
-//! Detectors on Modbus, end to end: a server that is not ours, and servers that answer anything else.
+//! Detectors, contacts, outputs and pumps on Modbus, end to end: a server that is not ours, and servers that answer anything else.
 
 #[cfg(target_os = "linux")]
 mod foreign;
+mod outputs;
 mod panel;
 
 use std::net::SocketAddr;
@@ -19,8 +20,15 @@ use serde_json::{Value, json};
 use tokio::net::TcpListener;
 use tokio::time::{Instant, sleep};
 
-/// The configuration of one zone with a monitor, as `hub.toml` has it.
+/// The configuration of one zone with a monitor.
 fn config(buses: &[(&str, String)], sources: &[String], votes: &str, keys: &str) -> Config {
+    let text = text(buses, sources, votes, keys);
+    let read = Config::parse("hub.toml", &text, Path::new("/"), &Overrides::default());
+    read.unwrap_or_else(|problems| panic!("{problems:#?}"))
+}
+
+/// The same as `hub.toml` has it.
+fn text(buses: &[(&str, String)], sources: &[String], votes: &str, keys: &str) -> String {
     let mut text = String::from(
         "[[monitor]]\nid = \"M1\"\nurl = \"tcp://h?addr=1\"\n\
          [[aim]]\nzone = \"hall\"\nmonitor = \"M1\"\nhorizontal = 600\nvertical = 300\nnozzle = 60\n",
@@ -39,8 +47,7 @@ fn config(buses: &[(&str, String)], sources: &[String], votes: &str, keys: &str)
             "[[detector]]\nid = \"{id}\"\nkind = \"flame\"\nzones = [\"hall\"]\nsource = {{ {source} }}\n"
         );
     }
-    let read = Config::parse("hub.toml", &text, Path::new("/"), &Overrides::default());
-    read.unwrap_or_else(|problems| panic!("{problems:#?}"))
+    text
 }
 
 async fn site_of(read: Config, clock: Clock) -> Site {
@@ -477,15 +484,17 @@ fn the_example_of_the_document_is_right() {
         include_str!("../../../../../docs/installation.ru.md"),
     ];
     let [english, russian] = documents.map(|text| -> Vec<String> {
-        let blocks = text.split("```toml\n").skip(1).take(2);
+        let blocks = text.split("```toml\n").skip(1).take(3);
         blocks.map(|it| it.split("```").next().expect("an end").to_owned()).collect()
     });
     assert_eq!(english, russian);
     let taken = |it: &&str| !(it.contains("\"flame-north\"\n") || it.contains("\"heat\"\n"));
     let rest: Vec<&str> = english[0].split("\n\n").filter(taken).collect();
-    let text = format!("{}\n\n{}", rest.join("\n\n"), english[1]);
+    let text = format!("{}\n\n{}\n{}", rest.join("\n\n"), english[1], english[2]);
+    let text = text.replace("[[zone]]\n", "[[zone]]\nvalve = \"hall-valve\"\n");
     let read = Config::parse("hub.toml", &text, Path::new("/"), &Overrides::default());
     let config = read.unwrap_or_else(|problems| panic!("{problems:#?}"));
     let sources: Vec<usize> = config.modbus.iter().map(|bus| bus.sources.len()).collect();
-    assert_eq!((sources, config.zones.unwrap().site.detectors.len()), (vec![1, 1], 3));
+    assert_eq!(config.modbus[0].outputs.len(), 3);
+    assert_eq!((sources, config.zones.unwrap().site.detectors.len()), (vec![2, 1], 3));
 }

@@ -6,11 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use rmodbus::server::ModbusFrame;
+use rmodbus::server::context::ModbusContext;
 use rmodbus::server::storage::ModbusStorageSmall;
 use rmodbus::{ModbusFrameBuf, ModbusProto, guess_request_frame_len};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
 
 /// Devices of one server, all with the same memory.
 #[derive(Clone)]
@@ -20,6 +21,36 @@ pub struct Panel {
     pub answers: Arc<AtomicBool>,
     pub connections: Arc<AtomicUsize>,
     pub requests: Arc<AtomicUsize>,
+    /// Requests to devices that are not there.
+    pub ignored: Arc<AtomicUsize>,
+    /// What came to be written, and when.
+    pub writes: Arc<Mutex<Vec<(Instant, Written)>>>,
+    /// How it misbehaves at writes.
+    pub mischief: Arc<Mutex<Option<Mischief>>>,
+}
+
+/// A write: function, address, value.
+pub type Written = (u8, u16, u16);
+
+/// How a device misbehaves at writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mischief {
+    /// It refuses.
+    Refuses,
+    /// It knows functions 15 and 16 alone.
+    ManyOnly,
+    /// It neither does it nor answers.
+    Ignores,
+    /// It does it and does not answer.
+    Mute,
+    /// It confirms another value, and does nothing.
+    OtherEcho,
+    /// It confirms, and does nothing.
+    Lies,
+    /// It does it and answers too late.
+    Late,
+    /// It does it and answers twice.
+    Twice,
 }
 
 impl Panel {
@@ -29,6 +60,31 @@ impl Panel {
             answers: Arc::new(AtomicBool::new(true)),
             connections: Arc::default(),
             requests: Arc::default(),
+            ignored: Arc::default(),
+            writes: Arc::default(),
+            mischief: Arc::default(),
+        }
+    }
+
+    pub fn misbehaves(&self, how: Option<Mischief>) {
+        *self.mischief.lock().unwrap_or_else(PoisonError::into_inner) = how;
+    }
+
+    /// What was written to an address, with its time.
+    pub fn written(&self, address: u16) -> Vec<(Instant, u16)> {
+        let writes = self.writes.lock().unwrap_or_else(PoisonError::into_inner);
+        let of = writes.iter().filter(|(_, (_, it, _))| *it == address);
+        of.map(|(at, (_, _, value))| (*at, *value)).collect()
+    }
+
+    pub fn coil(&self, address: u16) -> bool {
+        self.memory().get_coil(address).unwrap()
+    }
+
+    /// All of its coils are off.
+    pub fn reboots(&self) {
+        for address in 0..100 {
+            self.memory().set_coil(address, false).unwrap();
         }
     }
 
@@ -64,11 +120,70 @@ impl Panel {
                 }
                 let request: Vec<u8> = received.drain(..usize::from(len)).collect();
                 self.requests.fetch_add(1, Ordering::SeqCst);
-                let answer = self.answer(&request, proto);
+                let at = if matches!(proto, ModbusProto::TcpUdp) { 6 } else { 0 };
+                let mischief = self.note(&request[at + 1..]);
+                let answer = match mischief {
+                    Some(how) => self.misbehaving(how, &request, at, proto).await,
+                    None => self.answer(&request, proto),
+                };
                 if self.answers.load(Ordering::SeqCst) && stream.write_all(&answer).await.is_err() {
                     return;
                 }
             }
+        }
+    }
+
+    /// Notes a write; how it is to be answered, if not rightly.
+    fn note(&self, pdu: &[u8]) -> Option<Mischief> {
+        let word = |at: usize| u16::from_be_bytes([pdu[at], pdu[at + 1]]);
+        let value = match pdu[0] {
+            5 => u16::from(word(3) != 0),
+            6 => word(3),
+            15 => u16::from(pdu[6]),
+            16 => word(6),
+            _ => return None,
+        };
+        let written = (Instant::now(), (pdu[0], word(1), value));
+        self.writes.lock().unwrap_or_else(PoisonError::into_inner).push(written);
+        *self.mischief.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    async fn misbehaving(
+        &self,
+        how: Mischief,
+        request: &[u8],
+        at: usize,
+        proto: ModbusProto,
+    ) -> Vec<u8> {
+        let refusal = |code: u8| {
+            let mut answer = request[..=at].to_vec();
+            answer.extend([request[at + 1] | 0x80, code]);
+            if at > 0 {
+                answer[5] = 3;
+            }
+            answer
+        };
+        match how {
+            Mischief::Refuses => refusal(4),
+            Mischief::ManyOnly if request[at + 1] < 15 => refusal(1),
+            Mischief::ManyOnly => self.answer(request, proto),
+            Mischief::Ignores => Vec::new(),
+            Mischief::Mute => {
+                self.answer(request, proto);
+                Vec::new()
+            }
+            Mischief::OtherEcho => {
+                let mut answer = request.to_vec();
+                answer[at + 4] ^= 0xFF;
+                answer
+            }
+            Mischief::Lies => request.to_vec(),
+            Mischief::Late => {
+                let answer = self.answer(request, proto);
+                sleep(Duration::from_millis(300)).await;
+                answer
+            }
+            Mischief::Twice => self.answer(request, proto).repeat(2),
         }
     }
 
@@ -78,11 +193,16 @@ impl Panel {
         let mut frame: ModbusFrameBuf = [0; 256];
         frame[..request.len()].copy_from_slice(request);
         let mut answer = Vec::new();
-        if request[at] <= 9 {
+        if request[at] > 9 {
+            self.ignored.fetch_add(1, Ordering::SeqCst);
+        } else {
             let mut frame = ModbusFrame::new(request[at], &frame, proto, &mut answer);
             frame.parse().expect("a sound request");
             if frame.processing_required {
-                frame.process_read(&*self.memory()).expect("it is read");
+                match frame.readonly {
+                    true => frame.process_read(&*self.memory()).expect("it is read"),
+                    false => frame.process_write(&mut *self.memory()).expect("it is written"),
+                }
             }
             frame.finalize_response().expect("it fits");
         }

@@ -1,6 +1,7 @@
 """A Modbus server of pymodbus, devices 1 to 9: `tcp`, `rtu` over TCP, or `serial PATH`.
 
-Prints the port as soon as it listens. A line `0=3 1=8` of standard input sets holding registers.
+Prints the port as soon as it listens. A line `0=3 1=8` of standard input sets holding registers. A coil that
+is written shows in the holding register of 60 more, as the contact of a relay would.
 """
 
 import asyncio
@@ -14,13 +15,22 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 WORDS = [0] * 100
 
 
-async def read(function, start, address, count, registers, values):
-    registers[: len(WORDS)] = WORDS
+async def act(function, start, address, count, registers, values):
+    if values is None:
+        if function == 3:
+            registers[: len(WORDS)] = WORDS
+    elif function in (5, 15):
+        for number, value in enumerate(values):
+            WORDS[60 + address + number] = int(value)
+    else:
+        WORDS[address : address + len(values)] = values
 
 
 async def main():
-    data = SimData(0, values=WORDS, datatype=DataType.REGISTERS)
-    devices = [SimDevice(id=unit, simdata=[data], action=read) for unit in range(1, 10)]
+    words = [SimData(0, values=WORDS, datatype=DataType.REGISTERS)]
+    bits = [SimData(0, values=[False] * 64, datatype=DataType.BITS)]
+    blocks = (bits, bits, words, words)
+    devices = [SimDevice(id=unit, simdata=blocks, action=act) for unit in range(1, 10)]
     port = 0
     if sys.argv[1] == "serial":
         line = {"port": sys.argv[2], "baudrate": 115200, "parity": "N", "stopbits": 2}

@@ -288,8 +288,16 @@ fn present(hub: &Hub, station: &Station) -> (Basis, Option<i32>) {
     (basis, valid(SubsystemId::VERTICAL, "position"))
 }
 
+/// Whether the jet of a monitor reaches so far with its present pressure; none without a pressure that
+/// makes a jet. A tenth of the throw is left in hand.
+pub fn reaches(hub: &Hub, station: &Station, way_m: f32) -> Option<bool> {
+    let (basis, _) = present(hub, station);
+    let jet = basis.jet().ok()?;
+    Some(way_m <= 0.9 * reach(&jet, basis.height_m()))
+}
+
 /// A parameter as last read, else as delivered.
-fn parameter(station: &Station, param: Param) -> i32 {
+pub fn parameter(station: &Station, param: Param) -> i32 {
     let spec = param.spec();
     let params = lock(&station.params);
     let read = spec

@@ -10,6 +10,7 @@
 //! nothing waits in a queue. One task looks at the monitors and steps the machine at its deadlines; another
 //! one stores what has to survive.
 
+pub mod fires;
 mod line;
 mod notes;
 mod orders;
@@ -22,7 +23,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::config::ContactKind;
+use lafet_site::config::{ContactKind, Zone};
 use lafet_site::{
     Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State,
     ZoneState,
@@ -84,6 +85,12 @@ struct Machine {
     holds: BTreeMap<String, Now>,
     /// The latest report of each detector.
     reported: BTreeMap<String, Reported>,
+    /// Where the fires of each zone are, by the bearings of its detectors.
+    fires: BTreeMap<String, Vec<fires::FirePlace>>,
+    /// When those that were known were computed again: bearings age.
+    located: Now,
+    /// The order of monitors that the machine was given for each zone.
+    preferred: BTreeMap<String, Vec<String>>,
     /// What the start has recorded, until the hub is there to note it.
     first: Option<Reaction>,
     looked: Now,
@@ -108,6 +115,9 @@ impl Zones {
             lines: lines.collect(),
             holds: BTreeMap::new(),
             reported: BTreeMap::new(),
+            fires: BTreeMap::new(),
+            located: Now::ZERO,
+            preferred: BTreeMap::new(),
             first: Some(first),
             looked: Now::ZERO,
             published: Now::ZERO,
@@ -247,6 +257,14 @@ impl Hub {
         };
         let mut machine = lock(&zones.machine);
         machine.reported.insert(detector.to_owned(), reported);
+        // What follows from this report aims at what it shows.
+        let detectors = &zones.config.site.detectors;
+        let of = detectors.iter().find(|it| it.id == detector).map(|it| &it.zones[..]);
+        let placed = zones.config.stations.contains_key(detector);
+        let sees = |zone: &&Zone| placed && of.unwrap_or_default().contains(&zone.id);
+        for zone in zones.config.site.zones.iter().filter(sees) {
+            self.locate_fires(zones, &mut machine, caller, zone);
+        }
         self.take(zones, &mut machine, caller, &event);
         Ok(())
     }
@@ -412,6 +430,14 @@ impl Hub {
             machine.looked = now;
             self.look_at_lines(zones, machine);
             self.end_holds(zones, machine, now);
+            if now >= machine.located + AGAIN {
+                machine.located = now;
+                for zone in &zones.config.site.zones {
+                    if machine.fires.get(&zone.id).is_some_and(|fires| !fires.is_empty()) {
+                        self.locate_fires(zones, machine, &caller, zone);
+                    }
+                }
+            }
         }
         let reaction = machine.site.step(ms(self.now()));
         self.carry(zones, machine, &caller, reaction);

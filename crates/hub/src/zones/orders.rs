@@ -84,7 +84,7 @@ impl Hub {
                 let Some(aim) = zones.config.aims.get(&key).cloned() else { return };
                 let opening = Opening {
                     hub: self.clone(),
-                    fire: None,
+                    fire: self.fire_of(zones, &machine.fires, zone, monitor),
                     station,
                     aim,
                     opens: matches!(command.order, Order::Engage { .. }),

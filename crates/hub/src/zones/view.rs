@@ -8,6 +8,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::Machine;
+use super::fires::FirePlace;
 use crate::config::ZonesConfig;
 use crate::control::authority::Now;
 
@@ -18,6 +19,8 @@ pub struct ZonesView {
     pub state: State,
     /// The latest report of each detector since the start.
     pub reported: BTreeMap<String, Reported>,
+    /// Places where bearings of detectors that report fire cross, by zone, those that are sure first.
+    pub fires: Vec<FirePlace>,
 }
 
 /// What a detector has reported last.
@@ -107,6 +110,10 @@ impl From<&ZonesConfig> for ZonesConfigured {
 
 impl Machine {
     pub(super) fn view(&self) -> ZonesView {
-        ZonesView { state: self.site.state(), reported: self.reported.clone() }
+        ZonesView {
+            state: self.site.state(),
+            reported: self.reported.clone(),
+            fires: self.fires.values().flatten().cloned().collect(),
+        }
     }
 }

@@ -7,8 +7,9 @@ use std::time::Duration;
 use crate::support::{Reply, Site, stays, until};
 use lafet_device::composition::Composition;
 use lafet_hub::access::Role;
+use lafet_hub::site::Place;
 use lafet_hub::store::StateFile;
-use lafet_hub::{Clock, Config, Overrides, ZonesConfig};
+use lafet_hub::{Clock, Config, Overrides, Station, ZonesConfig};
 use lafet_proto::record::Records;
 use lafet_proto::{RequestId, SubsystemId};
 use serde_json::{Value, json};
@@ -131,6 +132,63 @@ async fn two_votes_open_the_valve_and_one_does_not() {
         assert!(causes.iter().any(|it| it["vote"]["detector"] == detector), "{order:#}");
     }
     assert!(acts.iter().any(|act| act["type"] == "request" && act["request"] == "Open"));
+}
+
+/// Reports fire in this direction.
+async fn sees_at(site: &Site, detector: &str, bearing_deg: f64) {
+    let report = json!({ "signal": "alarm", "bearing_deg": bearing_deg });
+    let reply = site.post("", &format!("/api/detectors/{detector}"), report).await;
+    assert_eq!(reply.status, 204, "{reply:?}");
+}
+
+/// Two monitors; detectors at both ends of the wall behind them.
+async fn placed() -> Site {
+    let mut zones = hall(2, "coincidence_s = 0\njets = 1");
+    for (id, east) in [("flame", -20.0), ("heat", 20.0)] {
+        let station = Station { at: [east, 0.0, 6.0], sigma: 0.5_f64.to_radians() };
+        zones.stations.insert(id.into(), station);
+    }
+    let place = |east: f64| Place { at: [east, 0.0], heading: 0.0, height: 2.0 };
+    let monitors = [("M1".to_owned(), place(-15.0)), ("M2".to_owned(), place(15.0))].into();
+    let map = lafet_hub::site::Site { monitors, ..Default::default() };
+    Site::of((2, Composition::REMOTE), Clock::System, |config| {
+        (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
+    })
+    .await
+}
+
+/// M1 is the configured first; M2 is nearer, and aims where the lines of sight cross.
+#[tokio::test]
+async fn the_nearer_monitor_aims_at_the_place_of_the_fire() {
+    let site = placed().await;
+    for detector in ["flame", "heat"] {
+        assert_eq!(sees(&site, detector, "quiet").await.status, 204);
+    }
+    until_state(&site, "it is ready", |zone| zone["ready"] == true).await;
+    // A fire at 10 m east, 20 m north.
+    sees_at(&site, "flame", 56.31).await;
+    assert_eq!(site.get("", "/api/zones").await.body["fires"], json!([]), "one bearing is a line");
+    sees_at(&site, "heat", 333.435).await;
+    let fires = site.get("", "/api/zones").await.body["fires"].clone();
+    let at = |axis: usize| fires[0]["at"][axis].as_f64().unwrap();
+    assert!((at(0) - 10.0).abs() < 0.1 && (at(1) - 20.0).abs() < 0.1, "{fires:#}");
+    assert_eq!((&fires[0]["standing"], &fires[0]["zone"]), (&json!("sure"), &json!("hall")));
+    until("the nearer valve opens", || is_open(&site, "M2")).await;
+    assert!(is_closed(&site, "M1"), "one jet was asked for");
+    // 5 m to the left of M2 on 20 m: 14°, not the 10° of its [[aim]].
+    let began = Instant::now();
+    loop {
+        let status = site.hub.station("M2").unwrap().status();
+        let at = status.valid(SubsystemId::HORIZONTAL, "position").unwrap();
+        if (842 - 130..=842 + 130).contains(&at) {
+            break;
+        }
+        assert!(began.elapsed() < Duration::from_secs(20), "it aims at {at}'");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    let noted = site.hub.audit().latest(None, 200, None, None).await.unwrap();
+    let aimed = noted.iter().any(|it| it.record.what.contains("centre=842,-332"));
+    assert!(aimed, "{:#?}", noted.iter().map(|it| &it.record.what).collect::<Vec<_>>());
 }
 
 #[tokio::test]

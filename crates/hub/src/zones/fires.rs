@@ -1,0 +1,411 @@
+//! Where fires are, by the bearings of detectors, and how monitors aim at them.
+//!
+//! A zone has the bearings of those of its detectors that report fire and have a place. Where two or more
+//! cross there is a place, and [`lafet_place::fires`] says what it is worth. Only a sure one is aimed at;
+//! without one, and where a monitor has no place, cannot point there or is too far, it aims as its
+//! `[[aim]]` says.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use lafet_place::fires::{Candidate, Standing};
+use lafet_place::station::{AGE_MAX_MS, Bearing, Kind as Sense, QUALITY_MIN};
+use lafet_place::wrapped;
+use lafet_proto::param::Param;
+use lafet_proto::request::Sector;
+use lafet_site::config::{Kind, Zone};
+use lafet_site::{Condition, Event, Signal};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::view::Reported;
+use super::{Machine, Zones};
+use crate::config::{Target, ZonesConfig};
+use crate::control::authority::Now;
+use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
+use crate::site::{Place, jet};
+
+/// The ellipse of a place holds the fire with this probability.
+const PROBABILITY: f64 = 0.95;
+/// Width and height of what a jet scans around a place, arc-minutes, and the step between its lines, degrees.
+const SCAN_MIN: f64 = 240.0;
+const SCAN_MAX: f64 = 1200.0;
+const STEP_DEG: i8 = 1;
+/// Distances that `StartQuench` can name, m.
+const DISTANCE_M: std::ops::RangeInclusive<f64> = 2.0..=127.0;
+/// Of two monitors that both reach a fire the nearer one is preferred; by steps, so that no breath of an
+/// error swaps them, m.
+const STEP_M: f64 = 5.0;
+
+/// A place where bearings of detectors cross.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct FirePlace {
+    /// The zone whose detectors report fire.
+    pub zone: String,
+    /// What it is worth.
+    pub standing: FireStanding,
+    /// East and north of the origin of the site, m.
+    #[schema(min_items = 2, max_items = 2)]
+    pub at: [f64; 2],
+    /// Height above the ground, m; null: no detector measures it.
+    #[schema(required)]
+    pub height_m: Option<f64>,
+    /// Half of the long axis of the ellipse in which the fire is with 95 %, m.
+    pub major_m: f64,
+    /// Half of its short axis, m.
+    pub minor_m: f64,
+    /// Bearing of its long axis, 0 to 180 degrees.
+    pub direction_deg: f64,
+    /// Detectors whose bearings it follows from.
+    pub detectors: Vec<String>,
+}
+
+/// What a place is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FireStanding {
+    /// A fire: every explanation of the bearings has it.
+    Sure,
+    /// A fire or a ghost: a third detector or an elevation decides.
+    Doubtful,
+    /// Lines of sight that cross without a fire.
+    Ghost,
+}
+
+/// The places that the bearings of a zone give.
+pub fn of_zone(
+    config: &ZonesConfig,
+    zone: &str,
+    reported: &BTreeMap<String, Reported>,
+    now: Now,
+) -> Vec<FirePlace> {
+    let mut ids = Vec::new();
+    let (mut stations, mut bearings) = (Vec::new(), Vec::new());
+    let of_zone = |it: &&lafet_site::config::Detector| it.zones.iter().any(|id| id == zone);
+    for detector in config.site.detectors.iter().filter(of_zone) {
+        let heard = reported.get(&detector.id);
+        let (Some(station), Some(report)) = (config.stations.get(&detector.id), heard) else {
+            continue;
+        };
+        let silent_after = Duration::from_secs(detector.silent_after_s.into());
+        let age = now.saturating_sub(report.heard);
+        let Some(bearing_deg) = report.bearing_deg.filter(|_| age < silent_after) else { continue };
+        let Some(bearing) = bearing(report, detector.kind, bearing_deg, age) else { continue };
+        bearings.push(Bearing { station: stations.len(), sigma: station.sigma, ..bearing });
+        stations.push(station.mounted());
+        ids.push(&detector.id);
+    }
+    if bearings.len() < 2 {
+        return Vec::new();
+    }
+    let found = lafet_place::fires::fires(&stations, &bearings, 0.0, None);
+    let found = found.inspect_err(|error| tracing::warn!(zone, %error, "bearings of detectors"));
+    let place = |candidate: Candidate| {
+        let ellipse = candidate.fix.ellipse(PROBABILITY).ok()?;
+        Some(FirePlace {
+            zone: zone.to_owned(),
+            standing: match candidate.standing {
+                Standing::Sure => FireStanding::Sure,
+                Standing::Doubtful => FireStanding::Doubtful,
+                Standing::Ghost => FireStanding::Ghost,
+            },
+            at: candidate.fix.at,
+            height_m: candidate.fix.height_m,
+            major_m: ellipse.major_m,
+            minor_m: ellipse.minor_m,
+            direction_deg: ellipse.direction.to_degrees(),
+            detectors: candidate.fix.used.iter().map(|bearing| ids[*bearing].clone()).collect(),
+        })
+    };
+    found.unwrap_or_default().into_iter().filter_map(place).collect()
+}
+
+/// The bearing of a report; none unless it counts as a sight of fire.
+fn bearing(report: &Reported, kind: Kind, bearing_deg: f64, age: Duration) -> Option<Bearing> {
+    let sees = matches!(report.condition, Condition::Ready | Condition::Dirty);
+    let age_ms = u32::try_from(age.as_millis()).ok().filter(|age_ms| *age_ms <= AGE_MAX_MS)?;
+    (sees && report.signal == Signal::Alarm).then(|| Bearing {
+        station: 0,
+        // An azimuth is positive to the left, a bearing to the right.
+        azimuth: wrapped(-bearing_deg.to_radians()),
+        elevation: report.elevation_deg.map(f64::to_radians),
+        sigma: 0.0,
+        quality: report.quality.unwrap_or(1.0).clamp(QUALITY_MIN, 1.0),
+        kind: match kind {
+            Kind::Flame => Sense::Flame,
+            Kind::Heat | Kind::LineHeat => Sense::Heat,
+            _ => Sense::Picture,
+        },
+        age_ms,
+    })
+}
+
+impl FirePlace {
+    fn is_sure(&self) -> bool {
+        self.standing == FireStanding::Sure
+    }
+
+    /// Level distance from a monitor, m.
+    fn distance_m(&self, monitor: &Place) -> f64 {
+        (self.at[0] - monitor.at[0]).hypot(self.at[1] - monitor.at[1])
+    }
+
+    /// Azimuth at which a monitor sees it, arc-minutes, positive to the left of its zero.
+    fn azimuth_arcmin(&self, monitor: &Place) -> f64 {
+        let bearing = (self.at[0] - monitor.at[0]).atan2(self.at[1] - monitor.at[1]);
+        wrapped(monitor.heading.to_radians() - bearing).to_degrees() * 60.0
+    }
+
+    /// What the jet of a monitor scans to hit it; none where the request cannot say it.
+    pub fn target(&self, monitor: &Place) -> Option<Target> {
+        let way_m = self.distance_m(monitor);
+        let rise_m = self.height_m.unwrap_or(0.0) - monitor.height;
+        let distance_m = way_m.hypot(rise_m);
+        if !DISTANCE_M.contains(&distance_m) {
+            return None;
+        }
+        let minutes = |angle: f64| angle.to_degrees() * 60.0;
+        let sight = minutes(rise_m.atan2(way_m));
+        let scan = |angle: f64| (2.0 * minutes(angle)).clamp(SCAN_MIN, SCAN_MAX) as i16;
+        let near = rise_m.atan2((way_m - self.major_m).max(1.0));
+        let far = rise_m.atan2(way_m + self.major_m);
+        Some(Target {
+            sector: Sector {
+                centre_h: self.azimuth_arcmin(monitor).round() as i16,
+                centre_v: sight.round() as i16,
+                nozzle: 0,
+                width: scan((self.major_m / way_m.max(1.0)).atan()),
+                height: scan((far - near).abs() / 2.0),
+                step: STEP_DEG,
+            },
+            distance: distance_m.round() as i8,
+        })
+    }
+}
+
+impl Hub {
+    /// Computes where the fires of a zone are, and gives the machine the order of its monitors.
+    pub(super) fn locate_fires(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        caller: &Caller,
+        zone: &Zone,
+    ) {
+        let fires = of_zone(&zones.config, &zone.id, &machine.reported, self.now());
+        let known = machine.fires.entry(zone.id.clone()).or_default();
+        if fires == *known {
+            return;
+        }
+        *known = fires;
+        machine.news = true;
+        let order = self.preferred(&zone.monitors, known);
+        let known = machine.preferred.entry(zone.id.clone()).or_default();
+        if *known != order {
+            known.clone_from(&order);
+            let event = Event::Prefer { zone: zone.id.clone(), monitors: order };
+            self.take(zones, machine, caller, &event);
+        }
+    }
+
+    /// The monitors of a zone that have a place, best ones first; none without a sure fire.
+    fn preferred(&self, monitors: &[String], fires: &[FirePlace]) -> Vec<String> {
+        let sure = || fires.iter().filter(|it| it.is_sure());
+        let rank = |id: &String| {
+            let station = self.station(id).ok()?;
+            let place = self.place_of(id)?;
+            let of = |fire: &FirePlace| {
+                let way_m = fire.distance_m(&place);
+                let far = jet::reaches(self, &station, way_m as f32) == Some(false);
+                (!points(&station, fire.azimuth_arcmin(&place)), far, (way_m / STEP_M) as u32)
+            };
+            sure().map(of).min()
+        };
+        let mut ranked: Vec<_> = monitors.iter().filter_map(|id| Some((rank(id)?, id))).collect();
+        // Of the same rank the configured order counts.
+        ranked.sort_by_key(|(rank, _)| *rank);
+        ranked.into_iter().map(|(_, id)| id.clone()).collect()
+    }
+
+    /// Where the fire is that a monitor of a zone aims at; none: it aims as configured.
+    pub(super) fn fire_of(
+        &self,
+        zones: &Zones,
+        fires: &BTreeMap<String, Vec<FirePlace>>,
+        zone: &str,
+        monitor: &str,
+    ) -> Option<Target> {
+        let sure: Vec<&FirePlace> = fires.get(zone)?.iter().filter(|it| it.is_sure()).collect();
+        let zone = zones.config.site.zones.iter().find(|it| it.id == zone)?;
+        // Each monitor takes the fire that fewest have before it, the nearest of these.
+        let mut taken = vec![0_usize; sure.len()];
+        for id in &zone.monitors {
+            let Some(place) = self.place_of(id) else { continue };
+            let Ok(other) = self.station(id) else { continue };
+            let can = |index: &usize| points(&other, sure[*index].azimuth_arcmin(&place));
+            let nearest = |index: &usize| (taken[*index], sure[*index].distance_m(&place) as u32);
+            let Some(fire) = (0..sure.len()).filter(can).min_by_key(nearest) else { continue };
+            taken[fire] += 1;
+            if id == monitor {
+                return sure[fire].target(&place);
+            }
+        }
+        None
+    }
+}
+
+/// Whether the limits of a monitor let its barrel point there.
+fn points(station: &Station, azimuth_arcmin: f64) -> bool {
+    let limit = |param| f64::from(jet::parameter(station, param));
+    (limit(Param::HorizontalMinLimit)..=limit(Param::HorizontalMaxLimit)).contains(&azimuth_arcmin)
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_site::config::Detector;
+
+    use super::*;
+    use crate::config::Station as Mounted;
+
+    const NOW: Now = Now::from_secs(100);
+
+    /// Detectors of a hall, and what each reports of fires at these places.
+    struct Hall {
+        config: ZonesConfig,
+        reported: BTreeMap<String, Reported>,
+    }
+
+    impl Hall {
+        fn new(stations: &[[f64; 3]], sights: &[[f64; 2]]) -> Self {
+            let mut hall = Self { config: ZonesConfig::default(), reported: BTreeMap::new() };
+            for (number, at) in stations.iter().enumerate() {
+                for (seen, fire) in sights.iter().enumerate() {
+                    // A detector has one bearing: one of two names for each fire that it sees.
+                    let id = format!("D{number}{seen}");
+                    let mounted = Mounted { at: *at, sigma: 0.5_f64.to_radians() };
+                    hall.config.stations.insert(id.clone(), mounted);
+                    hall.config.site.detectors.push(Detector {
+                        id: id.clone(),
+                        kind: Kind::Flame,
+                        zones: vec!["hall".into()],
+                        silent_after_s: 10,
+                        self_test_max_s: 120,
+                        dirty_votes: false,
+                    });
+                    let bearing = (fire[0] - at[0]).atan2(fire[1] - at[1]).to_degrees();
+                    hall.reported.insert(
+                        id,
+                        Reported {
+                            heard: NOW,
+                            at_ms: 0,
+                            by: String::new(),
+                            signal: Signal::Alarm,
+                            condition: Condition::Ready,
+                            bearing_deg: Some(bearing.rem_euclid(360.0)),
+                            elevation_deg: None,
+                            quality: None,
+                        },
+                    );
+                }
+            }
+            hall
+        }
+
+        fn places(&self, now: Now) -> Vec<FirePlace> {
+            of_zone(&self.config, "hall", &self.reported, now)
+        }
+    }
+
+    const WEST_EAST: [[f64; 3]; 2] = [[-20.0, 0.0, 6.0], [20.0, 0.0, 6.0]];
+
+    fn near(a: [f64; 2], b: [f64; 2]) -> bool {
+        (a[0] - b[0]).hypot(a[1] - b[1]) < 0.01
+    }
+
+    #[test]
+    fn two_bearings_that_cross_are_a_place() {
+        let hall = Hall::new(&WEST_EAST, &[[10.0, 20.0]]);
+        let places = hall.places(NOW);
+        let [place] = &places[..] else { panic!("{places:?}") };
+        assert!(near(place.at, [10.0, 20.0]) && place.is_sure(), "{place:?}");
+        assert_eq!(
+            (place.height_m, &place.detectors[..]),
+            (None, &["D00".into(), "D10".into()][..])
+        );
+        // 0.5° at some 30 m are a quarter of a metre, 2.4 times that for 95 %.
+        assert!((0.4..1.5).contains(&place.major_m) && place.minor_m <= place.major_m, "{place:?}");
+    }
+
+    #[test]
+    fn what_does_not_report_fire_now_shows_no_place() {
+        let whole = || Hall::new(&WEST_EAST, &[[10.0, 20.0]]);
+        let changed = |change: fn(&mut Reported)| {
+            let mut hall = whole();
+            change(hall.reported.get_mut("D00").unwrap());
+            hall.places(NOW)
+        };
+        assert_eq!(changed(|it| it.signal = Signal::PreAlarm), []);
+        assert_eq!(changed(|it| it.condition = Condition::Fault), []);
+        assert_eq!(changed(|it| it.condition = Condition::Masked), []);
+        assert_eq!(changed(|it| it.bearing_deg = None), []);
+        assert_eq!(changed(|it| it.heard = NOW - Duration::from_secs(10)), [], "it is silent");
+        assert_eq!(changed(|it| it.condition = Condition::Dirty).len(), 1);
+        let mut unplaced = whole();
+        unplaced.config.stations.remove("D10");
+        assert_eq!(unplaced.places(NOW), []);
+        let elsewhere = whole();
+        assert_eq!(of_zone(&elsewhere.config, "roof", &elsewhere.reported, NOW), []);
+    }
+
+    /// Two fires and two stations: four crossings, none of which may be aimed at. A third station decides.
+    #[test]
+    fn ghosts_of_two_fires_are_not_sure() {
+        let fires = [[-8.0, 25.0], [9.0, 15.0]];
+        let two = Hall::new(&WEST_EAST, &fires).places(NOW);
+        assert!(two.len() >= 4 && !two.iter().any(FirePlace::is_sure), "{two:#?}");
+        let three = Hall::new(&[WEST_EAST[0], WEST_EAST[1], [0.0, 60.0, 6.0]], &fires).places(NOW);
+        let sure: Vec<_> = three.iter().filter(|it| it.is_sure()).map(|it| it.at).collect();
+        assert_eq!(sure.len(), 2, "{three:#?}");
+        assert!(fires.iter().all(|fire| sure.iter().any(|at| near(*at, *fire))), "{sure:?}");
+    }
+
+    /// The farthest that a stranger's reports can take the search.
+    #[test]
+    fn as_many_stations_as_allowed_take_little_time() {
+        let around = |n: u32| {
+            let angle = f64::from(n) * 0.392;
+            [40.0 * angle.sin(), 40.0 * angle.cos(), 6.0]
+        };
+        let stations: Vec<_> = (0..16).map(around).collect();
+        let mut hall = Hall::new(&stations, &[[3.0, 4.0]]);
+        for (n, report) in (0_u32..).zip(hall.reported.values_mut()) {
+            report.bearing_deg =
+                report.bearing_deg.map(|it| (it + f64::from(n % 5)).rem_euclid(360.0));
+        }
+        let began = std::time::Instant::now();
+        hall.places(NOW);
+        assert!(began.elapsed() < Duration::from_secs(1), "{:?}", began.elapsed());
+    }
+
+    #[test]
+    fn a_monitor_aims_at_the_line_of_sight() {
+        let hall = Hall::new(&WEST_EAST, &[[10.0, 20.0]]);
+        let place = hall.places(NOW).remove(0);
+        let monitor = |heading| Place { at: [0.0, 0.0], heading, height: 2.0 };
+        let ahead = place.target(&monitor(0.0)).unwrap();
+        // East of north: to the right, negative on the wire.
+        assert_eq!((ahead.sector.centre_h, ahead.distance), (-1594, 22));
+        assert_eq!(ahead.sector.centre_v, -307, "2 m down on 22.4 m");
+        assert_eq!((ahead.sector.width, ahead.sector.height), (240, 240));
+        assert_eq!(place.target(&monitor(90.0)).unwrap().sector.centre_h, 5400 - 1594);
+        assert_eq!(
+            place.target(&monitor(-179.0)).unwrap().sector.centre_h,
+            -1594 - 179 * 60 + 21_600
+        );
+        let far = Place { at: [0.0, -120.0], heading: 0.0, height: 2.0 };
+        assert_eq!(place.target(&far), None, "the request has 127 m at most");
+        let wide = FirePlace { major_m: 10.0, ..place };
+        assert_eq!(wide.target(&monitor(0.0)).unwrap().sector.width, 1200);
+    }
+}

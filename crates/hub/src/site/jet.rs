@@ -8,6 +8,7 @@ use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::thrown::{NoThrow, Thrown, Wind, thrown};
 use crate::error::ApiError;
 use crate::hub::Hub;
 use crate::monitor::station::{ParamValue, Station};
@@ -53,6 +54,10 @@ pub struct Asked {
     pub height_cm: Option<i32>,
     /// Elevation of the barrel, arc-minutes.
     pub elevation_arcmin: Option<i32>,
+    /// Flow, l/s, for `throw`; what is not measured is that of the outlet.
+    pub flow_lps: Option<f32>,
+    /// Wind, for `throw`; without it still air is assumed.
+    pub wind: Option<Wind>,
 }
 
 /// What a jet was computed from.
@@ -103,6 +108,13 @@ pub struct Computed {
     /// Why there is no flight.
     #[schema(required)]
     pub fault: Option<NoJet>,
+    /// Where the water is expected to land, by published throws: independent of `flight`, which is the law
+    /// by which the monitor aims.
+    #[schema(required)]
+    pub throw: Option<Thrown>,
+    /// Why there is no throw.
+    #[schema(required)]
+    pub no_throw: Option<NoThrow>,
 }
 
 /// The flight of a jet.
@@ -167,7 +179,12 @@ impl Basis {
 }
 
 /// Computes a jet at this elevation; without one, only its reach.
-pub fn compute(basis: Basis, elevation_arcmin: Option<i32>) -> Computed {
+pub fn compute(
+    basis: Basis,
+    elevation_arcmin: Option<i32>,
+    flow_lps: Option<f32>,
+    wind: Option<Wind>,
+) -> Computed {
     let jet = basis.jet();
     let flight = match (&jet, elevation_arcmin) {
         (Err(fault), _) => Err(*fault),
@@ -176,12 +193,15 @@ pub fn compute(basis: Basis, elevation_arcmin: Option<i32>) -> Computed {
         (Ok(jet), Some(elevation)) => Ok(flight(jet, elevation, basis.height_m())),
     };
     let reach_m = jet.ok().map(|jet| reach(&jet, basis.height_m()));
+    let throw = thrown(&basis, elevation_arcmin, flow_lps, wind);
     Computed {
         basis,
         elevation_arcmin,
         reach_m,
         fault: flight.as_ref().err().copied(),
         flight: flight.ok(),
+        no_throw: throw.err(),
+        throw: throw.ok(),
     }
 }
 
@@ -253,7 +273,8 @@ impl Asked {
                 .clamp(-HEIGHT_MAX_CM, HEIGHT_MAX_CM),
         };
         let elevation_arcmin = self.elevation_arcmin.or(live.and_then(|(_, elevation)| elevation));
-        Ok(compute(all, elevation_arcmin))
+        let flow_lps = self.flow_lps.or(station.as_deref().and_then(flow));
+        Ok(compute(all, elevation_arcmin, flow_lps, self.wind))
     }
 }
 
@@ -294,6 +315,12 @@ pub fn reaches(hub: &Hub, station: &Station, way_m: f32) -> Option<bool> {
     let (basis, _) = present(hub, station);
     let jet = basis.jet().ok()?;
     Some(way_m <= 0.9 * reach(&jet, basis.height_m()))
+}
+
+/// The flow that the monitor measures, l/s, while there is one.
+fn flow(station: &Station) -> Option<f32> {
+    let flow_lps = station.status().valid(SubsystemId::GENERAL, "flowrate")?;
+    (flow_lps > 0).then_some(flow_lps as f32)
 }
 
 /// A parameter as last read, else as delivered.
@@ -372,7 +399,7 @@ mod tests {
         for way in [8.0, 17.0, 28.0, 40.0_f32] {
             let from = basis(79, 280, 60, 600);
             let elevation = aim(from, way, -6.0).elevation_arcmin;
-            let flight = compute(from, elevation).flight.expect("a flight");
+            let flight = compute(from, elevation, None, None).flight.expect("a flight");
             assert!((flight.lands_m - way).abs() < 0.1, "{way} m: {}", flight.lands_m);
             let (first, last) = (flight.points[0], flight.points[flight.points.len() - 1]);
             assert_eq!((first, last[0], last[1]), ([0.0; 3], flight.lands_m, -6.0));
@@ -390,11 +417,11 @@ mod tests {
     #[test]
     fn reach_and_faults() {
         for (pressure, diameter, best) in [(40, 280, 37.0), (79, 280, 44.5), (79, 400, 60.7)] {
-            let reach = compute(basis(pressure, diameter, 60, 150), Some(0)).reach_m;
+            let reach = compute(basis(pressure, diameter, 60, 150), Some(0), None, None).reach_m;
             let reach = reach.expect("a reach");
             assert!((reach - best).abs() < 0.6, "{reach}");
         }
-        let fault = |basis, elevation| compute(basis, elevation).fault;
+        let fault = |basis, elevation| compute(basis, elevation, None, None).fault;
         assert_eq!(fault(basis(9, 280, 60, 150), Some(0)), Some(NoJet::Pressure));
         let unknown = Basis { pressure_datm: None, ..basis(79, 280, 60, 150) };
         assert_eq!(fault(unknown, Some(0)), Some(NoJet::PressureUnknown));

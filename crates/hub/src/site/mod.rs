@@ -1,6 +1,7 @@
 //! Where things are on the site: metres east and north of its origin, bearings clockwise from north.
 
 pub mod jet;
+pub mod thrown;
 
 use std::collections::BTreeMap;
 

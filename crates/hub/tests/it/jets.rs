@@ -29,8 +29,15 @@ async fn a_jet_is_computed_from_what_is_given_and_what_the_monitor_has() {
     let lands = given["flight"]["lands_m"].as_f64().unwrap();
     assert!((35.0..45.0).contains(&lands), "{given}");
     assert!(given["reach_m"].as_f64().unwrap() >= lands);
+    // Beside it, where the water is expected, with its band; the wind is not known.
+    let metres = |figure: &str, end: &str| given["throw"][figure][end].as_f64().unwrap();
+    let (near, far) = (metres("middle_m", "low"), metres("greatest_m", "high"));
+    assert!(near < metres("middle_m", "value") && metres("greatest_m", "value") < far, "{given}");
+    assert!(near < lands && lands < far && far - near < lands / 2.0, "{given}");
+    assert_eq!((&given["throw"]["wind"], &given["no_throw"]), (&Value::Null, &Value::Null));
     // Nothing flows: the valve is closed.
     assert_eq!((&live["fault"], &live["flight"]), (&json!("pressure"), &Value::Null), "{live}");
+    assert_eq!((&live["no_throw"], &live["throw"]), (&json!("pressure"), &Value::Null), "{live}");
     for wrong in [json!({ "jets": [{}] }), json!({ "jets": vec![json!({}); 17] })] {
         assert_eq!(site.post("", "/api/jets", wrong).await.status, 400);
     }

@@ -146,6 +146,8 @@ fn message(kind: &str) -> Option<Value> {
         "authority" => json!({ "monitor": "M1", "action": "take" }),
         "jog" => json!({ "monitor": "M1", "drive": "Vertical", "toward": "max" }),
         "jog_end" => json!({ "monitor": "M9", "drive": "Vertical" }),
+        "tune" => json!({ "monitor": "M1", "drive": "Vertical" }),
+        "tune_beat" => json!({ "monitor": "M9" }),
         "subscribe" => json!({ "monitors": ["M1"] }),
         "watch" => json!({ "frames": ["M1", "M2", "M3"] }),
         _ => return None,

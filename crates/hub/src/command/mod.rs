@@ -19,6 +19,7 @@ use tokio::time::{Instant, sleep, timeout};
 use crate::access::Role;
 use crate::command::outcome::{Outcome, answer_text};
 use crate::command::request::MonitorRequest;
+use crate::control::tuning::TUNE;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::program;
@@ -123,8 +124,12 @@ impl Hub {
         }
         if needs.authority {
             let mut authority = lock(&station.authority);
-            let held = authority.command(self.now(), &caller.seat.seat);
-            held.map_err(|refusal| ApiError::authority(station.id(), refusal))?;
+            // What the hub sends for a client does not keep it from being lost.
+            let tuned = caller.via == TUNE && authority.is_present(&caller.seat.seat);
+            if !tuned {
+                let held = authority.command(self.now(), &caller.seat.seat);
+                held.map_err(|refusal| ApiError::authority(station.id(), refusal))?;
+            }
         }
         if needs.confirm && confirm != Some(station.id()) {
             return Err(ApiError::confirm_needed(station.id()));
@@ -153,6 +158,7 @@ impl Hub {
         let reads = request.need().role == Role::Observer;
         let mut asked = None;
         if !reads {
+            station.interrupt_tuning(caller);
             station.urgent.other_sent(self, station);
             let record = self.record(caller, station.id(), request.text(), "asked");
             let mut note = self.audit().note(record.about(&request.act()));

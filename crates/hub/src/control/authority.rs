@@ -137,6 +137,11 @@ impl Authority {
         }
     }
 
+    /// Whether this seat holds it and is not lost; that is not counted as a command.
+    pub fn is_present(&self, seat: &str) -> bool {
+        self.holder.as_ref().is_some_and(|it| it.seat.seat == seat && it.lost.is_none())
+    }
+
     /// Takes it when it is free; who has it renews it.
     pub fn take(&mut self, now: Now, seat: Seat) -> Result<Vec<Notice>, Refusal> {
         match &mut self.holder {
@@ -314,6 +319,15 @@ mod tests {
         let mut authority = Authority::new(s(3));
         authority.take(s(100), seat("anna", true)).unwrap();
         authority
+    }
+
+    #[test]
+    fn a_lost_holder_is_not_present_and_asking_does_not_bring_it_back() {
+        let mut it = held();
+        assert!(it.is_present("anna") && !it.is_present("boris"));
+        it.lost(s(101), "anna");
+        assert!(!it.is_present("anna"));
+        assert_eq!(it.timeout(), Some(s(104)), "it expires all the same");
     }
 
     #[test]

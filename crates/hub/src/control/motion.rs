@@ -85,6 +85,7 @@ impl Station {
         let record = hub.record(caller, self.id(), &what, "asked");
         let asked = hub.audit().note(record.about(&act(None)));
         hub.counts().jogs.fetch_add(1, Ordering::Relaxed);
+        self.interrupt_tuning(caller);
         let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
         tokio::spawn(async move {
             station.tell_jog(&hub, &caller, beat.drive, MotionWord::Moving, None);

@@ -20,6 +20,7 @@ use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
 use crate::clock::Steps;
+use crate::control::tuning;
 use crate::hub::Hub;
 use crate::monitor::station::{ParamValue, Params, Progress, Station};
 use crate::monitor::status::{self, Exchanged, Status, Subsystems, Unheld};
@@ -268,6 +269,7 @@ async fn read_slow(hub: Hub, station: Arc<Station>, client: Client) {
                 read_limits(&hub, &station, &monitor).await;
             }
             if again {
+                tuning::put_back(&hub, &station, &client).await;
                 read_params(&hub, &station, &monitor).await;
                 again = false;
             }

@@ -1,6 +1,7 @@
 //! A monitor as the hub has it: its client, its state, its authority, and what is published of them.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -13,6 +14,7 @@ use crate::command::urgent::Lane;
 use crate::config::MonitorConfig;
 use crate::control::authority::Authority;
 use crate::control::jogs::Jogs;
+use crate::control::tuning::{Running, TuneView};
 use crate::error::ApiError;
 use crate::hub::Hub;
 use crate::monitor::link_series;
@@ -26,7 +28,7 @@ use crate::sync::lock;
 use crate::text::Both;
 
 /// What is published of a monitor.
-pub const PARTS: [&str; 11] = [
+pub const PARTS: [&str; 12] = [
     "info",
     "status",
     "summary",
@@ -38,6 +40,7 @@ pub const PARTS: [&str; 11] = [
     "params",
     "params_progress",
     "program",
+    "tune",
 ];
 
 /// A monitor: its client, state and authority.
@@ -62,6 +65,10 @@ pub struct Station {
     state: Mutex<State>,
     /// Its motions by hand.
     pub jogs: Mutex<Jogs>,
+    /// The tuning that runs.
+    pub tuning: Mutex<Option<Running>>,
+    /// Commands and motions so far that end a tuning.
+    pub interrupted: AtomicU64,
 }
 
 #[derive(Debug, Default)]
@@ -128,6 +135,8 @@ impl Station {
             urgent: Lane::default(),
             state: Mutex::default(),
             jogs: Mutex::default(),
+            tuning: Mutex::default(),
+            interrupted: AtomicU64::new(0),
         }
     }
 
@@ -207,6 +216,7 @@ impl Station {
             limits: part("limits"),
             hotbeds: part("hotbeds"),
             program: part("program"),
+            tune: part("tune"),
             params_at_ms: lock(&self.params).at_ms,
         }
     }
@@ -328,6 +338,11 @@ impl Station {
     /// Publishes what it does by itself.
     pub fn publish_program(&self, hub: &Hub) {
         hub.topics().set(&self.topic("program"), &lock(&self.programs).current());
+    }
+
+    /// Publishes a tuning.
+    pub fn publish_tune(&self, hub: &Hub, tune: &TuneView) {
+        hub.topics().set(&self.topic("tune"), tune);
     }
 
     /// Publishes the authority.

@@ -10,6 +10,7 @@ use serde_json::value::RawValue;
 use utoipa::ToSchema;
 
 use crate::control::authority::Seat;
+use crate::control::tuning::TuneView;
 use crate::monitor::program::Program;
 use crate::monitor::status::{Exchanged, Readiness, Status, received, strays};
 use crate::text::Both;
@@ -54,6 +55,9 @@ pub struct MonitorView {
     /// What it does by itself.
     #[schema(value_type = Option<Program>, required)]
     pub program: Option<Arc<RawValue>>,
+    /// The tuning of a drive that runs, or the last one.
+    #[schema(value_type = Option<TuneView>, required)]
+    pub tune: Option<Arc<RawValue>>,
     /// When its parameters were read.
     #[schema(required)]
     pub params_at_ms: Option<u64>,

@@ -82,7 +82,7 @@ const FIRST: [&str; 3] = ["authority", "readiness", "program"];
 /// these parts.
 const REST: [&str; 4] = ["link", "limits", "hotbeds", SUMMARY];
 /// Parts that are sent only to who looks at the monitor.
-const OWN: [&str; 3] = ["status", "params", "params_progress"];
+const OWN: [&str; 4] = ["status", "params", "params_progress", "tune"];
 /// What others than its own pages show of the state of a monitor.
 const SUMMARY: &str = "summary";
 

@@ -20,4 +20,5 @@ mod roles;
 mod simulation;
 mod state;
 mod stream;
+mod tune;
 mod zones;

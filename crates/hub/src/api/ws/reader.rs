@@ -141,6 +141,20 @@ impl Reader {
                     self.told.remove(&(monitor, drive));
                 }
             }
+            Said::Tune { id, monitor, drive } => {
+                let station = self.hub.station(&monitor);
+                let begun = station.and_then(|it| self.hub.tune(&self.caller, &it, &drive));
+                let answer = match begun {
+                    Ok(()) => Answer::to(id),
+                    Err(error) => Answer::refused(id, &error),
+                };
+                self.send(answer).await;
+            }
+            Said::TuneBeat { monitor, end } => {
+                if let Ok(station) = self.hub.station(&monitor) {
+                    station.beat_tuning(&self.caller.seat.seat, end);
+                }
+            }
             Said::Watch { frames } => self.watch(&frames),
             Said::Subscribe { id, monitors } => {
                 let answer = match self.subscribe(monitors) {

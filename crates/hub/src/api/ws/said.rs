@@ -86,6 +86,21 @@ pub enum Said {
         monitor: String,
         drive: String,
     },
+    /// Measures a drive (role engineer, with authority); the topic `tune` shows how far it is.
+    Tune {
+        #[serde(default)]
+        #[schema(value_type = Option<String>)]
+        id: Id,
+        monitor: String,
+        drive: String,
+    },
+    /// The client of a tuning is still there: at least every two seconds.
+    TuneBeat {
+        monitor: String,
+        /// The tuning is to end.
+        #[serde(default)]
+        end: bool,
+    },
     Watch {
         frames: Vec<String>,
     },

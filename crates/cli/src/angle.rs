@@ -1,8 +1,9 @@
 //! Angles and positions in the forms people write them: `1200`, `20deg`, `12°30'`, `30mm`.
 
 use lafet_proto::SubsystemId;
+use lafet_texts::{Text as _, cli as text};
 
-use crate::lang::pick;
+use crate::lang::current;
 
 /// An angle or position in wire units: arc-minutes, or millimetres for the nozzle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,12 +38,8 @@ impl std::str::FromStr for Pair {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (first, second) = text.split_once(',').ok_or_else(|| {
-            pick(
-                "expected two angles separated by a comma, like `-20deg,3deg` or `-1200,180`",
-                "ожидаются два угла через запятую, например `-20deg,3deg` или `-1200,180`",
-            )
-        })?;
+        let (first, second) =
+            text.split_once(',').ok_or_else(|| text::TwoAnglesExpected.str(current()))?;
         Ok(Self(arcmin(first)?, arcmin(second)?))
     }
 }
@@ -53,18 +50,13 @@ pub fn position(drive: SubsystemId, text: &str) -> Result<i16, String> {
         return arcmin(text);
     }
     let number = ["mm", "мм"].iter().find_map(|unit| text.trim().strip_suffix(unit));
-    number.unwrap_or(text).trim().parse().map_err(|_| {
-        pick(
-            format!("`{text}`: the nozzle's position is a whole number of mm, like `30` or `30mm`"),
-            format!("`{text}`: положение насадка — целое число мм, например `30` или `30mm`"),
-        )
-    })
+    number.unwrap_or(text).trim().parse().map_err(|_| text::NozzleNotMm { text }.of(current()))
 }
 
 /// A position with its unit: `1200' (20.0°)`, `30 mm`.
 pub fn show(drive: SubsystemId, position: i32) -> String {
     if drive == SubsystemId::NOZZLE {
-        format!("{position} {}", pick("mm", "мм"))
+        format!("{position} {}", text::UnitMm.str(current()))
     } else {
         format!("{position}' ({})", degrees(position))
     }
@@ -88,16 +80,7 @@ fn arcmin(text: &str) -> Result<i16, String> {
     let limits = f64::from(i16::MIN)..=f64::from(i16::MAX);
     match parsed.map(f64::round) {
         Some(value) if limits.contains(&value) => Ok(value as i16),
-        _ => Err(pick(
-            format!(
-                "`{text}` is not an angle: write arc-minutes (`1200`, `1200'`) or degrees \
-                 (`20deg`, `12.5°`, `12°30'`), at most ±32767' (546°)"
-            ),
-            format!(
-                "`{text}` — не угол: пишите угловые минуты (`1200`, `1200'`) или градусы (`20deg`, \
-                 `12.5°`, `12°30'`), не более ±32767' (546°)"
-            ),
-        )),
+        _ => Err(text::NotAnAngle { text }.of(current())),
     }
 }
 

@@ -1,17 +1,16 @@
-//! The command line as clap parses it. Help is English here, Russian in `help/ru.rs`.
+//! The command line as clap parses it. Its help is in `help.ftl` of `lafet-texts`, by command and
+//! argument.
 
 use clap::{Args, Parser, Subcommand};
 use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::SUBSYSTEMS;
+use lafet_texts::{Text as _, cli as text};
 
 use crate::cmd;
 use crate::connect::Connection;
-use crate::lang::pick;
+use crate::lang::{Lang, current};
 
-/// Control, simulate and inspect robotic fire monitors.
-///
-/// Exit codes: 0 done; 1 refused by the monitor, or not completed; 2 wrong usage; 3 no answer;
-/// 4 what was started may still move or flow; 130 interrupted, and at rest.
+/// The command line.
 #[derive(Debug, Parser)]
 #[command(
     name = "lafet",
@@ -35,17 +34,12 @@ pub const GENERAL: &str = "General options";
 /// Options of every command.
 #[derive(Clone, Debug, Args)]
 pub struct Global {
-    /// The monitor: tcp://HOST:PORT?addr=1, udp://…, serial:///dev/ttyUSB0?baud=19200, or sim: for a
-    /// simulated one (sim:?profile=full&seed=7&fire=az=30,range=25). Also in LAFET_CONNECT
     #[arg(short, long, global = true, help_heading = GENERAL, value_name = "URL", env = "LAFET_CONNECT")]
     pub connect: Option<String>,
-    /// Print JSON, one object per line
     #[arg(long, global = true, help_heading = GENERAL)]
     pub json: bool,
-    /// Language: en or ru; otherwise LC_ALL, LC_MESSAGES or LANG decides
-    #[arg(long, global = true, help_heading = GENERAL, value_name = "LANG", value_parser = ["en", "ru"])]
+    #[arg(long, global = true, help_heading = GENERAL, value_name = "LANG", value_parser = Lang::ALL.map(Lang::code))]
     pub lang: Option<String>,
-    /// How long to wait for each answer, seconds (default 1); reads are tried three times
     #[arg(
         long,
         global = true, help_heading = GENERAL,
@@ -62,91 +56,49 @@ pub struct Global {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Simulate a monitor that others can connect to
     Sim(Box<cmd::sim::SimArgs>),
-    /// Run the hub: monitors of a site in the browser and over an API
     Serve(cmd::serve::ServeArgs),
-    /// Try everything in the browser on a simulated site, or watch a monitor in the terminal
     Demo(cmd::demo::DemoArgs),
-    /// List the serial ports of this computer
     Ports(cmd::ports::PortsArgs),
-    /// Find the devices on a bus or a network
     Scan(cmd::scan::ScanArgs),
-    /// Find out what is wrong with a link and what to do about it
     Doctor(cmd::doctor::DoctorArgs),
-    /// Test whether a monitor does what the protocol says
     Conform(Box<cmd::conform::ConformArgs>),
-    /// Compute how many jets reach each square metre of a site
     Coverage(cmd::coverage::CoverageArgs),
-    /// Compute how far a jet throws, with its band of uncertainty
     Throw(cmd::throw::ThrowArgs),
-    /// Show the state of the monitor and what its flags mean
     Status(cmd::status::StatusArgs),
-    /// Show the state repeatedly
     Watch(cmd::watch::WatchArgs),
-    /// Show several monitors on one screen, live
     Top(cmd::top::TopArgs),
-    /// Run commands on one connection, typed or from a script
     Shell(cmd::shell::ShellArgs),
-    /// Move a drive, and follow it until it is at rest
     Move(cmd::motion::MoveArgs),
-    /// Move drives with the arrow keys while a key is held
     Jog(cmd::jog::JogArgs),
-    /// Stop everything, or one subsystem
     Stop(cmd::motion::StopArgs),
-    /// Open a valve
     Open(cmd::motion::OpenArgs),
-    /// Close a valve
     Close(cmd::motion::CloseArgs),
-    /// Deploy the barrel into its working position
     Deploy(cmd::motion::DeployArgs),
-    /// Stow the barrel in its standby position
     Wrap(cmd::motion::WrapArgs),
-    /// Search a sector for fire
     Seek(cmd::seek::SeekArgs),
-    /// Show the fire spots that the last search found
     Hotbeds(cmd::seek::HotbedsArgs),
-    /// Align the fire detector with the barrel
     Justify(cmd::seek::JustifyArgs),
-    /// Extinguish a sector, or run a stored program
     Quench(cmd::quench::QuenchArgs),
-    /// Extinguish along a path
     Trajectory(cmd::quench::TrajectoryArgs),
-    /// Show, store, clear or run the programs and trajectories stored in the monitor
     #[command(subcommand)]
     Program(cmd::program::ProgramCommand),
-    /// Fit the ballistics to the jet and fill the correction table
     Calibrate(cmd::calibrate::CalibrateArgs),
-    /// Measure how a drive answers its motor, and set StopLag and MinSpeed
     Tune(cmd::tune::TuneArgs),
-    /// Show the limits of motion, switch them, or set them from the barrel's position
     Limits(cmd::limits::LimitsArgs),
-    /// Read and set parameters
     #[command(subcommand)]
     Param(cmd::param::ParamCommand),
-    /// Lock the monitor out, or release it
     Lockout(cmd::service::LockoutArgs),
-    /// Restart the monitor's program
     Restart(cmd::service::RestartArgs),
-    /// Show the record of the last hardware fault
     Crash(cmd::service::CrashArgs),
-    /// Send any requests, written as text or in hexadecimal
     Send(cmd::send::SendArgs),
-    /// Decode captured bytes into text
     Decode(cmd::decode::DecodeArgs),
-    /// Act as the controller of a bus with several monitors and consoles, or query one
     Bus(Box<cmd::bus::BusArgs>),
-    /// Record the traffic of a line as MCAP or pcapng
     Record(cmd::record::RecordArgs),
-    /// Show a recording with its original timing
     Replay(cmd::replay::ReplayArgs),
-    /// Print or install the dissector for Wireshark
     Dissector(cmd::dissector::DissectorArgs),
-    /// Print the completion script for a shell
     Completions(cmd::install::CompletionsArgs),
-    /// Print or write the manual pages
     Man(cmd::install::ManArgs),
-    /// Print the dictionary of the protocol, or the API of the hub, as JSON
     Schema(cmd::schema::SchemaArgs),
 }
 
@@ -178,7 +130,7 @@ fn among(text: &str, allowed: impl Fn(SubsystemId) -> bool) -> Result<SubsystemI
 
 fn one_of(names: impl Iterator<Item = &'static str>) -> String {
     let names = names.collect::<Vec<_>>().join(", ");
-    pick(format!("expected one of {names}"), format!("ожидается одно из: {names}"))
+    text::OneOfNames { names }.of(current())
 }
 
 fn timeout(text: &str) -> Result<f64, String> {
@@ -189,9 +141,6 @@ fn timeout(text: &str) -> Result<f64, String> {
 pub fn seconds(text: &str, least: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (least..=3600.0).contains(&seconds) => Ok(seconds),
-        _ => Err(pick(
-            format!("expected seconds, {least}…3600"),
-            format!("ожидаются секунды, {least}…3600"),
-        )),
+        _ => Err(text::SecondsFrom { least }.of(current())),
     }
 }

@@ -7,18 +7,19 @@ use std::time::Duration;
 
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
-use lafet_client::{Answers, Client, Config, Endpoint, Error, LinkEvent, Monitor};
+use lafet_client::{AnswerBuf, Answers, Client, Config, Endpoint, Error, LinkEvent, Monitor};
 use lafet_device::Source;
 use lafet_proto::request::Body;
-use lafet_proto::{Request, SubsystemId};
+use lafet_proto::{Request, Status, SubsystemId};
 use lafet_sim::sim;
+use lafet_texts::{Text as _, cli as text};
 use tokio::io::DuplexStream;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::cli::Global;
 use crate::failure::{Asked, Failure};
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
 
@@ -70,8 +71,20 @@ impl Connection {
     /// Sends a request; a refusal is an error that shows the request and the answer.
     pub async fn send(&self, request: &Request<'_>) -> Result<Answers, Failure> {
         let answers = self.client.request(request).await?;
-        let refusal = answers.refusal().map(|refusal| Asked::new(request, refusal));
+        let refusal = match answers.refusal() {
+            Some(refusal) => Some(self.refused(request, refusal).await),
+            None => None,
+        };
         answers.accepted().map_err(|error| Failure::Client(error).asked(refusal))
+    }
+
+    /// A request and its refusal. One that is denied is explained by the state of the monitor.
+    pub async fn refused(&self, request: &Request<'_>, refusal: &AnswerBuf) -> Asked {
+        let state = match refusal.status() {
+            Status::DENIED => self.monitor.status_all().await.ok(),
+            _ => None,
+        };
+        Asked::new(request, refusal, state.as_ref())
     }
 }
 
@@ -83,24 +96,8 @@ async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
             Ok(LinkEvent::Held(time)) => {
                 let s = time.as_secs_f64().ceil();
                 // The command continues even if standard error is closed.
-                let _ = writeln!(
-                    io::stderr(),
-                    "{}",
-                    pick(
-                        format!(
-                            "The monitor does not answer frame numbers, so late answers cannot be \
-                             distinguished from current ones: waiting {s} s. late= in the URL sets \
-                             how late they can be; late=0 if no other program uses this \
-                             connection."
-                        ),
-                        format!(
-                            "Ствол не отвечает на номера кадров, поэтому опоздавшие ответы \
-                             неотличимы от нужных: ожидание {s} с. Параметр late= в URL задаёт \
-                             наибольшее опоздание; late=0, если соединением не пользуется другая \
-                             программа."
-                        ),
-                    )
-                );
+                let _ =
+                    writeln!(io::stderr(), "{}", text::WaitingForLateAnswers { s }.of(current()));
                 return;
             }
             Ok(_) | Err(RecvError::Lagged(_)) => {}
@@ -111,19 +108,10 @@ async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
 
 /// The URL of the monitor, from `--connect`.
 pub fn url_of(global: &Global) -> Result<&str, Failure> {
-    global.connect.as_deref().ok_or_else(|| {
-        Failure::Usage(
-            pick(
-                "Which monitor? Give its URL with -c (or in LAFET_CONNECT), for example \
-                 `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200`, \
-                 or `-c sim:` for a simulated one.",
-                "Какой ствол? Укажите его URL через -c (или в LAFET_CONNECT), например \
-                 `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200` \
-                 или `-c sim:` для имитатора.",
-            )
-            .into(),
-        )
-    })
+    global
+        .connect
+        .as_deref()
+        .ok_or_else(|| Failure::Usage(text::WhichMonitor.str(current()).into()))
 }
 
 /// Opens the bare link, for commands that work on bytes.
@@ -167,14 +155,5 @@ fn simulated(query: &[(String, String)], address: u8) -> Result<DuplexStream, Fa
 
 fn wrong_option(key: &str, value: &str) -> String {
     let profiles = simulator::profiles();
-    match current() {
-        lafet_client::Lang::En => format!(
-            "sim: does not support `{key}={value}`. Supported: profile={profiles}, seed=7, \
-             speed=20, fire=az=30,range=25,size=1.5 and addr=1."
-        ),
-        lafet_client::Lang::Ru => format!(
-            "sim: не поддерживает `{key}={value}`. Параметры: profile={profiles}, seed=7, \
-             speed=20, fire=az=30,range=25,size=1.5 и addr=1."
-        ),
-    }
+    text::SimOptions { key, value, profiles }.of(current())
 }

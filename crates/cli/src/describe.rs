@@ -5,10 +5,11 @@ use lafet_proto::answer::Reply;
 use lafet_proto::flags::{FlagInfo, SetFlag, Severity, flags_of};
 use lafet_proto::status::{GeneralStatus, Hotbed, ThermoStatus};
 use lafet_proto::{Answer, SubsystemId, dictionary};
+use lafet_texts::cli as text;
 use serde_json::{Map, Value, json};
 
 use crate::angle;
-use crate::lang::{of, pick};
+use crate::lang::{current, of};
 
 /// Names of the flags that are set, and bits without a name in hexadecimal.
 pub fn flag_names(subsystem: SubsystemId, bits: u32) -> Vec<String> {
@@ -24,15 +25,15 @@ pub fn values(answer: &Answer<'_>) -> String {
     let bits = answer.data.flags_bits().unwrap_or(0);
     let marked = |field: &str, text: String| {
         let bad = dictionary::invalid(answer.from, bits).any(|(bad, _)| bad == field);
-        if bad { format!("{text} ({})", pick("invalid", "недостоверно")) } else { text }
+        if bad { format!("{text} ({})", text::ValueInvalid.str(current())) } else { text }
     };
     match answer.data {
         Reply::General(GeneralStatus { main_voltage, pressure, flowrate, .. }) => {
             let pressure = tenths(i32::from(pressure));
             let texts = [
-                marked("main_voltage", format!("{main_voltage} {}", pick("V", "В"))),
-                marked("pressure", format!("{pressure} {}", pick("atm", "атм"))),
-                marked("flowrate", format!("{flowrate} {}", pick("l/s", "л/с"))),
+                marked("main_voltage", format!("{main_voltage} {}", text::UnitV.str(current()))),
+                marked("pressure", format!("{pressure} {}", text::UnitAtm.str(current()))),
+                marked("flowrate", format!("{flowrate} {}", text::UnitLps.str(current()))),
             ];
             texts.join(", ")
         }
@@ -45,25 +46,25 @@ pub fn values(answer: &Answer<'_>) -> String {
 
 fn drive(
     subsystem: SubsystemId,
-    (position, current, speed): (i16, u8, u8),
+    (position, amperes, speed): (i16, u8, u8),
     marked: impl Fn(&str, String) -> String,
 ) -> String {
     let position = marked("position", angle::show(subsystem, i32::from(position)));
-    let current = format!("{} {}", tenths(i32::from(current)), pick("A", "А"));
+    let amperes = format!("{} {}", tenths(i32::from(amperes)), text::UnitA.str(current()));
     let unit = match subsystem {
-        SubsystemId::NOZZLE => pick("mm/s", "мм/с"),
-        _ => pick("°/s", "°/с"),
+        SubsystemId::NOZZLE => text::UnitMmps.str(current()),
+        _ => text::UnitDegps.str(current()),
     };
-    format!("{position}, {}, {speed} {unit}", marked("current", current))
+    format!("{position}, {}, {speed} {unit}", marked("current", amperes))
 }
 
 fn thermo(status: &ThermoStatus, marked: impl Fn(&str, String) -> String) -> String {
     let places = [
-        ("horizontal", pick("horizontal", "горизонталь"), status.horizontal),
-        ("vertical", pick("vertical", "вертикаль"), status.vertical),
-        ("nozzle", pick("nozzle", "насадок"), status.nozzle),
-        ("deployer", pick("deployer", "развёртывание"), status.deployer),
-        ("housing", pick("housing", "корпус"), status.housing),
+        ("horizontal", text::PlaceHorizontal.str(current()), status.horizontal),
+        ("vertical", text::PlaceVertical.str(current()), status.vertical),
+        ("nozzle", text::PlaceNozzle.str(current()), status.nozzle),
+        ("deployer", text::PlaceDeployer.str(current()), status.deployer),
+        ("housing", text::PlaceHousing.str(current()), status.housing),
     ];
     let temperatures = places.map(|(field, name, value)| {
         marked(field, format!("{name} {} °C", tenths(i32::from(value))))
@@ -123,7 +124,7 @@ pub fn state_json(answer: &AnswerBuf) -> Value {
         put("flags", json!(flag_names(answer.from, bits)));
         put("flags_raw", json!(bits));
         let severity = flags_of(answer.from).severity(bits);
-        put("severity", json!(severity.text().en));
+        put("severity", json!(lafet_texts::dictionary(severity.text()).en));
     }
     Value::Object(object)
 }
@@ -155,12 +156,12 @@ pub fn hotbed_rows(hotbeds: &[Hotbed]) -> Vec<Vec<String>> {
     let middle = |a: i32, b: i32| angle::degrees(i32::midpoint(a, b));
     let size = |a: i32, b: i32| angle::degrees((a - b).abs());
     let mut rows = vec![vec![
-        pick("fire spot", "очаг загорания").to_owned(),
-        pick("azimuth", "азимут").to_owned(),
-        pick("elevation", "возвышение").to_owned(),
-        pick("width", "ширина").to_owned(),
-        pick("height", "высота").to_owned(),
-        pick("brightness", "яркость").to_owned(),
+        text::Spot.str(current()).to_owned(),
+        text::SpotAzimuth.str(current()).to_owned(),
+        text::ThrowElevation.str(current()).to_owned(),
+        text::SpotWidth.str(current()).to_owned(),
+        text::SpotHeight.str(current()).to_owned(),
+        text::SpotBrightness.str(current()).to_owned(),
     ]];
     rows.extend(hotbeds.iter().enumerate().map(|(index, hotbed)| {
         let Hotbed { x1, x2, y1, y2, brightness } = *hotbed;

@@ -3,14 +3,15 @@
 use std::io;
 
 use lafet_client::refusal::{Reason, reason, reason_of};
-use lafet_client::{AnswerBuf, Error, os_text};
+use lafet_client::{AnswerBuf, Error, MonitorStatus, os_text};
 use lafet_proto::text::AnswerText;
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
 use crate::describe::hex;
 use crate::exchange;
-use crate::lang::{current, of, pick};
+use crate::lang::current;
 use crate::undo::BrokenOff;
 
 /// Result of a command.
@@ -71,8 +72,8 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Records a request and its refusal.
-    pub fn new(request: &Request<'_>, refusal: &AnswerBuf) -> Self {
+    /// Records a request and its refusal; the state of the monitor, if it is known, shows why.
+    pub fn new(request: &Request<'_>, refusal: &AnswerBuf, state: Option<&MonitorStatus>) -> Self {
         let record = refusal.record();
         let mut received = vec![
             record.request.0,
@@ -86,7 +87,7 @@ impl Asked {
             sent: hex(&exchange::bytes(request)),
             answer: AnswerText(record).to_string(),
             received: hex(&received),
-            reason: reason_of(request, refusal.status(), refusal.from(), &|_| None),
+            reason: reason_of(request, refusal.status(), refusal.from(), &|id| state?.flags(id)),
         }
     }
 }
@@ -130,10 +131,7 @@ impl Failure {
             Self::Refused { first, asked, count: 1 } => told(first, Some(asked)),
             Self::Refused { first, asked, count } => {
                 let first = told(first, Some(asked));
-                pick(
-                    format!("{count} requests refused; the first: {first}"),
-                    format!("Отклонено запросов: {count}; первый: {first}"),
-                )
+                text::RequestsRefused { count, first }.of(current())
             }
             Self::Ended(message)
             | Self::Usage(message)
@@ -143,7 +141,7 @@ impl Failure {
             Self::Io { what, source } => format!("{what}: {}", os_text(source, current())),
             Self::Told(_) => String::new(),
             Self::BrokenOff(broken) => broken.message(),
-            Self::Interrupted => pick("Interrupted.", "Прервано.").into(),
+            Self::Interrupted => text::Interrupted.str(current()).into(),
         }
     }
 
@@ -180,9 +178,9 @@ impl Failure {
             let reason =
                 asked.map_or_else(|| reason(*request, *to, *status, *by), |asked| asked.reason);
             error["scenario"] = json!(reason.scenario);
-            error["why"] = json!(of(&reason.why));
-            error["remedy"] = json!(of(&reason.remedy));
-            let helps = command(*request, *to, *status, *by).filter(|_| fits(reason.scenario));
+            error["why"] = json!(reason.why.str(current()));
+            error["remedy"] = json!(reason.remedy.str(current()));
+            let helps = command(*request, *to, *status, *by, &reason);
             error["try"] = json!(helps);
             error["request"] = json!(request.to_string());
             error["to"] = json!(to.to_string());
@@ -212,51 +210,42 @@ fn told(error: &Error, asked: Option<&Asked>) -> String {
     let Error::Refused { request, to, status, by } = error else {
         return error.localized(current());
     };
-    let answers = pick("answers", "отвечает");
+    let answers = text::Answers.str(current());
     let mut lines = Vec::new();
     match asked {
         Some(Asked { request, sent, answer, received, .. }) => {
             lines.push(format!("{request}: {by} {answers} {status}."));
-            lines.push(format!("  {}  {request}  [{sent}]", pick("request", "запрос")));
-            lines.push(format!("  {}  {answer}  [{received}]", pick("answer ", "ответ ")));
+            lines.push(format!("  {}  {request}  [{sent}]", text::ExchangeRequest.str(current())));
+            lines
+                .push(format!("  {}  {answer}  [{received}]", text::ExchangeAnswer.str(current())));
         }
         None => lines.push(format!("{request} {to}: {by} {answers} {status}.")),
     }
     let reason = asked.map_or_else(|| reason(*request, *to, *status, *by), |asked| asked.reason);
     let Reason { scenario, why, remedy } = reason;
-    lines.push(format!("{}: {} ({scenario})", pick("Why", "Почему"), of(&why)));
-    let try_it = pick("Try", "Попробуйте");
-    lines.push(match command(*request, *to, *status, *by).filter(|_| fits(scenario)) {
-        Some(command) => format!("{try_it}: {command}\n  {}", of(&remedy)),
-        None => format!("{try_it}: {}", of(&remedy)),
+    lines.push(format!("{}: {} ({scenario})", text::Why.str(current()), why.str(current())));
+    let try_it = text::Try.str(current());
+    lines.push(match command(*request, *to, *status, *by, &reason) {
+        Some(command) => format!("{try_it}: {command}\n  {}", remedy.str(current())),
+        None => format!("{try_it}: {}", remedy.str(current())),
     });
     lines.join("\n")
 }
 
-/// Whether a command can help: not where the request itself is invalid.
-fn fits(scenario: &str) -> bool {
-    scenario != "§2/4"
-}
-
 /// The command that most likely helps.
-fn command(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Option<String> {
+fn command(
+    request: RequestId,
+    to: SubsystemId,
+    status: Status,
+    by: SubsystemId,
+    reason: &Reason,
+) -> Option<String> {
+    if status == Status::DENIED {
+        return denied(request, by, reason);
+    }
     Some(match (status, by) {
-        // Stop All is never denied (§3.2/1).
-        (Status::DENIED, by) if request == RequestId::STOP && by != SubsystemId::GENERAL => {
-            "lafet stop".into()
-        }
-        (Status::DENIED, SubsystemId::DEPLOYER) => "lafet deploy".into(),
-        (Status::DENIED, SubsystemId::CONTROL)
-            if matches!(request, RequestId::START_QUENCH | RequestId::START_TRAJECTORY) =>
-        {
-            "lafet limits on".into()
-        }
-        (Status::DENIED, SubsystemId::DETECTOR) => "lafet stop detector".into(),
-        (Status::DENIED, SubsystemId::CONTROL) => "lafet stop control".into(),
-        (Status::DENIED, by) if by.is_valve() => {
-            format!("lafet close {}", by.to_string().to_lowercase())
-        }
-        (Status::DENIED, SubsystemId::GENERAL) => "lafet lockout off".into(),
+        // The request itself is invalid.
+        _ if reason.scenario == "§2/4" => return None,
         (Status::INVALID_ID, _) if request == RequestId::START_TRAJECTORY => {
             "lafet program list".into()
         }
@@ -288,6 +277,38 @@ fn command(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId)
     })
 }
 
+/// The command that most likely helps where a request is denied for the reason of this scenario.
+fn denied(request: RequestId, by: SubsystemId, reason: &Reason) -> Option<String> {
+    let name = || by.to_string().to_lowercase();
+    Some(match reason.scenario {
+        _ if reason.remedy == lafet_texts::client::StopControl.fixed() => {
+            "lafet stop control".into()
+        }
+        // Which drive is to be homed (§D/7), and whether water flows all the same (§D/6).
+        "§D/6" | "§D/7" => "lafet param get general InputFaults".into(),
+        "§3.17/1" => "lafet limits on".into(),
+        "§3.18/2" => "lafet lockout off".into(),
+        // Only at the supply (§3.3.1/4), or at the valve itself (§3.3.5/1), can it be put right.
+        "§3.3.1/4" => "lafet status general".into(),
+        "§3.3.5/1" => format!("lafet status {}", name()),
+        _ => match by {
+            SubsystemId::GENERAL => "lafet status general".into(),
+            SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => format!("lafet status {}", name()),
+            // Stop All is never denied (§3.2/1).
+            _ if request == RequestId::STOP => "lafet stop".into(),
+            // The scenario of none: its rest is not known, or water flows without a valve.
+            SubsystemId::DEPLOYER if matches!(request, RequestId::WRAP | RequestId::START_SEEK) => {
+                "lafet param get general InputFaults".into()
+            }
+            SubsystemId::DEPLOYER => "lafet deploy".into(),
+            SubsystemId::DETECTOR => "lafet stop detector".into(),
+            SubsystemId::CONTROL => "lafet stop control".into(),
+            by if by.is_valve() => format!("lafet close {}", name()),
+            _ => return None,
+        },
+    })
+}
+
 /// The error for a refusal with this status.
 pub fn refusal(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Error {
     Error::Refused { request, to, status, by }
@@ -301,12 +322,15 @@ impl From<Error> for Failure {
 
 impl From<io::Error> for Failure {
     fn from(source: io::Error) -> Self {
-        Self::io(pick("standard input or output", "стандартный ввод или вывод"), source)
+        Self::io(text::StandardStreams.str(current()), source)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use lafet_proto::flags::GeneralFlags;
+    use lafet_proto::status::GeneralStatus;
+
     use super::*;
 
     fn asked() -> Box<Asked> {
@@ -317,7 +341,7 @@ mod tests {
             data: &[],
         };
         let request = Request::new(SubsystemId::VERTICAL, lafet_proto::request::Body::Stop);
-        Box::new(Asked::new(&request, &AnswerBuf::new(&record)))
+        Box::new(Asked::new(&request, &AnswerBuf::new(&record), None))
     }
 
     #[test]
@@ -345,6 +369,51 @@ mod tests {
         assert_eq!(json["error"]["by"], "Deployer");
         assert_eq!(json["error"]["scenario"], "§3.1/1");
         assert_eq!(json["error"]["try"], "lafet deploy");
+    }
+
+    /// Neither closing a blocked valve nor deploying a barrel whose rest is not known helps.
+    #[test]
+    fn what_to_try_helps() {
+        let to_try = |request, by| {
+            let json = Failure::Client(refusal(request, by, Status::DENIED, by)).json();
+            json["error"]["try"].as_str().map(str::to_owned)
+        };
+        let valve = SubsystemId::VALVE1;
+        assert_eq!(to_try(RequestId::OPEN, valve).as_deref(), Some("lafet status valve1"));
+        assert_eq!(to_try(RequestId::WRAP, valve).as_deref(), Some("lafet close valve1"));
+        let faults = Some("lafet param get general InputFaults");
+        assert_eq!(to_try(RequestId::WRAP, SubsystemId::DEPLOYER).as_deref(), faults);
+        for request in [RequestId::SWITCH_LIMITS, RequestId::SET_PARAM] {
+            assert_eq!(to_try(request, SubsystemId::HORIZONTAL).as_deref(), faults);
+        }
+        assert_eq!(to_try(RequestId::MOVE, SubsystemId::DEPLOYER).as_deref(), Some("lafet deploy"));
+    }
+
+    /// §3.3.1/4 A weak supply is no lockout: the state that is read after the refusal shows which it is.
+    #[test]
+    fn a_weak_supply_is_no_lockout() {
+        let (to, general) = (SubsystemId::VERTICAL, SubsystemId::GENERAL);
+        let request = Request::new(to, lafet_proto::request::Body::Move { destination: 600 });
+        let record = lafet_proto::Record {
+            request: RequestId::MOVE,
+            device: general,
+            status: Status::DENIED,
+            data: &[],
+        };
+        let tried = |flags| {
+            let mut state = MonitorStatus::default();
+            state.general =
+                Some(GeneralStatus { flags, main_voltage: 15, pressure: 0, flowrate: 0 });
+            let asked = Asked::new(&request, &AnswerBuf::new(&record), Some(&state));
+            let error = refusal(RequestId::MOVE, to, Status::DENIED, general);
+            let failure = Failure::Client(error).asked(Some(asked));
+            assert!(failure.message().contains("Try: lafet"), "{}", failure.message());
+            let json = failure.json();
+            ["scenario", "try"].map(|key| json["error"][key].as_str().unwrap().to_owned())
+        };
+        assert_eq!(tried(GeneralFlags::BAD_POWER), ["§3.3.1/4", "lafet status general"]);
+        assert_eq!(tried(GeneralFlags::LOCKED_OUT), ["§3.18/2", "lafet lockout off"]);
+        assert_eq!(tried(GeneralFlags::empty()), ["§1/2", "lafet status general"]);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Ctrl-C and the signals that end a program.
 
+use lafet_texts::cli as text;
+
 use crate::failure::Failure;
 #[cfg(unix)]
-use crate::lang::pick;
+use crate::lang::current;
 
 /// The signal caught.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +91,7 @@ impl Interrupt {
 
 #[cfg(unix)]
 fn what() -> &'static str {
-    pick("cannot catch signals", "не удаётся перехватить сигналы")
+    text::CannotCatchSignals.str(current())
 }
 
 #[cfg(test)]

@@ -27,14 +27,6 @@ pub fn current() -> Lang {
     CURRENT.get().copied().unwrap_or_default()
 }
 
-/// The text, or any other value, for the current language.
-pub fn pick<T>(en: T, ru: T) -> T {
-    match current() {
-        Lang::En => en,
-        Lang::Ru => ru,
-    }
-}
-
 /// A text without arguments in the current language.
 pub fn of(text: &impl Said) -> &'static str {
     text.fixed().str(current())
@@ -58,13 +50,35 @@ impl Said for Fixed {
     }
 }
 
+/// A text with the decimal mark of the current language in its numbers.
+pub fn decimals(text: String) -> String {
+    match lafet_texts::decimal_mark(current()) {
+        "." => text,
+        mark => marked(&text, mark),
+    }
+}
+
+fn marked(text: &str, mark: &str) -> String {
+    let mut before = ' ';
+    let mut result = String::new();
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let is_decimal = letter == '.'
+            && before.is_ascii_digit()
+            && letters.peek().is_some_and(char::is_ascii_digit);
+        if is_decimal {
+            result.push_str(mark);
+        } else {
+            result.push(letter);
+        }
+        before = letter;
+    }
+    result
+}
+
 /// Parses the value of `--lang`.
 pub fn parse(value: &str) -> Option<Lang> {
-    match value.to_ascii_lowercase().as_str() {
-        "en" => Some(Lang::En),
-        "ru" => Some(Lang::Ru),
-        _ => None,
-    }
+    Lang::ALL.into_iter().find(|lang| value.eq_ignore_ascii_case(lang.code()))
 }
 
 fn asked(arguments: &[String]) -> Option<String> {
@@ -79,7 +93,7 @@ fn asked(arguments: &[String]) -> Option<String> {
 }
 
 fn of_locale(locale: &str) -> Lang {
-    if locale.starts_with("ru") { Lang::Ru } else { Lang::En }
+    Lang::ALL.into_iter().find(|lang| locale.starts_with(lang.code())).unwrap_or_default()
 }
 
 #[cfg(test)]

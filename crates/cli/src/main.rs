@@ -21,6 +21,7 @@ mod failure;
 mod follow;
 mod help;
 mod hub;
+mod input;
 mod interrupt;
 mod keyboard;
 mod lang;

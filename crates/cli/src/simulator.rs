@@ -4,8 +4,10 @@ use lafet_device::Composition;
 use lafet_sim::fault::Fault;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::sim::{Config, Sim};
+use lafet_texts::{Text as _, cli as text};
 
-use crate::lang::pick;
+use crate::lang::current;
+use crate::surroundings;
 
 /// Highest speed of simulated time, times real time.
 const SPEED_MAX: f64 = 10_000.0;
@@ -29,10 +31,7 @@ pub fn profiles() -> String {
 pub fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(speed) if speed > 0.0 && speed <= SPEED_MAX => Ok(speed),
-        _ => Err(pick(
-            format!("expected a factor greater than 0, at most {SPEED_MAX}"),
-            format!("ожидается множитель больше 0, не более {SPEED_MAX}"),
-        )),
+        _ => Err(text::SpeedExpected { speed_max: SPEED_MAX }.of(current())),
     }
 }
 
@@ -45,7 +44,7 @@ pub fn speed_or_zero(text: &str) -> Result<f64, String> {
 pub fn profile(name: &str) -> Result<Composition, String> {
     Composition::by_name(name).copied().ok_or_else(|| {
         let known = profiles();
-        pick(format!("expected one of {known}"), format!("ожидается одно из {known}"))
+        text::ProfileExpected { known }.of(current())
     })
 }
 
@@ -56,30 +55,13 @@ pub fn fault(name: &str) -> Result<Fault, String> {
         let near: Vec<String> =
             Fault::all().map(Fault::name).filter(|known| known.starts_with(part)).collect();
         match near.is_empty() {
-            true => pick(
-                "no such fault; docs/faults.md lists them: horizontal-lag, valve1-jam, pump-off …".into(),
-                "такой неисправности нет; список в docs/faults.md: horizontal-lag, valve1-jam, pump-off …".into(),
-            ),
-            false => pick(
-                format!("no such fault; expected one of {}", near.join(", ")),
-                format!("такой неисправности нет; ожидается одна из: {}", near.join(", ")),
-            ),
+            true => text::NoSuchFault.of(current()),
+            false => text::NoSuchFaultBut { known: near.join(", ") }.of(current()),
         }
     })
 }
 
 /// Parses a fire: `az=30,range=25,size=1.5`.
 pub fn fire(text: &str) -> Result<FireSpec, String> {
-    text.parse().map_err(|error| {
-        pick(
-            format!(
-                "{error}; write az=DEGREES (left is positive) and range=METRES, and optionally \
-                 size=METRES, growth=M/S, reignites=1, lit=0; for example \
-                 az=30,range=25,size=1.5"
-            ),
-            "пишите az=ГРАДУСЫ (влево положительно) и range=МЕТРЫ, при желании size=МЕТРЫ, \
-             growth=М/С, reignites=1, lit=0; например az=30,range=25,size=1.5"
-                .into(),
-        )
-    })
+    text.parse().map_err(|error| surroundings::told(error, text::FireExpected))
 }

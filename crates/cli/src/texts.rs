@@ -1,10 +1,13 @@
 //! Messages of lafet-proto in the user's language; that crate itself has English only.
 
+use std::fmt;
+
 use lafet_client::parse_error_text;
 use lafet_proto::text::ParseError;
 use lafet_proto::{DecodeError, Expected};
+use lafet_texts::{Argument, Lang, Text as _, cli as text};
 
-use crate::lang::{Lang, current};
+use crate::lang::current;
 
 /// Why a text is not a valid request, with the text and a mark under the error.
 pub fn parse_error(text: &str, error: &ParseError) -> String {
@@ -17,32 +20,36 @@ pub fn parse_error(text: &str, error: &ParseError) -> String {
 
 /// Why bytes could not be decoded.
 pub fn decode_error(error: &DecodeError) -> String {
-    match current() {
-        Lang::En => error.to_string(),
-        Lang::Ru => format!("байт {}: {}", error.offset, expected_ru(error)),
-    }
+    text::AtByte { offset: error.offset, what: Expectation(error) }.of(current())
 }
 
-fn expected_ru(error: &DecodeError) -> String {
-    let got = error.got;
-    match error.expected {
-        Expected::Header => format!("заголовок записи — 4 байта, осталось {got}"),
-        Expected::Data(size) => format!("data_size обещает {size} байт, осталось {got}"),
-        Expected::Size => format!("{got} байт данных: у этой записи такого размера не бывает"),
-        Expected::Value => format!("значение {got} вне допустимых пределов"),
-        Expected::RequestId => format!("неизвестный запрос {got:#04x}"),
-        Expected::FrameStart => format!("кадр начинается с FF C0, а здесь {got:#04x}"),
-        Expected::Escape => {
-            format!("после DB может следовать только DC или DD, а здесь {got:#04x}")
+struct Expectation<'a>(&'a DecodeError);
+
+impl Argument for Expectation<'_> {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        let got = self.0.got;
+        let hex = format_args!("{got:#04x}");
+        match self.0.expected {
+            Expected::Header => text::HeaderExpected { got }.write(lang, out),
+            Expected::Data(size) => text::DataExpected { size, got }.write(lang, out),
+            Expected::Size => text::OtherSizeExpected { got }.write(lang, out),
+            Expected::Value => text::OtherValueExpected { got }.write(lang, out),
+            Expected::RequestId => text::RequestUnknown { got: hex }.write(lang, out),
+            Expected::FrameStart => text::FrameStartExpected { got: hex }.write(lang, out),
+            Expected::Escape => text::EscapeExpected { got: hex }.write(lang, out),
+            Expected::Crc(crc) => {
+                let (crc, got) = (format_args!("{crc:#06x}"), format_args!("{got:#06x}"));
+                text::CrcExpected { crc, got }.write(lang, out)
+            }
+            Expected::Crc32c(crc) => {
+                let (crc, got) = (format_args!("{crc:#010x}"), format_args!("{got:#010x}"));
+                text::Crc32cExpected { crc, got }.write(lang, out)
+            }
+            Expected::FrameEnd => text::FrameEndExpected.write(lang, out),
+            Expected::Room => text::FrameTooLong { got }.write(lang, out),
+            // A later version of the protocol crate may expect more.
+            _ => text::BytesWrong { got }.write(lang, out),
         }
-        Expected::Crc(crc) => format!("CRC должна быть {crc:#06x}, в кадре {got:#06x}"),
-        Expected::Crc32c(crc) => {
-            format!("CRC-32C должна быть {crc:#010x}, в кадре {got:#010x}")
-        }
-        Expected::FrameEnd => "кадр не завершён байтом C0".into(),
-        Expected::Room => format!("кадр длиннее {got} байт, которые хранит приёмник"),
-        // A later version of the protocol crate may expect more.
-        _ => format!("байты не соответствуют протоколу ({got})"),
     }
 }
 

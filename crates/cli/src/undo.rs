@@ -22,13 +22,14 @@ use lafet_proto::flags::{
 };
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Shown, Text as _, cli as text};
 use tokio::time::{Instant, sleep, timeout_at};
 
 use crate::connect::Connection;
 use crate::describe::values;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::Out;
 
 /// For how long the monitor is tried when the line is cut.
@@ -66,6 +67,11 @@ impl States {
     /// Status flags of a subsystem; 0 if it does not exist.
     pub fn flags(&self, subsystem: SubsystemId) -> u32 {
         self.of(subsystem).and_then(|answer| answer.decode().ok()?.data.flags_bits()).unwrap_or(0)
+    }
+
+    /// All answers.
+    pub fn all(&self) -> impl Iterator<Item = &AnswerBuf> {
+        self.0.iter()
     }
 
     /// The answer of a subsystem, if it exists.
@@ -192,10 +198,9 @@ impl Undo {
         because: Because,
     ) -> Failure {
         match &because {
-            Because::Interrupted => out.progress(pick(
-                format!("Interrupted: {}", self.words()),
-                format!("Прервано: {}", self.words()),
-            )),
+            Because::Interrupted => {
+                out.progress(text::InterruptedWhile { words: self.words() }.of(current()))
+            }
             Because::Lost(error) => out.warn(&self.trying(error)),
         }
         let told = matches!(because, Because::Lost(_));
@@ -307,45 +312,29 @@ impl Undo {
         };
         let mut risks = Vec::new();
         if self.is_everything() {
-            risks.push(pick("the barrel may still move", "ствол, возможно, ещё движется").into());
+            risks.push(text::RiskBarrel.str(current()).into());
         } else if let Some(who) = self.moving.first() {
             risks.push(match *who {
-                SubsystemId::CONTROL => pick(
-                    "the program of extinguishing may still run, and the barrel may still move",
-                    "программа тушения, возможно, ещё выполняется, ствол, возможно, ещё движется",
-                )
-                .into(),
-                valve if valve.is_valve() => pick(
-                    format!("{valve} may still open or close"),
-                    format!("{valve}: затвор, возможно, ещё движется"),
-                ),
-                SubsystemId::DETECTOR => {
-                    pick("the barrel may still move", "ствол, возможно, ещё движется").into()
+                SubsystemId::CONTROL => text::RiskProgram.str(current()).into(),
+                valve if valve.is_valve() => {
+                    text::RiskValveMoves { valve: Shown(valve) }.of(current())
                 }
+                SubsystemId::DETECTOR => text::RiskBarrel.str(current()).into(),
                 _ => {
                     let drives: Vec<SubsystemId> =
                         self.moving.iter().filter(|who| who.is_drive()).copied().collect();
                     let drives = join(&drives);
-                    pick(
-                        format!("{drives} may still move"),
-                        format!("{drives}: привод, возможно, ещё движется"),
-                    )
+                    text::RiskDrives { drives }.of(current())
                 }
             });
         }
         if !self.flowing.is_empty() {
             let valves = join(&self.flowing);
-            risks.push(pick(
-                format!("{valves} may be open, and water may flow"),
-                format!("{valves}: затвор, возможно, открыт, вода, возможно, течёт"),
-            ));
+            risks.push(text::RiskValvesOpen { valves }.of(current()));
         }
         if !self.limitless.is_empty() {
             let drives = join(&self.limitless);
-            risks.push(pick(
-                format!("the limits of {drives} may still be off"),
-                format!("{drives}: пределы, возможно, ещё выключены"),
-            ));
+            risks.push(text::RiskLimitsOff { drives }.of(current()));
         }
         let text = risks.join("; ");
         let mut letters = text.chars();
@@ -357,16 +346,7 @@ impl Undo {
     fn trying(&self, error: &Error) -> String {
         let (risk, words) = (self.risk(), self.words());
         let (error, seconds) = (error.localized(current()), REACH.as_secs());
-        pick(
-            format!(
-                "{error}\n{risk}. Trying for up to {seconds} s to reach the monitor and send \
-                 {words}; Ctrl-C gives up. If you see danger, use the emergency stop now."
-            ),
-            format!(
-                "{error}\n{risk}. До {seconds} с продолжаются попытки связаться со стволом и послать \
-                 {words}; Ctrl-C прекращает их. При опасности сразу нажмите аварийный останов."
-            ),
-        )
+        text::UndoTries { error, risk, seconds, words }.of(current())
     }
 }
 
@@ -409,21 +389,17 @@ impl BrokenOff {
         let Self { because, end, undo } = self;
         let (words, risk) = (undo.words(), undo.risk());
         let began = match because {
-            Because::Interrupted => pick("Interrupted.", "Прервано.").to_owned(),
+            Because::Interrupted => text::Interrupted.str(current()).to_owned(),
             Because::Lost(error) => error.localized(current()),
         };
         let ended = match end {
             End::AtRest(state) => {
                 let state = if state.is_empty() { String::new() } else { format!(" {state}.") };
-                pick(
-                    format!("{words} was sent; at rest now.{state}"),
-                    format!("Послано: {words}; теперь всё в покое.{state}"),
-                )
+                text::UndoDone { words, state }.of(current())
             }
-            End::StillActive(state) => pick(
-                format!("{words} was answered, but it is not at rest: {state}. {}", emergency()),
-                format!("{words}: ответ получен, но покоя нет: {state}. {}", emergency()),
-            ),
+            End::StillActive(state) => {
+                text::UndoNotAtRest { words, state, emergency: emergency() }.of(current())
+            }
             End::Unknown(error) => {
                 let why = match because {
                     Because::Lost(first)
@@ -433,22 +409,16 @@ impl BrokenOff {
                     }
                     _ => format!(" {}", error.localized(current())),
                 };
-                pick(
-                    format!("{risk}: it was not seen at rest after {words}. {}{why}", emergency()),
-                    format!("{risk}: покоя после {words} не видно. {}{why}", emergency()),
-                )
+                text::UndoNotSeen { risk, words, emergency: emergency(), why }.of(current())
             }
-            End::GivenUp => pick(
-                format!("Gave up before it was seen at rest. {risk}. {}", emergency()),
-                format!("Попытки прекращены до того, как наступил покой. {risk}. {}", emergency()),
-            ),
+            End::GivenUp => text::UndoGaveUp { risk, emergency: emergency() }.of(current()),
         };
         format!("{began}\n{ended}")
     }
 }
 
 fn emergency() -> &'static str {
-    pick("Use the emergency stop.", "Нажмите аварийный останов.")
+    text::UseEmergencyStop.str(current())
 }
 
 /// Whether another attempt may help.

@@ -8,6 +8,7 @@ use clap::Args;
 use lafet_client::backup::{Backup, Difference, Restored, Step, Verdict, of_title, title};
 use lafet_device::Composition;
 use lafet_proto::param::Param;
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::{Value, json};
 
 use super::param::{saved_text, shown};
@@ -15,7 +16,7 @@ use crate::cli::Global;
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::{Out, columns};
 
 /// Extension of the file while it is being written.
@@ -24,13 +25,10 @@ const NEW: &str = "new";
 /// Arguments of `lafet param backup`.
 #[derive(Debug, Args)]
 pub struct BackupArgs {
-    /// The file, TOML; - writes to standard output
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Version of the monitor's program, to note in the file: no request reports it
     #[arg(long, value_name = "TEXT")]
     firmware: Option<String>,
-    /// Replace an existing file
     #[arg(long)]
     force: bool,
 }
@@ -38,10 +36,8 @@ pub struct BackupArgs {
 /// Arguments of `lafet param diff`.
 #[derive(Debug, Args)]
 pub struct DiffArgs {
-    /// A file written by `param backup`
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Another such file; without it, the monitor
     #[arg(value_name = "FILE")]
     other: Option<PathBuf>,
 }
@@ -49,28 +45,18 @@ pub struct DiffArgs {
 /// Arguments of `lafet param restore`.
 #[derive(Debug, Args)]
 pub struct RestoreArgs {
-    /// A file written by `param backup`
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Show what would be written, and write nothing
     #[arg(long)]
     dry_run: bool,
-    /// Parameters to leave alone, separated by commas, like General.Address,Vertical.Speed
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = param)]
     except: Vec<Param>,
-    /// Write even a file from a monitor with other subsystems
     #[arg(long)]
     force: bool,
 }
 
 fn param(text: &str) -> Result<Param, String> {
-    of_title(text).ok_or_else(|| {
-        pick(
-            "expected a subsystem and a name like Vertical.Speed",
-            "ожидаются подсистема и имя, например Vertical.Speed",
-        )
-        .into()
-    })
+    of_title(text).ok_or_else(|| text::SubsystemAndNameExpected.str(current()).into())
 }
 
 /// Runs `lafet param backup`: reads all parameters and writes them to the file.
@@ -78,10 +64,7 @@ pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Out
     let to_stdout = args.file.as_os_str() == "-";
     if !to_stdout && !args.force && args.file.exists() {
         let name = args.file.display();
-        return Err(Failure::Usage(pick(
-            format!("{name} already exists; --force replaces it"),
-            format!("{name} уже есть; --force заменит его"),
-        )));
+        return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
     }
     if !to_stdout {
         reserve(&args.file)?;
@@ -102,11 +85,10 @@ pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Out
     write_whole(&args.file, &text)?;
     let (name, count) = (args.file.display().to_string(), backup.values.len());
     let unread: Vec<String> = backup.unread.iter().map(|(param, _)| title(*param)).collect();
-    let mut told =
-        pick(format!("{name}: {count} parameters"), format!("{name}: параметров: {count}"));
+    let mut told = text::ParametersSaved { name: &name, count }.of(current());
     if !unread.is_empty() {
         let list = unread.join(", ");
-        told.push_str(&pick(format!("; not set: {list}"), format!("; не заданы: {list}")));
+        told.push_str(&text::ParametersNotSet { list }.of(current()));
     }
     out.show(told, || json!({ "file": name, "parameters": count, "not_set": unread }))
 }
@@ -116,7 +98,7 @@ async fn read(
     firmware: Option<String>,
     out: &mut Out,
 ) -> Result<Backup, Failure> {
-    let reading = pick("reading parameters", "чтение параметров");
+    let reading = text::ReadingParameters.str(current());
     let progress =
         |p: lafet_client::Progress| out.progress(format!("{reading} {}/{}", p.done, p.total));
     let mut backup = connection.monitor.backup(progress).await?;
@@ -157,14 +139,15 @@ pub async fn run_diff(args: DiffArgs, global: &Global, out: &mut Out) -> Outcome
         differences.retain(|difference| difference.here.is_some());
     }
     if differences.is_empty() {
-        return out.show(pick("No differences.", "Различий нет."), || json!([]));
+        return out.show(text::NoDifferences.str(current()), || json!([]));
     }
     let mut rows = vec![vec![
-        pick("parameter", "параметр").to_owned(),
+        text::HeadingParameter.str(current()).to_owned(),
         args.file.display().to_string(),
-        args.other
-            .as_ref()
-            .map_or_else(|| pick("monitor", "ствол").into(), |file| file.display().to_string()),
+        args.other.as_ref().map_or_else(
+            || text::HeadingMonitor.str(current()).into(),
+            |file| file.display().to_string(),
+        ),
     ]];
     rows.extend(differences.iter().map(|Difference { param, here, there }| {
         vec![title(*param), value(*param, here.as_deref()), value(*param, there.as_deref())]
@@ -194,10 +177,7 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
     if !absent.is_empty() {
         let absent: Vec<String> = absent.iter().map(|param| title(*param)).collect();
         let absent = absent.join(", ");
-        out.say(pick(
-            format!("Skipped, this monitor does not have them: {absent}"),
-            format!("Пропущено, у этого ствола их нет: {absent}"),
-        ))?;
+        out.say(text::ParametersAbsent { absent }.of(current()))?;
     }
     if args.dry_run {
         return plan(&connection, &wanted, out).await;
@@ -217,10 +197,7 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
     let restored = tokio::select! {
         restored = connection.monitor.restore(&wanted, &anyway, told) => restored?,
         () = interrupt.wait() => {
-            out.say(pick(
-                "Interrupted. Repeat the command to continue from here.",
-                "Прервано. Та же команда продолжит с этого места.",
-            ))?;
+            out.say(text::RestoreInterrupted.str(current()))?;
             return Err(Failure::Interrupted);
         }
     };
@@ -232,47 +209,22 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
     if done {
         return Ok(());
     }
-    Err(Failure::Ended(
-        pick(
-            "Not everything was restored. Fix the cause and repeat the command: it writes only \
-             what is still missing.",
-            "Восстановлено не всё. Устраните причину и повторите команду: она запишет только \
-             недостающее.",
-        )
-        .into(),
-    ))
+    Err(Failure::Ended(text::RestoreIncomplete.str(current()).into()))
 }
 
 fn another_kind(file: &[String], present: &[String]) -> String {
     let (file, present) = (file.join(" "), present.join(" "));
-    pick(
-        format!(
-            "The file is from a monitor with other subsystems.\n  file:    {file}\n  monitor: \
-             {present}\n--except General.Chain keeps the monitor's own, --force writes those from \
-             the file."
-        ),
-        format!(
-            "Файл от ствола с другими подсистемами.\n  файл:  {file}\n  ствол: {present}\n\
-             --except General.Chain оставит подсистемы ствола, --force запишет те, что в файле."
-        ),
-    )
+    text::OtherSubsystems { file, present }.of(current())
 }
 
 fn progress(step: Step) -> Option<String> {
     Some(match step {
         Step::Plan(0) => return None,
-        Step::Plan(count) => {
-            pick(format!("{count} parameters differ"), format!("отличается параметров: {count}"))
-        }
-        Step::Begun(param) => {
-            pick(format!("writing {}", title(param)), format!("запись {}", title(param)))
-        }
-        Step::Again(param) => pick(
-            format!("{}: busy or no answer, retrying", title(param)),
-            format!("{}: занято или нет ответа, пробую снова", title(param)),
-        ),
+        Step::Plan(count) => text::ParametersDiffer { count }.of(current()),
+        Step::Begun(param) => text::WritingParameter { name: title(param) }.of(current()),
+        Step::Again(param) => text::RetryingParameter { name: title(param) }.of(current()),
         Step::Stored(_) => return None,
-        Step::Verifying => pick("reading back", "контрольное чтение").into(),
+        Step::Verifying => text::ReadingBack.str(current()).into(),
     })
 }
 
@@ -295,7 +247,7 @@ async fn plan(connection: &Connection, wanted: &[(Param, Vec<i32>)], out: &mut O
 }
 
 fn nothing() -> &'static str {
-    pick("Nothing differs: nothing to write.", "Различий нет: записывать нечего.")
+    text::NothingToWrite.str(current())
 }
 
 fn show(restored: &[Restored], out: &mut Out) -> Outcome {
@@ -313,10 +265,8 @@ fn show(restored: &[Restored], out: &mut Out) -> Outcome {
         restored.iter().filter(|one| one.needs_restart()).map(|one| title(one.param)).collect();
     if !restart.is_empty() {
         let list = restart.join(", ");
-        text.push_str(&pick(
-            format!("\nThese take effect after `lafet restart`: {list}"),
-            format!("\nПодействуют после `lafet restart`: {list}"),
-        ));
+        let restart = text::TakesEffectAfterRestart { list }.of(current());
+        text.push_str(&format!("\n{restart}"));
     }
     out.show(text, || {
         let one = |one: &Restored| {
@@ -343,7 +293,7 @@ fn verdict(one: &Restored) -> String {
         Verdict::Failed(error) => error.localized(current()),
         Verdict::ReadsBack(values) => {
             let values = value(one.param, Some(values));
-            pick(format!("reads back as {values}"), format!("читается обратно как {values}"))
+            text::ReadsBackAs { values }.of(current())
         }
     }
 }
@@ -368,7 +318,7 @@ fn write_whole(file: &Path, text: &str) -> Outcome {
 
 fn cannot_write(file: &Path, error: io::Error) -> Failure {
     let name = file.display();
-    let what = pick(format!("cannot write {name}"), format!("не удаётся записать {name}"));
+    let what = text::CannotWriteFile { name: Shown(name) }.of(current());
     Failure::io(what, error)
 }
 
@@ -398,7 +348,7 @@ impl Journal {
         let unfinished = unfinished(&text, endpoint);
         let mut start = format!("monitor {endpoint}\n");
         for param in &unfinished {
-            start.push_str(&format!("begun {}\n", title(*param)));
+            start.push_str(&format!("started {}\n", title(*param)));
         }
         fs::write(&path, start).map_err(|error| Failure::io(path.display().to_string(), error))?;
         Ok(Self { path, unfinished })
@@ -406,7 +356,7 @@ impl Journal {
 
     fn note(&self, step: Step) {
         let line = match step {
-            Step::Begun(param) => format!("begun {}\n", title(param)),
+            Step::Begun(param) => format!("started {}\n", title(param)),
             Step::Stored(param) => format!("stored {}\n", title(param)),
             _ => return,
         };
@@ -430,7 +380,7 @@ fn unfinished(journal: &str, endpoint: &str) -> Vec<Param> {
     }
     for line in lines {
         match line.split_once(' ').and_then(|(word, name)| Some((word, of_title(name)?))) {
-            Some(("begun", param)) if !all.contains(&param) => all.push(param),
+            Some(("started", param)) if !all.contains(&param) => all.push(param),
             Some(("stored", param)) => all.retain(|one| *one != param),
             _ => {}
         }
@@ -444,8 +394,8 @@ mod tests {
 
     #[test]
     fn a_journal_lists_what_is_not_known_to_be_stored() {
-        let journal = "monitor a\nbegun Vertical.Speed\nstored Vertical.Speed\n\
-                       begun Nozzle.Speed\nbegun Gene";
+        let journal = "monitor a\nstarted Vertical.Speed\nstored Vertical.Speed\n\
+                       started Nozzle.Speed\nstarted Gene";
         assert_eq!(unfinished(journal, "a"), [Param::NozzleSpeed]);
         assert_eq!(unfinished(journal, "b"), []);
         assert_eq!(unfinished("", "a"), []);

@@ -8,9 +8,10 @@ use clap::{Args, Subcommand};
 use lafet_client::bus::{
     Change, ControllerConfig, Driver, DriverConfig, Entry, Event, LENT, Port, Repeat,
 };
-use lafet_client::{Endpoint, Error, Framing, Role};
+use lafet_client::{Endpoint, Error, Framing, Role, SystemError, os_text};
 use lafet_proto::bus::{BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS};
 use lafet_proto::{Record, Request, Status};
+use lafet_texts::{Fixed, Shown, Text as _, cli as text};
 use serde_json::{Value, json};
 use time::OffsetDateTime;
 use tokio::net::TcpListener;
@@ -23,7 +24,7 @@ use crate::describe::hex;
 use crate::exchange::name;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Silence on the line between the last byte received and our frame, unless the URL gives it.
@@ -43,32 +44,20 @@ pub struct BusArgs {
     /// Query a running controller instead of being one
     #[command(subcommand)]
     command: Option<BusCommand>,
-    /// The line (default: the one of -c), and a second one if the consoles have their own: then
-    /// everything is passed on between the two
     #[arg(value_name = "URL", num_args = 1..=2)]
     urls: Vec<String>,
-    /// Let programs connect here and reach all monitors, in the controller's own turns: to them
-    /// each monitor appears at tcp://ADDRESS?addr=N
     #[arg(long, value_name = "ADDRESS")]
     listen: Option<String>,
-    /// Addresses in use, like 1-8,129; the controller never probes others (default all)
     #[arg(long, value_name = "LIST", value_parser = addresses)]
     addresses: Option<Addresses>,
-    /// Seconds of silence after which a monitor is checked for presence (default 5)
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
     watch: f64,
-    /// Speed of the line behind a TCP or UDP link (default 19200; a serial URL gives its own)
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: Option<u32>,
-    /// Delay that the links add to an answer, seconds: serial servers, radio modems (default 0, or
-    /// 0.02 when a URL is not serial)
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     latency: Option<f64>,
-    /// Repeat every unanswered request of a console, not only those that are safe to execute
-    /// twice: a monitor whose answer was lost then executes the request twice
     #[arg(long)]
     repeat_all: bool,
-    /// End after this many seconds; otherwise Ctrl-C ends it
     #[arg(long = "for", value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
 }
@@ -76,9 +65,7 @@ pub struct BusArgs {
 /// Queries to a running controller.
 #[derive(Debug, Subcommand)]
 enum BusCommand {
-    /// Show the addresses present on the bus
     Who(bus_ask::WhoArgs),
-    /// Show the control requests that went over the bus
     Log(bus_ask::LogArgs),
 }
 
@@ -103,13 +90,9 @@ fn addresses(text: &str) -> Result<Addresses, String> {
         (from <= to && range.clone().all(|a| valid(a) || a == CONTROLLER)).then_some(range)
     };
     let ranges: Option<Vec<_>> = text.split(',').map(range).collect();
-    ranges.map(|ranges| Addresses(ranges.into_iter().flatten().collect())).ok_or_else(|| {
-        pick(
-            "expected addresses like 1-8,129: monitors have 1…127, consoles 129…254",
-            "ожидаются адреса вида 1-8,129: у стволов 1…127, у пультов 129…254",
-        )
-        .into()
-    })
+    ranges
+        .map(|ranges| Addresses(ranges.into_iter().flatten().collect()))
+        .ok_or_else(|| text::BusAddressesExpected.str(current()).into())
 }
 
 /// Runs the controller until it is interrupted, or queries a running one.
@@ -170,12 +153,8 @@ fn first_opening(event: &Event, urls: &[String], opened: &mut [bool; 2]) -> Outc
         Event::Down(port, why) if !opened[index(port)] => {
             let url = if index(port) == 0 { urls.first() } else { urls.last() };
             let url = url.map_or("", String::as_str);
-            return Err(Failure::Silent(pick(
-                format!(
-                    "{url}: {why}. It was never open: check the URL, and that the port is there."
-                ),
-                format!("{url}: {why}. Линия ни разу не открылась: проверьте URL и наличие порта."),
-            )));
+            let never = text::LineNeverOpen { url, why: SystemError(why) };
+            return Err(Failure::Silent(never.of(current())));
         }
         _ => {}
     }
@@ -184,26 +163,15 @@ fn first_opening(event: &Event, urls: &[String], opened: &mut [bool; 2]) -> Outc
 
 fn line(url: &str) -> Result<Endpoint, Failure> {
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
-    let wrong = |english: &str, russian: &str| {
-        Failure::Usage(pick(format!("`{url}`: {english}"), format!("`{url}`: {russian}")))
-    };
+    let wrong = |why: Fixed| Failure::Usage(format!("`{url}`: {}", why.str(current())));
     if matches!(endpoint, Endpoint::Sim { .. }) {
-        return Err(wrong(
-            "a bus needs a line; start `lafet sim` and give the URL it listens on.",
-            "нужна линия; запустите `lafet sim` и укажите URL, на котором он слушает.",
-        ));
+        return Err(wrong(text::BusNeedsLine.fixed()));
     }
     if endpoint.framing() == Framing::Records {
-        return Err(wrong(
-            "bare records carry no addresses, so they cannot form a bus.",
-            "у записей без кадров нет адресов, и магистрали из них не бывает.",
-        ));
+        return Err(wrong(text::BusNeedsAddresses.fixed()));
     }
     if endpoint.behaviour().role == Role::Active {
-        return Err(wrong(
-            "role=active is for consoles; this is the controller.",
-            "role=active — для пультов, а это контроллер.",
-        ));
+        return Err(wrong(text::ControllerNotConsole.fixed()));
     }
     Ok(endpoint)
 }
@@ -211,7 +179,7 @@ fn line(url: &str) -> Result<Endpoint, Failure> {
 async fn listen(place: &str, out: &mut Out) -> Result<TcpListener, Failure> {
     let place = place.strip_prefix("tcp://").unwrap_or(place);
     let cannot = |error| {
-        let what = pick(format!("cannot listen on {place}"), format!("нельзя открыть {place}"));
+        let what = text::CannotListen { place }.of(current());
         Failure::io(what, error)
     };
     let listener = TcpListener::bind(place).await.map_err(cannot)?;
@@ -262,14 +230,7 @@ fn configured(
 
 fn lent_to_programs(address: u8) -> Failure {
     let (first, last) = (LENT.start(), LENT.end());
-    Failure::Usage(pick(
-        format!(
-            "With --listen the addresses {first}…{last} are lent to programs, so no console can have {address}."
-        ),
-        format!(
-            "С --listen адреса {first}…{last} выдаются программам, поэтому {address} не может быть адресом пульта."
-        ),
-    ))
+    Failure::Usage(text::AddressesLent { first, last, address }.of(current()))
 }
 
 fn tell(event: &Event, urls: &[String], out: &mut Out) -> Outcome {
@@ -280,29 +241,23 @@ fn tell(event: &Event, urls: &[String], out: &mut Out) -> Outcome {
     match event {
         Event::Up(port) => {
             let url = url(*port).map_or("", String::as_str);
-            let text = pick(format!("{url}: open"), format!("{url}: открыта"));
+            let text = text::LineOpen { url }.of(current());
             out.show(text, || json!({ "open": url }))
         }
         Event::Down(port, why) => {
             let url = url(*port).map_or("", String::as_str);
-            let text =
-                pick(format!("{url}: {why}; retrying"), format!("{url}: {why}; пробую снова"));
-            out.show(text, || json!({ "lost": url, "why": why.to_string() }))
+            let why = os_text(why, current());
+            let text = text::LineRetrying { url, why: &why }.of(current());
+            out.show(text, || json!({ "lost": url, "why": why }))
         }
         Event::Change(change) => told_change(*change, out),
         Event::Asked(entry) => told_entry(entry, out),
         Event::Program(from, address) => {
-            out.progress(pick(
-                format!("program at {from}: lent the address {address}"),
-                format!("программа на {from}: выдан адрес {address}"),
-            ));
+            out.progress(text::AddressLent { from: Shown(from), address }.of(current()));
             json_only(out, &json!({ "program": from, "address": address }))
         }
         Event::ProgramGone(address) => {
-            out.progress(pick(
-                format!("the program with the address {address} has disconnected"),
-                format!("программа с адресом {address} отключилась"),
-            ));
+            out.progress(text::ProgramDisconnected { address }.of(current()));
             json_only(out, &json!({ "program_gone": address }))
         }
     }
@@ -315,9 +270,9 @@ fn json_only(out: &mut Out, value: &Value) -> Outcome {
 /// The role of an address with its number: monitor, console or controller.
 pub fn called(address: u8) -> String {
     match address {
-        CONTROLLER => pick("controller", "контроллер").into(),
-        a if MONITORS.contains(&a) => pick(format!("monitor {a}"), format!("ствол {a}")),
-        a => pick(format!("console {a}"), format!("пульт {a}")),
+        CONTROLLER => text::DeviceController.str(current()).into(),
+        a if MONITORS.contains(&a) => text::DeviceMonitor { a }.of(current()),
+        a => text::DeviceConsole { a }.of(current()),
     }
 }
 
@@ -325,17 +280,11 @@ fn told_change(change: Change, out: &mut Out) -> Outcome {
     match change {
         Change::Appeared(address) => {
             let who = called(address);
-            out.show(
-                pick(format!("{who}: here"), format!("{who}: на связи")),
-                || json!({ "appeared": address }),
-            )
+            out.show(text::DeviceHere { who }.of(current()), || json!({ "appeared": address }))
         }
         Change::Dropped(address) => {
             let who = called(address);
-            let text = pick(
-                format!("{who}: does not answer, dropped; probed each second"),
-                format!("{who}: не отвечает, отключён; опрашивается каждую секунду"),
-            );
+            let text = text::DeviceDropped { who }.of(current());
             out.show(text, || json!({ "dropped": address }))
         }
     }
@@ -381,28 +330,16 @@ fn finish(driver: &Driver, out: &mut Out) -> Outcome {
     let stats = driver.controller().stats();
     let dropped = driver.gateway().dropped();
     let present: Vec<u8> = driver.controller().present().iter().collect();
-    let text = pick(
-        format!(
-            "frames sent {}, passed on {}; requests of consoles {}, answers {}, repeated {}; strays {}; \
-             of programs not sent {dropped}",
-            stats.sent,
-            stats.passed_on,
-            stats.requests,
-            stats.answers,
-            stats.repeated,
-            stats.strays
-        ),
-        format!(
-            "кадров отправлено {}, переслано {}; запросов пультов {}, ответов {}, повторов {}; \
-             посторонних {}; не отправлено от программ {dropped}",
-            stats.sent,
-            stats.passed_on,
-            stats.requests,
-            stats.answers,
-            stats.repeated,
-            stats.strays
-        ),
-    );
+    let text = text::BusCounters {
+        sent: stats.sent,
+        passed_on: stats.passed_on,
+        requests: stats.requests,
+        answers: stats.answers,
+        repeated: stats.repeated,
+        strays: stats.strays,
+        dropped,
+    }
+    .of(current());
     out.show(text, || {
         json!({
             "sent": stats.sent, "passed_on": stats.passed_on, "requests": stats.requests,

@@ -6,13 +6,14 @@ use lafet_proto::answer::Reply;
 use lafet_proto::bus::{CONTROLLER, Log};
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::json;
 
 use super::bus::{called, logged, logged_json};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Arguments of `lafet bus who`.
@@ -26,7 +27,6 @@ pub struct WhoArgs {}
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 bus log\n  \
                         lafet -c tcp://127.0.0.1:10485 bus log --last 20")]
 pub struct LogArgs {
-    /// Show only this many of the last lines
     #[arg(long, value_name = "NUMBER")]
     last: Option<usize>,
 }
@@ -44,10 +44,7 @@ pub async fn who(global: &Global, out: &mut Out) -> Outcome {
     let present: Vec<u8> = status.iter().collect();
     let rows: Vec<String> = present.iter().map(|address| called(*address)).collect();
     let text = match &rows[..] {
-        [] => {
-            pick("No device answers on the bus.", "На магистрали ни одно устройство не отвечает.")
-                .into()
-        }
+        [] => text::NobodyOnBus.str(current()).into(),
         rows => rows.join("\n"),
     };
     out.show(text, || json!({ "present": present }))
@@ -75,7 +72,7 @@ pub async fn log(args: &LogArgs, global: &Global, out: &mut Out) -> Outcome {
     }
     let skipped = args.last.map_or(0, |last| lines.len().saturating_sub(last));
     if lines.is_empty() {
-        return out.say(pick("Nothing has been asked yet.", "Запросов ещё не было."));
+        return out.say(text::NothingAskedYet.str(current()));
     }
     lines.into_iter().skip(skipped).try_for_each(|(text, json)| out.show(text, || json))
 }
@@ -90,20 +87,10 @@ async fn ask(controller: &Client, body: Body<'_>) -> Result<Answers, Failure> {
     let request = Request::new(SubsystemId::GENERAL, body);
     let answers = match controller.request(&request).await {
         Err(Error::NoAnswer { endpoint, tries, .. }) => {
-            return Err(Failure::Silent(pick(
-                format!(
-                    "No bus controller answers at {endpoint} (address {CONTROLLER}, tries: \
-                     {tries}). On its own line it answers consoles only, each in its turn: add \
-                     role=active and a src= of your own (129…254) to the URL. Programs at --listen \
-                     of `lafet bus` need neither."
-                ),
-                format!(
-                    "Контроллер магистрали не отвечает на {endpoint} (адрес {CONTROLLER}, попыток: \
-                     {tries}). На своей линии он отвечает только пультам, каждому в его очередь: \
-                     добавьте в URL role=active и свой src= (129…254). Программам на --listen \
-                     `lafet bus` это не нужно."
-                ),
-            )));
+            return Err(Failure::Silent(
+                text::NoControllerAnswers { endpoint: &*endpoint, controller: CONTROLLER, tries }
+                    .of(current()),
+            ));
         }
         answers => answers?,
     };
@@ -111,11 +98,5 @@ async fn ask(controller: &Client, body: Body<'_>) -> Result<Answers, Failure> {
 }
 
 fn no_controller() -> Failure {
-    Failure::Ended(
-        pick(
-            "The device that answers is not a bus controller.",
-            "Отвечает не контроллер магистрали.",
-        )
-        .into(),
-    )
+    Failure::Ended(text::NotAController.str(current()).into())
 }

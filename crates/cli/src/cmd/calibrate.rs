@@ -4,12 +4,13 @@ use clap::{ArgGroup, Args};
 use lafet_proto::request::Body;
 use lafet_proto::{Bytes, Ints, ParamId, SubsystemId};
 use lafet_sim::calibration::{self, Fit, Shot, TABLE_LEN};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::{Out, columns};
 
 /// Height of the nozzle assumed without a monitor, m.
@@ -30,17 +31,12 @@ const WORST_M: f64 = 3.0;
         lafet calibrate --outlet 28 --distance 35"
 )]
 pub struct CalibrateArgs {
-    /// A shot with the narrowest jet: pressure in atm, elevation in degrees, distance in metres to
-    /// the middle of the wetted ground; repeat it, three or more at different pressures and angles
     #[arg(long, value_name = "P,DEG,M", allow_hyphen_values = true, value_parser = shot)]
     shot: Vec<Shot>,
-    /// Instead of shots: use the simulated jet of this outlet, mm
     #[arg(long, value_name = "MM", value_parser = outlet)]
     outlet: Option<f64>,
-    /// Distance for which the correction table is filled, m (default 30)
     #[arg(long, value_name = "METRES", default_value_t = 30)]
     distance: u8,
-    /// Show the result and leave the monitor as it is; implied without -c
     #[arg(long)]
     dry_run: bool,
 }
@@ -117,21 +113,20 @@ fn told(
 ) -> String {
     let diameter_mm = f64::from(fit.diameter_dmm) / 10.0;
     let (rms, worst, count) = (fit.rms_m, fit.worst_m, shots.len());
-    let head = pick(
-        format!(
-            "NozzleDiameter {diameter_mm:.1} mm: error over {count} shots {rms:.2} m (root \
-             mean square), {worst:.2} m at most."
-        ),
-        format!(
-            "NozzleDiameter {diameter_mm:.1} мм: выстрелов {count}, среднеквадратичный промах \
-             {rms:.2} м, наибольший {worst:.2} м."
-        ),
-    );
-    let titles = pick(
-        ["atm", "elevation", "range, m", "miss, m"],
-        ["атм", "возвышение", "дальность, м", "промах, м"],
-    );
-    let mut rows = vec![titles.map(str::to_owned).to_vec()];
+    let head = text::FittedDiameter {
+        diameter_mm: format_args!("{diameter_mm:.1}"),
+        count,
+        rms: format_args!("{rms:.2}"),
+        worst: format_args!("{worst:.2}"),
+    }
+    .of(current());
+    let titles = [
+        text::UnitAtm.fixed(),
+        text::ThrowElevation.fixed(),
+        text::ShotRange.fixed(),
+        text::ShotMiss.fixed(),
+    ];
+    let mut rows = vec![titles.map(|title| title.of(current())).to_vec()];
     rows.extend(shots.iter().map(|shot| {
         let miss = calibration::miss_m(shot, fit.diameter_dmm, height_m);
         vec![
@@ -146,13 +141,10 @@ fn told(
         .map(|pressure| format!("{} → {}°", pressure / 10, table[*pressure]))
         .collect();
     let degrees = degrees.join(", ");
-    let tail = pick(
-        format!("Correction table for {distance_m} m, atm → degrees: {degrees}"),
-        format!("Таблица поправок для {distance_m} м, атм → градусы: {degrees}"),
-    );
+    let tail = text::FittedTable { distance_m, degrees }.of(current());
     let end = match written {
-        true => pick("Written to the monitor.", "Записано в ствол."),
-        false => pick("Nothing was written.", "Ничего не записано."),
+        true => text::WrittenToMonitor.str(current()),
+        false => text::NothingWritten.str(current()),
     };
     format!("{head}\n{}\n{tail}\n{end}", columns(&rows))
 }
@@ -173,31 +165,11 @@ fn rounded(metres: f64) -> f64 {
 fn no_fit(shots: &[Shot], height_m: f64) -> String {
     let best = calibration::fit(shots, height_m);
     let worst = best.map_or_else(|| "—".to_owned(), |fit| format!("{:.1}", fit.worst_m));
-    pick(
-        format!(
-            "No outlet diameter fits these shots (the best one misses a shot by {worst} m). \
-             Check pressure, elevation and range of each, and that the jet was the narrowest; \
-             nothing was written."
-        ),
-        format!(
-            "Ни при каком диаметре насадка баллистика не сходится с этими выстрелами (лучший даёт \
-             промах {worst} м). Проверьте давление, возвышение и дальность каждого и то, что струя \
-             была самой узкой; ничего не записано."
-        ),
-    )
+    text::NoDiameterFits { worst }.of(current())
 }
 
 fn out_of_reach(distance_m: u8) -> String {
-    pick(
-        format!(
-            "The jet does not reach {distance_m} m at any pressure: give a shorter --distance. \
-             Nothing was written."
-        ),
-        format!(
-            "Струя не достаёт до {distance_m} м ни при каком давлении: укажите меньшее --distance. \
-             Ничего не записано."
-        ),
-    )
+    text::JetTooShort { distance_m }.of(current())
 }
 
 /// Parses a shot, `pressure,elevation,range`: `7.9,15,39`.
@@ -213,11 +185,7 @@ fn shot(text: &str) -> Result<Shot, String> {
             let pressure_datm = (atm * 10.0).round() as u16;
             Ok(Shot { pressure_datm, elevation_deg, range_m })
         }
-        _ => Err(pick(
-            "expected pressure 1…25 atm, elevation −15…75 degrees, range 1…200 m: 7.9,15,39".into(),
-            "ожидаются давление 1…25 атм, возвышение −15…75 градусов, дальность 1…200 м: 7.9,15,39"
-                .into(),
-        )),
+        _ => Err(text::ShotExpected.of(current())),
     }
 }
 
@@ -227,10 +195,7 @@ fn outlet(text: &str) -> Result<f64, String> {
     let (least, most) = (known.start() / 10, known.end() / 10);
     match text.parse::<f64>() {
         Ok(mm) if (f64::from(least)..=f64::from(most)).contains(&mm) => Ok(mm),
-        _ => Err(pick(
-            format!("expected millimetres, {least}…{most}"),
-            format!("ожидаются миллиметры, {least}…{most}"),
-        )),
+        _ => Err(text::MillimetresExpected { least, most }.of(current())),
     }
 }
 

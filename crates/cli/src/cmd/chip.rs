@@ -8,11 +8,12 @@ use std::time::Duration;
 use lafet_sim::chip::{Chip, Line, Stepped};
 use lafet_sim::sim::Config;
 use lafet_sim::world::STEP_MS;
+use lafet_texts::{Text as _, cli as text};
 use tokio::time::{Instant, sleep_until};
 
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 use crate::serve::Listen;
 
@@ -69,12 +70,9 @@ async fn pace(chip: Arc<Mutex<Chip>>, speed: f64, out: &mut Out) -> Outcome {
         match stepped.map_err(failed)? {
             Stepped::Driven(_) => {}
             Stepped::Reset { after_fault: false } => {
-                out.say(pick("the program was reset", "программа перезапущена"))?;
+                out.say(text::ChipReset.str(current()))?;
             }
-            Stepped::Reset { after_fault: true } => out.say(pick(
-                "the program failed and restarted; `lafet crash` shows what it recorded",
-                "отказ программы, она запущена снова; что записано, покажет `lafet crash`",
-            ))?,
+            Stepped::Reset { after_fault: true } => out.say(text::ChipCrashed.str(current()))?,
         }
     }
 }
@@ -90,12 +88,7 @@ fn line(listen: &[Listen]) -> Result<Line, Failure> {
     let port = parts.and_then(|(_, port)| port.parse().ok()).filter(|port| *port != 0);
     match (parts, port) {
         (Some((host, _)), Some(port)) => Ok(Line::Tcp { host: host.into(), port }),
-        _ => Err(Failure::Usage(pick(
-            "With --on qemu there is exactly one address to listen on: tcp://HOST:PORT, and not \
-             port 0."
-                .into(),
-            "С --on qemu слушать можно в одном месте: tcp://УЗЕЛ:ПОРТ, порт не 0.".into(),
-        ))),
+        _ => Err(Failure::Usage(text::ChipOneAddress.of(current()))),
     }
 }
 
@@ -126,5 +119,5 @@ impl Drop for Folder {
 }
 
 fn failed(error: io::Error) -> Failure {
-    Failure::io(pick("the emulated chip", "эмулируемый контроллер"), error)
+    Failure::io(text::EmulatedChip.str(current()), error)
 }

@@ -9,6 +9,7 @@ use clap::Args;
 use lafet_client::{Endpoint, Error};
 use lafet_conform::line::{Cut, LinkLine};
 use lafet_conform::{Level, Options, Progress, Report, report};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
@@ -16,7 +17,7 @@ use crate::cli::Global;
 use crate::connect::{link, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::{Out, columns};
 use crate::simulator;
 use crate::undo::REACH;
@@ -30,47 +31,32 @@ const TRIES: u32 = 3;
                         lafet conform sim:?speed=20 --full --html report.html\n  \
                         lafet -c serial:///dev/ttyUSB0?baud=19200 conform --motion --only §3.2")]
 pub struct ConformArgs {
-    /// The monitor to test; without it, that of -c
     #[arg(value_name = "URL")]
     url: Option<String>,
-    /// Only list the tests of this level: item, name, level; no monitor is needed
     #[arg(long)]
     list: bool,
-    /// Reads, Stop, and frames that are refused: nothing moves (default)
     #[arg(long, group = "level")]
     read_only: bool,
-    /// Drives move a little, slowly and without water; parameters are changed and restored
     #[arg(long, group = "level")]
     motion: bool,
-    /// Everything but the erasure: water, programs, searches, lockout, restart; about ten minutes
-    /// on a real monitor
     #[arg(long, group = "level")]
     full: bool,
-    /// Everything; the memory is erased and restored from a copy
     #[arg(long, group = "level")]
     erase: bool,
-    /// Differences from our own rulings, where the document is silent, count as failures too
     #[arg(long)]
     strict: bool,
-    /// End at the first failure
     #[arg(long)]
     fail_fast: bool,
-    /// Only tests of this item (§3.1 includes §3.1/4), or the test of this name; may be repeated
     #[arg(long, value_name = "ITEM")]
     only: Vec<String>,
-    /// Show what failed or does not apply, not what passed
     #[arg(short, long)]
     quiet: bool,
-    /// Write the report as one HTML page
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Write the report as JUnit XML, for build servers
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write the report as text
     #[arg(long, value_name = "FILE")]
     text: Option<PathBuf>,
-    /// Clock speed of a simulated monitor, times real time (default 1, or speed= of sim:)
     #[arg(long, value_name = "FACTOR", value_parser = simulator::speed)]
     speed: Option<f64>,
 }
@@ -137,18 +123,10 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     let endpoint = Endpoint::from_str(&url).map_err(Error::from)?;
     let options = args.options(&endpoint, &global);
     if let Some(wrong) = options.only.iter().find(|id| !lafet_conform::is_known(id)) {
-        return Err(Failure::Usage(pick(
-            format!("No test is called `{wrong}`; `lafet conform --list` shows them all."),
-            format!("Проверки `{wrong}` нет; все покажет `lafet conform --list --erase`."),
-        )));
+        return Err(Failure::Usage(text::NoSuchTest { wrong }.of(current())));
     }
     if options.level >= Level::Full {
-        out.progress(pick(
-            "About ten minutes on a real monitor, with water and motion. Ctrl-C ends it and \
-             restores everything.",
-            "Около десяти минут на настоящем стволе, с водой и движением. Ctrl-C прекращает \
-             проверку и возвращает всё как было.",
-        ));
+        out.progress(text::ConformTakesLong.str(current()));
     }
     let mut report = tested(&args, &endpoint, &options, &url, out).await?;
     report.url = url;
@@ -202,10 +180,7 @@ async fn tested(
             () = interrupt.wait() => {
                 let again = options.interrupt.swap(true, Ordering::Relaxed);
                 give_up.fetch_or(again, Ordering::Relaxed);
-                out.progress(pick(
-                    "Interrupted: restoring everything",
-                    "Прервано: всё возвращается",
-                ));
+                out.progress(text::InterruptedRestoring.str(current()));
             }
             report = &mut running => {
                 drain(&mut hear, args.quiet, out)?;
@@ -244,25 +219,14 @@ fn show(told: Told, quiet: bool, out: &mut Out) -> Outcome {
         Told::Ended { passed: true, .. } if quiet => {}
         Told::Ended { line, .. } => out.say(line)?,
         Told::Cut => out.warn(&cut_off()),
-        Told::PuttingBack => out.progress(pick("Restoring everything", "Всё возвращается")),
+        Told::PuttingBack => out.progress(text::RestoringEverything.str(current())),
     }
     Ok(())
 }
 
 fn cut_off() -> String {
     let seconds = REACH.as_secs();
-    pick(
-        format!(
-            "The monitor no longer answers and may still move. Trying for up to {seconds} s to \
-             reach it, stop it and restore everything; Ctrl-C twice gives up. If you see danger, \
-             use the emergency stop now."
-        ),
-        format!(
-            "Ствол больше не слышен и, возможно, ещё движется. До {seconds} с продолжаются попытки \
-             связаться с ним, остановить его и вернуть всё как было; Ctrl-C дважды прекращает их. \
-             При опасности сразу нажмите аварийный останов."
-        ),
-    )
+    text::ConformLostMonitor { seconds }.of(current())
 }
 
 fn write(args: &ConformArgs, found: &Report) -> Outcome {
@@ -276,22 +240,14 @@ fn write(args: &ConformArgs, found: &Report) -> Outcome {
 }
 
 fn save(path: &Path, text: &str) -> Outcome {
-    let what = || pick("cannot write", "не удаётся записать");
+    let what = || text::CannotWrite.str(current());
     std::fs::write(path, text)
         .map_err(|error| Failure::io(format!("{} {}", what(), path.display()), error))
 }
 
 fn outcome(report: &Report, options: &Options) -> Outcome {
     if report.cut {
-        return Err(Failure::NotAtRest(
-            pick(
-                "The line was cut, and the monitor was not seen at rest: it may still move, and \
-                 water may flow. Use the emergency stop.",
-                "Связь прервана, покоя ствола не видно: возможно, он ещё движется, вода, возможно, \
-                 течёт. Нажмите аварийный останов.",
-            )
-            .into(),
-        ));
+        return Err(Failure::NotAtRest(text::ConformCutOff.str(current()).into()));
     }
     if options.interrupt.load(Ordering::Relaxed) {
         return Err(Failure::Interrupted);

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lafet_place::coverage::Coverage;
+use lafet_texts::{Shown, Text as _, cli as text};
 
-use super::exercise::{lang, write};
+use super::exercise::write;
 use crate::coverage::{file, picture, report};
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Longest file that is read, bytes.
@@ -22,13 +23,10 @@ const FILE_MAX: u64 = 1 << 20;
                   lafet --json coverage site.toml --grid"
 )]
 pub struct CoverageArgs {
-    /// The site: monitors, obstacles, keep-outs, supply, winds
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Write a picture into this file: the plan with the fewest jets in any wind
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// With --json: the jets of every cell too, in every wind
     #[arg(long)]
     grid: bool,
 }
@@ -37,9 +35,9 @@ pub struct CoverageArgs {
 pub fn run(args: &CoverageArgs, out: &mut Out) -> Outcome {
     let text = read(&args.file)?;
     let plan = file::parse(&args.file.display().to_string(), &text)
-        .map_err(|problem| Failure::Usage(problem.told(lang())))?;
+        .map_err(|problem| Failure::Usage(problem.told(current())))?;
     let coverage = Coverage::of(&plan.site, &plan.area)
-        .map_err(|problem| Failure::Usage(pick(problem.0.en, problem.0.ru)))?;
+        .map_err(|problem| Failure::Usage(problem.0.of(current()).to_owned()))?;
     if let Some(path) = &args.svg {
         write(path, &picture::svg(&plan, &coverage))?;
     }
@@ -49,7 +47,7 @@ pub fn run(args: &CoverageArgs, out: &mut Out) -> Outcome {
 fn read(path: &Path) -> Result<String, Failure> {
     let shown = path.display();
     let failed = |error| {
-        let what = pick(format!("cannot read {shown}"), format!("не читается {shown}"));
+        let what = text::CannotReadSite { shown: Shown(&shown) }.of(current());
         Failure::io(what, error)
     };
     let mut text = String::new();
@@ -58,8 +56,5 @@ fn read(path: &Path) -> Result<String, Failure> {
     if text.len() as u64 <= FILE_MAX {
         return Ok(text);
     }
-    Err(Failure::Usage(pick(
-        format!("{shown}: longer than 1 MiB; it is no file of a site"),
-        format!("{shown}: больше 1 МиБ; это не файл объекта"),
-    )))
+    Err(Failure::Usage(text::SiteTooLong { shown: Shown(shown) }.of(current())))
 }

@@ -9,10 +9,11 @@ use lafet_capture::Format;
 
 use super::replay::pieces;
 use lafet_proto::link::{PAYLOAD_MAX, decode_datagram};
+use lafet_texts::{Shown, Text as _, cli as text};
 
 use crate::decode::{Form, Unhex, Writer};
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 use crate::texts;
 
@@ -30,16 +31,12 @@ const CHUNK: usize = 64 * 1024;
                         lafet decode capture.bin --json\n  \
                         nc 127.0.0.1 10485 | lafet decode")]
 pub struct DecodeArgs {
-    /// Bytes in hexadecimal (link frames, or bare records), or a file; standard input without it
     #[arg(value_name = "HEX|FILE")]
     input: Vec<String>,
-    /// A file of captured bytes, raw or in hexadecimal, or a recording
     #[arg(short, long, value_name = "FILE", conflicts_with = "input")]
     file: Option<PathBuf>,
-    /// Take the input as raw bytes, even if it looks like hexadecimal
     #[arg(long)]
     raw: bool,
-    /// Show only the counters at the end
     #[arg(short, long)]
     quiet: bool,
 }
@@ -112,10 +109,7 @@ fn bytes_given(input: &[String]) -> Result<Option<Vec<u8>>, Failure> {
     match unhex.feed(text.as_bytes(), &mut bytes).and_then(|()| unhex.finish()) {
         Ok(()) => Ok(Some(bytes)),
         Err(_) if input.len() == 1 && PathBuf::from(&text).exists() => Ok(None),
-        Err(_) => Err(Failure::Usage(pick(
-            format!("`{text}` is neither bytes in hexadecimal (like `ff c0 01 81`) nor a file"),
-            format!("`{text}` — не шестнадцатеричные байты (как `ff c0 01 81`) и не файл"),
-        ))),
+        Err(_) => Err(Failure::Usage(text::NeitherHexNorFile { text }.of(current()))),
     }
 }
 
@@ -153,21 +147,12 @@ fn stream(input: &mut dyn Read, writer: &mut Writer<impl Write>, raw: bool, live
 }
 
 fn not_hex(offset: u64) -> Failure {
-    Failure::Usage(pick(
-        format!(
-            "The input stops being hexadecimal at character {offset}. Give --raw if it is \
-             not meant to be text."
-        ),
-        format!(
-            "Вход шестнадцатеричный до символа {offset}, но не дальше. Укажите --raw, если это не \
-             текст."
-        ),
-    ))
+    Failure::Usage(text::HexEnds { offset }.of(current()))
 }
 
 fn cannot_read(path: &std::path::Path, error: io::Error) -> Failure {
     let path = path.display();
-    Failure::io(pick(format!("cannot read {path}"), format!("не удаётся прочитать {path}")), error)
+    Failure::io(text::CannotRead { path: Shown(path) }.of(current()), error)
 }
 
 /// What is wrong with the first frame in these bytes, if they contain the outline of one.
@@ -179,19 +164,9 @@ fn broken_frame(bytes: &[u8]) -> Option<Failure> {
     let error = decode_datagram(&datagram, &mut [0; PAYLOAD_MAX + 8]).err()?;
     let offset = from.saturating_sub(1);
     let why = texts::decode_error(&error);
-    Some(Failure::Usage(pick(
-        format!("The frame at byte {offset} is broken: {why}. A receiver drops it silently."),
-        format!("Кадр с байта {offset} испорчен: {why}. Приёмник молча отбрасывает такой кадр."),
-    )))
+    Some(Failure::Usage(text::FrameBroken { offset, why }.of(current())))
 }
 
 fn no_frame() -> Failure {
-    Failure::Usage(
-        pick(
-            "No frame found: a frame is FF C0 … C0 with a correct CRC (docs/protocol.md, link \
-             frame).",
-            "Кадров нет: кадр — это FF C0 … C0 с верной CRC (docs/protocol.md, link frame).",
-        )
-        .into(),
-    )
+    Failure::Usage(text::NoFrame.str(current()).into())
 }

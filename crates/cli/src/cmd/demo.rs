@@ -9,6 +9,7 @@ use clap::Args;
 use lafet_hub::Config;
 use lafet_hub::text::Both;
 use lafet_sim::fire::FireSpec;
+use lafet_texts::{Text as _, cli as text};
 use serde_json::json;
 use tokio::task::JoinSet;
 
@@ -17,7 +18,7 @@ use crate::failure::{Failure, Outcome};
 use crate::hub::training::Training;
 use crate::hub::{Running, browse, log};
 use crate::interrupt::Interrupt;
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::Out;
 use crate::serve::{Listen, pace};
 use crate::simulator;
@@ -39,21 +40,14 @@ const STATE_TICKS: u64 = 3;
                         lafet demo --plain --speed 0 --fire az=-40,range=30,size=2\n  \
                         lafet demo --seed 3 --trace trace.txt")]
 pub struct DemoArgs {
-    /// Port of the console (default 8480, or a free one if it is taken; 0 takes a free one)
     #[arg(long, value_name = "PORT")]
     port: Option<u16>,
-    /// Do not open a browser
     #[arg(long)]
     no_browser: bool,
-    /// Show the picture in the terminal instead of the browser; implied by the options below except
-    /// --seed
     #[arg(long)]
     terminal: bool,
-    /// Seed of everything random (default 7)
     #[arg(long, value_name = "N", default_value_t = 7)]
     seed: u64,
-    /// Simulated seconds per second of real time; 0 is as fast as possible
-    /// (default 1)
     #[arg(
         long,
         value_name = "FACTOR",
@@ -61,19 +55,14 @@ pub struct DemoArgs {
         value_parser = simulator::speed_or_zero
     )]
     speed: f64,
-    /// Print lines of a log instead of the picture
     #[arg(long)]
     plain: bool,
-    /// A fire: az=DEGREES,range=METRES[,size=METRES]; left is positive. May be repeated
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
-    /// Write what happens to this file; byte for byte the same for the same seed
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Write the picture of one moment into this SVG file, and show nothing
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
-    /// The moment of --picture, simulated seconds (default 60)
     #[arg(long, value_name = "SECONDS", default_value_t = 60, requires = "picture")]
     picture_at: u64,
 }
@@ -166,20 +155,7 @@ fn say(running: &Running, place: &str, out: &mut Out) -> Outcome {
     let url = running.url();
     let lines = lines_to_try(url, place);
     let list: String = lines.iter().map(|line| format!("  {line}\n")).collect();
-    let text = pick(
-        format!(
-            "{url}\n\nSimulated: a tank farm, three monitors, and a fire. No login is needed: \
-             other computers cannot reach this.\nTry in another terminal (Wireshark opens \
-             demo.pcapng as well: lafet dissector):\n{list}Ctrl-C ends it. In the terminal: lafet \
-             demo --terminal"
-        ),
-        format!(
-            "{url}\n\nИмитация: резервуарный парк, три ствола и пожар. Вход не нужен: с других \
-             машин сюда не попасть.\nПопробуйте в другом терминале (demo.pcapng открывает и \
-             Wireshark: lafet dissector):\n{list}Ctrl-C завершает. В терминале: lafet demo \
-             --terminal"
-        ),
-    );
+    let text = text::DemoRunning { url, list }.of(current());
     out.show(text, || {
         json!({
             "listening": url, "bus": place, "lang": format!("{:?}", current()), "try": lines,

@@ -4,11 +4,12 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
-use lafet_capture::dissector::{Language, lua};
+use lafet_capture::dissector::lua;
+use lafet_texts::{Text as _, cli as text};
 use serde_json::json;
 
 use crate::failure::{Failure, Outcome};
-use crate::lang::{Lang, current, pick};
+use crate::lang::current;
 use crate::out::Out;
 
 /// Where Wireshark looks for a user's plugins, under the home directory.
@@ -21,41 +22,25 @@ const NAME: &str = "lafet.lua";
                         lafet dissector > lafet.lua && \
                         tshark -X lua_script:lafet.lua -r recording.pcapng")]
 pub struct DissectorArgs {
-    /// Install it where Wireshark looks for your plugins
     #[arg(long)]
     install: bool,
 }
 
 /// Prints or installs the dissector.
 pub fn run(args: &DissectorArgs, out: &mut Out) -> Outcome {
-    let text = lua(match current() {
-        Lang::En => Language::En,
-        Lang::Ru => Language::Ru,
-    });
+    let text = lua(current());
     if !args.install {
         return out.show(text.trim_end(), || json!({ "lua": text }));
     }
     let Some(home) = std::env::var_os("HOME") else {
-        return Err(Failure::Usage(
-            pick(
-                "HOME is not set: print the dissector into a file of Wireshark's plugin folder",
-                "HOME не задан: выведите разборщик в файл папки модулей Wireshark",
-            )
-            .into(),
-        ));
+        return Err(Failure::Usage(text::HomeNotSet.str(current()).into()));
     };
     let folder = PathBuf::from(home).join(PLUGINS);
     let path = folder.join(NAME);
     let shown = path.display().to_string();
     fs::create_dir_all(&folder).and_then(|()| fs::write(&path, text)).map_err(|error| {
-        Failure::io(
-            pick(format!("cannot write {shown}"), format!("не удаётся записать {shown}")),
-            error,
-        )
+        Failure::io(text::CannotWriteDissector { shown: &shown }.of(current()), error)
     })?;
-    let told = pick(
-        format!("{shown}\nWireshark loads it at its next start."),
-        format!("{shown}\nWireshark узнает протокол при следующем запуске."),
-    );
+    let told = text::DissectorWritten { shown: &shown }.of(current());
     out.show(told, || json!({ "path": shown }))
 }

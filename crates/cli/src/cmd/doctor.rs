@@ -7,16 +7,17 @@ use std::time::Duration;
 use clap::Args;
 use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
 use lafet_client::transport::Link;
-use lafet_client::{Endpoint, Error};
+use lafet_client::{Endpoint, Error, PortError};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::Severity as FlagSeverity;
+use lafet_texts::cli as text;
 use serde_json::{Value, json};
 
 use crate::cli::{Global, seconds};
 use crate::connect::{Connection, link, url_of};
 use crate::describe::flag_lines;
 use crate::failure::{Failure, Outcome};
-use crate::lang::{current, of, pick};
+use crate::lang::current;
 use crate::out::Out;
 
 /// Arguments of `lafet doctor`.
@@ -25,19 +26,14 @@ use crate::out::Out;
                         lafet doctor tcp://192.168.1.50:10485?addr=3\n  \
                         lafet -c tcp://127.0.0.1:10485 doctor --listen 10")]
 pub struct DoctorArgs {
-    /// The link to examine; without it, that of -c
     #[arg(value_name = "URL")]
     url: Option<String>,
-    /// Seconds to listen before the first request (default 1.5)
     #[arg(long, value_name = "SECONDS", default_value_t = 1.5, value_parser = listen)]
     listen: f64,
-    /// Requests sent to measure the loss (default 30)
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     requests: u32,
-    /// How long an answer may take, milliseconds (default 150, over a network 500)
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     wait: Option<u64>,
-    /// Send requests even when other devices talk on the line: they may collide with their frames
     #[arg(long)]
     insist: bool,
 }
@@ -62,14 +58,14 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
     };
     let dial = async |at: &Endpoint| -> io::Result<Link> {
         link(&at.to_string(), at).await.map_err(|failure| match failure {
-            Failure::Client(Error::Link { source, .. }) => {
-                io::Error::new(source.kind(), source.to_string())
-            }
+            Failure::Client(Error::Link { source, .. }) => again(&source),
             other => io::Error::other(other.message()),
         })
     };
-    let evidence =
-        examine(&endpoint, &options, dial, |doing| out.progress(format!("{}…", of(&doing)))).await;
+    let evidence = examine(&endpoint, &options, dial, |doing| {
+        out.progress(format!("{}…", doing.str(current())))
+    })
+    .await;
     let findings = findings(&evidence);
     let faults = match evidence.is_answered() && !evidence.crc32c_only {
         true => faults(&global).await,
@@ -102,15 +98,16 @@ fn show(
     let mut lines = vec![evidence.endpoint.to_string()];
     for finding in findings {
         let mark = match finding.severity() {
-            Severity::Good => pick("good   ", "хорошо  "),
-            Severity::Warning => pick("warning", "внимание"),
-            Severity::Fault => pick("fault  ", "неисправ."),
+            Severity::Good => text::SeverityGood.str(current()),
+            Severity::Warning => text::SeverityWarning.str(current()),
+            Severity::Fault => text::SeverityFault.str(current()),
         };
-        lines.push(format!("{mark}  {}", finding.seen(evidence, current())));
+        let width = text::SeverityWarning.str(current()).chars().count();
+        lines.push(format!("{mark:width$}  {}", finding.seen(evidence, current())));
         lines.push(format!("{:9}→ {}", "", finding.remedy(evidence, current())));
     }
     if !faults.is_empty() {
-        lines.push(pick("The monitor reports:", "Ствол сообщает:").into());
+        lines.push(text::MonitorReports.str(current()).into());
         lines.extend(faults.iter().map(|(who, line)| format!("  {who} {line}")));
     }
     let json = || {
@@ -128,6 +125,15 @@ fn show(
         })
     };
     out.show(lines.join("\n"), json)
+}
+
+/// An error that is shared, as one of its own with the same words.
+fn again(error: &io::Error) -> io::Error {
+    match (PortError::of(error), error.raw_os_error()) {
+        (Some(port), _) => port.clone().into(),
+        (None, Some(number)) => io::Error::from_raw_os_error(number),
+        (None, None) => io::Error::new(error.kind(), error.to_string()),
+    }
 }
 
 fn finding_json(finding: &Finding, evidence: &Evidence) -> Value {

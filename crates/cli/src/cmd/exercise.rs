@@ -7,13 +7,14 @@ use std::sync::Arc;
 use clap::{Args, ValueEnum};
 use lafet_sim::exercise::{self, Director, Exercise, SHIPPED, Shipped};
 use lafet_sim::radio::RadioConfig;
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 use tokio::task::JoinSet;
 
 use super::sim::{by_radio, cannot_listen};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::{Out, columns};
 use crate::serve::{Listen, SharedSite, pace};
 
@@ -27,25 +28,18 @@ const POWER_UP_MS: u64 = 200;
                   lafet sim run my-site.toml --seed 3 --report json"
 )]
 pub struct RunArgs {
-    /// A scenario file, or the name of one that comes with lafet (see --list)
     #[arg(value_name = "SCENARIO", required_unless_present = "list")]
     file: Option<String>,
-    /// Seed of everything random (without it: the scenario's)
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Form of the report: text or json (default text; --json is the same as json)
     #[arg(long, value_name = "FORM", value_enum, default_value_t = Form::Text)]
     report: Form,
-    /// Write a picture into this file: plan view and time lines
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// Write the state of all monitors every 100 ms to this file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// List the scenarios that come with lafet
     #[arg(long)]
     list: bool,
-    /// Print the text of the scenario: a template for your own
     #[arg(long)]
     show: bool,
 }
@@ -67,7 +61,7 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Outcome {
     let seed = args.seed.unwrap_or(exercise.site.seed);
     let outcome = exercise::run(&exercise, seed, args.trace.is_some());
     if let Some(path) = &args.svg {
-        write(path, &exercise::svg(&outcome, lang()))?;
+        write(path, &exercise::svg(&outcome, current()))?;
     }
     if let Some(path) = &args.trace {
         write(path, &outcome.trace)?;
@@ -75,17 +69,14 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Outcome {
     match args.report {
         Form::Json => out.value(&exercise::json(&outcome))?,
         Form::Text => {
-            out.show(exercise::text(&outcome, lang()), || exercise::json(&outcome))?;
+            out.show(exercise::text(&outcome, current()), || exercise::json(&outcome))?;
         }
     }
     if outcome.passed() {
         return Ok(());
     }
     let failed = outcome.checks.iter().filter(|check| !check.passed).count();
-    Err(Failure::Ended(pick(
-        format!("Expectations that do not hold: {failed}."),
-        format!("Не выполнено ожиданий: {failed}."),
-    )))
+    Err(Failure::Ended(text::ExpectationsFailed { failed }.of(current())))
 }
 
 /// Settings of `lafet sim --site`.
@@ -146,11 +137,11 @@ pub async fn serve(serving: Serving<'_>, out: &mut Out) -> Outcome {
         () = interrupt.wait() => return Ok(()),
         ended = told => ended.err(),
         Some(ended) = tasks.join_next() => match ended {
-            Ok(Err(error)) => Some(Failure::io(pick("simulator", "имитатор"), error)),
+            Ok(Err(error)) => Some(Failure::io(text::TheSimulator.str(current()), error)),
             _ => None,
         },
     };
-    let failed = || Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into());
+    let failed = || Failure::Ended(text::SimulatorFailed.str(current()).into());
     Err(ended.unwrap_or_else(failed))
 }
 
@@ -167,7 +158,7 @@ async fn tell(site: &SharedSite, out: &mut Out) -> Outcome {
         };
         for (at_ms, text) in happened {
             let at_s = at_ms as f64 / 1000.0;
-            let text = text.of(lang());
+            let text = text.of(current());
             out.show(format!("{at_s:8.1} {text}"), || json!({ "at_s": at_s, "event": text }))?;
         }
     }
@@ -203,7 +194,7 @@ fn list(out: &mut Out) -> Outcome {
     let mut values = Vec::new();
     for shipped in SHIPPED {
         let exercise =
-            shipped.exercise().map_err(|problem| Failure::Usage(problem.told(lang())))?;
+            shipped.exercise().map_err(|problem| Failure::Usage(problem.told(current())))?;
         values.push(json!({
             "name": shipped.name,
             "title": { "en": exercise.title.en, "ru": exercise.title.ru },
@@ -214,9 +205,9 @@ fn list(out: &mut Out) -> Outcome {
         let minutes = exercise.duration_ms as f64 / 60_000.0;
         rows.push(vec![
             shipped.name.to_owned(),
-            pick(format!("{monitors} monitor(s)"), format!("стволов: {monitors}")),
-            pick(format!("{minutes:.1} min"), format!("{minutes:.1} мин")),
-            exercise.title.of(lang()).to_owned(),
+            text::MonitorsCount { monitors }.of(current()),
+            text::MinutesCount { minutes: format_args!("{minutes:.1}") }.of(current()),
+            exercise.title.of(current()).to_owned(),
         ]);
     }
     out.show(columns(&rows), || json!({ "scenarios": values }))
@@ -224,7 +215,7 @@ fn list(out: &mut Out) -> Outcome {
 
 fn read(name: &str) -> Result<Exercise, Failure> {
     let (file, text) = text_of(name)?;
-    Exercise::parse(&file, &text).map_err(|problem| Failure::Usage(problem.told(lang())))
+    Exercise::parse(&file, &text).map_err(|problem| Failure::Usage(problem.told(current())))
 }
 
 /// Name of the scenario for error messages, and its text. A file takes precedence over a name.
@@ -235,35 +226,21 @@ fn text_of(name: &str) -> Result<(String, String), Failure> {
             Some(shipped) => Ok((format!("{}.toml", shipped.name), shipped.text.to_owned())),
             None => Err(Failure::Usage(unknown(name))),
         },
-        Err(error) => Err(Failure::io(
-            pick(format!("cannot read {name}"), format!("не читается {name}")),
-            error,
-        )),
+        Err(error) => Err(Failure::io(text::CannotReadScenario { name }.of(current()), error)),
     }
 }
 
 fn unknown(name: &str) -> String {
     let known: Vec<&str> = SHIPPED.iter().map(|shipped| shipped.name).collect();
     let known = known.join(", ");
-    pick(
-        format!("There is no file `{name}`, and no scenario of this name. lafet has: {known}."),
-        format!("Нет файла `{name}` и сценария с таким именем. С lafet поставляются: {known}."),
-    )
+    text::NoSuchScenario { name, known }.of(current())
 }
 
 /// Writes a file.
 pub fn write(path: &Path, text: &str) -> Outcome {
     std::fs::write(path, text).map_err(|error| {
         let path = path.display();
-        let what = pick(format!("cannot write {path}"), format!("не удаётся записать {path}"));
+        let what = text::CannotWritePath { path: Shown(path) }.of(current());
         Failure::io(what, error)
     })
-}
-
-/// The language of a scenario's texts.
-pub fn lang() -> exercise::Lang {
-    match current() {
-        lafet_client::Lang::En => exercise::Lang::En,
-        lafet_client::Lang::Ru => exercise::Lang::Ru,
-    }
 }

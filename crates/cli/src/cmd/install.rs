@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap_complete::Shell;
+use lafet_texts::{Text as _, cli as text};
 use serde_json::json;
 
 use crate::failure::{Failure, Outcome};
 use crate::help;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Arguments of `lafet completions`.
@@ -18,7 +19,6 @@ use crate::out::Out;
                         lafet completions bash > ~/.local/share/bash-completion/completions/lafet\n  \
                         lafet completions zsh > ~/.zfunc/_lafet")]
 pub struct CompletionsArgs {
-    /// bash, elvish, fish, powershell or zsh
     #[arg(value_name = "SHELL")]
     shell: Shell,
 }
@@ -28,7 +28,6 @@ pub struct CompletionsArgs {
 #[command(after_help = "Examples:\n  lafet man | man -l -\n  \
                         lafet man --out ~/.local/share/man/man1")]
 pub struct ManArgs {
-    /// Write a page for each command to this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -51,13 +50,9 @@ pub fn run_man(args: &ManArgs, out: &mut Out) -> Outcome {
         return out.show(page.trim_end(), || json!({ "page": page }));
     };
     let shown = folder.display().to_string();
-    let count = write_pages(command, folder).map_err(|error| {
-        Failure::io(
-            pick(format!("cannot write to {shown}"), format!("не удаётся записать в {shown}")),
-            error,
-        )
-    })?;
-    let told = pick(format!("{shown}: {count} pages"), format!("{shown}: страниц: {count}"));
+    let count = write_pages(command, folder)
+        .map_err(|error| Failure::io(text::CannotWriteTo { shown: &shown }.of(current()), error))?;
+    let told = text::PagesWritten { shown: &shown, count }.of(current());
     out.show(told, || json!({ "folder": shown, "pages": count }))
 }
 

@@ -12,6 +12,7 @@ use clap::Args;
 use lafet_client::{Error, Hold, Jog, JogEnd, Monitor, MonitorStatus, StatusUpdate, Toward};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::DriveFlags;
+use lafet_texts::{Shown, Text as _, cli as text};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
 use tokio::time::{Instant, sleep};
@@ -22,7 +23,7 @@ use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::keyboard::{Keyboard, Keys};
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::Out;
 use crate::undo::REACH;
 
@@ -41,11 +42,8 @@ const FIRST: Duration = Duration::from_millis(800);
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 jog\n  \
                         lafet -c tcp://127.0.0.1:10485 jog --first 0.7")]
 pub struct JogArgs {
-    /// Seconds for which a drive continues after the last repetition of a key (default 0.3)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.3, value_parser = lease)]
     lease: f64,
-    /// The same after the first press, until the keyboard starts to repeat; without it as --lease,
-    /// or 0.8 where the terminal reports the release of a key
     #[arg(long, value_name = "SECONDS", value_parser = lease)]
     first: Option<f64>,
 }
@@ -53,22 +51,14 @@ pub struct JogArgs {
 fn lease(text: &str) -> Result<f64, String> {
     match seconds(text, 0.05)? {
         lease if lease <= 2.0 => Ok(lease),
-        _ => Err(pick("expected seconds, 0.05…2", "ожидаются секунды, 0,05…2").into()),
+        _ => Err(text::LeaseExpected.str(current()).into()),
     }
 }
 
 /// Moves drives while keys are held, until q or Ctrl-C.
 pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     if !io::stdin().is_terminal() {
-        return Err(Failure::Usage(
-            pick(
-                "jog needs a keyboard: run it in a terminal. From a program use `lafet move` and \
-                 `lafet stop`, or the library's `Drive::jog`.",
-                "Для jog нужна клавиатура: запустите в терминале. Из программы используйте \
-                 `lafet move` и `lafet stop` либо `Drive::jog` библиотеки.",
-            )
-            .into(),
-        ));
+        return Err(Failure::Usage(text::JogNeedsKeyboard.str(current()).into()));
     }
     let mut interrupt = Interrupt::catch()?;
     let connection = Connection::open(global).await?;
@@ -129,7 +119,7 @@ fn report(ends: &[(SubsystemId, JogEnd)], out: &mut Out) -> Outcome {
     }
     let all_stand = ends.iter().all(|(_, end)| stands(end));
     let texts: Vec<String> = ends.iter().map(|(drive, end)| tell(*drive, end)).collect();
-    let stopped = pick("All motions have ended.", "Больше ничего не удерживается.");
+    let stopped = text::AllMotionsEnded.str(current());
     let text = if texts.is_empty() { stopped.to_owned() } else { texts.join("\n") };
     match all_stand {
         true => out.show(&text, || json!({ "ended": texts })),
@@ -166,24 +156,12 @@ async fn let_go(
             },
         }
     }
-    Err(Failure::NotAtRest(pick(
-        format!("{drives} may still move: not seen at rest. Use the emergency stop."),
-        format!("{drives}: возможно, ещё движется, покоя не видно. Нажмите аварийный останов."),
-    )))
+    Err(Failure::NotAtRest(text::DrivesNotSeenAtRest { drives }.of(current())))
 }
 
 fn stopping(drives: &str) -> String {
     let seconds = REACH.as_secs();
-    pick(
-        format!(
-            "{drives} may still move: Stop is not answered yet. Trying for up to {seconds} s; \
-             Ctrl-C gives up. If you see danger, use the emergency stop now."
-        ),
-        format!(
-            "{drives}: возможно, ещё движется, на Stop нет ответа. Попытки до {seconds} с; Ctrl-C \
-             прекращает их. При опасности сразу нажмите аварийный останов."
-        ),
-    )
+    text::DrivesStopNotAnswered { drives, seconds }.of(current())
 }
 
 /// Sends Stop All; returns the outcome as a text for the user.
@@ -320,38 +298,17 @@ fn tell(drive: SubsystemId, end: &JogEnd) -> String {
     match end {
         JogEnd::Stopped { status, .. } | JogEnd::Standing(status) => {
             let at = angle::show(drive, i32::from(status.position));
-            pick(format!("{drive} is at rest at {at}."), format!("{drive} остановлен в {at}."))
+            text::DriveAtRest { drive: Shown(drive), at }.of(current())
         }
         JogEnd::Refused(error) => error.localized(current()),
-        JogEnd::TakenOver { by } => pick(
-            format!("{drive}: {by} controls the drive now."),
-            format!("{drive}: приводом теперь управляет {by}."),
-        ),
-        JogEnd::StillMoving(_) => pick(
-            format!("{drive} is still moving in spite of Stop: use the emergency stop."),
-            format!("{drive} движется, несмотря на Stop: нажмите аварийный останов."),
-        ),
-        JogEnd::Unbounded(_) => pick(
-            format!(
-                "{drive} was not moved: limits are off, and this monitor would not end the motion \
-                 by itself if the connection failed. Switch the limits on, or set a time limit: \
-                 `lafet param set general MoveTimeout 500`."
-            ),
-            format!(
-                "{drive} не двинут: контроль пределов выключен, и при обрыве связи ствол не \
-                 прекратит движение сам. Включите пределы или задайте время: `lafet param set \
-                 general MoveTimeout 500`."
-            ),
-        ),
+        JogEnd::TakenOver { by } => {
+            text::DriveTakenOver { drive: Shown(drive), by: Shown(by) }.of(current())
+        }
+        JogEnd::StillMoving(_) => text::DriveMovesInSpite { drive: Shown(drive) }.of(current()),
+        JogEnd::Unbounded(_) => text::DriveNotMoved { drive: Shown(drive) }.of(current()),
         JogEnd::Unknown(error) => {
             let error: &Error = error;
-            pick(
-                format!("Whether {drive} is at rest is not known: use the emergency stop. {error}"),
-                format!(
-                    "Неизвестно, стоит ли {drive}: нажмите аварийный останов. {}",
-                    error.localized(current())
-                ),
-            )
+            text::DriveStateUnknown { drive: Shown(drive), error }.of(current())
         }
         _ => drive.to_string(),
     }
@@ -369,10 +326,7 @@ pub fn note(out: &mut Out, text: &str) {
 }
 
 fn help() -> &'static str {
-    pick(
-        "←→ Horizontal  ↑↓ Vertical  + - Nozzle  space: Stop All  q: end",
-        "←→ Horizontal  ↑↓ Vertical  + - Nozzle  пробел: Stop All  q: конец",
-    )
+    text::JogKeys.str(current())
 }
 
 /// Positions of the drives, and which of them move.

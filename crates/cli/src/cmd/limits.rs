@@ -4,6 +4,7 @@ use clap::{Args, Subcommand};
 use lafet_proto::answer::Reply;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::cli as text;
 use serde_json::{Map, Value, json};
 
 use super::motion::simple;
@@ -12,7 +13,7 @@ use crate::angle;
 use crate::cli::{Global, drive};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::{Out, columns};
 
 /// Arguments of `lafet limits`.
@@ -27,11 +28,8 @@ use crate::out::{Out, columns};
 pub struct LimitsArgs {
     #[command(subcommand)]
     command: Option<LimitsCommand>,
-    /// The drive whose limits to show; or off, on, reject to switch them off, on, or to discard new
-    /// ones
     #[arg(value_name = "DRIVE|off|on|reject")]
     what: Option<String>,
-    /// The drive whose limits are switched; all without it
     #[arg(value_name = "DRIVE", value_parser = drive)]
     drive: Option<SubsystemId>,
 }
@@ -39,7 +37,6 @@ pub struct LimitsArgs {
 /// Subcommands with arguments of their own.
 #[derive(Debug, Subcommand)]
 pub enum LimitsCommand {
-    /// Drive the barrel to its limits and store them, or take the present position as one
     Teach(TeachArgs),
 }
 
@@ -59,14 +56,7 @@ pub async fn run(args: LimitsArgs, global: &Global, out: &mut Out) -> Outcome {
         return simple(Request::new(to, Body::SwitchLimits { new_state }), global, out).await;
     }
     if args.drive.is_some() {
-        return Err(Failure::Usage(
-            pick(
-                "Write `limits DRIVE` to see limits, `limits off|on|reject [DRIVE]` to switch them.",
-                "Пишите `limits ПРИВОД`, чтобы увидеть пределы, `limits off|on|reject [ПРИВОД]`, \
-                 чтобы переключить их.",
-            )
-            .into(),
-        ));
+        return Err(Failure::Usage(text::LimitsUsage.str(current()).into()));
     }
     let who = match args.what.as_deref() {
         Some(name) => drive(name)

@@ -5,6 +5,7 @@ use lafet_proto::answer::Reply;
 use lafet_proto::flags::{DeployerFlags, DriveFlags, ValveFlags};
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 
 use crate::angle;
@@ -14,7 +15,7 @@ use crate::describe::{flag_names, state_json};
 use crate::exchange;
 use crate::failure::{Failure, Outcome};
 use crate::follow::{self, Follow, Step};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 use crate::undo::{States, Undo};
 
@@ -27,13 +28,10 @@ const TOLERANCE: i32 = 2;
                         lafet -c tcp://127.0.0.1:10485 move horizontal -1800\n  \
                         lafet -c tcp://127.0.0.1:10485 move nozzle 30mm")]
 pub struct MoveArgs {
-    /// Vertical, Horizontal, Nozzle or Deployer
     #[arg(value_name = "DRIVE", value_parser = drive)]
     drive: SubsystemId,
-    /// Arc-minutes (1200) or degrees (20deg, 12°30'), mm for the nozzle; up and left are positive
     #[arg(value_name = "POSITION", allow_hyphen_values = true)]
     position: String,
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -43,7 +41,6 @@ pub struct MoveArgs {
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 stop\n  \
                         lafet -c tcp://127.0.0.1:10485 stop control")]
 pub struct StopArgs {
-    /// The subsystem; all without it
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: Option<SubsystemId>,
 }
@@ -53,10 +50,8 @@ pub struct StopArgs {
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 open\n  \
                         lafet -c tcp://127.0.0.1:10485 open valve2 --no-wait")]
 pub struct OpenArgs {
-    /// Valve1 (water, the default) or Valve2 (foam)
     #[arg(value_name = "VALVE", value_parser = valve)]
     valve: Option<SubsystemId>,
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -66,10 +61,8 @@ pub struct OpenArgs {
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 close\n  \
                         lafet -c tcp://127.0.0.1:10485 close valve2")]
 pub struct CloseArgs {
-    /// Valve1 (water, the default) or Valve2 (foam)
     #[arg(value_name = "VALVE", value_parser = valve)]
     valve: Option<SubsystemId>,
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -78,7 +71,6 @@ pub struct CloseArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 deploy")]
 pub struct DeployArgs {
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -87,7 +79,6 @@ pub struct DeployArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 wrap")]
 pub struct WrapArgs {
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -179,7 +170,7 @@ async fn start(
     };
     let text = text.split_once("→ Ok: ").map_or(text.as_str(), |(_, state)| state);
     out.show(
-        format!("{request}: {} {text}", pick("done,", "исполнено,")),
+        format!("{request}: {} {text}", text::DoneThen.str(current())),
         || json!({ "request": request.to_string(), "done": true, "state": state_json(answer) }),
     )
 }
@@ -204,10 +195,7 @@ fn judge_move(drive: SubsystemId, target: i32, states: &States) -> Step {
         return Step::Done;
     }
     let flags = stopped(drive, bits);
-    Step::Idle(pick(
-        format!("{drive} stopped at {show}, before {to}. {flags}"),
-        format!("{drive} остановился в {show}, не дойдя до {to}. {flags}"),
-    ))
+    Step::Idle(text::StoppedBefore { drive: Shown(drive), show, to, flags }.of(current()))
 }
 
 fn judge_valve(valve: SubsystemId, wanted: ValveFlags, states: &States) -> Step {
@@ -248,12 +236,7 @@ pub fn stopped(who: SubsystemId, bits: u32) -> String {
     use lafet_proto::flags::Severity;
     let lines = crate::describe::flag_lines(who, bits, Severity::Notice);
     if lines.is_empty() {
-        pick(
-            format!("{who} has stopped; no flag says why. Another client may have sent Stop."),
-            format!(
-                "{who} остановлен; флаги не говорят почему. Возможно, Stop послал другой клиент."
-            ),
-        )
+        text::StoppedWithoutFlag { who: Shown(who) }.of(current())
     } else {
         format!("{who}: {}", lines.join(" "))
     }

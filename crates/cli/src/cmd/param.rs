@@ -4,13 +4,14 @@ use clap::{Args, Subcommand};
 use lafet_client::{Error, Saved};
 use lafet_proto::param::{Access, Effect, Param, ParamSpec, Placement};
 use lafet_proto::{ParamId, Status, SubsystemId};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
 use super::backup::{BackupArgs, DiffArgs, RestoreArgs, run_backup, run_diff, run_restore};
 use crate::cli::{Global, subsystem};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
-use crate::lang::{of, pick};
+use crate::lang::{current, of};
 use crate::out::{Out, columns};
 
 /// Subcommands of `lafet param`.
@@ -18,36 +19,30 @@ use crate::out::{Out, columns};
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param list vertical\n  \
                         lafet -c tcp://127.0.0.1:10485 param set vertical Speed 8")]
 pub enum ParamCommand {
-    /// Read a parameter
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param get vertical MaxLimit\n  \
                             lafet -c tcp://127.0.0.1:10485 param get detector 0x23fe"
     )]
     Get(GetArgs),
-    /// Set a parameter
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param set vertical MaxLimit \
                             4000\n  lafet -c tcp://127.0.0.1:10485 param set control Program0 \
                             -1200 300 60 600 300 2 25"
     )]
     Set(SetArgs),
-    /// List parameters with their values, ranges and meanings
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param list\n  \
                             lafet -c tcp://127.0.0.1:10485 param list vertical --json")]
     List(ListArgs),
-    /// Write all parameters to a file
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param backup monitor-1.toml\n  \
                       lafet -c tcp://127.0.0.1:10485 param backup - --firmware 2.4"
     )]
     Backup(BackupArgs),
-    /// Show what differs between a file and the monitor, or another file
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param diff monitor-1.toml\n  \
                       lafet param diff monitor-1.toml monitor-2.toml"
     )]
     Diff(DiffArgs),
-    /// Write what differs from a file to the monitor; continues after an interruption
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml \
                       --dry-run\n  lafet -c tcp://127.0.0.1:10485 param restore monitor-1.toml \
@@ -59,10 +54,8 @@ pub enum ParamCommand {
 /// Arguments of `lafet param get`.
 #[derive(Debug, Args)]
 pub struct GetArgs {
-    /// The subsystem
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: SubsystemId,
-    /// A name of the dictionary, any other name, or a number like 0x23fe
     #[arg(value_name = "NAME")]
     name: String,
 }
@@ -70,13 +63,10 @@ pub struct GetArgs {
 /// Arguments of `lafet param set`.
 #[derive(Debug, Args)]
 pub struct SetArgs {
-    /// The subsystem
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: SubsystemId,
-    /// A name of the dictionary, any other name, or a number like 0x23fe
     #[arg(value_name = "NAME")]
     name: String,
-    /// The values
     #[arg(value_name = "VALUE", required = true, allow_negative_numbers = true, value_parser = value)]
     values: Vec<i32>,
 }
@@ -84,7 +74,6 @@ pub struct SetArgs {
 /// Arguments of `lafet param list`.
 #[derive(Debug, Args)]
 pub struct ListArgs {
-    /// The subsystem; all without it
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: Option<SubsystemId>,
 }
@@ -127,7 +116,7 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
     let name = name(who, id).unwrap_or(&args.name);
     let later = param.is_some_and(|param| param.spec().effect == Effect::Restart);
     let when = match later {
-        true => pick(" Takes effect after `lafet restart`.", " Подействует после `lafet restart`."),
+        true => text::TakesEffectLater.str(current()),
         false => "",
     };
     let shown = shown(param.map(Param::spec), &args.values);
@@ -147,14 +136,9 @@ async fn set(args: SetArgs, global: &Global, out: &mut Out) -> Outcome {
 /// Whether a value is stored, as text.
 pub fn saved_text(saved: Saved) -> &'static str {
     match saved {
-        Saved::Stored => pick("stored", "сохранено"),
-        Saved::Unconfirmed => pick(
-            "accepted, not confirmed (the monitor has not reported it as stored: it may be \
-             moving, or not report this at all)",
-            "принято, не подтверждено (ствол не сообщил о сохранении: он может двигаться или \
-             вовсе этого не сообщать)",
-        ),
-        Saved::WriteFailed => pick("in force, not stored", "действует, не сохранено"),
+        Saved::Stored => text::ValueStored.str(current()),
+        Saved::Unconfirmed => text::ValueAccepted.str(current()),
+        Saved::WriteFailed => text::ValueInForce.str(current()),
     }
 }
 
@@ -163,15 +147,7 @@ pub fn failed_to_save(saved: Saved) -> Outcome {
     if saved != Saved::WriteFailed {
         return Ok(());
     }
-    Err(Failure::Ended(
-        pick(
-            "The monitor could not write its memory (ConfigWriteFault): the value is lost at the \
-             next reset. Check the supply and try again.",
-            "Ствол не смог записать ЭНОЗУ (ConfigWriteFault): при сбросе это пропадёт. Проверьте \
-             питание и повторите.",
-        )
-        .into(),
-    ))
+    Err(Failure::Ended(text::MemoryNotWritten.str(current()).into()))
 }
 
 /// Adds the range and meaning from the dictionary to a refusal of a value.
@@ -179,10 +155,12 @@ fn explain(failure: Failure, param: Option<Param>) -> Failure {
     let wrong_value = [Status::INVALID_VALUE, Status::WRONG_DATA];
     let Some(param) = param else { return failure };
     if wrong_value.iter().any(|status| failure.is_refused_with(*status)) {
-        let hint = pick(
-            format!("{}: allowed are {}. {}", param.name(), range(param.spec()), of(&param.text())),
-            format!("{}: допустимо {}. {}", param.name(), range(param.spec()), of(&param.text())),
-        );
+        let hint = text::ValuesAllowed {
+            name: param.name(),
+            range: range(param.spec()),
+            text: of(&param.text()),
+        }
+        .of(current());
         // The error itself describes the refusal; the hint precedes it.
         eprintln!("{hint}");
     }
@@ -194,7 +172,7 @@ async fn list(args: ListArgs, global: &Global, out: &mut Out) -> Outcome {
     let wanted = |param: &Param| args.subsystem.is_none_or(|who| param.spec().subsystem == who);
     let params: Vec<Param> = Param::ALL.into_iter().filter(wanted).collect();
     if params.is_empty() {
-        let none = pick("This subsystem has no parameters.", "У этой подсистемы нет параметров.");
+        let none = text::NoParameters.str(current());
         return out.show(none, || json!([]));
     }
     let mut rows = Vec::new();
@@ -245,7 +223,7 @@ fn name(who: SubsystemId, id: ParamId) -> Option<&'static str> {
 /// The values with their units.
 pub fn shown(spec: Option<&'static ParamSpec>, values: &[i32]) -> String {
     if values.is_empty() {
-        return pick("(empty)", "(пусто)").into();
+        return text::NoValues.str(current()).into();
     }
     let one = |(index, value): (usize, &i32)| match spec {
         Some(spec) => with_unit(spec, index, *value),
@@ -272,13 +250,10 @@ fn with_unit(spec: &ParamSpec, index: usize, value: i32) -> String {
 fn range(spec: &ParamSpec) -> String {
     let mut parts = Vec::new();
     match spec.access {
-        Access::ReadOnly => parts.push(pick("read-only", "только чтение").to_owned()),
+        Access::ReadOnly => parts.push(text::ReadOnly.str(current()).to_owned()),
         Access::ReadWrite if spec.elements.is_empty() => {
             parts.push(format!("{}…{}", spec.min, spec.max));
-            parts.push(pick(
-                format!("default {}", spec.default),
-                format!("по умолчанию {}", spec.default),
-            ));
+            parts.push(text::DefaultValue { value: spec.default }.of(current()));
         }
         Access::ReadWrite => {
             let elements = spec.elements.iter().map(|one| format!("{}…{}", one.min, one.max));
@@ -286,10 +261,10 @@ fn range(spec: &ParamSpec) -> String {
         }
     }
     if spec.effect == Effect::Restart {
-        parts.push(pick("after restart", "после перезапуска").into());
+        parts.push(text::AfterRestart.str(current()).into());
     }
     if spec.placement == Placement::Unit {
-        parts.push(pick("may be on a remote unit", "может быть на удалённом блоке").into());
+        parts.push(text::MayBeOnRemoteUnit.str(current()).into());
     }
     parts.join(", ")
 }
@@ -306,10 +281,10 @@ fn value_json(who: SubsystemId, id: ParamId, name: &str, values: &[i32]) -> Valu
 
 fn value(text: &str) -> Result<i32, String> {
     let hex = |digits: &str| u32::from_str_radix(digits, 16).ok().map(u32::cast_signed);
-    text.parse().ok().or_else(|| text.strip_prefix("0x").and_then(hex)).ok_or_else(|| {
-        pick("expected a whole number, decimal or 0x", "ожидается целое число, десятичное или 0x")
-            .to_owned()
-    })
+    text.parse()
+        .ok()
+        .or_else(|| text.strip_prefix("0x").and_then(hex))
+        .ok_or_else(|| text::WholeNumberExpected.str(current()).to_owned())
 }
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 
 use clap::Args;
 use lafet_client::ports::{Port, Usb, ports};
+use lafet_texts::cli as text;
 use serde::Serialize;
 
 use crate::failure::Outcome;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::{Out, columns};
 
 /// Arguments of `lafet ports`.
@@ -50,11 +51,7 @@ pub fn run(_: &PortsArgs, out: &mut Out) -> Outcome {
         });
     }
     if ports.is_empty() {
-        return out.say(pick(
-            "No serial port found. Plug the adapter in; `dmesg` shows whether it is \
-             recognised.",
-            "Последовательных портов нет. Подключите адаптер; `dmesg` покажет, распознан ли он.",
-        ));
+        return out.say(text::NoSerialPort.str(current()));
     }
     let rows: Vec<Vec<String>> = ports.iter().map(row).collect();
     out.say(columns(&rows))
@@ -88,10 +85,10 @@ fn url(port: &Port) -> String {
 fn row(port: &Port) -> Vec<String> {
     let users: Vec<String> = port.in_use.iter().map(ToString::to_string).collect();
     let state = match (&users[..], port.permitted) {
-        ([], true) => pick("free", "свободен").to_owned(),
-        ([], false) => pick("no permission", "нет прав").to_owned(),
+        ([], true) => text::PortFree.str(current()).to_owned(),
+        ([], false) => text::PortNoPermission.str(current()).to_owned(),
         (users, _) => {
-            format!("{} {}", pick("in use by", "занят:"), users.join(", "))
+            format!("{} {}", text::PortInUseBy.str(current()), users.join(", "))
         }
     };
     let kind = port.usb.as_ref().map_or_else(|| port.driver.clone().unwrap_or_default(), named);

@@ -5,6 +5,7 @@ use lafet_client::Saved;
 use lafet_proto::SubsystemId;
 use lafet_proto::param::Param;
 use lafet_proto::request::TrajectoryPoint;
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
 use super::param::{failed_to_save, saved_text};
@@ -13,7 +14,7 @@ use crate::angle::{Pair, degrees};
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::failure::Outcome;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::{Out, columns};
 
 /// Number of programs, and of trajectories: 0 to 7 (§3.14, §3.15).
@@ -24,14 +25,11 @@ const COUNT: u8 = 8;
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program list\n  \
                         lafet -c tcp://127.0.0.1:10485 program run 3 --follow")]
 pub enum ProgramCommand {
-    /// List the stored programs and trajectories
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program list")]
     List,
-    /// Show a program or trajectory
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program show 3\n  \
                             lafet -c tcp://127.0.0.1:10485 program show 0 --trajectory")]
     Show(WhichArgs),
-    /// Store a program or trajectory
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program set 3 --centre 30deg,-2deg \
                       --sector 6deg,2deg --step 1 --distance 25\n  \
@@ -39,13 +37,11 @@ pub enum ProgramCommand {
                       --point 24deg,-2deg,25,10"
     )]
     Set(SetArgs),
-    /// Extinguish by a program or trajectory
     #[command(
         after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program run 3 --follow\n  \
                       lafet -c tcp://127.0.0.1:10485 program run 0 --trajectory --ballistics"
     )]
     Run(RunArgs),
-    /// Clear a program or trajectory
     #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 program clear 3\n  \
                             lafet -c tcp://127.0.0.1:10485 program clear 0 --trajectory")]
     Clear(WhichArgs),
@@ -54,10 +50,8 @@ pub enum ProgramCommand {
 /// A program or trajectory, by number.
 #[derive(Debug, Args)]
 pub struct WhichArgs {
-    /// Number, 0 to 7
     #[arg(value_name = "N", value_parser = number)]
     number: u8,
-    /// The trajectory of this number, not the program
     #[arg(long)]
     trajectory: bool,
 }
@@ -65,25 +59,18 @@ pub struct WhichArgs {
 /// Arguments of `lafet program set`.
 #[derive(Debug, Args)]
 pub struct SetArgs {
-    /// Number, 0 to 7
     #[arg(value_name = "N", value_parser = number)]
     number: u8,
-    /// Centre of the sector: horizontal,vertical (1800,-120 or 30deg,-2deg)
     #[arg(long, value_name = "H,V", allow_hyphen_values = true, required_unless_present = "point")]
     centre: Option<Pair>,
-    /// Width,height of the sector (default 0,0)
     #[arg(long, value_name = "W,H")]
     sector: Option<Pair>,
-    /// Degrees between the lines of the scan; 0 aims at the centre (default 0)
     #[arg(long, value_name = "DEGREES", default_value_t = 0)]
     step: i8,
-    /// Position of the nozzle, mm; 60 is the narrowest (default 60)
     #[arg(long, value_name = "MM", default_value_t = 60)]
     nozzle: i16,
-    /// Distance to the fire, m; the elevation is corrected for it, 0 aims straight (default 0)
     #[arg(long, value_name = "METRES", default_value_t = 0)]
     distance: i8,
-    /// Store a trajectory: one point as horizontal,vertical,metres,tenths of a second; repeat it
     #[arg(
         long,
         value_name = "H,V,M,DS",
@@ -97,22 +84,16 @@ pub struct SetArgs {
 /// Arguments of `lafet program run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Number, 0 to 7
     #[arg(value_name = "N", value_parser = number)]
     number: u8,
-    /// The trajectory of this number, not the program
     #[arg(long)]
     trajectory: bool,
-    /// Correct the elevation for the fall of the jet
     #[arg(long, requires = "trajectory")]
     ballistics: bool,
-    /// Start again after the last point
     #[arg(long, requires = "trajectory")]
     repeat: bool,
-    /// Run it even if it is empty: the barrel deploys and aims straight ahead
     #[arg(long, conflicts_with = "trajectory")]
     empty: bool,
-    /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
     #[arg(long)]
     follow: bool,
 }
@@ -120,7 +101,7 @@ pub struct RunArgs {
 fn number(text: &str) -> Result<u8, String> {
     match text.parse() {
         Ok(number) if number < COUNT => Ok(number),
-        _ => Err(pick("expected a number, 0 to 7", "ожидается номер от 0 до 7").into()),
+        _ => Err(text::ProgramNumberExpected.str(current()).into()),
     }
 }
 
@@ -227,8 +208,8 @@ impl Stored {
 
     fn title(&self) -> String {
         let what = match self.trajectory {
-            true => pick("trajectory", "траектория"),
-            false => pick("program", "программа"),
+            true => text::TheTrajectory.str(current()),
+            false => text::TheProgram.str(current()),
         };
         format!("{what} {}", self.number)
     }
@@ -240,7 +221,7 @@ impl Stored {
     /// The stored values as text, in degrees, metres and seconds.
     fn told(&self, values: &[i32]) -> Vec<String> {
         match values {
-            values if self.is_empty(values) => vec![pick("empty", "пусто").into()],
+            values if self.is_empty(values) => vec![text::ProgramIsEmpty.str(current()).into()],
             [h, v, nozzle, width, height, step, distance] if !self.trajectory => {
                 program_told(*h, *v, *nozzle, [*width, *height, *step, *distance])
             }
@@ -282,21 +263,15 @@ impl Stored {
 fn program_told(h: i32, v: i32, nozzle: i32, rest: [i32; 4]) -> Vec<String> {
     let [width, height, step, distance] = rest;
     let (h, v) = (degrees(h), degrees(v));
-    let mut told = vec![pick(
-        format!("centre {h} horizontally, {v} vertically"),
-        format!("центр {h} по горизонтали, {v} по вертикали"),
-    )];
+    let mut told = vec![text::ProgramCentre { h, v }.of(current())];
     if (width, height) != (0, 0) {
         let (width, height) = (degrees(width), degrees(height));
-        told.push(pick(
-            format!("sector {width} wide, {height} high, a line every {step}°"),
-            format!("сектор шириной {width}, высотой {height}, строки через {step}°"),
-        ));
+        told.push(text::ProgramSector { width, height, step }.of(current()));
     }
-    told.push(pick(format!("nozzle {nozzle} mm"), format!("насадок {nozzle} мм")));
+    told.push(text::ProgramNozzle { nozzle }.of(current()));
     told.push(match distance {
-        0 => pick("aimed straight", "прямая наводка").into(),
-        metres => pick(format!("fire {metres} m away"), format!("до очага {metres} м")),
+        0 => text::AimedStraight.str(current()).into(),
+        metres => text::FireAway { metres }.of(current()),
     });
     told
 }
@@ -305,10 +280,7 @@ fn point_told((index, point): (usize, &[i32])) -> String {
     let [h, v, distance, dwell] = point else { return format!("{point:?}") };
     let (h, v, seconds) = (degrees(*h), degrees(*v), f64::from(*dwell) / 10.0);
     let number = index + 1;
-    pick(
-        format!("{number}: {h} {v}, {distance} m, stays {seconds} s"),
-        format!("{number}: {h} {v}, {distance} м, задержка {seconds} с"),
-    )
+    text::TrajectoryPoint { number, h, v, distance, seconds }.of(current())
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use lafet_proto::answer::Reply;
 use lafet_proto::flags::{ControlFlags, DeployerFlags};
 use lafet_proto::request::{Body, Path, Points, Quench, Sector, Trajectory, TrajectoryPoint};
 use lafet_proto::{Bytes, Request, SubsystemId};
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 
 use super::motion::stopped;
@@ -15,7 +16,7 @@ use crate::connect::Connection;
 use crate::describe::{flag_names, values};
 use crate::failure::{Failure, Outcome};
 use crate::follow::{self, Follow, Step};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 use crate::undo::{States, Undo};
 
@@ -33,10 +34,8 @@ const NARROW: i16 = 60;
         lafet -c tcp://127.0.0.1:10485 quench --program 3 --centre 10deg,0 --nozzle 40 --follow"
 )]
 pub struct QuenchArgs {
-    /// A stored program, 0 to 7; its own centre and nozzle are used unless they are given
     #[arg(long, value_name = "N", conflicts_with_all = ["sector", "step"])]
     program: Option<i16>,
-    /// Centre of the sector: horizontal,vertical (1800,-120 or 30deg,-2deg)
     #[arg(
         long,
         value_name = "H,V",
@@ -44,25 +43,18 @@ pub struct QuenchArgs {
         required_unless_present = "program"
     )]
     centre: Option<Pair>,
-    /// Width,height of the sector (default 0,0)
     #[arg(long, value_name = "W,H", requires = "step")]
     sector: Option<Pair>,
-    /// Degrees between the lines of the scan; 0 aims at the centre (default 0)
     #[arg(long, value_name = "DEGREES")]
     step: Option<i8>,
-    /// Position of the nozzle, mm; 60 is the narrowest (default 60)
     #[arg(long, value_name = "MM")]
     nozzle: Option<i16>,
-    /// Distance to the fire, m; the elevation is corrected for it, 0 aims straight
     #[arg(long, value_name = "METRES")]
     distance: Option<i8>,
-    /// Degrees to add to the elevation at 0, 0.1, 0.2 … atm, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true)]
     corrections: Option<Vec<i8>>,
-    /// Run the program even if it is empty: the barrel deploys and aims straight ahead
     #[arg(long, requires = "program")]
     empty: bool,
-    /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
     #[arg(long)]
     follow: bool,
 }
@@ -77,19 +69,14 @@ pub struct QuenchArgs {
         lafet -c tcp://127.0.0.1:10485 trajectory --stored 0,3 --repeat"
 )]
 pub struct TrajectoryArgs {
-    /// A point of the path: horizontal,vertical,metres,tenths of a second to dwell; repeat it
     #[arg(long, value_name = "H,V,M,DS", allow_hyphen_values = true, value_parser = point)]
     point: Vec<TrajectoryPoint>,
-    /// Stored trajectories, 0 to 7, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     stored: Vec<u8>,
-    /// Correct the elevation for the fall of the jet
     #[arg(long)]
     ballistics: bool,
-    /// Start again after the last point
     #[arg(long)]
     repeat: bool,
-    /// Follow it until it ends; Ctrl-C stops it (the valves stay as they are)
     #[arg(long)]
     follow: bool,
 }
@@ -123,13 +110,7 @@ pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Out
     let bytes: Vec<u8> =
         args.corrections.iter().flatten().map(|degrees| degrees.to_le_bytes()[0]).collect();
     if bytes.len() == 1 {
-        return Err(Failure::Usage(
-            pick(
-                "--corrections needs at least two values: with one it would be a distance (§3.14)",
-                "--corrections требует не менее двух значений: одно означало бы расстояние (§3.14)",
-            )
-            .into(),
-        ));
+        return Err(Failure::Usage(text::CorrectionsTooFew.str(current()).into()));
     }
     if let Some(program) = args.program {
         return run_program(program, &args, global, out).await;
@@ -149,10 +130,7 @@ pub async fn run_quench(args: QuenchArgs, global: &Global, out: &mut Out) -> Out
 /// Runs a program around its own centre, which the request has to repeat (§3.14), or another one.
 async fn run_program(program: i16, args: &QuenchArgs, global: &Global, out: &mut Out) -> Outcome {
     if !(0..=7).contains(&program) {
-        return Err(Failure::Usage(pick(
-            format!("--program {program}: programs are numbered 0 to 7"),
-            format!("--program {program}: программы имеют номера от 0 до 7"),
-        )));
+        return Err(Failure::Usage(text::NoSuchProgram { program }.of(current())));
     }
     let connection = Connection::open(global).await?;
     let name = format!("Program{program}");
@@ -171,18 +149,7 @@ async fn run_program(program: i16, args: &QuenchArgs, global: &Global, out: &mut
 }
 
 fn is_empty(program: i16) -> String {
-    pick(
-        format!(
-            "Program {program} is empty: the barrel would deploy and aim at 0°, 0° (or at --centre), \
-             with no sector and no correction for the distance. Nothing was sent. See `lafet \
-             program list`, store it with `lafet program set {program} …`, or add --empty."
-        ),
-        format!(
-            "Программа {program} пуста: ствол развернётся и наведётся на 0°, 0° (или на --centre), \
-             без сектора и без поправки на расстояние. Ничего не послано. Смотрите `lafet program \
-             list`, запишите её: `lafet program set {program} …`, или добавьте --empty."
-        ),
-    )
+    text::ProgramEmpty { program }.of(current())
 }
 
 /// Runs `lafet trajectory`.
@@ -214,7 +181,7 @@ async fn start(body: Body<'_>, wait: bool, global: &Global, out: &mut Out) -> Ou
     let mut ran = false;
     follow.run(out, begin, |states| judge(states, &mut ran)).await?;
     out.show(
-        pick(format!("{request}: done"), format!("{request}: исполнено")),
+        text::RequestDone { request: Shown(&request) }.of(current()),
         || json!({ "request": request.to_string(), "done": true }),
     )
 }
@@ -254,13 +221,7 @@ fn progress(states: &States, bits: u32) -> String {
 /// Parses a point of a path.
 pub fn point(text: &str) -> Result<TrajectoryPoint, String> {
     let parts: Vec<&str> = text.split(',').collect();
-    let wrong = || {
-        pick(
-            "expected horizontal,vertical,metres,tenths of a second, like 20deg,-2deg,25,10",
-            "ожидается горизонталь,вертикаль,метры,десятые доли секунды, например 20deg,-2deg,25,10",
-        )
-        .to_owned()
-    };
+    let wrong = || text::PointExpected.str(current()).to_owned();
     let [horizontal, vertical, distance, dwell] = parts.as_slice() else { return Err(wrong()) };
     Ok(TrajectoryPoint {
         horizontal: horizontal.parse::<Angle>()?.0,

@@ -12,10 +12,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use clap::Args;
 use lafet_capture::{Captured, Direction, Format, Recorder, Splitter};
 use lafet_client::transport::Link;
-use lafet_client::{Cause, Client, Config, Endpoint, Error};
+use lafet_client::{Cause, Client, Config, Endpoint, Error, SystemError};
 use lafet_proto::link::WIRE_MAX;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpListener;
@@ -25,7 +26,7 @@ use crate::cli::{Global, seconds};
 use crate::connect::{link, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Interval at which the file is flushed: the most that a power cut can lose.
@@ -45,22 +46,16 @@ const LISTEN: Duration = Duration::from_millis(100);
                         -c tcp://192.168.1.50:10485 record tapped.mcap --tap 127.0.0.1:10500"
 )]
 pub struct RecordArgs {
-    /// The recording: .mcap (Foxglove, Lichtblick) or .pcapng (Wireshark)
     #[arg(value_name = "FILE", value_parser = recording)]
     file: PathBuf,
-    /// Replace an existing file
     #[arg(long)]
     force: bool,
-    /// Only listen, send nothing: for a bus that others use
     #[arg(long, conflicts_with = "tap")]
     listen: bool,
-    /// Pass everything on between the monitor and the program that connects here
     #[arg(long, value_name = "ADDRESS")]
     tap: Option<SocketAddr>,
-    /// Seconds between requests for the state of all subsystems (default 0.1)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.1, value_parser = every)]
     interval: f64,
-    /// End after this many seconds; otherwise Ctrl-C ends it
     #[arg(long = "for", value_name = "SECONDS", value_parser = every)]
     duration: Option<f64>,
 }
@@ -73,11 +68,7 @@ fn recording(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match Format::of_path(&path) {
         Some(_) => Ok(path),
-        None => Err(pick(
-            "end the name in .mcap or .pcapng",
-            "имя должно кончаться на .mcap или .pcapng",
-        )
-        .into()),
+        None => Err(text::RecordingExtension.str(current()).into()),
     }
 }
 
@@ -86,10 +77,7 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     if !args.force && args.file.exists() {
         let name = args.file.display();
-        return Err(Failure::Usage(pick(
-            format!("{name} already exists; --force replaces it"),
-            format!("{name} уже есть; --force заменит его"),
-        )));
+        return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
     }
     let mut tape = Tape::new(&args.file)?;
     let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
@@ -106,14 +94,12 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
         () = interrupt.wait() => Ok(()),
     };
     let (frames, bytes) = (tape.frames, tape.bytes);
-    tape.finish()?;
+    let finished = tape.finish();
     let name = args.file.display().to_string();
     ended?;
+    finished?;
     out.show(
-        pick(
-            format!("{name}: {frames} frames, {bytes} bytes of the line"),
-            format!("{name}: кадров: {frames}, байт линии: {bytes}"),
-        ),
+        text::Recorded { name: &name, frames, bytes }.of(current()),
         || json!({ "file": name, "frames": frames, "bytes": bytes }),
     )
 }
@@ -151,12 +137,7 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
 }
 
 fn controller_present() -> &'static str {
-    pick(
-        "A controller gives access on this line, so no requests are sent: what others send is \
-         recorded. With role=active and a src= of your own in the URL the monitor is polled too.",
-        "На этой линии доступ даёт контроллер, поэтому запросов нет: записывается то, что передают \
-         другие. С role=active и своим src= в URL ствол будет опрашиваться.",
-    )
+    text::PollsWithheld.str(current())
 }
 
 async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
@@ -170,15 +151,12 @@ async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
 async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
-    let what = || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
+    let what = || text::CannotListenTap { address: Shown(address) }.of(current());
     let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
     let mut link = link(url, &endpoint).await?;
     let bound = listener.local_addr()?;
     out.show(
-        pick(
-            format!("Connect the program to tcp://{bound} instead of {url}."),
-            format!("Подключите программу к tcp://{bound} вместо {url}."),
-        ),
+        text::ConnectTap { bound: Shown(bound), url }.of(current()),
         || json!({ "url": format!("tcp://{bound}"), "to": url }),
     )?;
     loop {
@@ -202,10 +180,7 @@ async fn bridge_again<S: AsyncRead + AsyncWrite + Unpin>(
             Ended::Side => return Ok(()),
             Ended::Link(error) => error,
         };
-        out.progress(pick(
-            format!("{url}: {error}; reconnecting"),
-            format!("{url}: {error}; соединяюсь снова"),
-        ));
+        out.progress(text::Reconnecting { url, error: SystemError(&error) }.of(current()));
         loop {
             sleep(REDIAL).await;
             if let Ok(again) = link(url, endpoint).await {
@@ -322,5 +297,5 @@ fn wall_ns() -> u64 {
 }
 
 fn cannot_write(name: &str, error: io::Error) -> Failure {
-    Failure::io(pick(format!("cannot write {name}"), format!("не удаётся записать {name}")), error)
+    Failure::io(text::CannotWriteFile { name }.of(current()), error)
 }

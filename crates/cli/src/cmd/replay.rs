@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use lafet_capture::{Captured, Direction, ReadError, read};
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::{Value, json};
 use tokio::io::AsyncWriteExt;
 use tokio::net::{TcpListener, TcpStream};
@@ -16,7 +17,7 @@ use tokio::time::{Instant, sleep_until, timeout};
 use crate::decode::{Form, Writer};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 use crate::simulator::speed_or_zero;
 
@@ -31,13 +32,10 @@ const PATIENCE: Duration = Duration::from_secs(3);
                         lafet replay recording.pcapng --speed 0\n  \
                         lafet replay recording.mcap --serve 127.0.0.1:10485")]
 pub struct ReplayArgs {
-    /// The recording: .mcap or .pcapng
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Speed, times the original; 0 is without pauses (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed_or_zero)]
     speed: f64,
-    /// Send what the monitors sent to every program that connects here; the first one starts it
     #[arg(long, value_name = "ADDRESS")]
     serve: Option<SocketAddr>,
 }
@@ -82,38 +80,17 @@ pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
         let name = file.display();
         let why = match &error {
             ReadError::Io(source) => {
-                let what =
-                    pick(format!("cannot read {name}"), format!("не удаётся прочитать {name}"));
+                let what = text::CannotReadRecording { name: Shown(&name) }.of(current());
                 return Failure::io(what, std::io::Error::new(source.kind(), source.to_string()));
             }
-            ReadError::Unknown => pick(
-                "neither an MCAP nor a pcapng recording. `lafet record` makes them; raw bytes are \
-                 for `lafet decode`"
-                    .into(),
-                "не запись MCAP и не pcapng. Их делает `lafet record`; сырые байты — для `lafet \
-                 decode`"
-                    .into(),
-            ),
-            ReadError::NoLine => pick(
-                error.to_string(),
-                "запись сети, а не линии: откройте её в Wireshark с разборщиком (`lafet dissector`)"
-                    .into(),
-            ),
-            ReadError::NoFrames => pick(
-                error.to_string(),
-                "файл MCAP без кадров, которые пишет `lafet record`".into(),
-            ),
+            ReadError::Unknown => text::NotARecording.of(current()),
+            ReadError::NoLine => text::RecordingOfNetwork.of(current()),
+            ReadError::NoFrames => text::RecordingWithoutFrames.of(current()),
             ReadError::TooLarge { most } => {
                 let most = most >> 20;
-                pick(
-                    format!("more than {most} MiB unpacked"),
-                    format!("в распакованном виде больше {most} МиБ"),
-                )
+                text::RecordingTooLarge { most }.of(current())
             }
-            ReadError::Damaged(why) => pick(
-                format!("damaged: {why}"),
-                format!("повреждён: {why}"),
-            ),
+            ReadError::Damaged(why) => text::RecordingDamaged { why }.of(current()),
         };
         Failure::Usage(format!("{name}: {why}"))
     })
@@ -129,16 +106,12 @@ struct Audience {
 impl Audience {
     /// Waits for the first listener; more may connect later.
     async fn gather(address: SocketAddr, out: &mut Out) -> Result<Self, Failure> {
-        let what =
-            || pick(format!("cannot listen on {address}"), format!("нельзя слушать {address}"));
+        let what = || text::CannotListenTap { address: Shown(address) }.of(current());
         let listener =
             TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
         let bound = listener.local_addr()?;
         out.show(
-            pick(
-                format!("tcp://{bound}: the replay begins with the first connection"),
-                format!("tcp://{bound}: воспроизведение начнётся с первым соединением"),
-            ),
+            text::ReplayWaits { bound: Shown(bound) }.of(current()),
             || json!({ "url": format!("tcp://{bound}") }),
         )?;
         let (first, _) = listener.accept().await?;

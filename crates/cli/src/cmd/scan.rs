@@ -10,13 +10,14 @@ use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, s
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 use tokio::time::{Instant, interval};
 
 use crate::cli::Global;
 use crate::connect::{Connection, link, url_of};
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::{Out, columns};
 
 /// How long a probe may take over a network, ms.
@@ -36,11 +37,8 @@ const BLOCK: u8 = 16;
                         lafet scan 192.168.1.0/24\n  \
                         lafet scan 192.168.1.10-40 --port 10485,10486,4001 --addresses 1-8")]
 pub struct ScanArgs {
-    /// Hosts of a network: 192.168.1.0/24, 192.168.1.10-40, an address or a name; without them the
-    /// bus of -c is scanned
     #[arg(value_name = "HOSTS", value_parser = a_range)]
     hosts: Vec<Hosts>,
-    /// Ports of the hosts, separated by commas (default 10485,10486)
     #[arg(
         long,
         value_name = "LIST",
@@ -50,22 +48,16 @@ pub struct ScanArgs {
         requires = "hosts"
     )]
     port: Vec<u16>,
-    /// Look for UDP ports instead of TCP
     #[arg(long, requires = "hosts")]
     udp: bool,
-    /// Addresses to probe: 1-127, or one (default 1-127)
     #[arg(long, value_name = "RANGE", default_value = "1-127", value_parser = addresses)]
     addresses: RangeInclusive<u8>,
-    /// How long each probe may take, milliseconds (default 30, over a network 100)
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     wait: Option<u64>,
-    /// How many times a silent address is probed (default 2)
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=10))]
     tries: u32,
-    /// Do not ask the monitors for their subsystems
     #[arg(long)]
     brief: bool,
-    /// Probe even when other devices talk on the line: probes may collide with their frames
     #[arg(long)]
     insist: bool,
 }
@@ -75,13 +67,7 @@ pub struct ScanArgs {
 pub struct Hosts(Vec<String>);
 
 fn a_range(text: &str) -> Result<Hosts, String> {
-    hosts(text).map(Hosts).ok_or_else(|| {
-        pick(
-            "expected 192.168.1.0/24 (up to /20), 192.168.1.10-40, an address or a name",
-            "ожидается 192.168.1.0/24 (не больше /20), 192.168.1.10-40, адрес или имя",
-        )
-        .into()
-    })
+    hosts(text).map(Hosts).ok_or_else(|| text::HostsExpected.str(current()).into())
 }
 
 fn addresses(text: &str) -> Result<RangeInclusive<u8>, String> {
@@ -93,11 +79,7 @@ fn addresses(text: &str) -> Result<RangeInclusive<u8>, String> {
         {
             Ok(first..=last)
         }
-        _ => Err(pick(
-            "expected addresses like 1-127, at most 254",
-            "ожидаются адреса, например 1-127, не больше 254",
-        )
-        .into()),
+        _ => Err(text::ScanAddressesExpected.str(current()).into()),
     }
 }
 
@@ -114,14 +96,7 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
     if endpoint.framing() == Framing::Records {
-        return Err(Failure::Usage(
-            pick(
-                "framing=records leads to one monitor without an address: there is nothing to \
-                 scan.",
-                "framing=records ведёт к одному стволу без адреса: искать нечего.",
-            )
-            .into(),
-        ));
+        return Err(Failure::Usage(text::NothingToScan.str(current()).into()));
     }
     let usual = match endpoint {
         Endpoint::Serial { .. } | Endpoint::Sim { .. } => bus::PROBE_TIMEOUT_MS.into(),
@@ -132,7 +107,7 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         _ => Duration::ZERO,
     };
     let options = ScanOptions { listen, ..options(args, usual) };
-    let probing = pick("probing addresses", "пробы по адресам");
+    let probing = text::ProbingAddresses.str(current());
     let source = endpoint.addresses().source;
     let link = link(url, &endpoint).await?;
     let scanned = scan(link, source, &options, |address| {
@@ -180,28 +155,10 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
 /// Why nothing was probed.
 fn why_held_back(scan: &Scan) -> String {
     if scan.speakers.is_empty() {
-        return pick(
-            "Bytes arrive on this line that are not frames: devices at another speed (baud=), or \
-             noise. A probe could collide with another client's Stop, so nothing was probed. `lafet \
-             doctor` listens at the other speeds; --insist probes anyway.",
-            "На линии идут байты, которые не складываются в кадры: обмен на другой скорости (baud=) \
-             или помехи. Проба могла бы столкнуться с чужим Stop, поэтому проб не было. `lafet \
-             doctor` прослушает другие скорости; --insist всё же выполнит пробы.",
-        )
-        .into();
+        return text::NoiseBeforeScan.str(current()).into();
     }
     let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
-    pick(
-        format!(
-            "Others talk on this line ({who}); a probe could collide with another client's Stop, so \
-             nothing was probed. --insist probes anyway; a bus controller knows the addresses \
-             present."
-        ),
-        format!(
-            "На линии идёт чужой обмен ({who}); проба могла бы столкнуться с чужим Stop, поэтому \
-             проб не было. --insist всё же выполнит их; кто есть на линии, знает контроллер сети."
-        ),
-    )
+    text::OthersBeforeScan { who }.of(current())
 }
 
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
@@ -225,19 +182,19 @@ async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
             }
             Told::Records => {
                 let at = self::endpoint(place, false, Framing::Records).to_string();
-                rows.push(vec![at.clone(), pick("bare records", "голые записи").into()]);
+                rows.push(vec![at.clone(), text::AnswersBareRecords.str(current()).into()]);
                 all.push(json!({ "url": at, "framing": "records" }));
                 any = true;
             }
             Told::Silent => {
-                let silent = pick("open, but no monitor answers", "открыт, но ствол не отвечает");
+                let silent = text::OpenWithoutMonitor.str(current());
                 rows.push(vec![format!("tcp://{}:{}", place.host, place.port), silent.into()]);
                 all.push(json!({ "url": endpoint.to_string(), "silent": true }));
             }
         }
     }
     if rows.is_empty() {
-        let none = pick("No open port.", "Открытых портов нет.");
+        let none = text::NoOpenPort.str(current());
         out.show(none, || json!([]))?;
     } else {
         out.show(columns(&rows), || Value::Array(all))?;
@@ -264,10 +221,7 @@ async fn places(
             places = &mut scan => return places,
             _ = ticks.tick() => {
                 let ((done, all), seconds) = (tried.get(), began.elapsed().as_secs());
-                out.seldom(pick(
-                    format!("ports examined: {done} of {all}, {seconds} s"),
-                    format!("проверено портов: {done} из {all}, {seconds} с"),
-                ));
+                out.seldom(text::PortsExamined { done, all, seconds }.of(current()));
             }
         }
     }
@@ -321,17 +275,17 @@ async fn consists(args: &ScanArgs, global: &Global, url: &str, present: &Present
 
 fn row(url: &str, present: &Present, consists: &[String]) -> Vec<String> {
     let mut what = match present.address {
-        bus::CONTROLLER => pick("bus controller", "контроллер сети").to_owned(),
-        address if bus::CONSOLES.contains(&address) => pick("console", "пульт").into(),
-        _ => pick("monitor", "ствол").into(),
+        bus::CONTROLLER => text::BusController.str(current()).to_owned(),
+        address if bus::CONSOLES.contains(&address) => text::Console.str(current()).into(),
+        _ => text::HeadingMonitor.str(current()).into(),
     };
     if present.check == Check::Crc32c {
-        what.push_str(pick(", CRC-32C only", ", только CRC-32C"));
+        what.push_str(text::Crc32cOnly.str(current()));
     }
     if present.doubled {
-        what.push_str(pick(", TWO devices have this address", ", этот адрес у ДВУХ устройств"));
+        what.push_str(text::TwoHaveAddress.str(current()));
     }
-    let ms = format!("{:.1} {}", present.rtt.as_secs_f64() * 1000.0, pick("ms", "мс"));
+    let ms = format!("{:.1} {}", present.rtt.as_secs_f64() * 1000.0, text::UnitMs.str(current()));
     vec![url.to_owned(), what, ms, consists.join(" ")]
 }
 
@@ -351,40 +305,23 @@ fn remarks(scan: &Scan) -> Vec<String> {
     if !scan.speakers.is_empty() {
         let who: Vec<String> = scan.speakers.iter().map(u8::to_string).collect();
         let who = who.join(", ");
-        all.push(pick(
-            format!("Others talk on this line ({who}): answers may be missing here."),
-            format!("На линии идёт и чужой обмен ({who}): часть ответов могла пропасть."),
-        ));
+        all.push(text::OthersAfterScan { who }.of(current()));
     }
     if scan.broken > 0 {
         let broken = scan.broken;
-        all.push(pick(
-            format!("Broken frames: {broken}. `lafet doctor` says more."),
-            format!("Испорченных кадров: {broken}. Подробнее — `lafet doctor`."),
-        ));
+        all.push(text::BrokenFrames { broken }.of(current()));
     }
     all
 }
 
 fn nobody(addresses: &RangeInclusive<u8>) -> String {
     let (first, last) = (addresses.start(), addresses.end());
-    pick(
-        format!(
-            "No device answers at addresses {first}…{last}. `lafet doctor` looks for the cause."
-        ),
-        format!(
-            "По адресам {first}…{last} ни одно устройство не отвечает. Причину ищет `lafet doctor`."
-        ),
-    )
+    text::NobodyAtAddresses { first, last }.of(current())
 }
 
 /// Fails if no monitor was found.
 fn found(any: bool) -> Outcome {
-    if any {
-        Ok(())
-    } else {
-        Err(Failure::Ended(pick("No monitor found.", "Стволов не найдено.").into()))
-    }
+    if any { Ok(()) } else { Err(Failure::Ended(text::NoMonitorFound.str(current()).into())) }
 }
 
 #[cfg(test)]

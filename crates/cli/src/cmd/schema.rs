@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use lafet_proto::dictionary::layouts::{self, Field, Layout};
-use lafet_proto::dictionary::{Origin, REQUESTS, STATUSES, SUBSYSTEMS, Text};
+use lafet_proto::dictionary::{Key, Origin, REQUESTS, STATUSES, SUBSYSTEMS};
 use lafet_proto::flags::{ButtonState, FlagClass, FlagInfo, Severity, flags_of};
 use lafet_proto::id::key;
 use lafet_proto::param::{Access, Effect, Element, Param, Placement, Storage};
 use lafet_proto::{RequestId, SubsystemId};
+use lafet_texts::{Fixed, Lang};
 use serde_json::{Map, Value, json};
 
 use crate::failure::Outcome;
@@ -21,10 +22,8 @@ use crate::out::Out;
                         lafet schema --pretty\n  \
                         lafet schema --hub > openapi.json")]
 pub struct SchemaArgs {
-    /// The API of the hub (OpenAPI 3.1) instead of the dictionary
     #[arg(long)]
     hub: bool,
-    /// Print several lines, indented
     #[arg(long)]
     pretty: bool,
 }
@@ -64,21 +63,20 @@ pub fn schema() -> Value {
         "requests": requests(),
         "answers": answers(),
         "statuses": statuses(),
-        "severities": Severity::ALL.map(|severity| text(&severity.text())),
+        "severities": Severity::ALL.map(|severity| text(severity.text())),
         "button_states": ButtonState::ALL.map(|state| {
-            json!({ "name": format!("{state:?}"), "value": state as u8, "text": text(&state.text()) })
+            json!({ "name": format!("{state:?}"), "value": state as u8, "text": text(state.text()) })
         }),
         "flags": flags(),
         "params": params(),
     })
 }
 
-fn text(text: &Text) -> Value {
-    json!({ "en": text.en, "ru": text.ru })
-}
-
-fn unit(unit: lafet_proto::param::Unit) -> Value {
-    text(&unit.name().unwrap_or(Text::new("", "")))
+/// The words of a text in every language; empty where there is none.
+fn text(key: impl Into<Option<Key>>) -> Value {
+    let words = key.into().map_or(Fixed::same(""), lafet_texts::dictionary);
+    let of = |lang: Lang| (lang.code().to_owned(), Value::from(words.str(lang)));
+    Value::Object(Lang::ALL.into_iter().map(of).collect())
 }
 
 fn subsystems() -> Vec<Value> {
@@ -86,9 +84,9 @@ fn subsystems() -> Vec<Value> {
         json!({
             "name": info.name,
             "id": info.id.0,
-            "en": info.title.en,
-            "ru": info.title.ru,
-            "meaning": text(&info.meaning),
+            "en": lafet_texts::dictionary(info.title).en,
+            "ru": lafet_texts::dictionary(info.title).ru,
+            "meaning": text(info.meaning),
             "flags": class_of(info.id).map(|class| class.name),
         })
     };
@@ -113,8 +111,8 @@ fn requests() -> Vec<Value> {
             "section": info.section,
             "origin": origin,
             "addressees": info.addressees.iter().map(ToString::to_string).collect::<Vec<_>>(),
-            "title": text(&info.title),
-            "meaning": text(&info.meaning),
+            "title": text(info.title),
+            "meaning": text(info.meaning),
             "data": layouts::of_request(info.id).iter().map(layout).collect::<Vec<_>>(),
         })
     };
@@ -143,8 +141,8 @@ fn layout(layout: &Layout) -> Value {
         json!({
             "name": field.name,
             "type": format!("{:?}", field.kind),
-            "unit": unit(field.unit),
-            "text": text(&field.text),
+            "unit": text(field.unit.name()),
+            "text": text(field.text),
         })
     };
     let (least, most) = layout.times;
@@ -164,8 +162,8 @@ fn statuses() -> Vec<Value> {
             "name": info.name,
             "value": info.status.0,
             "success": info.status.is_success(),
-            "meaning": text(&info.meaning),
-            "remedy": text(&info.remedy),
+            "meaning": text(info.meaning),
+            "remedy": text(info.remedy),
         })
     };
     STATUSES.iter().map(one).collect()
@@ -184,10 +182,10 @@ fn flags() -> Value {
             "bit": info.shift,
             "shift": info.shift,
             "width": info.width,
-            "severity": info.severity.text().en,
-            "meaning": text(&info.meaning),
-            "cause": text(&info.cause),
-            "remedy": text(&info.remedy),
+            "severity": lafet_texts::dictionary(info.severity.text()).en,
+            "meaning": text(info.meaning),
+            "cause": text(info.cause),
+            "remedy": text(info.remedy),
         })
     };
     let list = |class: &FlagClass| Value::Array(class.flags.iter().map(one).collect());
@@ -196,14 +194,15 @@ fn flags() -> Value {
 }
 
 fn params() -> Vec<Value> {
-    let element = |one: &Element| json!({ "unit": unit(one.unit), "min": one.min, "max": one.max });
+    let element =
+        |one: &Element| json!({ "unit": text(one.unit.name()), "min": one.min, "max": one.max });
     let one = |param: Param| {
         let spec = param.spec();
         json!({
             "subsystem": spec.subsystem.to_string(),
             "name": param.name(),
             "id": spec.id.0,
-            "unit": unit(spec.unit),
+            "unit": text(spec.unit.name()),
             "quantity": format!("{:?}", spec.unit),
             "min": spec.min,
             "max": spec.max,
@@ -227,7 +226,7 @@ fn params() -> Vec<Value> {
                 Placement::Unit => "unit",
             },
             "required": spec.required,
-            "text": text(&param.text()),
+            "text": text(param.text()),
         })
     };
     Param::ALL.into_iter().map(one).collect()

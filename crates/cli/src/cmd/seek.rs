@@ -6,6 +6,7 @@ use lafet_proto::flags::{DeployerFlags, DetectorFlags};
 use lafet_proto::request::{Body, Seek};
 use lafet_proto::status::Hotbed;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::json;
 
 use super::motion::stopped;
@@ -15,7 +16,7 @@ use crate::connect::Connection;
 use crate::describe::{hotbed_rows, hotbeds_json};
 use crate::failure::Outcome;
 use crate::follow::{self, Follow, Step};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::{Out, columns};
 use crate::undo::{States, Undo};
 
@@ -25,22 +26,16 @@ use crate::undo::{States, Undo};
                         lafet -c tcp://127.0.0.1:10485 seek --from-az -60 --to-az 60\n  \
                         lafet -c sim:?fire=az=30,range=25 seek --analyse")]
 pub struct SeekArgs {
-    /// Start of the sector, horizontally: degrees, or arc-minutes like 1800' (default -90)
     #[arg(long, value_name = "DEGREES", default_value = "-90", allow_hyphen_values = true)]
     from_az: Bearing,
-    /// End of the sector, horizontally (default 90)
     #[arg(long, value_name = "DEGREES", default_value = "90", allow_hyphen_values = true)]
     to_az: Bearing,
-    /// Start of the sector, vertically (default -10)
     #[arg(long, value_name = "DEGREES", default_value = "-10", allow_hyphen_values = true)]
     from_el: Bearing,
-    /// End of the sector, vertically (default 10)
     #[arg(long, value_name = "DEGREES", default_value = "10", allow_hyphen_values = true)]
     to_el: Bearing,
-    /// Measure each fire spot precisely in a second pass
     #[arg(long)]
     analyse: bool,
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -55,7 +50,6 @@ pub struct HotbedsArgs {}
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 justify")]
 pub struct JustifyArgs {
-    /// Return as soon as the request is accepted
     #[arg(long)]
     no_wait: bool,
 }
@@ -114,24 +108,18 @@ pub async fn run_justify(args: JustifyArgs, global: &Global, out: &mut Out) -> O
         angles.push(values.first().copied().unwrap_or(0));
     }
     let [horizontal, vertical] = [0, 1].map(|index| angles.get(index).copied().unwrap_or(0));
-    out.show(
-        pick(
-            format!("Aligned: the detector points {horizontal}' left and {vertical}' up."),
-            format!("Отъюстировано: ось извещателя на {horizontal}' левее и {vertical}' выше."),
-        ),
-        || {
-            json!({
-                "justified": true,
-                "horizontal_arcmin": horizontal,
-                "vertical_arcmin": vertical,
-            })
-        },
-    )
+    out.show(text::Aligned { horizontal, vertical }.of(current()), || {
+        json!({
+            "justified": true,
+            "horizontal_arcmin": horizontal,
+            "vertical_arcmin": vertical,
+        })
+    })
 }
 
 fn show(hotbeds: &[Hotbed], out: &mut Out) -> Outcome {
     let text = if hotbeds.is_empty() {
-        pick("No fire spots.", "Очагов загорания нет.").to_owned()
+        text::NoFireSpots.str(current()).to_owned()
     } else {
         columns(&hotbed_rows(hotbeds))
     };
@@ -144,7 +132,7 @@ fn judge_seek(states: &States, searched: &mut bool) -> Step {
     let flags = DetectorFlags::from_bits_retain(bits);
     let deployer = DeployerFlags::from_bits_retain(states.flags(SubsystemId::DEPLOYER));
     if deployer.contains(DeployerFlags::DEPLOYING) {
-        return Step::Running(pick("deploying", "развёртывание").into());
+        return Step::Running(text::SeekDeploying.str(current()).into());
     }
     if flags.contains(DetectorFlags::SEARCHING) {
         *searched = true;
@@ -181,8 +169,5 @@ fn aim(states: &States) -> String {
     };
     let [horizontal, vertical] = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL].map(position);
     let (horizontal, vertical) = (horizontal.unwrap_or_default(), vertical.unwrap_or_default());
-    pick(
-        format!("looking at azimuth {horizontal}, elevation {vertical}"),
-        format!("осмотр: азимут {horizontal}, возвышение {vertical}"),
-    )
+    text::SeekLooksAt { horizontal, vertical }.of(current())
 }

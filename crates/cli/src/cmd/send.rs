@@ -8,13 +8,14 @@ use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::text::{BUFFER_SIZE, parse};
 use lafet_proto::{Record, Request};
+use lafet_texts::{Text as _, cli as text};
 
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
-use crate::failure::{Asked, Failure, Outcome, refusal};
+use crate::failure::{Failure, Outcome, refusal};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 use crate::texts;
 use crate::undo::{Because, Undo, may_be_executed};
@@ -26,8 +27,6 @@ use crate::undo::{Because, Undo, may_be_executed};
                         lafet -c tcp://127.0.0.1:10485 send 9dc80002fe23\n  \
                         lafet -c tcp://127.0.0.1:10485 send - < requests.txt")]
 pub struct SendArgs {
-    /// Requests as text: each in quotes, or a single one without; or records in hexadecimal; -
-    /// reads lines from standard input. Several are sent in one frame
     #[arg(
         value_name = "REQUEST",
         required = true,
@@ -63,7 +62,9 @@ pub async fn run(args: SendArgs, global: &Global, out: &mut Out) -> Outcome {
         if let Some(answer) = answers.refusal() {
             count += 1;
             let error = refusal(request.body.id(), request.to, answer.status(), answer.from());
-            refused.get_or_insert((error, Box::new(Asked::new(request, answer))));
+            if refused.is_none() {
+                refused = Some((error, Box::new(connection.refused(request, answer).await)));
+            }
         }
     }
     match refused {
@@ -147,10 +148,7 @@ fn records<'a>(text: &str, bytes: &'a [u8]) -> Result<Vec<Request<'a>>, Failure>
     let records: Result<Vec<Record<'a>>, _> = Records::new(bytes).collect();
     let records = records.map_err(|error| {
         let reason = texts::decode_error(&error);
-        Failure::Usage(pick(
-            format!("`{text}` is not a sequence of records: {reason}"),
-            format!("`{text}` — не последовательность записей: {reason}"),
-        ))
+        Failure::Usage(text::NotRecords { text, reason }.of(current()))
     })?;
     Ok(records.into_iter().map(request).collect())
 }

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lafet_hub::store::StateFile;
 use lafet_hub::{Config, EXAMPLES, Overrides, UNIT};
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 
 use crate::failure::{Failure, Outcome};
 use crate::hub::{Running, browse, log};
 use crate::interrupt::Interrupt;
-use crate::lang::{current, pick};
+use crate::lang::{Lang, current};
 use crate::out::Out;
 
 /// Where the configuration is looked for, in this order.
@@ -24,28 +25,20 @@ const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
                         lafet serve --config hub.toml\n  \
                         lafet serve --unit > /etc/systemd/system/lafet-hub.service")]
 pub struct ServeArgs {
-    /// Configuration (default: hub.toml here, then /etc/lafet/hub.toml)
     #[arg(long, value_name = "FILE", env = "LAFET_HUB_CONFIG")]
     config: Option<PathBuf>,
-    /// Print an example configuration
     #[arg(long)]
     example: bool,
-    /// Only report errors in the configuration
     #[arg(long)]
     check: bool,
-    /// Port to listen on, instead of the configured one; 0 takes a free one
     #[arg(long, value_name = "PORT")]
     port: Option<u16>,
-    /// Do not open a browser
     #[arg(long)]
     no_browser: bool,
-    /// Check an exported audit log for changed or removed entries
     #[arg(long, value_name = "FILE")]
     verify_audit: Option<PathBuf>,
-    /// Continue although state files are lost or changed: hub (users), audit
     #[arg(long, value_name = "FILES", value_delimiter = ',', value_parser = state_file)]
     accept_lost: Vec<StateFile>,
-    /// Print the unit file for systemd
     #[arg(long)]
     unit: bool,
 }
@@ -54,13 +47,16 @@ pub struct ServeArgs {
 fn state_file(word: &str) -> Result<StateFile, String> {
     let known = StateFile::ALL.into_iter().find(|it| it.word() == word);
     let words = StateFile::ALL.map(StateFile::word).join(", ");
-    known.ok_or_else(|| pick(format!("one of {words}"), format!("одно из: {words}")))
+    known.ok_or_else(|| text::OneOfWords { words }.of(current()))
 }
 
 /// Runs the hub until SIGINT or SIGTERM.
 pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
     if args.example {
-        let example = pick(EXAMPLES[0], EXAMPLES[1]);
+        let example = match current() {
+            Lang::En => EXAMPLES[0],
+            Lang::Ru => EXAMPLES[1],
+        };
         return out.show(example.trim_end(), || json!({ "example": example }));
     }
     if args.unit {
@@ -74,10 +70,8 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
     config.accept_lost.clone_from(&args.accept_lost);
     if args.check {
         let count = config.monitors.len();
-        let text = pick(
-            format!("{file}: no errors; monitors: {count}; listens on {}", config.listen),
-            format!("{file}: ошибок нет; стволов: {count}; адрес {}", config.listen),
-        );
+        let text =
+            text::ConfigGood { file: &file, count, listen: Shown(config.listen) }.of(current());
         let warnings: Vec<String> =
             config.warnings.iter().map(|it| it.localized(current())).collect();
         let text =
@@ -102,22 +96,13 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
 fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
     let usual = || FILES.iter().map(PathBuf::from).find(|path| path.is_file());
     let Some(path) = args.config.clone().or_else(usual) else {
-        return Err(Failure::Usage(pick(
-            format!(
-                "There is no configuration: neither {} nor {} exists. To create one: \
-                 lafet serve --example > hub.toml. To try it without monitors: lafet demo.",
-                FILES[0], FILES[1]
-            ),
-            format!(
-                "Нет конфигурации: ни {}, ни {} не существует. С чего начать: \
-                 lafet serve --example > hub.toml. Посмотреть без стволов: lafet demo.",
-                FILES[0], FILES[1]
-            ),
-        )));
+        return Err(Failure::Usage(
+            text::NoConfig { first: FILES[0], second: FILES[1] }.of(current()),
+        ));
     };
     let file = path.display().to_string();
     let text = std::fs::read_to_string(&path).map_err(|error| {
-        Failure::io(pick(format!("cannot read {file}"), format!("не читается {file}")), error)
+        Failure::io(text::CannotReadConfig { file: &file }.of(current()), error)
     })?;
     let environment = Overrides::of_environment(|name| std::env::var(name).ok());
     let overrides = Overrides { port: args.port, ..environment };
@@ -132,37 +117,20 @@ fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
 fn verify(file: &Path, out: &mut Out) -> Outcome {
     let shown = file.display();
     let open = std::fs::File::open(file).map_err(|error| {
-        Failure::io(pick(format!("cannot read {shown}"), format!("не читается {shown}")), error)
+        Failure::io(text::CannotReadSite { shown: Shown(shown) }.of(current()), error)
     })?;
     let verified = lafet_hub::store::verify_lines(io::BufReader::new(open).lines());
     let value = || json!(verified);
     match verified.bad {
         None => out.show(
-            pick(
-                format!(
-                    "{} entries, none changed, none missing up to the last one, whose hash is {}",
-                    verified.entries, verified.head
-                ),
-                format!(
-                    "записей: {}, до последней ничего не изменено и не удалено; её хэш {}",
-                    verified.entries, verified.head
-                ),
-            ),
+            text::AuditGood { entries: verified.entries, head: &verified.head }.of(current()),
             value,
         ),
         Some(bad) => {
             if out.json() {
                 out.value(&value())?;
             }
-            Err(Failure::Ended(pick(
-                format!(
-                    "Entry {bad} is not as written: it was changed, or an entry before it was \
-                     removed."
-                ),
-                format!(
-                    "Запись {bad} — не та, что была сделана: изменена либо удалена предыдущая."
-                ),
-            )))
+            Err(Failure::Ended(text::AuditChanged { bad }.of(current())))
         }
     }
 }

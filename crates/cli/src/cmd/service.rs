@@ -2,9 +2,11 @@
 
 use clap::{Args, ValueEnum};
 use lafet_proto::answer::Reply;
+use lafet_proto::crash::Context;
 use lafet_proto::request::Body;
 use lafet_proto::status::FaultInfo;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::cli as text;
 use serde_json::{Map, Value, json};
 
 use super::motion::simple;
@@ -13,7 +15,7 @@ use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
 use crate::failure::Outcome;
-use crate::lang::{of, pick};
+use crate::lang::{current, of};
 use crate::out::Out;
 
 /// Arguments of `lafet lockout`.
@@ -21,7 +23,6 @@ use crate::out::Out;
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 lockout on\n  \
                         lafet -c tcp://127.0.0.1:10485 lockout off")]
 pub struct LockoutArgs {
-    /// on: everything stops, valves close, every command is refused; off: the monitor works again
     #[arg(value_name = "on|off")]
     state: Switch,
 }
@@ -50,7 +51,7 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     let connection = Connection::open(global).await?;
     let (answers, saved) = connection.monitor.save_lockout(on).await?;
     let request = Request::lockout(on);
-    let what = pick("Non-volatile memory", "ЭНОЗУ");
+    let what = text::CrashMemory.str(current());
     let answered = exchange::text(request.to, &answers);
     out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {
         let mut json = exchange::json(&request, &answers);
@@ -70,11 +71,10 @@ pub async fn run_crash(global: &Global, out: &mut Out) -> Outcome {
     let connection = Connection::open(global).await?;
     let answers = connection.ask(SubsystemId::GENERAL, Body::GetCrashData).await?;
     let Ok(Reply::Fault(info)) = answers.first().decode().map(|answer| answer.data) else {
-        return out
-            .show(pick("No crash data.", "Данных об отказе нет."), || json!({ "fault": null }));
+        return out.show(text::NoCrashData.str(current()), || json!({ "fault": null }));
     };
     if info == FaultInfo::NONE {
-        let text = pick("No hardware fault is recorded.", "Аппаратных отказов не записано.");
+        let text = text::NoHardwareFault.str(current());
         return out.show(text, || json!({ "fault": null }));
     }
     out.show(crash_text(&info), || crash_json(&info))
@@ -91,7 +91,7 @@ fn crash_text(info: &FaultInfo) -> String {
         }
         for (_, unknown) in info.unknown_bits().iter().filter(|(n, bits)| *n == name && *bits != 0)
         {
-            let text = pick("bits that are not known", "неизвестные биты");
+            let text = text::UnknownBits.str(current());
             lines.push(format!("    {text}: {unknown:#010x}"));
         }
     }
@@ -109,13 +109,13 @@ fn remark(info: &FaultInfo, name: &str) -> String {
     }
     let context = info.context();
     let number = context.number().map(|number| format!(" {number}")).unwrap_or_default();
-    let running = pick("running", "исполнялось");
-    format!("  {running}: {}{number}", running_in(context))
+    let running = text::CrashRunning.str(current());
+    format!("  {running}: {}{number}", executed(context))
 }
 
-/// What the processor was at.
-fn running_in(context: lafet_proto::crash::Context) -> &'static str {
-    context.name().or(context.text().map(|text| of(&text))).unwrap_or_default()
+/// What the processor was executing.
+fn executed(context: Context) -> &'static str {
+    context.name().or_else(|| context.text().map(|text| of(&text))).unwrap_or_default()
 }
 
 fn crash_json(info: &FaultInfo) -> Value {
@@ -137,7 +137,7 @@ fn crash_json(info: &FaultInfo) -> Value {
     json!({
         "fault": words,
         "bits": bits,
-        "running": { "what": running_in(context), "number": context.number() },
+        "running": { "what": executed(context), "number": context.number() },
     })
 }
 

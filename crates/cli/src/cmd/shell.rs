@@ -4,7 +4,7 @@
 //! accepted, and Ctrl-C stops whatever moves before it does anything else.
 
 use std::collections::VecDeque;
-use std::io::{self, BufRead, IsTerminal};
+use std::io::{self, IsTerminal};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use clap::{Args, FromArgMatches};
 use lafet_client::Endpoint;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
-use tokio::sync::mpsc;
+use lafet_texts::{Text as _, cli as text};
 use tokio::time::{Instant, interval, timeout};
 
 use super::program::ProgramCommand;
@@ -23,8 +23,9 @@ use crate::connect::{Connection, url_of};
 use crate::exchange;
 use crate::failure::{Failure, Outcome};
 use crate::help;
+use crate::input;
 use crate::interrupt::{Caught, Interrupt};
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::Out;
 use crate::shell::ahead::Ahead;
 use crate::shell::complete::FIXED;
@@ -49,13 +50,10 @@ const GRACE: Duration = Duration::from_secs(3);
                         commands.txt\n  printf 'deploy\\nmove vertical 20deg\\n' | lafet shell \
                         tcp://127.0.0.1:10485")]
 pub struct ShellArgs {
-    /// The monitor; without it, that of --connect
     #[arg(value_name = "URL")]
     monitor: Option<String>,
-    /// Continue a script after a command fails; the exit code is that of the first failure
     #[arg(short, long)]
     keep_going: bool,
-    /// Do not save the history of what was typed
     #[arg(long)]
     no_history: bool,
 }
@@ -134,7 +132,7 @@ impl Shell {
         }
         changes.abort();
         if self.moves() {
-            eprintln!("{}", pick("The motion continues.", "Движение продолжается."));
+            eprintln!("{}", text::MotionContinues.str(current()));
         }
         Ok(())
     }
@@ -169,7 +167,7 @@ impl Shell {
 
     /// Runs the lines of standard input.
     async fn script(&mut self, keep_going: bool) -> Outcome {
-        let mut lines = lines();
+        let mut lines = input::lines();
         let mut number = 0_u64;
         let mut first = 0;
         loop {
@@ -186,10 +184,7 @@ impl Shell {
             if code == 0 {
                 continue;
             }
-            eprintln!(
-                "{}",
-                pick(format!("Line {number}: {line}"), format!("Строка {number}: {line}"))
-            );
+            eprintln!("{}", text::ScriptLine { number, line }.of(current()));
             first = if first == 0 { code } else { first };
             // An interrupt ends the whole script, even with --keep-going.
             if !keep_going || code == Failure::Interrupted.exit_code() {
@@ -249,7 +244,7 @@ impl Shell {
         }
         match Cli::from_arg_matches_mut(&mut matches) {
             Ok(Cli { command: Command::Shell(_), .. }) => {
-                eprintln!("{}", pick("The shell is already running.", "Оболочка уже запущена."));
+                eprintln!("{}", text::ShellInShell.str(current()));
                 Wish::Told(2)
             }
             Ok(cli) if needs_line(&cli.command) && self.is_alone() => {
@@ -430,47 +425,22 @@ async fn tell_changes(feed: Arc<Feed>, notices: Notices) {
 fn gone(seen: &Seen, why: &str) -> String {
     let name = &seen.name;
     let why = if why.is_empty() { String::new() } else { format!(": {why}") };
-    pick(format!("{name} does not answer{why}"), format!("{name} не отвечает{why}"))
+    text::MonitorLost { name, why }.of(current())
 }
 
 fn back(seen: &Seen) -> String {
     let (name, state) = (&seen.name, seen.condition());
-    pick(format!("{name} answers again: {state}."), format!("{name} снова отвечает: {state}."))
+    text::MonitorBack { name, state }.of(current())
 }
 
 fn greeting() -> &'static str {
-    pick(
-        "help: the commands of lafet, without the URL. Tab completes. exit quits.\n\
-         stop and Ctrl-C stop whatever moves.",
-        "help — команды lafet, без URL. Tab дополняет. exit — выход.\n\
-         stop и Ctrl-C останавливают любое движение.",
-    )
+    text::ShellHelp.str(current())
 }
 
 fn fixed(name: &str) -> String {
-    pick(
-        format!("--{name} is set when the shell starts: `exit` and restart it."),
-        format!("--{name} задаётся при запуске оболочки: `exit` и запустите её заново."),
-    )
+    text::OptionAtStartOnly { name }.of(current())
 }
 
 fn taken() -> &'static str {
-    pick(
-        "The shell holds this line, and the command needs it exclusively: run it without the \
-         shell.",
-        "Линию держит оболочка, а команде она нужна целиком: выполните её без оболочки.",
-    )
-}
-
-/// Lines of standard input as they arrive, read by a thread.
-fn lines() -> mpsc::UnboundedReceiver<String> {
-    let (sender, lines) = mpsc::unbounded_channel();
-    std::thread::spawn(move || {
-        for line in io::stdin().lock().lines().map_while(Result::ok) {
-            if sender.send(line).is_err() {
-                return;
-            }
-        }
-    });
-    lines
+    text::LineHeldByShell.str(current())
 }

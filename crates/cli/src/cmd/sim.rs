@@ -11,15 +11,16 @@ use lafet_sim::fire::FireSpec;
 use lafet_sim::flash::Flash;
 use lafet_sim::radio::RadioConfig;
 use lafet_sim::sim::Config;
+use lafet_texts::{Shown, Text as _, cli as text};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use crate::cmd::exercise;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
-use crate::serve::{Air, Listen, Shared, pace};
+use crate::serve::{Air, Listen, Paced, Shared};
 use crate::simulator;
 use crate::surroundings::Surroundings;
 
@@ -50,14 +51,10 @@ pub struct SimArgs {
     /// Do something else than serve one monitor
     #[command(subcommand)]
     command: Option<SimCommand>,
-    /// Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; prefix radio+ for the radio
-    /// interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
     #[arg(long, value_name = "WHERE")]
     listen: Vec<Listen>,
-    /// Configuration of the monitor: full, remote, mini, ex or limit-switch (default full)
     #[arg(long, value_name = "NAME", default_value = "full", value_parser = simulator::profile)]
     profile: Composition,
-    /// Address of the monitor, 1 to 127 (default 1)
     #[arg(
         long,
         value_name = "N",
@@ -65,40 +62,25 @@ pub struct SimArgs {
         value_parser = clap::value_parser!(u8).range(1..=127)
     )]
     addr: u8,
-    /// Seed of everything random (default 7, or the scenario's)
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Simulated seconds per second of real time (default 1)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = simulator::speed)]
     speed: f64,
-    /// A fire: az=DEGREES,range=METRES, and optionally size=METRES, growth=M/S, reignites=1; left
-    /// is positive; lit=0 is an object that other fires can ignite. May be repeated; without it
-    /// nothing burns
     #[arg(long, value_name = "FIRE", value_parser = simulator::fire)]
     fire: Vec<FireSpec>,
-    /// Break something from the start, such as horizontal-lag or pump-off (docs/faults.md). May be repeated
     #[arg(long, value_name = "FAULT", value_parser = simulator::fault,
           conflicts_with_all = ["firmware", "site"])]
     fault: Vec<Fault>,
     #[command(flatten)]
     surroundings: Surroundings,
-    /// Put radio modems between the radio+ listeners and the monitor, all on one half-duplex
-    /// channel: rate=BITS/S,latency=MS,loss=SHARE,errors=SHARE (of bits); defaults
-    /// rate=9600,latency=40,loss=0,errors=0. Without such a listener: radio+tcp://127.0.0.1:10486
     #[arg(long, value_name = "CHANNEL", value_parser = channel)]
     radio: Option<RadioConfig>,
-    /// Run this monitor program in QEMU instead of our own (an ELF file for the board lm3s6965evb,
-    /// see firmware/); listens on one TCP address
     #[arg(long, value_name = "FILE", requires = "on", conflicts_with_all = ["radio", "site"])]
     firmware: Option<PathBuf>,
-    /// Where the monitor's program runs
     #[arg(long, value_name = "EMULATOR", value_parser = ["qemu"], requires = "firmware")]
     on: Option<String>,
-    /// Keep the monitor's memory (parameters, lockout) in this file
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// Serve all monitors of this scenario (a file, or the name of one that comes with lafet), with
-    /// its fires and events, where it specifies; --listen puts all of them on one bus elsewhere
     #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["profile", "addr", "fire", "wind", "gusts", "glare", "wall", "flash"])]
     site: Option<String>,
 }
@@ -106,7 +88,6 @@ pub struct SimArgs {
 /// Subcommands of `lafet sim`.
 #[derive(Debug, Subcommand)]
 enum SimCommand {
-    /// Run a scenario in virtual time and report the result
     Run(exercise::RunArgs),
 }
 
@@ -154,19 +135,20 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     }
     let air = by_radio(args.radio, args.seed.unwrap_or(SEED), &mut listen)?;
     let mut tasks = JoinSet::new();
+    let paced = Paced::new(sim.clone(), args.speed);
     if let Some(air) = &air {
-        tasks.spawn(air.clone().carry(sim.clone()));
+        tasks.spawn(air.clone().carry(paced.clone()));
     }
     for place in &listen {
         let listening = place.open().await.map_err(|error| cannot_listen(place, error))?;
         let url = listening.url();
         out.show(format!("listening {url}"), || serde_json::json!({ "listening": url }))?;
-        tasks.spawn(listening.serve_over(air.clone(), sim.clone()));
+        tasks.spawn(listening.serve_over(air.clone(), paced.clone()));
     }
     if !burns {
         nothing_burns(out)?;
     }
-    tasks.spawn(run_time(sim.clone(), args.speed));
+    tasks.spawn(run_time(paced));
     if let Some(path) = args.flash.clone() {
         tasks.spawn(keep(sim.clone(), path));
     }
@@ -179,16 +161,13 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
     }
     match ended {
         Ok(()) => Ok(()),
-        Err(Ok(Err(error))) => Err(Failure::io(pick("simulator", "имитатор"), error)),
-        Err(_) => Err(Failure::Ended(pick("The simulator has failed.", "Отказ имитатора.").into())),
+        Err(Ok(Err(error))) => Err(Failure::io(text::TheSimulator.str(current()), error)),
+        Err(_) => Err(Failure::Ended(text::SimulatorFailed.str(current()).into())),
     }
 }
 
 fn nothing_burns(out: &mut Out) -> Outcome {
-    out.say(pick(
-        "nothing burns; --fire az=30,range=25 lights a fire 25 m away, 30° to the left",
-        "ничего не горит; --fire az=30,range=25 зажигает очаг в 25 м, на 30° левее",
-    ))
+    out.say(text::NothingBurns.str(current()))
 }
 
 #[cfg(unix)]
@@ -220,47 +199,29 @@ pub fn by_radio(
         listen.push(Listen::radio(format!("127.0.0.1:{}", lafet_proto::bus::PORT_RADIO)));
     }
     if let Some(place) = listen.iter().find(|place| place.is_radio() && place.has_records()) {
-        return Err(Failure::Usage(pick(
-            format!("{place}: --radio needs frames, so that losses are noticed."),
-            format!("{place}: с --radio нужны кадры, иначе потери незаметны."),
-        )));
+        return Err(Failure::Usage(text::RadioNeedsFrames { place: Shown(place) }.of(current())));
     }
     Ok(Some(Air::new(config, seed)))
 }
 
 fn channel(text: &str) -> Result<RadioConfig, String> {
-    text.parse().map_err(|part: String| {
-        pick(
-            format!(
-                "`{part}`: expected rate=300…10000000, latency=0…10000 (ms), loss=0…1, errors=0…1"
-            ),
-            format!(
-                "`{part}`: ожидается rate=300…10000000, latency=0…10000 (мс), loss=0…1, errors=0…1"
-            ),
-        )
-    })
+    text.parse().map_err(|part: String| text::RadioExpected { part }.of(current()))
 }
 
-async fn run_time(sim: Shared, speed: f64) -> io::Result<()> {
-    pace(sim, speed).await;
+async fn run_time(sim: Paced<Shared>) -> io::Result<()> {
+    sim.run().await;
     Ok(())
 }
 
 /// Describes why a listener cannot be opened.
 pub fn cannot_listen(place: &Listen, error: io::Error) -> Failure {
-    let what = pick(
-        format!("cannot listen on {place} (is another simulator running? port 0 takes a free one)"),
-        format!("нельзя открыть {place} (не запущен ли другой имитатор? порт 0 — любой свободный)"),
-    );
+    let what = text::CannotListenSim { place: Shown(place) }.of(current());
     Failure::io(what, error)
 }
 
 fn cannot_keep(path: &Path, error: io::Error) -> Failure {
     let path = path.display();
-    let what = pick(
-        format!("cannot keep the memory in {path}"),
-        format!("не удаётся сохранить память в {path}"),
-    );
+    let what = text::CannotKeepMemory { path: Shown(path) }.of(current());
     Failure::io(what, error)
 }
 
@@ -273,16 +234,7 @@ fn load(path: &Path) -> Result<Option<Flash>, Failure> {
     };
     Flash::from_bytes(&bytes).map(Some).map_err(|_| {
         let path = path.display();
-        Failure::Usage(pick(
-            format!(
-                "{path} is not the memory of a simulated monitor, is damaged, or comes from an \
-                 earlier version. Remove it to start with a new one, or give another file."
-            ),
-            format!(
-                "{path} — не память имитатора ствола, повреждён или создан прежней версией. \
-                 Удалите файл, чтобы начать с новой памяти, или укажите другой."
-            ),
-        ))
+        Failure::Usage(text::NotAMemory { path: Shown(path) }.of(current()))
     })
 }
 

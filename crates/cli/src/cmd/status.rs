@@ -18,7 +18,6 @@ use crate::out::{Out, columns};
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 status\n  \
                         lafet -c sim: status deployer --json")]
 pub struct StatusArgs {
-    /// The subsystem; all without it
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: Option<SubsystemId>,
 }

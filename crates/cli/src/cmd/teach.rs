@@ -9,6 +9,7 @@ use lafet_client::{Hold, StatusUpdate};
 use lafet_proto::SubsystemId;
 use lafet_proto::request::LimitsState;
 use lafet_proto::status::Limits;
+use lafet_texts::{Shown, Text as _, cli as text};
 use ratatui::crossterm::event::{KeyCode, KeyEventKind};
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
@@ -18,9 +19,10 @@ use crate::angle;
 use crate::cli::{Global, drive};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
+use crate::input;
 use crate::interrupt::Interrupt;
 use crate::keyboard::{Keyboard, Keys};
-use crate::lang::{current, of, pick};
+use crate::lang::current;
 use crate::out::Out;
 use crate::undo::{Because, Undo};
 
@@ -35,10 +37,8 @@ const LEASE: Duration = Duration::from_millis(300);
                         lafet -c tcp://127.0.0.1:10485 limits teach horizontal\n  \
                         lafet -c tcp://127.0.0.1:10485 limits teach --here left")]
 pub struct TeachArgs {
-    /// The drive; without it Horizontal, Vertical and Nozzle in turn
     #[arg(value_name = "DRIVE", value_parser = drive)]
     drive: Option<SubsystemId>,
-    /// Do not prompt: take the present position as this limit (left, right, up, down, narrow, wide)
     #[arg(long, value_name = "SIDE", value_parser = side, conflicts_with = "drive")]
     here: Option<Side>,
 }
@@ -46,9 +46,7 @@ pub struct TeachArgs {
 fn side(text: &str) -> Result<Side, String> {
     let names = Side::ALL.map(Side::name).join(", ");
     let found = Side::ALL.into_iter().find(|side| side.name().eq_ignore_ascii_case(text));
-    found.ok_or_else(|| {
-        pick(format!("expected one of {names}"), format!("ожидается одно из: {names}"))
-    })
+    found.ok_or_else(|| text::OneOfNames { names }.of(current()))
 }
 
 /// Runs `lafet limits teach`: takes one limit, or guides the user through all of them.
@@ -64,14 +62,7 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
     if let Some(one) = args.drive {
         drives.retain(|drive| *drive == one);
         if drives.is_empty() {
-            return Err(Failure::Usage(
-                pick(
-                    "The end positions of Deployer are set by its switches: it has no limits to \
-                     set.",
-                    "Крайние положения Deployer определяются его датчиками: задать их нельзя.",
-                )
-                .into(),
-            ));
+            return Err(Failure::Usage(text::DeployerWithoutLimits.str(current()).into()));
         }
         // Its own refusal says why: the drive is absent, or has limit switches.
         connection.monitor.limits(one).await?;
@@ -111,10 +102,7 @@ async fn give_up(
     };
     match Undo::teaching(drive).carry_out(connection, out, interrupt, because).await {
         Failure::BrokenOff(broken) if broken.is_at_rest() => {
-            let kept = out.say(pick(
-                format!("{drive} keeps its old limits; they are on again."),
-                format!("У {drive} прежние пределы; они снова включены."),
-            ));
+            let kept = out.say(text::OldLimitsAgain { drive: Shown(drive) }.of(current()));
             kept.err().unwrap_or(failure)
         }
         broken => broken,
@@ -131,36 +119,12 @@ async fn teach(
     let monitor = &connection.monitor;
     let old = monitor.limits(drive).await?;
     let range = limits_text(drive, old);
-    note(
-        out,
-        &pick(
-            format!(
-                "{drive}: its limits are {range}. They are off now: only the motor's overload \
-                 protection stops it at the end of its travel."
-            ),
-            format!(
-                "{drive}: пределы {range}. Теперь они выключены: в конце хода его остановит только \
-             перегрузка двигателя."
-            ),
-        ),
-    );
+    note(out, &text::LimitsAreOff { drive: Shown(drive), range }.of(current()));
     monitor.switch_limits(drive, LimitsState::Off).await?;
     let mut taken = Vec::new();
     for side in Side::ALL.into_iter().filter(|side| side.drive() == drive) {
-        let word = of(&side.text());
-        note(
-            out,
-            &pick(
-                format!(
-                    "Move {drive} to its {word} limit. Enter takes it, s keeps the old one, q \
-                     gives up."
-                ),
-                format!(
-                    "Подведите {drive}: {word} предел. Enter — принять, s — оставить прежний, q — \
-                     отказаться."
-                ),
-            ),
-        );
+        let word = side.text().str(current());
+        note(out, &text::TeachKeys { drive: Shown(drive), word }.of(current()));
         loop {
             match hand.wait(connection, out).await? {
                 Word::Quit => return Err(Failure::Interrupted),
@@ -170,7 +134,7 @@ async fn teach(
             match monitor.take_limit(side).await {
                 Ok(one) => {
                     let at = angle::show(drive, one.position.into());
-                    note(out, &pick(format!("{word}: {at}"), format!("{word}: {at}")));
+                    note(out, &format!("{word}: {at}"));
                     taken.push(one);
                     break;
                 }
@@ -183,13 +147,7 @@ async fn teach(
     monitor.confirm_limits(drive).await?;
     let limits = monitor.limits(drive).await?;
     let range = limits_text(drive, limits);
-    note(
-        out,
-        &pick(
-            format!("{drive}: limits are on: {range}."),
-            format!("{drive}: пределы включены: {range}."),
-        ),
-    );
+    note(out, &text::LimitsAreOn { drive: Shown(drive), range }.of(current()));
     Ok(json!({
         "drive": drive.to_string(),
         "taken": taken.iter().map(|one| one.side.name()).collect::<Vec<_>>(),
@@ -205,18 +163,12 @@ fn limits_text(drive: SubsystemId, limits: Limits) -> String {
 
 fn taken_text(taken: &Taken) -> String {
     let drive = taken.side.drive();
-    let word = of(&taken.side.text());
+    let word = taken.side.text().str(current());
     let at = angle::show(drive, taken.position.into());
     let range = limits_text(drive, taken.limits);
     match taken.in_force {
-        true => pick(
-            format!("{drive}: {word} limit {at}. Its limits are {range}."),
-            format!("{drive}: {word} предел {at}. Пределы: {range}."),
-        ),
-        false => pick(
-            format!("{drive}: {word} limit {at}, in force after `lafet limits on {drive}`."),
-            format!("{drive}: {word} предел {at}, вступит в силу после `lafet limits on {drive}`."),
-        ),
+        true => text::LimitTaken { drive: Shown(drive), word, at, range }.of(current()),
+        false => text::LimitTakenLater { drive: Shown(drive), word, at }.of(current()),
     }
 }
 
@@ -251,16 +203,7 @@ impl Hand {
     }
 
     fn lines() -> Self {
-        // A thread waits for lines, and ends with the program.
-        let (sender, receiver) = mpsc::unbounded_channel();
-        std::thread::spawn(move || {
-            for line in io::stdin().lines().map_while(Result::ok) {
-                if sender.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-        Self::Lines(receiver)
+        Self::Lines(input::lines())
     }
 
     async fn wait(&mut self, connection: &Connection, out: &mut Out) -> Result<Word, Failure> {

@@ -2,11 +2,11 @@
 
 use clap::{ArgGroup, Args};
 use lafet_sim::throw::{Figure, Kind, PRESSURE_MPA, Refusal, Shot, Size, Throw, noted, refused};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
-use crate::coverage::report::comma;
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::{current, decimals};
 use crate::out::{Out, columns};
 
 /// Most lines of a table.
@@ -23,36 +23,24 @@ const STEP_LEAST: f64 = 0.1;
                   lafet throw --kind smooth --outlet 19 --pressure 4.8bar --elevation 35 --wind 5"
 )]
 pub struct ThrowArgs {
-    /// Flow: l/s, or with a unit (20, 1200l/min)
     #[arg(long, value_name = "FLOW", value_parser = flow)]
     flow: Option<f64>,
-    /// Instead of the flow: diameter of the outlet, mm
     #[arg(long, value_name = "MM")]
     outlet: Option<f64>,
-    /// Pressure at the nozzle: MPa, or with a unit (0.8, 8bar)
     #[arg(long, value_name = "PRESSURE", value_parser = pressure)]
     pressure: f64,
-    /// Elevation, degrees; FROM..TO for a table
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = elevations)]
     elevation: Elevations,
-    /// Step of the table, degrees (default 5)
     #[arg(long, value_name = "DEGREES", default_value_t = 5.0)]
     step: f64,
-    /// Kind of the nozzle: monitor (default), with an adjustable nozzle, as its makers state the reach; smooth, a
-    /// smooth bore behind a straight barrel
     #[arg(long, value_name = "KIND", default_value = "monitor", value_parser = kind)]
     kind: Kind,
-    /// Position of an adjustable nozzle, mm: 60 narrowest (default), 0 widest
     #[arg(long, value_name = "MM", default_value_t = 60.0)]
     nozzle: f64,
-    /// Wind 10 m above the ground, m/s (default 0)
     #[arg(long, value_name = "SPEED", default_value_t = 0.0)]
     wind: f64,
-    /// Where the wind comes from, degrees clockwise from the direction of the jet: 0 (default) is against it, 90 from
-    /// its right, 180 from behind
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0)]
     wind_from: f64,
-    /// Height of the nozzle above the ground on which the water lands, m (default 1.5)
     #[arg(long, value_name = "METRES", default_value_t = 1.5)]
     height: f64,
 }
@@ -68,10 +56,8 @@ struct Elevations {
 pub fn run(args: &ThrowArgs, out: &mut Out) -> Outcome {
     let shots = shots(args)?;
     let throws: Result<Vec<Throw>, Refusal> = shots.iter().map(Shot::throw).collect();
-    let throws = throws.map_err(|refusal| {
-        let problem = refused(&refusal);
-        Failure::Usage(pick(problem.en, problem.ru))
-    })?;
+    let throws =
+        throws.map_err(|problem| Failure::Usage(refused(&problem).of(current()).to_owned()))?;
     let simulator = simulator(&shots);
     out.show(text(&shots, &throws, &simulator), || as_json(&shots, &throws, &simulator))
 }
@@ -82,10 +68,9 @@ fn shots(args: &ThrowArgs) -> Result<Vec<Shot>, Failure> {
     let step = if args.step.is_finite() { args.step } else { 0.0 };
     let lines = if from < to { ((to - from) / step + 1e-9).floor() + 1.0 } else { 1.0 };
     if from < to && step < STEP_LEAST || lines > LINES_MAX as f64 {
-        return Err(Failure::Usage(pick(
-            format!("--step: at least {STEP_LEAST}°, and at most {LINES_MAX} lines of the table"),
-            format!("--step: не меньше {STEP_LEAST}° и не больше {LINES_MAX} строк таблицы"),
-        )));
+        return Err(Failure::Usage(
+            text::ThrowStep { step_least: STEP_LEAST, lines_max: LINES_MAX }.of(current()),
+        ));
     }
     let size = match (args.outlet, args.flow) {
         (Some(outlet_mm), _) => Size::Outlet(outlet_mm),
@@ -117,17 +102,17 @@ fn text(shots: &[Shot], throws: &[Throw], simulator: &[Option<f64>]) -> String {
     let (Some(shot), Some(throw)) = (shots.first(), throws.first()) else { return String::new() };
     let in_wind = shot.wind_mps > 0.0;
     let mut titles = vec![
-        pick("elevation", "возвышение"),
-        pick("middle, m", "середина, м"),
-        pick("greatest, m", "наибольшая, м"),
-        pick("top, m", "высота, м"),
-        pick("flight, s", "полёт, с"),
+        text::ThrowElevation.str(current()),
+        text::ThrowMiddle.str(current()),
+        text::ThrowGreatest.str(current()),
+        text::ThrowTop.str(current()),
+        text::ThrowFlight.str(current()),
     ];
     if in_wind {
-        titles.push(pick("aside, m", "снос, м"));
+        titles.push(text::ThrowAside.str(current()));
     }
     if simulator.iter().any(Option::is_some) {
-        titles.push(pick("simulator: middle, m", "имитатор: середина, м"));
+        titles.push(text::ThrowSimulator.str(current()));
     }
     let mut rows = vec![titles.into_iter().map(str::to_owned).collect()];
     for ((shot, throw), simulator) in shots.iter().zip(throws).zip(simulator) {
@@ -141,50 +126,37 @@ fn text(shots: &[Shot], throws: &[Throw], simulator: &[Option<f64>]) -> String {
         rows.push(row);
     }
     let mut lines = vec![head(shot, throw), String::new(), columns(&rows), String::new()];
-    lines.push(pick(
-        "Middle: of the wetted ground; greatest: where the outermost water lands; top: the highest water. In brackets: \
-         the band in which the published rows lie that were kept out of the fit (docs/physics.md).",
-        "Середина — политого места; наибольшая дальность — по крайним каплям; высота — верхних капель. В скобках — \
-         интервал, в котором лежат опубликованные данные, не вошедшие в подгонку (docs/physics.md).",
-    ).to_owned());
+    lines.push(text::ThrowLegend.str(current()).to_owned());
     lines.extend(notes(throws));
     if simulator.iter().any(Option::is_some) {
-        lines.push(pick(
-            "The simulator and `lafet coverage` have a more coherent jet than monitors as their makers state them: its \
-             middle is the last column.",
-            "У имитатора и `lafet coverage` струя компактнее, чем у лафетных стволов по данным изготовителей: её \
-             середина — в последнем столбце.",
-        ).to_owned());
+        lines.push(text::ThrowSimulatorLegend.str(current()).to_owned());
     }
     let text = lines.join("\n");
-    pick(text.clone(), comma(text))
+    decimals(text)
 }
 
 fn head(shot: &Shot, throw: &Throw) -> String {
     let kind = match shot.kind {
-        Kind::Monitor => pick("Monitor", "Лафетный ствол"),
-        Kind::Smooth => pick("Smooth bore", "Гладкий насадок"),
+        Kind::Monitor => text::NozzleOfMonitor.str(current()),
+        Kind::Smooth => text::SmoothBore.str(current()),
     };
     let (flow, outlet) = (throw.flow_lps, throw.outlet_mm);
     let Shot { pressure_mpa, nozzle_mm, height_m, wind_mps, wind_from_deg, .. } = *shot;
     let wind = if wind_mps > 0.0 {
-        pick(
-            format!("wind of {wind_mps} m/s from {wind_from_deg}° off the jet"),
-            format!("ветер {wind_mps} м/с с {wind_from_deg}° от струи"),
-        )
+        text::WindFrom { wind_mps, wind_from_deg }.of(current())
     } else {
-        pick("still air", "штиль").to_owned()
+        text::StillAir.str(current()).to_owned()
     };
-    pick(
-        format!(
-            "{kind}: {flow:.1} l/s at {pressure_mpa:.2} MPa, outlet {outlet:.1} mm, nozzle at {nozzle_mm} mm, \
-             {height_m} m above the ground, {wind}"
-        ),
-        format!(
-            "{kind}: {flow:.1} л/с при {pressure_mpa:.2} МПа, отверстие {outlet:.1} мм, насадок на {nozzle_mm} мм, \
-             {height_m} м над землёй, {wind}"
-        ),
-    )
+    text::ThrowConditions {
+        kind,
+        flow: format_args!("{flow:.1}"),
+        pressure_mpa: format_args!("{pressure_mpa:.2}"),
+        outlet: format_args!("{outlet:.1}"),
+        nozzle_mm,
+        height_m,
+        wind,
+    }
+    .of(current())
 }
 
 /// A figure with its band: `34.7 (28.4…41.6)`.
@@ -196,18 +168,18 @@ fn banded(figure: Figure) -> String {
 fn aside(left_m: f64) -> String {
     let way = left_m.abs();
     let side =
-        if left_m > 0.0 { pick("left", "влево") } else { pick("right", "вправо") };
+        if left_m > 0.0 { text::WindLeft.str(current()) } else { text::WindRight.str(current()) };
     if way < 0.05 { "0.0".to_owned() } else { format!("{way:.1} {side}") }
 }
 
 /// What the bands do not cover, each once.
 fn notes(throws: &[Throw]) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
-    for note in throws.iter().flat_map(|throw| throw.notes.iter().flatten()) {
-        let note = noted(*note);
-        let note = pick(note.en, note.ru);
-        if !notes.contains(&note) {
-            notes.push(note);
+    for note in throws.iter().flat_map(|throw| throw.notes).flatten() {
+        let note = noted(note);
+        let note = note.of(current());
+        if !notes.iter().any(|known| known == note) {
+            notes.push(note.to_owned());
         }
     }
     notes
@@ -260,15 +232,8 @@ fn measure(text: &str, units: &[(&str, f64)]) -> Option<f64> {
 /// Parses a flow, l/s.
 fn flow(text: &str) -> Result<f64, String> {
     let minute = 1.0 / 60.0;
-    measure(text, &[("l/min", minute), ("л/мин", minute), ("l/s", 1.0), ("л/с", 1.0)]).ok_or_else(
-        || {
-            pick(
-                "expected a flow like 20 (l/s) or 1200l/min",
-                "ожидается расход, например 20 (л/с) или 1200л/мин",
-            )
-            .into()
-        },
-    )
+    measure(text, &[("l/min", minute), ("л/мин", minute), ("l/s", 1.0), ("л/с", 1.0)])
+        .ok_or_else(|| text::FlowExpected.str(current()).into())
 }
 
 /// Parses a pressure, MPa.
@@ -279,12 +244,7 @@ fn pressure(text: &str) -> Result<f64, String> {
         .map(|mpa| mpa.min(most))
         .ok_or_else(|| {
             let (bar_least, bar_most) = (least * 10.0, most * 10.0);
-            pick(
-                format!("expected {least}…{most} MPa, or {bar_least}…{bar_most} bar like 8bar"),
-                format!(
-                    "ожидаются {least}…{most} МПа либо {bar_least}…{bar_most} бар, например 8бар"
-                ),
-            )
+            text::PressureExpected { least, most, bar_least, bar_most }.of(current())
         })
 }
 
@@ -295,22 +255,17 @@ fn elevations(text: &str) -> Result<Elevations, String> {
         Some((from, to)) => degrees(from).zip(degrees(to)),
         None => degrees(text).map(|only| (only, only)),
     };
-    found.filter(|(from, to)| from <= to).map(|(from, to)| Elevations { from, to }).ok_or_else(
-        || {
-            pick(
-                "expected degrees like 30, or 10..75 with the lower one first",
-                "ожидаются градусы, например 30, либо 10..75, меньшее первым",
-            )
-            .into()
-        },
-    )
+    found
+        .filter(|(from, to)| from <= to)
+        .map(|(from, to)| Elevations { from, to })
+        .ok_or_else(|| text::ElevationExpected.str(current()).into())
 }
 
 fn kind(text: &str) -> Result<Kind, String> {
     match text {
         "monitor" => Ok(Kind::Monitor),
         "smooth" => Ok(Kind::Smooth),
-        _ => Err(pick("expected monitor or smooth", "ожидается monitor или smooth").into()),
+        _ => Err(text::NozzleKindExpected.str(current()).into()),
     }
 }
 

@@ -8,6 +8,7 @@ use clap::Args;
 use lafet_client::{Endpoint, Error};
 use lafet_proto::SubsystemId;
 use lafet_proto::request::Body;
+use lafet_texts::cli as text;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
 use tokio::sync::mpsc;
@@ -20,7 +21,7 @@ use crate::exchange;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::keyboard::Keys;
-use crate::lang::{current, pick};
+use crate::lang::current;
 use crate::out::Out;
 use crate::top::feed::Feed;
 use crate::top::scene::{Connected, Page, Scene, Seen};
@@ -43,19 +44,14 @@ const SCROLL: u16 = 5;
                         \"serial:///dev/ttyUSB0?addr=1\" \"serial:///dev/ttyUSB0?addr=2\"\n  lafet \
                         top sim: --once --page detail")]
 pub struct TopArgs {
-    /// The monitors; without them, that of --connect
     #[arg(value_name = "URL")]
     monitors: Vec<String>,
-    /// Seconds between polls of the state (default 0.5)
     #[arg(long, value_name = "SECONDS", default_value_t = 0.5, value_parser = every)]
     interval: f64,
-    /// First page: list, detail or link
     #[arg(long, value_name = "PAGE", value_enum, default_value_t = Page::List)]
     page: Page,
-    /// Print one picture as text and end: for scripts. With --json, one object per monitor
     #[arg(long)]
     once: bool,
-    /// Size of that picture (default 80x24)
     #[arg(long, value_name = "WxH", default_value = "80x24", value_parser = size)]
     size: (u16, u16),
 }
@@ -70,10 +66,7 @@ fn size(text: &str) -> Result<(u16, u16), String> {
         let (width, height) = (width.parse().ok()?, height.parse().ok()?);
         ((20..=1000).contains(&width) && (3..=1000).contains(&height)).then_some((width, height))
     };
-    parse().ok_or_else(|| {
-        pick("expected columns and lines, like 80x24", "ожидаются столбцы и строки, например 80x24")
-            .into()
-    })
+    parse().ok_or_else(|| text::SizeExpected.str(current()).into())
 }
 
 /// Runs `lafet top` until q.
@@ -83,15 +76,7 @@ pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
     let endpoints = if shared.is_some() { Vec::new() } else { endpoints(&args, global)? };
     let on_screen = io::stdout().is_terminal() && io::stdin().is_terminal() && !out.json();
     if !args.once && !on_screen {
-        return Err(Failure::Usage(
-            pick(
-                "top needs a terminal. `lafet top --once` prints one picture as text, or with \
-                 --json one object per monitor; `lafet watch --json` repeats.",
-                "Для top нужен терминал. `lafet top --once` печатает одну картину текстом, с \
-                 --json — объект на каждый ствол; `lafet watch --json` повторяет вывод.",
-            )
-            .into(),
-        ));
+        return Err(Failure::Usage(text::TopNeedsTerminal.str(current()).into()));
     }
     let feeds = match shared {
         Some((_, open)) => vec![Feed::over(open, period)?],
@@ -144,7 +129,7 @@ async fn once(args: &TopArgs, feeds: &[Feed], global: &Global, out: &mut Out) ->
         [] => Ok(()),
         names => {
             let names = names.join(", ");
-            let text = pick("the state is not known", "о состоянии ничего не известно");
+            let text = text::StateNotKnown.str(current());
             Err(Failure::Silent(format!("{names}: {text}.")))
         }
     }
@@ -177,7 +162,7 @@ struct Top {
 impl Top {
     async fn run(&mut self) -> Outcome {
         let mut interrupt = Interrupt::catch()?;
-        let cannot = |error| Failure::io(pick("cannot draw on this terminal", "терминал"), error);
+        let cannot = |error| Failure::io(text::CannotDraw.str(current()), error);
         let mut terminal = ratatui::try_init().map_err(cannot)?;
         let restore = Restore;
         let mut keys = Keys::listen();
@@ -228,7 +213,7 @@ impl Top {
         let Some(feed) = self.feeds.get(self.scene.selected) else { return };
         let name = feed.name().to_owned();
         let Some(monitor) = feed.monitor() else {
-            let text = pick("Stop All NOT sent: no link", "Stop All НЕ послан: нет связи");
+            let text = text::StopNotSent.str(current());
             return self.note(format!("{name}: {text}"));
         };
         self.note(format!("{name}: Stop All …"));

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use lafet_client::AnswerBuf;
 use lafet_proto::SubsystemId;
+use lafet_texts::cli as text;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::status;
@@ -14,7 +15,7 @@ use crate::connect::Connection;
 use crate::describe;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Arguments of `lafet watch`.
@@ -22,13 +23,10 @@ use crate::out::Out;
 #[command(after_help = "Examples:\n  lafet -c tcp://127.0.0.1:10485 watch\n  \
                         lafet -c tcp://127.0.0.1:10485 watch control --interval 0.2 --json")]
 pub struct WatchArgs {
-    /// The subsystem; all without it
     #[arg(value_name = "SUBSYSTEM", value_parser = subsystem)]
     subsystem: Option<SubsystemId>,
-    /// Seconds between polls (default 1)
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = every)]
     interval: f64,
-    /// End after this many polls
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 }
@@ -84,8 +82,8 @@ fn show(out: &mut Out, at_s: f64, answers: &[AnswerBuf]) -> Outcome {
 fn screen(out: &mut Out, at_s: f64, answers: &[AnswerBuf], global: &Global) -> Outcome {
     let hint = match global.open {
         // In a shell, Ctrl-C would stop what moves as well.
-        Some(_) => pick("Enter ends", "Enter — конец"),
-        None => pick("Ctrl-C ends", "Ctrl-C — конец"),
+        Some(_) => text::EnterEnds.str(current()),
+        None => text::CtrlCEnds.str(current()),
     };
     // Move home, clear the rest of each line, and everything below the last one.
     let table = status::table(answers).replace('\n', "\x1b[K\n");

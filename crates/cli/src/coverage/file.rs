@@ -5,8 +5,8 @@ use lafet_place::obstacle::Body;
 use lafet_place::site::{For, KeepOut, Kept, Monitor, Site, Wind};
 use lafet_place::supply::Supply;
 use lafet_place::{KEEP_OUTS_MAX, MONITORS_MAX, OBSTACLES_MAX, WINDS_MAX};
-use lafet_sim::exercise::Words;
 use lafet_sim::exercise::reader::{Document, Problem, Table};
+use lafet_texts::{Text as _, cli as text};
 
 /// Flow of an outlet of 28 mm at 0.8 MPa, l/min: what a monitor has that does not say it.
 const USUAL_LPM: f64 = 1200.0;
@@ -45,7 +45,7 @@ pub fn parse(file: &str, text: &str) -> Read<Plan> {
         monitors.push(monitor);
     }
     if monitors.is_empty() {
-        let what = both("at least one [[monitor]] is needed", "нужен хотя бы один [[monitor]]");
+        let what = text::SiteNeedsMonitor.words();
         return Err(root.wrong("monitor", what));
     }
     let obstacles = bounded(&root, "obstacle", OBSTACLES_MAX)?.into_iter().map(|table| {
@@ -61,7 +61,7 @@ pub fn parse(file: &str, text: &str) -> Read<Plan> {
     let winds = winds.collect::<Read<Vec<Wind>>>()?;
     let (supply, flowing) = supply(&root, monitors.len())?;
     let Some(head) = root.table_of("site")? else {
-        return Err(root.wrong("", both("[site] is needed", "нужен раздел [site]")));
+        return Err(root.wrong("", text::SiteNeedsSite.words()));
     };
     let area = Area {
         corner: head.needed_numbers("corner")?,
@@ -85,10 +85,6 @@ fn wrong(table: &Table<'_>, problem: lafet_place::Problem) -> Problem {
     table.wrong("", text)
 }
 
-fn both(en: impl Into<String>, ru: impl Into<String>) -> Words {
-    Words { en: en.into(), ru: ru.into() }
-}
-
 /// The tables of a list of which there is a greatest number.
 fn bounded<'a>(root: &Table<'a>, key: &'static str, most: usize) -> Read<Vec<Table<'a>>> {
     let tables = root.tables(key)?;
@@ -96,17 +92,13 @@ fn bounded<'a>(root: &Table<'a>, key: &'static str, most: usize) -> Read<Vec<Tab
     if count <= most {
         return Ok(tables);
     }
-    let (en, ru) =
-        (format!("{count} tables, {most} at most"), format!("{count}, не больше {most}"));
-    Err(root.wrong(key, both(en, ru)))
+    Err(root.wrong(key, text::TablesAtMost { count, most }.words()))
 }
 
 fn monitor(table: Table<'_>, before: &[Monitor]) -> Read<Monitor> {
     let name = match table.text("name")? {
         Some(name) if before.iter().any(|other| other.name == name) => {
-            let en = format!("two monitors are called `{name}`");
-            let ru = format!("два ствола с именем `{name}`");
-            return Err(table.wrong("name", both(en, ru)));
+            return Err(table.wrong("name", text::MonitorsWithOneName { name }.words()));
         }
         Some(name) => name.to_owned(),
         None => format!("M{}", before.len() + 1),
@@ -147,9 +139,7 @@ fn body(table: &Table<'_>) -> Read<Body> {
         return Ok(Body::Cylinder { at, radius_m, heights });
     }
     let Some(size) = table.numbers("size")? else {
-        let en = "`radius` (a cylinder) or `size = [length, width]` (a box) is needed";
-        let ru = "нужен `radius` (цилиндр) либо `size = [длина, ширина]` (бокс)";
-        return Err(table.wrong("", both(en, ru)));
+        return Err(table.wrong("", text::BodyNeedsSize.words()));
     };
     Ok(Body::Box { at, size, heading: bearing(table, "heading")?, heights })
 }

@@ -3,13 +3,12 @@
 use lafet_place::coverage::{COVERED, Coverage, Rule};
 use lafet_place::obstacle::Body;
 use lafet_place::site::Kept;
-use lafet_sim::exercise::canvas::{
-    Anchor, BAD, Canvas, FAINT, INK, PAPER, SOFT, STEEL, Type, tick,
-};
+use lafet_sim::exercise::canvas::{Anchor, BAD, Canvas, FAINT, INK, SOFT, STEEL, Type, tick};
+use lafet_texts::cli as text;
 
 use super::file::Plan;
 use super::report;
-use crate::lang::pick;
+use crate::lang::current;
 
 const WIDTH: f64 = 900.0;
 const MARGIN: f64 = 30.0;
@@ -63,12 +62,7 @@ pub fn svg(plan: &Plan, coverage: &Coverage) -> String {
         );
     }
     legend(&mut canvas, height - LEGEND + 30.0);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" \
-         font-family=\"'Noto Sans','Segoe UI','Helvetica Neue',Arial,'DejaVu Sans',sans-serif\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n{}</svg>\n",
-        canvas.out
-    )
+    canvas.document(WIDTH, height.round())
 }
 
 /// Cells of the same count side by side are one rectangle.
@@ -164,19 +158,18 @@ fn draw(canvas: &mut Canvas, body: &Body, scale: &Scale, style: &str) {
 
 fn legend(canvas: &mut Canvas, y: f64) {
     let text = Type::new(12.0, INK);
-    let words = pick(
-        ["no jet", "one", "two", "three or more"],
-        ["нет струй", "одна", "две", "три и больше"],
-    );
+    let words = [
+        text::JetsNone.fixed(),
+        text::JetsOne.fixed(),
+        text::JetsTwo.fixed(),
+        text::JetsThree.fixed(),
+    ];
     let mut x = MARGIN;
     for (fill, word) in JETS.into_iter().zip(words) {
         canvas.rect(x, y - 11.0, 14.0, 14.0, &format!("fill=\"{fill}\""));
-        canvas.text((x + 20.0, y), text, word);
+        canvas.text((x + 20.0, y), text, word.str(current()));
         x += 130.0;
     }
-    let note = pick(
-        "jets within 90 % of the throw, worst wind; circles: weakest points",
-        "струи в пределах 90 % дальности, худший ветер; кружки — слабейшие точки",
-    );
+    let note = text::PictureLegend.str(current());
     canvas.text((MARGIN, y + 18.0), Type::new(11.0, SOFT), note);
 }

@@ -2,60 +2,46 @@
 
 use lafet_place::coverage::{Coverage, InWind, Rule};
 use lafet_place::site::Wind;
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
 use super::file::Plan;
-use crate::lang::pick;
+use crate::lang::{current, decimals};
 use crate::out::columns;
 
 /// The coverage as text.
 pub fn text(plan: &Plan, coverage: &Coverage) -> String {
     let summary = &coverage.summary;
     let mut lines = vec![head(plan, coverage), String::new()];
-    lines.push(
-        pick(
-            "Share of the cells with one jet / with two, and the fewest jets on a cell (90 %):",
-            "Доля ячеек с одной струёй / с двумя и наименьшее число струй на ячейку (90 %):",
-        )
-        .into(),
-    );
+    lines.push(text::CoverageShares.str(current()).into());
     let titles = [
-        pick("wind", "ветер"),
-        pick("reached", "достигается"),
-        pick("90 % of the throw", "90 % дальности"),
-        pick("75 % of that in still air", "75 % дальности в штиль"),
-        pick("fewest", "наименьшее"),
+        text::CoverageWind.str(current()),
+        text::CoverageReached.str(current()),
+        text::Coverage90.str(current()),
+        text::Coverage75.str(current()),
+        text::CoverageFewest.str(current()),
     ];
     let mut rows = vec![titles.map(String::from).to_vec()];
     rows.extend(summary.winds.iter().map(row));
     lines.extend([columns(&rows), String::new()]);
-    lines.push(pick("Weakest points (90 %):", "Слабейшие точки (90 %):").into());
+    lines.push(text::WeakestPoints.str(current()).into());
     let weak = summary.weakest.iter().map(|weak| {
         let [east, north] = weak.at;
         let (fewest, still) = (weak.fewest, weak.still);
         vec![
             format!("{east:.1}, {north:.1}"),
-            pick(
-                format!("{fewest} jet(s) in the worst wind"),
-                format!("струй при худшем ветре: {fewest}"),
-            ),
-            pick(format!("{still} in still air"), format!("в штиль: {still}")),
+            text::WeakestFewest { fewest }.of(current()),
+            text::WeakestStill { still }.of(current()),
         ]
     });
     lines.extend([columns(&weak.collect::<Vec<_>>()), String::new()]);
-    lines.push(
-        pick(
-            "What a lost monitor costs (90 %, worst wind):",
-            "Цена потери ствола (90 %, худший ветер):",
-        )
-        .into(),
-    );
+    lines.push(text::LostMonitorCosts.str(current()).into());
     let lost = summary.lost.iter().map(|lost| {
         let (none, one) = (percent(lost.none_left), percent(lost.one_left));
         vec![
             lost.monitor.clone(),
-            pick(format!("{none} without a jet"), format!("без струи {none}")),
-            pick(format!("{one} left with one"), format!("с одной вместо двух {one}")),
+            text::CellsWithoutJet { none }.of(current()),
+            text::CellsWithOne { one }.of(current()),
         ]
     });
     lines.push(columns(&lost.collect::<Vec<_>>()));
@@ -69,16 +55,17 @@ pub fn head(plan: &Plan, coverage: &Coverage) -> String {
     let (name, count) = (&plan.name, plan.site.monitors.len());
     let pressure = coverage.pressure_mpa;
     let protected = coverage.summary.protected;
-    pick(
-        format!(
-            "{name}: {east} × {north} m, cells of {cell} m, {protected} of them to protect; {count} \
-             monitor(s), {flowing} flow together at {pressure:.2} MPa"
-        ),
-        comma(format!(
-            "{name}: {east} × {north} м, ячейки {cell} м, под защитой {protected}; стволов: {count}, \
-             одновременно работают {flowing} при {pressure:.2} МПа"
-        )),
-    )
+    let head = text::CoverageHead {
+        name,
+        east,
+        north,
+        cell,
+        protected,
+        count,
+        flowing,
+        pressure: format_args!("{pressure:.2}"),
+    };
+    decimals(head.of(current()))
 }
 
 fn row(in_wind: &InWind) -> Vec<String> {
@@ -92,29 +79,15 @@ fn row(in_wind: &InWind) -> Vec<String> {
 pub fn wind(wind: Wind) -> String {
     let (from, speed) = (wind.from.to_degrees().rem_euclid(360.0), wind.speed_mps);
     if speed == 0.0 {
-        return pick("still air", "штиль").into();
+        return text::StillAir.str(current()).into();
     }
-    pick(format!("from {from:.0}°, {speed} m/s"), comma(format!("с {from:.0}°, {speed} м/с")))
+    let from = format_args!("{from:.0}");
+    decimals(text::CoverageWindFrom { from, speed }.of(current()))
 }
 
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
-    pick(format!("{percent:.1} %"), comma(format!("{percent:.1} %")))
-}
-
-/// Decimals with a comma.
-pub fn comma(text: String) -> String {
-    let mut before = ' ';
-    let mut result = String::new();
-    let mut letters = text.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let is_decimal = letter == '.'
-            && before.is_ascii_digit()
-            && letters.peek().is_some_and(char::is_ascii_digit);
-        result.push(if is_decimal { ',' } else { letter });
-        before = letter;
-    }
-    result
+    decimals(format!("{percent:.1} %"))
 }
 
 /// The coverage as JSON; the counts of every cell only if asked for.

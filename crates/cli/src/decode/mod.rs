@@ -10,10 +10,11 @@ use lafet_proto::link::{Counters, Decoder, Frame};
 use lafet_proto::record::Records;
 use lafet_proto::text::{AnswerText, Exchange, RequestText};
 use lafet_proto::{Answer, Record, Request, RequestId, SubsystemId};
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
 use crate::describe::hex;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::texts;
 pub use unhex::Unhex;
 
@@ -169,7 +170,7 @@ impl<W: Write> Writer<W> {
     fn frame_text(&mut self, frame: &Frame<'_>, way: Way) -> io::Result<()> {
         let Frame { dst, src, payload } = *frame;
         if frame.is_probe() {
-            return writeln!(self.out, "{src:>3} → {dst:<3}  {}", pick("(probe)", "(проба)"));
+            return writeln!(self.out, "{src:>3} → {dst:<3}  {}", text::ProbeFrame.str(current()));
         }
         for record in Records::new(payload) {
             match record {
@@ -182,7 +183,7 @@ impl<W: Write> Writer<W> {
                 Err(error) => {
                     self.malformed += 1;
                     let error = texts::decode_error(&error);
-                    let what = pick("record cut short", "запись оборвана");
+                    let what = text::RecordCutShort.str(current());
                     writeln!(self.out, "{src:>3} → {dst:<3}  # {what}: {error}")?;
                 }
             }
@@ -242,8 +243,8 @@ impl<W: Write> Writer<W> {
             }
             Form::Text => {
                 let why = reasons(before, after);
-                let place = pick("before byte", "до байта");
-                let skip = pick("bytes skipped", "байт пропущено");
+                let place = text::BeforeByte.str(current());
+                let skip = text::CountSkipped.str(current());
                 writeln!(self.out, "# {place} {offset}: {skip}: {skipped}{why}")
             }
         }
@@ -264,10 +265,10 @@ const fn errors(counters: &Counters) -> (u64, u64) {
 
 fn reasons(before: &Counters, after: &Counters) -> String {
     let all = [
-        (after.crc_errors - before.crc_errors, pick("CRC errors", "ошибок CRC")),
-        (after.escape_errors - before.escape_errors, pick("escape errors", "ошибок экранирования")),
-        (after.overruns - before.overruns, pick("frames too long", "слишком длинных кадров")),
-        (after.resyncs - before.resyncs, pick("frames cut short", "оборванных кадров")),
+        (after.crc_errors - before.crc_errors, text::CountCrc.str(current())),
+        (after.escape_errors - before.escape_errors, text::CountEscapes.str(current())),
+        (after.overruns - before.overruns, text::CountTooLong.str(current())),
+        (after.resyncs - before.resyncs, text::CountCutShort.str(current())),
     ];
     all.iter()
         .filter(|(count, _)| *count > 0)
@@ -340,16 +341,7 @@ impl Summary {
         let Counters { frames, bytes_skipped, .. } = self.counters;
         let Self { bytes, records, malformed, .. } = *self;
         let why = reasons(&Counters::default(), &self.counters);
-        pick(
-            format!(
-                "{bytes} bytes: frames: {frames}, records: {records}, records cut short: \
-                 {malformed}, bytes skipped: {bytes_skipped}{why}"
-            ),
-            format!(
-                "{bytes} байт: кадров: {frames}, записей: {records}, оборванных записей: \
-                 {malformed}, пропущено байт: {bytes_skipped}{why}"
-            ),
-        )
+        text::DecodeSummary { bytes, frames, records, malformed, bytes_skipped, why }.of(current())
     }
 
     /// The counters as JSON.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use lafet_texts::cli as text;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
@@ -11,7 +12,7 @@ use ratatui::style::{Color, Modifier};
 use super::picture::render;
 use super::scene::{Line, Scene, View};
 use crate::failure::Failure;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Size of the drawn terminal, characters.
 const COLUMNS: u16 = 120;
@@ -43,7 +44,7 @@ impl Drawing {
         drawn.map(|_| ()).unwrap_or_else(|never| match never {});
         std::fs::write(&self.path, svg(terminal.backend().buffer())).map_err(|error| {
             let path = self.path.display();
-            let what = pick("cannot write the picture", "не удалось записать картину");
+            let what = text::CannotWritePicture.str(current());
             Failure::io(format!("{what} {path}"), error)
         })
     }

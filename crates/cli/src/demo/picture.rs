@@ -7,6 +7,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::{Severity, flags_of};
 use lafet_proto::status::Hotbed;
+use lafet_texts::{Text as _, cli as text};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -19,7 +20,7 @@ use super::scene::{Kind, Line, Scene, View};
 use crate::angle;
 use crate::describe::tenths;
 use crate::failure::Failure;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Width of the states beside the plan.
 const STATES_WIDTH: u16 = 50;
@@ -34,7 +35,7 @@ pub struct Picture {
 impl Picture {
     /// Takes over the terminal.
     pub fn open() -> Result<Self, Failure> {
-        let cannot = |error| Failure::io(pick("cannot draw on this terminal", "терминал"), error);
+        let cannot = |error| Failure::io(text::CannotDraw.str(current()), error);
         let terminal = ratatui::try_init().map_err(cannot)?;
         Ok(Self { terminal })
     }
@@ -112,10 +113,10 @@ fn title_line(scene: &Scene) -> TextLine<'static> {
     let now_s = scene.now_ms as f64 / 1000.0;
     TextLine::from(vec![
         Span::styled(" lafet demo ", bold.bg(Color::Blue).fg(Color::White)),
-        Span::raw(format!("  {now_s:6.1} {}  ", pick("s", "с"))),
+        Span::raw(format!("  {now_s:6.1} {}  ", text::UnitS.str(current()))),
         Span::styled(scene.phase, bold.fg(Color::Yellow)),
         Span::raw(format!("   {}  seed {}   ", scene.url, scene.seed)),
-        Span::styled(pick("q quits", "q — выход"), Style::new().fg(Color::DarkGray)),
+        Span::styled(text::QQuits.str(current()), Style::new().fg(Color::DarkGray)),
     ])
 }
 
@@ -135,7 +136,7 @@ fn render_states(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
     for (index, hotbed) in scene.hotbeds.iter().enumerate() {
         lines.push(hotbed_line(index, hotbed));
     }
-    let block = Block::bordered().title(pick(" monitor ", " ствол "));
+    let block = Block::bordered().title(text::PictureMonitor.str(current()));
     frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: false }).block(block), area);
 }
 
@@ -149,7 +150,7 @@ fn state_line(scene: &Scene, who: SubsystemId) -> TextLine<'static> {
         Reply::General(status) => {
             let pressure = tenths(i32::from(status.pressure));
             let flow = status.flowrate;
-            pick(format!("{pressure} atm  {flow} l/s "), format!("{pressure} атм  {flow} л/с "))
+            text::PictureWater { pressure, flow }.of(current())
         }
         _ => String::new(),
     };
@@ -162,13 +163,13 @@ fn state_line(scene: &Scene, who: SubsystemId) -> TextLine<'static> {
     TextLine::from(spans)
 }
 
-fn position(who: SubsystemId, position: i16, current: u8) -> String {
+fn position(who: SubsystemId, position: i16, amperes: u8) -> String {
     let position = match who {
         SubsystemId::NOZZLE => angle::show(who, i32::from(position)),
         _ => angle::degrees(i32::from(position)),
     };
-    let current = tenths(i32::from(current));
-    format!("{position:>8} {current:>4} {} ", pick("A", "А"))
+    let amperes = tenths(i32::from(amperes));
+    format!("{position:>8} {amperes:>4} {} ", text::UnitA.str(current()))
 }
 
 const fn colour(severity: Severity) -> Color {
@@ -184,10 +185,7 @@ fn hotbed_line(index: usize, hotbed: &Hotbed) -> TextLine<'static> {
     let azimuth = angle::degrees(i32::midpoint(hotbed.x1, hotbed.x2));
     let elevation = angle::degrees(i32::midpoint(hotbed.y1, hotbed.y2));
     let (number, brightness) = (index + 1, hotbed.brightness);
-    let text = pick(
-        format!("fire spot {number}: {azimuth}, {elevation}, brightness {brightness}"),
-        format!("очаг {number}: {azimuth}, {elevation}, яркость {brightness}"),
-    );
+    let text = text::PictureFireSpot { number, azimuth, elevation, brightness }.of(current());
     TextLine::from(Span::styled(text, Style::new().fg(Color::Red)))
 }
 
@@ -195,7 +193,7 @@ fn render_log(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
     let room = usize::from(area.height.saturating_sub(2));
     let skip = scene.log.len().saturating_sub(room);
     let lines: Vec<TextLine<'_>> = scene.log.iter().skip(skip).map(log_line).collect();
-    let block = Block::bordered().title(pick(" requests and answers ", " запросы и ответы "));
+    let block = Block::bordered().title(text::PictureExchange.str(current()));
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 

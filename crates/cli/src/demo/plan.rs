@@ -3,6 +3,7 @@
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::DetectorFlags;
 use lafet_sim::jet::Landing;
+use lafet_texts::cli as text;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
@@ -11,7 +12,7 @@ use ratatui::widgets::Block;
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
 use super::scene::Scene;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Least distance shown in front of the monitor, m.
 const FRONT_M: f64 = 30.0;
@@ -28,7 +29,7 @@ const DOTS: (f64, f64) = (2.0, 4.0);
 
 /// Draws the plan.
 pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
-    let block = Block::bordered().title(pick(" plan, m ", " план, м "));
+    let block = Block::bordered().title(text::PlanTitle.str(current()));
     let inner = block.inner(area);
     let fires = scene.world.fires.iter();
     let farthest = fires.map(|(at, ..)| at.0.hypot(at.1)).fold(FRONT_M, f64::max) * 1.15;
@@ -83,7 +84,7 @@ fn paint(context: &mut Context<'_>, scene: &Scene, farthest: f64) {
         }
         let label = match *heat > 0.0 {
             true => format!(" {:.0} %", heat * 100.0),
-            false => pick(" out", " потушен").to_owned(),
+            false => text::PlanOut.str(current()).to_owned(),
         };
         context.print(x, y, label);
     }

@@ -7,11 +7,12 @@ use lafet_proto::request::{Body, Quench, Sector, Seek};
 use lafet_proto::status::Hotbed;
 use lafet_proto::{ParamId, SubsystemId};
 use lafet_sim::fire::FireSpec;
+use lafet_texts::{Fixed, Text as _, cli as text};
 
 use super::stage::Stage;
 use crate::angle::degrees;
 use crate::failure::Failure;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Sector of the search: the area in front, down to the foot of the monitor, arc-minutes.
 const SEARCH: Seek = Seek { start_h: -3600, end_h: 3600, start_v: -600, end_v: 300, analyse: 1 };
@@ -35,12 +36,9 @@ const QUENCH_MS: u64 = 180_000;
 
 /// Runs the script.
 pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> {
-    stage.phase(pick("standby", "дежурное положение"));
+    stage.phase(text::DemoStandby.str(current()));
     stage.pass(500).await?;
-    stage.say(pick(
-        "Standby: the barrel is stowed, the valves are closed.",
-        "Дежурное положение: ствол свёрнут, затворы закрыты.",
-    ))?;
+    stage.say(text::DemoStandbyDone.str(current()))?;
     stage.pass(1500).await?;
     for fire in fires {
         stage.light(*fire)?;
@@ -51,24 +49,17 @@ pub async fn play(stage: &mut Stage, fires: &[FireSpec]) -> Result<(), Failure> 
             break;
         }
         let Some(target) = search(stage).await? else {
-            return Err(ended(
-                "The search has found nothing: is the fire within ±60° and in sight?",
-                "Поиск ничего не нашёл: находится ли очаг в пределах ±60° и на виду?",
-            ));
+            return Err(ended(text::DemoFoundNothing.fixed()));
         };
         extinguish(stage, &target).await?;
     }
     wrap(stage).await?;
-    if stage.summary().is_success() {
-        Ok(())
-    } else {
-        Err(ended("A fire still burns.", "Очаг ещё горит."))
-    }
+    if stage.summary().is_success() { Ok(()) } else { Err(ended(text::DemoFireBurns.fixed())) }
 }
 
 /// Searches, and returns the brightest fire spot.
 async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
-    stage.phase(pick("search", "поиск"));
+    stage.phase(text::DemoSearch.str(current()));
     let detector = SubsystemId::DETECTOR;
     stage.ask(detector, Body::StartSeek(SEARCH)).await?;
     let searching = |stage: &Stage| {
@@ -76,7 +67,7 @@ async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
         !flags.contains(DetectorFlags::SEARCHING)
     };
     if !stage.until(SEARCH_MS, searching).await? {
-        return Err(ended("The search does not end.", "Поиск не заканчивается."));
+        return Err(ended(text::DemoSearchEndless.fixed()));
     }
     let answers = stage.ask(detector, Body::GetParam { id: ParamId::HOTBEDS }).await?;
     let hotbeds: Vec<Hotbed> = answers
@@ -92,7 +83,7 @@ async fn search(stage: &mut Stage) -> Result<Option<Hotbed>, Failure> {
 
 /// Extinguishes one fire spot.
 async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
-    stage.phase(pick("quench", "тушение"));
+    stage.phase(text::DemoQuench.str(current()));
     let distance = distance(stage, hotbed).await?;
     let Hotbed { x1, x2, y1, .. } = *hotbed;
     let clamp = |value: i32| value.clamp(-32_767, 32_767) as i16;
@@ -121,8 +112,8 @@ async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
     };
     let is_out = stage.until(QUENCH_MS, out).await?;
     stage.say(match is_out {
-        true => pick("No more flames there.", "Пламени там больше не видно."),
-        false => pick("It does not go out: closing.", "Очаг не гаснет: закрываю."),
+        true => text::DemoNoFlames.str(current()),
+        false => text::DemoClosing.str(current()),
     })?;
     stage.pass(1000).await?;
     stage.ask(SubsystemId::VALVE1, Body::Close { key: key::CLOSE }).await?;
@@ -131,12 +122,12 @@ async fn extinguish(stage: &mut Stage, hotbed: &Hotbed) -> Result<(), Failure> {
         flags.contains(ValveFlags::CLOSED)
     };
     if !stage.until(MOVE_MS, closed).await? {
-        return Err(ended("Valve1 does not close.", "Valve1 не закрывается."));
+        return Err(ended(text::DemoValveOpen.fixed()));
     }
     stage.ask(SubsystemId::CONTROL, Body::Stop).await?;
     match is_out {
         true => Ok(()),
-        false => Err(ended("The fire was not put out.", "Очаг не потушен.")),
+        false => Err(ended(text::DemoNotPutOut.fixed())),
     }
 }
 
@@ -154,38 +145,34 @@ async fn distance(stage: &mut Stage, hotbed: &Hotbed) -> Result<i8, Failure> {
     let estimate_m = height_m / below.to_radians().tan();
     let angle = degrees(hotbed.y1);
     if below > 0.0 && PLAUSIBLE_M.contains(&estimate_m) {
-        stage.say(pick(
-            format!(
-                "The foot of the flame is seen at {angle} from {height_m:.1} m above ground: \
-                 {height_m:.1} / tan = {estimate_m:.0} m away."
-            ),
-            format!(
-                "Основание пламени видно под углом {angle} с высоты {height_m:.1} м: расстояние \
-                 {height_m:.1} / tg = {estimate_m:.0} м."
-            ),
-        ))?;
+        stage.say(
+            text::DemoDistanceSeen {
+                angle,
+                height_m: format_args!("{height_m:.1}"),
+                estimate_m: format_args!("{estimate_m:.0}"),
+            }
+            .of(current()),
+        )?;
         return Ok(estimate_m.round() as i8);
     }
     let told_m = stage.range_of_nearest(f64::from(i32::midpoint(hotbed.x1, hotbed.x2)));
-    stage.say(pick(
-        format!("An edge at {angle} gives no distance; the operator's map says {told_m:.0} m."),
-        format!("Край под углом {angle} не даёт расстояния; по карте оператора {told_m:.0} м."),
-    ))?;
+    stage
+        .say(text::DemoDistanceTold { angle, told_m: format_args!("{told_m:.0}") }.of(current()))?;
     Ok(told_m.round().clamp(0.0, 127.0) as i8)
 }
 
 async fn wrap(stage: &mut Stage) -> Result<(), Failure> {
-    stage.phase(pick("stowing", "сворачивание"));
+    stage.phase(text::DemoStowing.str(current()));
     stage.ask(SubsystemId::DEPLOYER, Body::Wrap).await?;
     let wrapped = |stage: &Stage| stage.scene().deployer_is(DeployerFlags::WRAPPED);
     if !stage.until(3 * MOVE_MS, wrapped).await? {
-        return Err(ended("The barrel does not stow.", "Ствол не сворачивается."));
+        return Err(ended(text::DemoNotStowed.fixed()));
     }
-    stage.phase(pick("standby", "дежурное положение"));
-    stage.say(pick("Standby again.", "Снова дежурное положение."))?;
+    stage.phase(text::DemoStandby.str(current()));
+    stage.say(text::DemoStandbyAgain.str(current()))?;
     stage.pass(1000).await
 }
 
-fn ended(en: &str, ru: &str) -> Failure {
-    Failure::Ended(pick(en, ru).into())
+fn ended(why: Fixed) -> Failure {
+    Failure::Ended(why.str(current()).into())
 }

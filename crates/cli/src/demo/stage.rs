@@ -12,6 +12,7 @@ use lafet_sim::event::What;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::sim::Config;
 use lafet_sim::world::STEP_MS;
+use lafet_texts::{Text as _, cli as text};
 use tokio::time::{Instant, sleep_until};
 
 use super::Options;
@@ -22,7 +23,7 @@ use crate::describe::hex;
 use crate::exchange;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::lang::pick;
+use crate::lang::current;
 use crate::serve::{Listen, Shared};
 use crate::simulator;
 
@@ -58,7 +59,7 @@ impl Stage {
         let interrupt = Interrupt::catch()?;
         let config = Config { seed: options.seed, trace: true, ..Config::default() };
         let sim = Shared::new(simulator::power_up(config));
-        let what = || pick("no port of the loopback is free", "на 127.0.0.1 нет свободного порта");
+        let what = || text::NoPortFree.str(current());
         let listening = Listen::tcp("127.0.0.1:0").open().await;
         let listening = listening.map_err(|error| Failure::io(what(), error))?;
         let url = listening.url().to_owned();
@@ -266,34 +267,26 @@ impl Stage {
                 self.summary.lit_ms.get_or_insert(at_ms);
                 let spec = self.sim.lock().world().fires.get(index)?.spec;
                 let (azimuth, range) = (spec.azimuth_deg, spec.range_m);
-                pick(
-                    format!("fire{fire} breaks out, azimuth {azimuth}°, {range} m away"),
-                    format!("возник очаг{fire}: азимут {azimuth}°, расстояние {range} м"),
-                )
+                text::StageFireBreaksOut { fire, azimuth, range }.of(current())
             }
             What::FireHit(index) => {
                 let fire = fire(index);
                 self.summary.water_ms.get_or_insert(at_ms);
-                pick(format!("water reaches the fire{fire}"), format!("вода достигла очага{fire}"))
+                text::StageWaterReaches { fire }.of(current())
             }
             What::FireOut(index) => {
                 let fire = fire(index);
                 self.summary.out += 1;
                 self.summary.out_ms = Some(at_ms);
-                pick(format!("the fire{fire} is out"), format!("очаг{fire} потушен"))
+                text::StageFireOut { fire }.of(current())
             }
             What::FireReignited(index) => {
                 self.summary.out = self.summary.out.saturating_sub(1);
-                pick(
-                    format!("the fire{} flares up again", fire(index)),
-                    "повторное воспламенение".into(),
-                )
+                text::StageFireAgain { fire: fire(index) }.of(current())
             }
-            What::JetOn => pick("the jet begins", "струя пошла").into(),
-            What::JetOff => pick("the jet ends", "струя прекратилась").into(),
-            What::FoldedBarrelFlooded => {
-                pick("WATER IN THE FOLDED BARREL", "ВОДА В СЛОЖЕННОМ СТВОЛЕ").into()
-            }
+            What::JetOn => text::StageJetBegins.str(current()).into(),
+            What::JetOff => text::StageJetEnds.str(current()).into(),
+            What::FoldedBarrelFlooded => text::StageWaterInBarrel.str(current()).into(),
             What::PoweredUp | What::Reset | What::Crashed => return None,
         })
     }

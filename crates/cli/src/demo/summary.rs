@@ -1,8 +1,9 @@
 //! Results of a demonstration: how long each step took, and how much water was used.
 
+use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
 
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::columns;
 
 /// Results. Times are simulated, ms since the start unless stated otherwise.
@@ -45,35 +46,26 @@ impl Summary {
     /// The summary as text.
     pub fn text(&self) -> String {
         let seconds = |at_ms| match self.since_lit_s(at_ms) {
-            Some(seconds) => format!("{seconds:6.1} {}", pick("s", "с")),
-            None => pick("never", "никогда").into(),
+            Some(seconds) => format!("{seconds:6.1} {}", text::UnitS.str(current())),
+            None => text::Never.str(current()).into(),
         };
         let rows = [
-            (pick("time to detect", "до обнаружения"), seconds(self.detected_ms)),
-            (pick("time to water", "до подачи воды на очаг"), seconds(self.water_ms)),
-            (pick("time to out", "до ликвидации"), seconds(self.out_ms)),
-            (pick("standby again", "снова в дежурном положении"), seconds(Some(self.end_ms))),
+            (text::TimeToDetect.str(current()), seconds(self.detected_ms)),
+            (text::TimeToWater.str(current()), seconds(self.water_ms)),
+            (text::TimeToOut.str(current()), seconds(self.out_ms)),
+            (text::TimeToStandby.str(current()), seconds(Some(self.end_ms))),
             (
-                pick("water used", "израсходовано воды"),
-                format!("{:6.0} {}", self.water_l, pick("l", "л")),
+                text::WaterUsed.str(current()),
+                format!("{:6.0} {}", self.water_l, text::UnitLitre.str(current())),
             ),
             (
-                pick("requests / answers", "запросов / ответов"),
+                text::RequestsAndAnswers.str(current()),
                 format!("{:>6} / {}", self.requests, self.answers),
             ),
         ];
         let rows = rows.map(|(name, value)| vec![format!("  {name}"), value]);
-        let title = pick(
-            format!(
-                "Summary (simulated time from the lighting of the fire, seed {}): fires out: {} \
-                 of {}",
-                self.seed, self.out, self.fires
-            ),
-            format!(
-                "Итог (время имитации от возникновения очага, seed {}): потушено очагов: {} из {}",
-                self.seed, self.out, self.fires
-            ),
-        );
+        let title =
+            text::DemoSummary { seed: self.seed, out: self.out, fires: self.fires }.of(current());
         format!("{title}\n{}", columns(&rows))
     }
 

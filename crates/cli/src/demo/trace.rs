@@ -1,11 +1,12 @@
 //! The trace: every request and answer, and the state of the world every 100 ms.
 
+use lafet_texts::{Shown, Text as _, cli as text};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// A trace that goes to a file, or is discarded.
 pub struct Trace(Option<(PathBuf, BufWriter<File>)>);
@@ -33,5 +34,5 @@ impl Trace {
 
 fn cannot_write(path: &Path, error: std::io::Error) -> Failure {
     let path = path.display();
-    Failure::io(pick(format!("cannot write {path}"), format!("не удаётся записать {path}")), error)
+    Failure::io(text::CannotWritePath { path: Shown(path) }.of(current()), error)
 }

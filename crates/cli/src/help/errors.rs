@@ -1,12 +1,13 @@
-//! clap's errors in Russian.
+//! clap's errors in other languages than English, which is its own.
 
 use std::error::Error as _;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use lafet_texts::{Lang, Text as _, cli as text};
 
 /// The error, and where to read more.
-pub fn russian(error: &clap::Error) -> String {
-    let mut text = format!("Ошибка: {}", what(error));
+pub fn translated(error: &clap::Error, lang: Lang) -> String {
+    let what = what(error, lang);
     let suggestion = [
         ContextKind::SuggestedArg,
         ContextKind::SuggestedSubcommand,
@@ -15,59 +16,58 @@ pub fn russian(error: &clap::Error) -> String {
     ]
     .into_iter()
     .find_map(|kind| context(error, kind));
-    if let Some(suggestion) = suggestion {
-        text.push_str(&format!(". Может быть, `{suggestion}`?"));
-    }
-    text.push_str("\nПодробнее: lafet --help или lafet КОМАНДА --help");
-    text
+    let error = match suggestion {
+        Some(meant) => text::UsageErrorMeant { what, meant }.of(lang),
+        None => text::UsageError { what }.of(lang),
+    };
+    format!("{error}\n{}", text::UsageMore.str(lang))
 }
 
-fn what(error: &clap::Error) -> String {
+fn what(error: &clap::Error, lang: Lang) -> String {
     let get = |kind| context(error, kind).unwrap_or_default();
     let arg = get(ContextKind::InvalidArg);
     let value = get(ContextKind::InvalidValue);
     match error.kind() {
-        ErrorKind::InvalidValue if value.is_empty() => format!("для `{arg}` нужно значение"),
+        ErrorKind::InvalidValue if value.is_empty() => text::NeedsValue { arg }.of(lang),
         ErrorKind::InvalidValue => {
-            let known = get(ContextKind::ValidValue);
-            format!("неверное значение `{value}` для `{arg}`; возможны: {known}")
+            text::ValueNotKnown { value, arg, known: get(ContextKind::ValidValue) }.of(lang)
         }
         ErrorKind::ValueValidation => {
-            let why = error.source().map_or_else(String::new, |source| format!(": {source}"));
-            format!("неверное значение `{value}` для `{arg}`{}", known_reason(&why))
+            let why = error.source().map_or_else(String::new, |why| format!(": {why}"));
+            text::ValueWrong { value, arg, why: known_reason(&why, lang) }.of(lang)
         }
-        ErrorKind::UnknownArgument => format!("неизвестный аргумент `{arg}`"),
+        ErrorKind::UnknownArgument => text::ArgumentUnknown { arg }.of(lang),
         ErrorKind::InvalidSubcommand => {
-            format!("неизвестная команда `{}`", get(ContextKind::InvalidSubcommand))
+            text::CommandUnknown { name: get(ContextKind::InvalidSubcommand) }.of(lang)
         }
         ErrorKind::ArgumentConflict => {
-            format!("`{arg}` нельзя указывать вместе с `{}`", get(ContextKind::PriorArg))
+            text::ArgumentsConflict { arg, other: get(ContextKind::PriorArg) }.of(lang)
         }
-        ErrorKind::MissingRequiredArgument => format!("не хватает аргументов: {arg}"),
-        ErrorKind::MissingSubcommand => "не указана команда".into(),
-        ErrorKind::TooManyValues => format!("лишнее значение `{value}` для `{arg}`"),
+        ErrorKind::MissingRequiredArgument => text::ArgumentsMissing { arg }.of(lang),
+        ErrorKind::MissingSubcommand => text::CommandMissing.of(lang),
+        ErrorKind::TooManyValues => text::ValueTooMany { value, arg }.of(lang),
         ErrorKind::TooFewValues | ErrorKind::WrongNumberOfValues => {
-            format!("неверное число значений для `{arg}`")
+            text::ValueCount { arg }.of(lang)
         }
-        ErrorKind::NoEquals => format!("после `{arg}` нужен знак ="),
-        ErrorKind::InvalidUtf8 => "аргумент не в кодировке UTF-8".into(),
+        ErrorKind::NoEquals => text::EqualsMissing { arg }.of(lang),
+        ErrorKind::InvalidUtf8 => text::ArgumentNotUtf8.of(lang),
         _ => error.to_string().trim_start_matches("error:").trim().to_owned(),
     }
 }
 
 /// Translates reasons that come from the standard library and from clap, which are English.
-fn known_reason(why: &str) -> String {
-    let russian = why.chars().any(|c| ('а'..='я').contains(&c));
+fn known_reason(why: &str, lang: Lang) -> String {
     match why {
-        _ if russian => why.into(),
+        // It is a text of ours.
+        _ if !why.is_ascii() => why.into(),
         _ if why.contains("is not in") => {
             let range = why.rsplit("is not in").next().unwrap_or_default().trim();
-            format!(": допустимо {}", range.replace("..=", "…"))
+            text::ReasonRange { range: range.replace("..=", "…") }.of(lang)
         }
         _ if why.contains("digit") || why.contains("integer") || why.contains("number") => {
-            ": ожидается целое число, в допустимых пределах".into()
+            text::ReasonInteger.of(lang)
         }
-        _ if why.contains("float") => ": ожидается число".into(),
+        _ if why.contains("float") => text::ReasonNumber.of(lang),
         _ => why.into(),
     }
 }
@@ -109,7 +109,7 @@ mod tests {
                 .arg_required_else_help(false)
                 .try_get_matches_from(arguments.split(' '))
                 .expect_err(arguments);
-            let text = russian(&error);
+            let text = translated(&error, Lang::Ru);
             assert!(text.contains(word), "{arguments}: {text}");
         }
     }

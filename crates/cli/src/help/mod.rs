@@ -1,10 +1,11 @@
-//! Help and errors of the command line, in English or Russian.
+//! Help and errors of the command line, in every language.
 //!
-//! clap's texts are English. For Russian, every text of its command tree is replaced from the table
-//! in `ru.rs`, and its errors are rewritten; a test finds what the table lacks.
+//! The texts of commands and arguments are in `help.ftl` of `lafet-texts`; a test finds what it lacks
+//! or has too much. Headings and errors are clap's own, which are English; for another language they
+//! are replaced.
 
 mod errors;
-mod ru;
+mod texts;
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
@@ -16,12 +17,23 @@ use clap::{Arg, ArgAction, Command, CommandFactory};
 use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::SUBSYSTEMS;
 use lafet_proto::param::Param;
+use lafet_texts::{Fixed, cli as text};
 
 use crate::cli::{Cli, GENERAL};
 use crate::lang::{Lang, current};
 
 /// The command line in the user's language.
 pub fn command() -> Command {
+    in_language(plain(), current())
+}
+
+/// The command line for shell completion: with the possible values of arguments.
+pub fn completed() -> Command {
+    in_language(everywhere(plain(), &|command| command.mut_args(words_of)), current())
+}
+
+/// The command line without its texts.
+fn plain() -> Command {
     // Defaults, variables and choices are part of the texts, where they can be translated.
     let plain = |arg: Arg| match arg.get_action().takes_values() {
         // A negative number is a value, possibly out of range, not an option.
@@ -32,16 +44,15 @@ pub fn command() -> Command {
             .allow_negative_numbers(true),
         false => arg,
     };
-    let command = everywhere(Cli::command(), &|command| command.mut_args(plain));
-    match current() {
-        Lang::En => command,
-        Lang::Ru => russian(command),
-    }
+    everywhere(Cli::command(), &|command| command.mut_args(plain))
 }
 
-/// The command line for shell completion: with the possible values of arguments.
-pub fn completed() -> Command {
-    everywhere(command(), &|command| command.mut_args(words_of))
+fn in_language(command: Command, lang: Lang) -> Command {
+    let command = described(command, "", lang);
+    match lang {
+        Lang::En => command,
+        _ => framed(command, lang),
+    }
 }
 
 /// Adds the possible values to an argument; clap cannot see those of a parser function.
@@ -52,13 +63,13 @@ fn words_of(arg: Arg) -> Arg {
     };
     let shown = arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
     let words: Vec<&'static str> = match shown.as_deref() {
-        Some("SUBSYSTEM" | "ПОДСИСТЕМА") => names(|_| true),
-        Some("DRIVE" | "ПРИВОД") => names(SubsystemId::is_drive),
-        Some("VALVE" | "ЗАТВОР") => names(SubsystemId::is_valve),
-        Some("DRIVE|off|on|reject" | "ПРИВОД|off|on|reject") => {
+        Some("SUBSYSTEM") => names(|_| true),
+        Some("DRIVE") => names(SubsystemId::is_drive),
+        Some("VALVE") => names(SubsystemId::is_valve),
+        Some("DRIVE|off|on|reject") => {
             ["off", "on", "reject"].into_iter().chain(names(SubsystemId::is_drive)).collect()
         }
-        Some("NAME" | "ИМЯ") if arg.get_id() == "name" => {
+        Some("NAME") if arg.get_id() == "name" => {
             let all: BTreeSet<&str> = Param::ALL.iter().map(|param| param.name()).collect();
             all.into_iter().collect()
         }
@@ -75,16 +86,14 @@ pub fn show(error: &clap::Error) -> ExitCode {
     let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
     let is_help = asked || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     // If standard error is closed, the exit code still reports the error.
-    let message = match current() {
-        Lang::Ru if !is_help => errors::russian(error),
-        _ => {
-            let _ = error.print();
-            error.to_string()
-        }
-    };
-    if current() == Lang::Ru && !is_help {
+    let message = if is_help || current() == Lang::En {
+        let _ = error.print();
+        error.to_string()
+    } else {
+        let message = errors::translated(error, current());
         let _ = writeln!(io::stderr(), "{message}");
-    }
+        message
+    };
     if asked {
         return ExitCode::SUCCESS;
     }
@@ -104,103 +113,132 @@ fn everywhere(command: Command, change: &dyn Fn(Command) -> Command) -> Command 
         .fold(command, |command, name| command.mut_subcommand(name, |sub| everywhere(sub, change)))
 }
 
-fn russian(command: Command) -> Command {
+/// Gives each command and argument its text.
+fn described(command: Command, path: &str, lang: Lang) -> Command {
+    let names: Vec<String> =
+        command.get_subcommands().map(|sub| sub.get_name().to_owned()).collect();
+    let mut command = command.mut_args(|arg| {
+        let id = arg.get_id().to_string();
+        match texts::argument(path, &id) {
+            Some(text) => arg.help(text.str(lang)),
+            None => arg,
+        }
+    });
+    if let Some(text) = texts::command(path) {
+        let (short, more) = match text.str(lang).split_once("\n\n") {
+            Some((short, _)) => (short.trim_end_matches('.'), Some(text.str(lang))),
+            // A long text gives each option lines of its own, which suits longer words.
+            None => (text.str(lang), (lang != Lang::En).then(|| text.str(lang))),
+        };
+        command = command.about(short).long_about(more);
+    }
+    names.iter().fold(command, |command, name| {
+        let path = if path.is_empty() { name.clone() } else { format!("{path} {name}") };
+        command.mut_subcommand(name, |sub| described(sub, &path, lang))
+    })
+}
+
+/// Replaces what clap says around the texts.
+fn framed(command: Command, lang: Lang) -> Command {
     // clap makes usage lines once the tree is built.
     let mut built = command.clone();
     built.build();
-    translate(command, "", &mut built).disable_version_flag(true).arg(flag(
-        "version",
-        'V',
-        ArgAction::Version,
-        "Показать версию",
+    frame(command, &mut built, lang).disable_version_flag(true).arg(flag(
+        ("version", 'V', ArgAction::Version),
+        text::OptionVersion.fixed(),
+        lang,
     ))
 }
 
-fn translate(command: Command, path: &str, built: &mut Command) -> Command {
+fn frame(command: Command, built: &mut Command, lang: Lang) -> Command {
     let names: Vec<String> =
         command.get_subcommands().map(|sub| sub.get_name().to_owned()).collect();
     let usage = built.render_usage();
     let mut positionals = 0;
+    let heading = text::HeadingUsage.str(lang);
     let mut command = command
         .mut_args(|arg| {
             // Under a heading of their own, clap would sort arguments by name.
             positionals += usize::from(arg.is_positional());
             let is_positional = arg.is_positional();
-            let arg = translate_arg(arg, path);
+            let arg = frame_arg(arg, lang);
             if is_positional { arg.display_order(positionals) } else { arg }
         })
         .disable_help_flag(true)
-        .arg(flag("help", 'h', ArgAction::Help, "Показать справку"))
-        .subcommand_help_heading("Команды")
-        .help_template(
-            "{before-help}{about-with-newline}\nИспользование: {usage}\n\n{all-args}{after-help}",
-        )
-        .override_usage(translate_usage(&usage));
-    if let Some(about) = ru::text(path) {
-        let short = about.split("\n\n").next().unwrap_or(about).trim_end_matches('.');
-        command = command.about(short.to_owned()).long_about(about);
-    }
+        .arg(flag(("help", 'h', ArgAction::Help), text::OptionHelp.fixed(), lang))
+        .subcommand_help_heading(text::HeadingCommands.str(lang))
+        .help_template(format!(
+            "{{before-help}}{{about-with-newline}}\n{heading} {{usage}}\n\n{{all-args}}{{after-help}}"
+        ))
+        .override_usage(frame_usage(&usage, lang));
     if let Some(examples) = command.get_after_help().map(StyledStr::to_string) {
-        command = command.after_help(examples.replace("Examples:", "Примеры:"));
+        let [own, others] = [Lang::En, lang].map(|lang| text::HeadingExamples.str(lang));
+        command = command.after_help(examples.replace(own, others));
     }
     names.iter().fold(command, |command, name| {
-        let path = if path.is_empty() { name.clone() } else { format!("{path} {name}") };
         let Some(built) = built.find_subcommand_mut(name) else { return command };
-        command.mut_subcommand(name, |sub| translate(sub, &path, built))
+        command.mut_subcommand(name, |sub| frame(sub, built, lang))
     })
 }
 
-fn translate_arg(arg: Arg, path: &str) -> Arg {
+fn frame_arg(arg: Arg, lang: Lang) -> Arg {
     let heading = match arg.get_help_heading() {
-        Some(GENERAL) => "Общие параметры",
-        _ if arg.is_positional() => "Аргументы",
-        _ => "Параметры",
+        Some(GENERAL) => text::HeadingGeneralOptions.str(lang),
+        _ if arg.is_positional() => text::HeadingArguments.str(lang),
+        _ => text::HeadingOptions.str(lang),
     };
-    let key = format!("{path}.{}", arg.get_id());
     let names: Vec<Str> = arg
         .get_value_names()
         .unwrap_or_default()
         .iter()
-        .map(|name| ru::value_name(name).map_or_else(|| name.clone(), Str::from))
+        .map(|name| texts::value(name).map_or_else(|| name.clone(), |text| text.str(lang).into()))
         .collect();
     let arg = if names.is_empty() { arg } else { arg.value_names(names) };
-    match ru::text(&key) {
-        Some(text) => arg.help(text).help_heading(heading),
-        None => arg.help_heading(heading),
-    }
+    arg.help_heading(heading)
 }
 
-fn flag(name: &'static str, short: char, action: ArgAction, help: &'static str) -> Arg {
-    Arg::new(name).short(short).long(name).action(action).help(help).help_heading("Параметры")
+fn flag(of: (&'static str, char, ArgAction), help: Fixed, lang: Lang) -> Arg {
+    let (name, short, action) = of;
+    let arg = Arg::new(name).short(short).long(name).action(action);
+    arg.help(help.str(lang)).help_heading(text::HeadingOptions.str(lang))
 }
 
-fn translate_usage(usage: &StyledStr) -> String {
+fn frame_usage(usage: &StyledStr, lang: Lang) -> String {
     let usage = usage.to_string();
-    let mut text = usage.trim_start_matches("Usage:").trim().to_owned();
-    text = text.replace("[OPTIONS]", "[ПАРАМЕТРЫ]").replace("<COMMAND>", "<КОМАНДА>");
-    // The longest names first: DRIVE is a part of another one.
-    for (english, russian) in ru::VALUE_NAMES {
+    let mut usage = usage.trim_start_matches(text::HeadingUsage.str(Lang::En)).trim().to_owned();
+    let words = [text::UsageOptions.fixed(), text::UsageCommand.fixed()];
+    for word in texts::values().chain(words) {
         for (open, close) in [('<', '>'), ('[', ']')] {
-            text = text
-                .replace(&format!("{open}{english}{close}"), &format!("{open}{russian}{close}"));
+            let [own, other] =
+                [Lang::En, lang].map(|lang| format!("{open}{}{close}", word.str(lang)));
+            usage = usage.replace(&own, &other);
         }
     }
-    text
+    usage
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn paths(command: &Command, path: &str, all: &mut Vec<String>) {
-        all.push(path.to_owned());
+    fn keys(command: &Command, path: &str, all: &mut Vec<String>) {
+        all.push(texts::command_key(path));
         for arg in command.get_arguments() {
-            all.push(format!("{path}.{}", arg.get_id()));
+            all.push(texts::argument_key(path, arg.get_id().as_str()));
         }
         for sub in command.get_subcommands() {
             let name = sub.get_name();
             let path = if path.is_empty() { name.to_owned() } else { format!("{path} {name}") };
-            paths(sub, &path, all);
+            keys(sub, &path, all);
+        }
+    }
+
+    fn value_names(command: &Command, all: &mut BTreeSet<String>) {
+        for arg in command.get_arguments().filter(|arg| arg.get_action().takes_values()) {
+            all.extend(arg.get_value_names().unwrap_or_default().iter().map(ToString::to_string));
+        }
+        for sub in command.get_subcommands() {
+            value_names(sub, all);
         }
     }
 
@@ -239,7 +277,7 @@ mod tests {
     fn help_begins_with_what_is_the_commands_own() {
         for (english, general) in [(true, "General options:"), (false, "Общие параметры:")]
         {
-            let mut command = if english { command() } else { russian(Cli::command()) };
+            let mut command = if english { command() } else { in_language(plain(), Lang::Ru) };
             command.build();
             let limits = command.find_subcommand_mut("limits").unwrap();
             let text = limits.render_long_help().to_string();
@@ -261,26 +299,37 @@ mod tests {
     fn the_command_line_is_sound() {
         everywhere(completed(), &|command| command).debug_assert();
         everywhere(command(), &|command| command).debug_assert();
-        russian(Cli::command()).debug_assert();
+        in_language(plain(), Lang::Ru).debug_assert();
     }
 
+    /// The catalogue has the same keys in each language, so each text is there in each.
     #[test]
-    fn every_text_has_its_russian_and_no_russian_is_left_over() {
+    fn every_command_and_argument_has_its_text_and_no_text_is_left_over() {
         let mut wanted = Vec::new();
-        paths(&Cli::command(), "", &mut wanted);
+        keys(&Cli::command(), "", &mut wanted);
+        let of_values = |key: &str| key.starts_with(texts::VALUE);
+        let known: BTreeSet<&str> = lafet_texts::help::BY_KEY.iter().map(|(key, _)| *key).collect();
         for key in &wanted {
-            assert!(ru::text(key).is_some(), "`{key}` has no Russian text");
+            assert!(known.contains(key.as_str()), "help.ftl has no `{key}`");
         }
-        for (key, text) in ru::TEXTS {
+        for key in known.iter().filter(|key| !of_values(key)) {
             assert!(wanted.iter().any(|wanted| wanted == key), "`{key}` is nothing");
-            assert!(text.chars().any(|c| ('а'..='я').contains(&c)), "`{key}`: {text}");
+        }
+        assert_eq!(wanted.iter().collect::<BTreeSet<_>>().len(), wanted.len());
+        let mut shown = BTreeSet::new();
+        value_names(&Cli::command(), &mut shown);
+        for name in texts::values() {
+            assert!(shown.contains(name.en), "no argument has a value {}", name.en);
+        }
+        for name in shown.iter().filter(|name| !["N", "URL", "on|off"].contains(&name.as_str())) {
+            assert!(texts::value(name).is_some(), "help.ftl does not name the value {name}");
         }
     }
 
     #[test]
     fn every_command_has_an_example_in_both_languages() {
         for (english, heading) in [(true, "Examples:"), (false, "Примеры:")] {
-            let mut command = if english { Cli::command() } else { russian(Cli::command()) };
+            let mut command = in_language(plain(), if english { Lang::En } else { Lang::Ru });
             command.build();
             let mut all = Vec::new();
             help(&mut command, &mut all);

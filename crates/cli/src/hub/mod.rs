@@ -7,9 +7,9 @@ pub mod training;
 use std::io::IsTerminal;
 use std::process::{Command, Stdio};
 
-use lafet_client::Lang;
 use lafet_hub::store::{Loss, StoreError};
 use lafet_hub::{Clock, Config, Hub, Server};
+use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 use tokio::sync::oneshot;
 use tracing_subscriber::filter::Targets;
@@ -17,7 +17,7 @@ use tracing_subscriber::prelude::*;
 
 use crate::cmd::schema;
 use crate::failure::{Failure, Outcome};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::Out;
 
 /// Environment variable of the log filter: `LAFET_LOG=info`, `LAFET_LOG=lafet_hub=debug`.
@@ -37,41 +37,26 @@ pub struct Running {
 impl Running {
     /// Starts a hub.
     pub async fn start(config: Config) -> Result<Self, Failure> {
-        let listen = config.listen;
+        let (listen, folder) = (config.listen, config.data.clone());
         let hub = Hub::new(config, Clock::System, schema::schema()).map_err(|error| {
             if let StoreError::Lost(losses) = &error {
                 return lost(losses);
             }
             if let StoreError::Shared(folder) = &error {
                 let folder = folder.display();
-                return Failure::Usage(pick(
-                    format!(
-                        "{folder} can be written by other users of this machine and contains files \
-                         that are not the hub's. Set data to a folder of its own."
-                    ),
-                    format!(
-                        "В папку {folder} могут писать другие пользователи, и в ней чужие файлы. \
-                         Укажите в data отдельную папку."
-                    ),
-                ));
+                return Failure::Usage(text::FolderShared { folder: Shown(folder) }.of(current()));
             }
             if let StoreError::InUse(folder) = &error {
                 let folder = folder.display();
-                return Failure::Usage(pick(
-                    format!(
-                        "Another hub uses {folder}: stop it, or set another data folder for \
-                         this one."
-                    ),
-                    format!(
-                        "Папкой {folder} уже пользуется другой сервер объекта: остановите его \
-                         либо укажите другую папку data."
-                    ),
-                ));
+                return Failure::Usage(text::FolderInUse { folder: Shown(folder) }.of(current()));
             }
-            Failure::io(
-                pick("cannot open the hub's storage", "не открывается хранилище"),
-                std::io::Error::other(error.to_string()),
-            )
+            let what = text::CannotOpenStorage.str(current());
+            match (error, folder) {
+                (StoreError::Io(source), Some(folder)) => {
+                    Failure::io(format!("{what} {}", folder.display()), source)
+                }
+                (error, _) => Failure::io(what, std::io::Error::other(error.to_string())),
+            }
         })?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(THREADS)
@@ -91,8 +76,7 @@ impl Running {
                 Err(error) => _ = ready.send(Err(error)),
             }
         });
-        let cannot =
-            || pick(format!("cannot listen on {listen}"), format!("{listen} занят или недоступен"));
+        let cannot = || text::CannotListenHub { listen: Shown(listen) }.of(current());
         let url = match server.await {
             Ok(Ok(url)) => url,
             Ok(Err(error)) => {
@@ -121,15 +105,7 @@ impl Running {
         let link = link.map(|token| format!("{}/setup#{token}", self.url));
         let mut text = self.url.clone();
         if let Some(link) = &link {
-            text += &pick(
-                format!(
-                    "\nThere are no users yet. Create the first administrator here, once:\n  {link}"
-                ),
-                format!(
-                    "\nПользователей ещё нет. Создайте администратора по одноразовой ссылке:\n  \
-                     {link}"
-                ),
-            );
+            text += &format!("\n{}", text::NoUsersYet { link }.of(current()));
         }
         out.show(text, || json!({ "listening": self.url, "setup": link }))
     }
@@ -158,20 +134,7 @@ fn lost(losses: &[Loss]) -> Failure {
     let mut words: Vec<&str> = losses.iter().map(|it| it.file.word()).collect();
     words.dedup();
     let words = words.join(",");
-    Failure::Usage(pick(
-        format!(
-            "The state of the hub is not as it was saved:\n  {}\nFind out why, and restore a copy \
-             of the whole folder if there is one. To continue without it, which will be recorded: \
-             lafet serve --accept-lost {words}",
-            of(Lang::En).join("\n  ")
-        ),
-        format!(
-            "Состояние не то, что было сохранено:\n  {}\nВыясните причину; если есть копия всей \
-             папки, восстановите её. Продолжить без потерянного, с записью об этом: lafet serve \
-             --accept-lost {words}",
-            of(Lang::Ru).join("\n  ")
-        ),
-    ))
+    Failure::Usage(text::StateLost { list: of(current()).join("\n  "), words }.of(current()))
 }
 
 /// Logs to standard error, as text or as JSON.

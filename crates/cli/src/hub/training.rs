@@ -11,6 +11,7 @@ use lafet_hub::simulation::{
 use lafet_hub::text::{Both, both};
 use lafet_sim::exercise::{self, Action, Exercise, Lang, Link, Outcome, Run, SHIPPED, Shipped};
 use lafet_sim::fault::Fault;
+use lafet_texts::{Fixed, Text, cli as text};
 use serde_json::Value;
 
 use super::{faults, scene};
@@ -125,7 +126,7 @@ impl State {
     fn monitor(&self, name: &str) -> Result<usize, Both> {
         let monitors = &self.run.director().exercise().monitors;
         let found = monitors.iter().position(|monitor| monitor.name == name);
-        found.ok_or_else(|| none("monitor", "ствола", name))
+        found.ok_or_else(|| none(text::KindMonitor, name))
     }
 
     fn act(&mut self, act: &Act) -> Result<(), Both> {
@@ -145,17 +146,12 @@ impl State {
             }
             Act::Fire { at: [x, y], size, kind } => {
                 let lit = self.run.light((*x, *y), *size, kind);
-                return lit.map(|_| ()).ok_or_else(|| {
-                    both(
-                        format!("`{kind}` is none of pool, pile, spray; or too much burns."),
-                        format!("`{kind}` — не pool, pile, spray; либо очагов уже слишком много."),
-                    )
-                });
+                return lit.map(|_| ()).ok_or_else(|| text::FireKindUnknown { kind }.words());
             }
             Act::Ignite(name) => {
                 let fires = &self.run.director().exercise().fires;
                 let found = fires.iter().position(|fire| fire.name == *name);
-                Action::Ignite(found.ok_or_else(|| none("fire", "очага", name))?)
+                Action::Ignite(found.ok_or_else(|| none(text::KindFire, name))?)
             }
             Act::Link { monitor, up } => {
                 let link = if *up { Link::Up } else { Link::Lost };
@@ -167,7 +163,7 @@ impl State {
                     Some(fault) if *on => Action::Inject(monitor, fault),
                     Some(fault) => Action::Clear(monitor, Some(fault)),
                     None if fault == "all" && !on => Action::Clear(monitor, None),
-                    None => return Err(none("fault", "неисправности", fault)),
+                    None => return Err(none(text::KindFault, fault)),
                 }
             }
         };
@@ -324,9 +320,8 @@ impl fmt::Debug for Training {
 }
 
 fn find(scenario: &str) -> Result<(&'static str, Arc<Exercise>), Both> {
-    let shipped =
-        Shipped::by_name(scenario).ok_or_else(|| none("scenario", "сценария", scenario))?;
-    let exercise = shipped.exercise().map_err(|_| none("scenario", "сценария", scenario))?;
+    let shipped = Shipped::by_name(scenario).ok_or_else(|| none(text::KindScenario, scenario))?;
+    let exercise = shipped.exercise().map_err(|_| none(text::KindScenario, scenario))?;
     Ok((shipped.name, Arc::new(exercise)))
 }
 
@@ -342,7 +337,7 @@ fn start(exercise: &Arc<Exercise>, seed: u64, automatic: bool) -> Run {
 fn monitors(exercise: &Exercise, place: &str) -> Result<Vec<MonitorConfig>, Both> {
     let one = |(plan, monitor): (&exercise::MonitorPlan, &lafet_sim::site::MonitorConfig)| {
         let url = format!("{place}?addr={}", monitor.sim.address);
-        let endpoint = url.parse().map_err(|_| none("place", "адреса", &url))?;
+        let endpoint = url.parse().map_err(|_| none(text::KindPlace, &url))?;
         let name = side(monitor.pose.at);
         Ok(MonitorConfig { id: plan.name.clone(), name, endpoint, poll_ms: POLL_MS })
     };
@@ -351,22 +346,21 @@ fn monitors(exercise: &Exercise, place: &str) -> Result<Vec<MonitorConfig>, Both
 
 /// Title of a monitor: the side of the site on which it is placed.
 fn side((east, north): (f64, f64)) -> Both {
-    const SIDES: [[&str; 2]; 8] = [
-        ["North", "Север"],
-        ["North-east", "Северо-восток"],
-        ["East", "Восток"],
-        ["South-east", "Юго-восток"],
-        ["South", "Юг"],
-        ["South-west", "Юго-запад"],
-        ["West", "Запад"],
-        ["North-west", "Северо-запад"],
+    const SIDES: [Fixed; 8] = [
+        text::SideNorth.fixed(),
+        text::SideNorthEast.fixed(),
+        text::SideEast.fixed(),
+        text::SideSouthEast.fixed(),
+        text::SideSouth.fixed(),
+        text::SideSouthWest.fixed(),
+        text::SideWest.fixed(),
+        text::SideNorthWest.fixed(),
     ];
     if east.hypot(north) < 1.0 {
-        return both("Middle", "Центр");
+        return text::SideMiddle.words();
     }
     let eighths = (east.atan2(north).to_degrees() / 45.0).round().rem_euclid(8.0);
-    let [en, ru] = SIDES.get(eighths as usize).copied().unwrap_or(SIDES[0]);
-    both(en, ru)
+    SIDES.get(eighths as usize).unwrap_or(&SIDES[0]).words()
 }
 
 fn decided(check: &exercise::Check) -> Check {
@@ -382,8 +376,8 @@ fn text(text: &exercise::Words) -> Both {
     both(text.en.trim(), text.ru.trim())
 }
 
-fn none(en: &str, ru: &str, name: &str) -> Both {
-    both(format!("There is no {en} `{name}`."), format!("Нет {ru} «{name}»."))
+fn none(kind: impl Text, name: &str) -> Both {
+    text::NoSuchOne { kind, name }.words()
 }
 
 fn seconds(ms: u64) -> f64 {

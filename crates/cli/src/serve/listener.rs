@@ -6,6 +6,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use lafet_device::Source;
+use lafet_texts::cli as text;
 use tokio::net::{TcpListener, TcpStream, UdpSocket};
 
 use super::Air;
@@ -13,7 +14,7 @@ use super::Bus;
 use super::connections::Connections;
 use super::datagram::serve_datagrams;
 use super::stream::{Habits, Wire, serve_stream};
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Query of a listener URL that selects bare records.
 const RECORDS: &str = "?framing=records";
@@ -219,16 +220,9 @@ impl FromStr for Listen {
             None if rest == "pty" => Some(Medium::Pty),
             _ => None,
         };
-        medium.map(|medium| Self { radio, medium }).ok_or_else(|| {
-            pick(
-                "expected tcp://HOST:PORT (?framing=records for bare records), udp://HOST:PORT or \
-                 pty, each also with radio+ before it; port 0 takes a free one",
-                "ожидается tcp://УЗЕЛ:ПОРТ (?framing=records — записи без кадров), \
-                 udp://УЗЕЛ:ПОРТ или pty, перед каждым можно поставить radio+; порт 0 — любой \
-                 свободный",
-            )
-            .to_owned()
-        })
+        medium
+            .map(|medium| Self { radio, medium })
+            .ok_or_else(|| text::ListenerExpected.str(current()).to_owned())
     }
 }
 

@@ -1,7 +1,7 @@
 //! A simulated monitor on the network: any number of clients, one simulation.
 //!
-//! Everything runs on one thread. A frame is handled at once, at the simulated time that [`pace()`]
-//! has reached; no connection waits for another.
+//! Everything runs on one thread. A frame is handled at once, at the simulated time that [`Paced`]
+//! or [`pace()`] has reached; no connection waits for another.
 
 mod connections;
 mod datagram;
@@ -19,7 +19,7 @@ use lafet_device::Source;
 use lafet_sim::sim::Sim;
 
 pub use listener::Listen;
-pub use pace::pace;
+pub use pace::{Paced, pace};
 pub use radio::Air;
 pub use site::SharedSite;
 pub use stream::{Habits, Wire, serve_stream};

@@ -4,12 +4,13 @@ use clap::{Arg, Command, CommandFactory};
 use lafet_proto::SubsystemId;
 use lafet_proto::dictionary::{REQUESTS, SUBSYSTEMS};
 use lafet_proto::param::Param;
+use lafet_texts::cli as text;
 use reedline::{Completer, CompletionResult, Span, Suggestion};
 
 use super::words::{Word, split};
 use crate::cli::{Cli, subsystem};
 use crate::help;
-use crate::lang::{of, pick};
+use crate::lang::{current, of};
 
 /// Options that apply to the whole shell and are set at its start.
 pub const FIXED: [&str; 3] = ["connect", "lang", "timeout"];
@@ -68,8 +69,8 @@ impl Grammar {
         }
         let mut all = Vec::new();
         if place.is_root {
-            let leave = pick("Leave the shell", "Выйти из оболочки");
-            let explain = pick("Explain a command", "Объяснить команду");
+            let leave = text::LeaveShell.str(current());
+            let explain = text::ExplainCommand.str(current());
             all.extend([candidate("help", explain), candidate("exit", leave)]);
         }
         if place.positionals == 0 {

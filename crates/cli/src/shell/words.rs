@@ -1,8 +1,9 @@
 //! Splits a line into words: blanks separate, quotes group, `#` starts a comment.
 
+use lafet_texts::cli as text;
 use std::ops::Range;
 
-use crate::lang::pick;
+use crate::lang::current;
 
 /// A word and its place in the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,7 +44,7 @@ pub fn split(line: &str) -> Vec<Word> {
 pub fn words(line: &str) -> Result<Vec<String>, String> {
     let words = split(line);
     if words.iter().any(|word| word.open) {
-        return Err(pick("A quote is not closed.", "Кавычка не закрыта.").into());
+        return Err(text::QuoteOpen.str(current()).into());
     }
     Ok(words.into_iter().map(|word| word.text).collect())
 }

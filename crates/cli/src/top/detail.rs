@@ -4,6 +4,7 @@ use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::{Severity, flags_of};
 use lafet_proto::status::Limits;
+use lafet_texts::cli as text;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -14,7 +15,7 @@ use super::list::fault_lines;
 use super::scene::{Scene, Seen};
 use super::words::{BAD, GREY, age, left, position, right, style};
 use crate::describe::{self, tenths};
-use crate::lang::pick;
+use crate::lang::current;
 use crate::out::columns;
 
 /// Columns of an axis row without its bar.
@@ -54,7 +55,7 @@ fn lines(seen: &Seen, width: usize) -> Vec<Line<'static>> {
     if !seen.hotbeds.is_empty() {
         lines.extend(hotbeds(seen));
     }
-    lines.push(Line::styled(pick("Problems", "Что не так"), bold));
+    lines.push(Line::styled(text::TopProblems.str(current()), bold));
     lines.extend(fault_lines(seen));
     lines.extend(climate(seen));
     let links = [
@@ -75,8 +76,8 @@ fn title(seen: &Seen) -> Line<'static> {
         Span::styled(seen.condition(), style(seen.severity()).add_modifier(Modifier::BOLD)),
     ];
     if seen.is_known() {
-        let old = if seen.stale { pick("STALE, ", "УСТАРЕЛО, ") } else { "" };
-        let ago = pick("ago", "назад");
+        let old = if seen.stale { text::StaleFor.str(current()) } else { "" };
+        let ago = text::StaleAgo.str(current());
         spans.push(Span::raw(format!("  {old}{} {ago}", age(seen.age))));
     }
     Line::from(spans)
@@ -84,7 +85,7 @@ fn title(seen: &Seen) -> Line<'static> {
 
 /// A drive between its limits, and its flags.
 fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
-    let Some((at, current, speed)) = seen.drive(who) else {
+    let Some((at, amperes, speed)) = seen.drive(who) else {
         return subsystem(seen, who).into_iter().collect();
     };
     let limits = seen.limits.iter().find(|(id, _)| *id == who).map(|(_, limits)| limits);
@@ -102,19 +103,19 @@ fn axis(seen: &Seen, who: SubsystemId, width: usize) -> Vec<Line<'static>> {
         None => Default::default(),
     };
     let unit = match who {
-        SubsystemId::NOZZLE => pick("mm/s", "мм/с"),
-        _ => pick("°/s", "°/с"),
+        SubsystemId::NOZZLE => text::UnitMmps.str(current()),
+        _ => text::UnitDegps.str(current()),
     };
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let bad = seen.is_bad(who, "position");
     let shown = if bad { BAD.to_owned() } else { position(who, at) };
-    let current = format!("{} {}", tenths(current.into()), pick("A", "А"));
+    let amperes = format!("{} {}", tenths(amperes.into()), text::UnitA.str(current()));
     let mut lines = vec![Line::from(vec![
         Span::raw(left(&who.to_string(), NAME)),
         Span::styled(right(&shown, 8), if bad { GREY } else { bold }),
         Span::raw(format!("  {} {} ", right(&first, 8), left(&bar, bar_width))),
         Span::raw(left(&last, 8)),
-        Span::raw(format!("{} {}", right(&current, 7), right(&format!("{speed} {unit}"), 8))),
+        Span::raw(format!("{} {}", right(&amperes, 7), right(&format!("{speed} {unit}"), 8))),
     ])];
     let flags = flag_spans(seen, who);
     if !flags.is_empty() {

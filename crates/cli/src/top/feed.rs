@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use lafet_client::{
-    Answers, Client, Endpoint, Framing, LinkEvent, LinkStatistics, Monitor, Subscription,
+    Answers, Client, Endpoint, Framing, LinkEvent, LinkStatistics, Monitor, Subscription, os_text,
 };
 use lafet_proto::answer::Reply;
 use lafet_proto::request::Body;
@@ -229,7 +229,9 @@ async fn listen(client: Client, slots: Vec<Arc<Mutex<Slot>>>) {
 fn note(slot: &mut Slot, event: &LinkEvent) {
     match event {
         LinkEvent::Up => slot.connected = Connected::Up,
-        LinkEvent::Down(error) => slot.connected = Connected::Down(error.to_string()),
+        LinkEvent::Down(error) => {
+            slot.connected = Connected::Down(os_text(error, current()));
+        }
         LinkEvent::Statistics(figures) => {
             slot.figures = Some(**figures);
             let trip = match figures.last.believed {

@@ -1,6 +1,7 @@
 //! The frame around the pages: title, keys, and Stop, which is always visible.
 
 use lafet_proto::flags::Severity;
+use lafet_texts::{Text as _, cli as text};
 use ratatui::backend::TestBackend;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -11,7 +12,7 @@ use ratatui::{Frame, Terminal};
 use super::scene::{Page, Scene};
 use super::words::cut;
 use super::{detail, link, list};
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Draws the whole screen.
 pub fn render(frame: &mut Frame<'_>, scene: &Scene) {
@@ -59,9 +60,9 @@ fn title_line(scene: &Scene) -> Line<'static> {
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let mut spans = vec![Span::styled(" lafet top ", bold.bg(Color::Blue).fg(Color::White))];
     let pages = [
-        (Page::List, pick("1 list", "1 список")),
-        (Page::Detail, pick("2 monitor", "2 ствол")),
-        (Page::Link, pick("3 link", "3 линия")),
+        (Page::List, text::PageList.str(current())),
+        (Page::Detail, text::PageMonitor.str(current())),
+        (Page::Link, text::PageLink.str(current())),
     ];
     for (page, name) in pages {
         let (text, look) = match page == scene.page {
@@ -74,66 +75,37 @@ fn title_line(scene: &Scene) -> Line<'static> {
     let alarms = scene.monitors.iter().filter(|seen| seen.severity() == Severity::Alarm).count();
     let stale = scene.monitors.iter().filter(|seen| seen.stale || !seen.is_known()).count();
     let (count, selected) = (scene.monitors.len(), scene.selected + 1);
-    spans.push(Span::raw(pick(
-        format!("  {selected} of {count}"),
-        format!("  {selected} из {count}"),
-    )));
+    spans.push(Span::raw(text::ListSelected { selected, count }.of(current())));
     if alarms > 0 {
-        let text = pick(format!("  alarms: {alarms}"), format!("  тревога: {alarms}"));
+        let text = text::ListAlarms { alarms }.of(current());
         spans.push(Span::styled(text, Style::new().fg(Color::Red)));
     }
     if stale > 0 {
-        let text = pick(format!("  stale: {stale}"), format!("  устарело: {stale}"));
+        let text = text::ListStale { stale }.of(current());
         spans.push(Span::styled(text, Style::new().fg(Color::Yellow)));
     }
     Line::from(spans)
 }
 
 fn keys_line() -> &'static str {
-    pick(
-        " ↑↓ monitor  Tab page  1 2 3  PgUp PgDn scroll  ? keys  q quit",
-        " ↑↓ ствол  Tab страница  1 2 3  PgUp PgDn прокрутка  ? клавиши  q выход",
-    )
+    text::TopKeys.str(current())
 }
 
 fn stop_line(scene: &Scene, width: u16) -> Line<'static> {
     let name = scene.current().map_or("", |seen| seen.name.as_str());
-    let text = pick(format!(" s  STOP ALL: {name} "), format!(" s (ы)  СТОП ВСЕ: {name} "));
+    let text = text::TopStopKey { name }.of(current());
     let look = Style::new().bg(Color::Red).fg(Color::White).add_modifier(Modifier::BOLD);
     Line::styled(cut(&text, width.into()), look)
 }
 
 fn help(frame: &mut Frame<'_>, page: Rect) {
-    let lines = pick(
-        [
-            "s            Stop All for the selected monitor, on every page",
-            "↑ ↓  k j     previous, next monitor",
-            "Tab Shift+Tab  next, previous page",
-            "1 2 3        list, monitor, link;  Enter: monitor,  Esc: list",
-            "PgUp PgDn    scroll what does not fit",
-            "q  Ctrl-C    quit; this stops nothing",
-            "",
-            "!  warning   !! alarm   grey: stale, may have changed since",
-            "Stop is the only request of this screen that changes anything.",
-        ],
-        [
-            "s (ы)        Stop All выбранному стволу, на любой странице",
-            "↑ ↓  k j     предыдущий, следующий ствол",
-            "Tab Shift+Tab  следующая, предыдущая страница",
-            "1 2 3        список, ствол, линия;  Enter: ствол,  Esc: список",
-            "PgUp PgDn    прокрутить то, что не поместилось",
-            "q  Ctrl-C    выход; этим ничего не останавливается",
-            "",
-            "!  предупреждение   !! тревога   серое: устарело, может быть уже не так",
-            "Stop — единственный запрос этого экрана, который что-либо меняет.",
-        ],
-    );
+    let lines: Vec<&str> = text::KeysHelp.str(current()).lines().collect();
     let widest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
     let size = |wanted: usize, most: u16| u16::try_from(wanted + 2).unwrap_or(most).min(most);
     let (width, height) = (size(widest + 2, page.width), size(lines.len(), page.height));
     let area = page.centered(Constraint::Length(width), Constraint::Length(height));
     frame.render_widget(Clear, area);
-    let block = Block::bordered().title(pick(" keys ", " клавиши "));
-    let text = lines.map(|line| Line::raw(format!(" {line}")));
-    frame.render_widget(Paragraph::new(text.to_vec()).block(block), area);
+    let block = Block::bordered().title(text::KeysTitle.str(current()));
+    let text: Vec<Line<'_>> = lines.iter().map(|line| Line::raw(format!(" {line}"))).collect();
+    frame.render_widget(Paragraph::new(text).block(block), area);
 }

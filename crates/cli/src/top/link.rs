@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use lafet_client::Stats;
+use lafet_texts::{Text as _, cli as text};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -11,7 +12,7 @@ use ratatui::widgets::{Block, Borders, Paragraph, Sparkline};
 
 use super::scene::{Connected, Scene, Seen};
 use super::words::{left, right, style};
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Columns for the name of a counter.
 const NAME: usize = 36;
@@ -31,7 +32,7 @@ pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
     let longest = seen.round_trips.iter().max().copied().unwrap_or(0);
     let title = format!(
         " {}: {} ",
-        pick("round trip, a column a second; the longest", "задержка по секундам; наибольшая"),
+        text::ChartTitle.str(current()),
         time(Some(Duration::from_micros(longest))),
     );
     let block = Block::new().borders(Borders::TOP).title(title);
@@ -44,23 +45,23 @@ pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
 fn lines(seen: &Seen) -> Vec<Line<'static>> {
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let (state, look) = match &seen.connected {
-        Connected::Soon => (pick("connecting", "соединение").to_owned(), Style::new()),
-        Connected::Up => (pick("up", "есть связь").to_owned(), Style::new()),
+        Connected::Soon => (text::LinkConnecting.str(current()).to_owned(), Style::new()),
+        Connected::Up => (text::LinkUp.str(current()).to_owned(), Style::new()),
         Connected::Down(why) => {
-            let down = pick("down", "нет связи");
+            let down = text::LinkDown.str(current());
             (format!("{down}: {why}"), style(lafet_proto::flags::Severity::Alarm))
         }
     };
     let title = vec![Span::styled(format!("{}  ", seen.url), bold), Span::styled(state, look)];
     let mut lines = vec![Line::from(title)];
     let Some(figures) = &seen.figures else {
-        let wait =
-            pick("The first figures appear after a second.", "Первые цифры — через секунду.");
+        let wait = text::FiguresLater.str(current());
         lines.push(Line::raw(wait));
         return lines;
     };
-    let heads = pick(["", "last second", "link", "monitor"], ["", "за секунду", "линия", "ствол"]);
-    lines.push(row(heads.map(str::to_owned), bold));
+    let heads = [text::LastSecond.fixed(), text::LinkOfAll.fixed(), text::HeadingMonitor.fixed()];
+    let [last, total, own] = heads.map(|head| head.of(current()));
+    lines.push(row([String::new(), last, total, own], bold));
     let [last, total, own] = [&figures.last, &figures.total, &seen.own].map(counts);
     for (index, (name, is_trouble)) in names().into_iter().enumerate() {
         let [last, total, own] = [last[index], total[index], own[index]];
@@ -75,7 +76,7 @@ fn lines(seen: &Seen) -> Vec<Line<'static>> {
         let permille = stats.loss_permille();
         format!("{}.{} %", permille / 10, permille % 10)
     };
-    let name = pick("frames sent without an answer", "запросы, оставшиеся без ответа");
+    let name = text::FramesUnanswered.str(current());
     let cells = [name.into(), loss(&figures.last), loss(&figures.total), loss(&seen.own)];
     lines.push(row(cells, Style::new()));
     lines.push(round_trip(&figures.total));
@@ -91,18 +92,18 @@ fn row(cells: [String; 4], look: Style) -> Line<'static> {
 /// Names of the counters, and whether each indicates a problem.
 fn names() -> [(&'static str, bool); 12] {
     [
-        (pick("frames sent", "кадров послано"), false),
-        (pick("frames received", "кадров принято"), false),
-        (pick("answers accepted", "ответов принято"), false),
-        (pick("frames with errors (CRC, form)", "кадров с ошибками (CRC, формат)"), true),
-        (pick("answers not in time", "ответов не в срок"), true),
-        (pick("frames repeated", "повторов"), true),
-        (pick("late answers", "запоздалых ответов"), true),
-        (pick("answers twice", "ответов повторно"), true),
-        (pick("frames of other devices", "кадров других устройств"), false),
-        (pick("answers to no request", "ответов без запроса"), true),
-        (pick("collisions, echoes missing", "столкновений, нет эха"), true),
-        (pick("reconnections", "повторных соединений"), true),
+        (text::FramesSent.str(current()), false),
+        (text::FramesReceived.str(current()), false),
+        (text::AnswersAccepted.str(current()), false),
+        (text::FramesWithErrors.str(current()), true),
+        (text::AnswersNotInTime.str(current()), true),
+        (text::FramesRepeated.str(current()), true),
+        (text::LateAnswers.str(current()), true),
+        (text::AnswersTwice.str(current()), true),
+        (text::FramesOfOthers.str(current()), false),
+        (text::AnswersToNothing.str(current()), true),
+        (text::Collisions.str(current()), true),
+        (text::Reconnections.str(current()), true),
     ]
 }
 
@@ -124,14 +125,22 @@ fn counts(stats: &Stats) -> [u64; 12] {
 }
 
 fn round_trip(stats: &Stats) -> Line<'static> {
-    let names = pick(["last", "average", "min", "max"], ["последняя", "средняя", "мин", "макс"]);
+    let names = [
+        text::TripLast.fixed(),
+        text::TripAverage.fixed(),
+        text::TripMin.fixed(),
+        text::TripMax.fixed(),
+    ];
     let values = [stats.rtt_last, stats.rtt_average, stats.rtt_min, stats.rtt_max];
-    let parts: Vec<String> =
-        names.iter().zip(values).map(|(name, value)| format!("{name} {}", time(value))).collect();
-    Line::raw(format!("{}  {}", pick("round trip:", "задержка:"), parts.join(", ")))
+    let parts: Vec<String> = names
+        .iter()
+        .zip(values)
+        .map(|(name, value)| format!("{} {}", name.str(current()), time(value)))
+        .collect();
+    Line::raw(format!("{}  {}", text::RoundTrip.str(current()), parts.join(", ")))
 }
 
 fn time(time: Option<Duration>) -> String {
-    let unit = pick("ms", "мс");
+    let unit = text::UnitMs.str(current());
     time.map_or_else(|| "-".into(), |time| format!("{:.1} {unit}", time.as_secs_f64() * 1000.0))
 }

@@ -3,6 +3,7 @@
 use lafet_proto::SubsystemId;
 use lafet_proto::answer::Reply;
 use lafet_proto::flags::Severity;
+use lafet_texts::cli as text;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -12,7 +13,7 @@ use ratatui::widgets::{Block, Borders, Paragraph, Wrap};
 use super::scene::{Scene, Seen};
 use super::words::{BAD, GREY, age, cut, left, mark, position, right, style, trouble};
 use crate::describe::tenths;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Lines per monitor: its values, and its flags.
 const ENTRY: usize = 2;
@@ -42,10 +43,16 @@ pub fn render(frame: &mut Frame<'_>, scene: &Scene, area: Rect) {
 }
 
 fn header(width: usize) -> Line<'static> {
-    let cells = pick(
-        ["monitor", "state", "horiz.", "vert.", "nozzle", "atm", "l/s", "age"],
-        ["ствол", "состояние", "гориз.", "верт.", "насадок", "атм", "л/с", "возраст"],
-    );
+    let cells = [
+        text::HeadingMonitor.str(current()),
+        text::ColumnState.str(current()),
+        text::ColumnHorizontal.str(current()),
+        text::ColumnVertical.str(current()),
+        text::PlaceNozzle.str(current()),
+        text::UnitAtm.str(current()),
+        text::UnitLps.str(current()),
+        text::ColumnAge.str(current()),
+    ];
     let text = columns("", "", cells, width);
     Line::styled(cut(&text, width), Style::new().add_modifier(Modifier::UNDERLINED))
 }
@@ -126,7 +133,7 @@ fn flags(seen: &Seen, width: usize) -> Line<'static> {
 }
 
 fn faults(frame: &mut Frame<'_>, scene: &Scene, seen: &Seen, area: Rect) {
-    let title = format!(" {}: {} ", seen.name, pick("problems", "что не так"));
+    let title = format!(" {}: {} ", seen.name, text::ListProblems.str(current()));
     let block = Block::new().borders(Borders::TOP).title(title);
     let text = Paragraph::new(fault_lines(seen)).wrap(Wrap { trim: true });
     frame.render_widget(text.scroll((scene.scroll, 0)).block(block), area);
@@ -143,8 +150,7 @@ pub fn fault_lines(seen: &Seen) -> Vec<Line<'static>> {
         lines.push(Line::styled(text, look(severity)));
     }
     if lines.is_empty() && seen.is_known() {
-        let nothing =
-            pick("None: no flag reports a fault.", "Нет: флаги неисправности не установлены.");
+        let nothing = text::NoProblems.str(current());
         lines.push(Line::raw(nothing));
     }
     lines

@@ -10,9 +10,10 @@ use lafet_proto::flags::{
 };
 use lafet_proto::status::{Hotbed, Limits};
 use lafet_proto::{Answer, SubsystemId, dictionary};
+use lafet_texts::cli as text;
 
 use crate::describe::flag_line;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Everything on the screen.
 #[derive(Debug, Default)]
@@ -142,9 +143,9 @@ impl Seen {
     pub fn condition(&self) -> &'static str {
         if !self.is_known() {
             return match (&self.connected, &self.error) {
-                (Connected::Down(_), _) => pick("no link", "нет связи"),
-                (_, Some(_)) => pick("no answer", "нет ответа"),
-                _ => pick("connecting", "соединение"),
+                (Connected::Down(_), _) => text::SceneNoLink.str(current()),
+                (_, Some(_)) => text::SceneNoAnswer.str(current()),
+                _ => text::LinkConnecting.str(current()),
             };
         }
         let deployer = DeployerFlags::from_bits_retain(self.flags(SubsystemId::DEPLOYER));
@@ -155,19 +156,23 @@ impl Seen {
             .iter()
             .any(|who| self.flags(*who) & DriveFlags::MOVE.bits() != 0);
         match () {
-            () if general.contains(GeneralFlags::LOCKED_OUT) => pick("LOCKED OUT", "БЛОКИРОВКА"),
-            () if deployer.contains(DeployerFlags::DEPLOYING) => pick("deploying", "разворот"),
-            () if deployer.contains(DeployerFlags::WRAPPING) => pick("stowing", "сворачивание"),
-            () if control.contains(ControlFlags::PAUSED) => pick("paused", "пауза"),
-            () if control.contains(ControlFlags::QUENCH) => pick("quench", "тушение"),
-            () if control.contains(ControlFlags::TRAJECTORY) => pick("trajectory", "траектория"),
-            () if detector.contains(DetectorFlags::SEARCHING) => pick("seek", "поиск"),
-            () if detector.contains(DetectorFlags::JUSTIFYING) => pick("aligning", "юстировка"),
-            () if moves => pick("moving", "движение"),
-            () if deployer.contains(DeployerFlags::WRAPPED) => pick("stowed", "свёрнут"),
-            () if deployer.contains(DeployerFlags::DEPLOYED) => pick("deployed", "развёрнут"),
-            () if self.of(SubsystemId::DEPLOYER).is_some() => pick("in between", "на полпути"),
-            () => pick("ready", "готов"),
+            () if general.contains(GeneralFlags::LOCKED_OUT) => text::SceneLockedOut.str(current()),
+            () if deployer.contains(DeployerFlags::DEPLOYING) => {
+                text::SceneDeploying.str(current())
+            }
+            () if deployer.contains(DeployerFlags::WRAPPING) => text::DemoStowing.str(current()),
+            () if control.contains(ControlFlags::PAUSED) => text::ScenePaused.str(current()),
+            () if control.contains(ControlFlags::QUENCH) => text::DemoQuench.str(current()),
+            () if control.contains(ControlFlags::TRAJECTORY) => text::TheTrajectory.str(current()),
+            () if detector.contains(DetectorFlags::SEARCHING) => text::SceneSeek.str(current()),
+            () if detector.contains(DetectorFlags::JUSTIFYING) => {
+                text::SceneAligning.str(current())
+            }
+            () if moves => text::SceneMoving.str(current()),
+            () if deployer.contains(DeployerFlags::WRAPPED) => text::SceneStowed.str(current()),
+            () if deployer.contains(DeployerFlags::DEPLOYED) => text::SceneDeployed.str(current()),
+            () if self.of(SubsystemId::DEPLOYER).is_some() => text::SceneInBetween.str(current()),
+            () => text::SceneReady.str(current()),
         }
     }
 

@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::Severity;
+use lafet_texts::cli as text;
 use ratatui::style::{Color, Modifier, Style};
 
 use super::scene::{Connected, Seen};
 use crate::angle;
-use crate::lang::pick;
+use crate::lang::current;
 
 /// Style of a severity.
 pub const fn style(severity: Severity) -> Style {
@@ -45,7 +46,8 @@ pub fn position(who: SubsystemId, position: i32) -> String {
 
 /// An age as text.
 pub fn age(age: Duration) -> String {
-    let (s, min, h) = pick(("s", "min", "h"), ("с", "мин", "ч"));
+    let (s, min) = (text::UnitS.str(current()), text::UnitMin.str(current()));
+    let h = text::UnitH.str(current());
     match age.as_secs() {
         0..10 => format!("{:.1} {s}", age.as_secs_f64()),
         secs @ 10..120 => format!("{secs} {s}"),
@@ -67,7 +69,7 @@ pub fn silence(seen: &Seen) -> Option<&str> {
 /// Why the state shown is stale or missing.
 pub fn trouble(seen: &Seen) -> Option<String> {
     let why = silence(seen)?;
-    let stale = if seen.is_known() { pick("stale", "устарело") } else { "" };
+    let stale = if seen.is_known() { text::SceneStale.str(current()) } else { "" };
     let parts: Vec<&str> = [stale, why].into_iter().filter(|part| !part.is_empty()).collect();
     Some(parts.join(": "))
 }

@@ -96,7 +96,7 @@ fn an_interrupted_restore_goes_on() {
     running.signal("INT");
     assert_eq!(running.code(), Some(130));
     let journal = std::fs::read_to_string(format!("{file}.restoring")).unwrap();
-    assert!(journal.contains("begun Horizontal."), "{journal}");
+    assert!(journal.contains("started Horizontal."), "{journal}");
     let done = journal.lines().filter(|line| line.starts_with("stored ")).count();
     let restored = sim.value(&["param", "restore", file]);
     assert_eq!(restored["written"].as_array().unwrap().len(), 8 - done, "{journal} {restored}");
@@ -104,7 +104,7 @@ fn an_interrupted_restore_goes_on() {
     // A write that began and is not known to be stored is repeated, although the value reads back
     // correctly.
     let url = format!("{}?addr=1", sim.url());
-    let journal = format!("monitor {url}\nbegun Nozzle.Speed\n");
+    let journal = format!("monitor {url}\nstarted Nozzle.Speed\n");
     std::fs::write(format!("{file}.restoring"), journal).unwrap();
     let restored = sim.value(&["param", "restore", file]);
     assert_eq!(restored["written"][0]["parameter"], "Nozzle.Speed", "{restored}");
@@ -143,4 +143,25 @@ fn refusals_and_other_monitors() {
     assert!(run.code == 1 && run.out.contains("InvalidValue"), "{run:?}");
     assert_eq!(sim.value(&["param", "get", "vertical", "Speed"])["values"], json!([5]));
     assert_eq!(sim.run(&["param", "restore", "/nowhere/x.toml"]).code, 2);
+}
+
+/// What is wrong in a file is said in the language of the user, with its line.
+#[test]
+fn a_file_that_is_no_toml_is_refused_in_words() {
+    let folder = folder("backup-no-toml");
+    for (name, text, line, en, ru) in [
+        ("a.toml", "format = 1\n[Vertical\n", 2, "unclosed table", "заголовок не закрыт"),
+        ("b.toml", "format = 1\nformat = 1\n", 2, "duplicate key", "ключ указан дважды"),
+        ("c.toml", "format 1\n", 1, "key with no value", "ключ без значения"),
+    ] {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        let path = path.to_str().unwrap();
+        for (lang, words) in [("en", [en, "line"]), ("ru", [ru, "строка"])] {
+            let run = Run::of(&["--lang", lang, "param", "diff", path, path]);
+            assert!(run.code == 2 && words.iter().all(|it| run.err.contains(it)), "{run:?}");
+            assert!(run.err.contains(&format!("{} {line}:", words[1])), "{run:?}");
+            assert!(lang == "en" || !run.err.contains("expected"), "{run:?}");
+        }
+    }
 }

@@ -233,6 +233,23 @@ fn programs_and_a_monitor_that_disappears() {
     done(&url, &["stop"]);
 }
 
+/// Programs reach the monitors while the line of the consoles is lost.
+#[test]
+fn a_lost_line_of_consoles_keeps_no_program_out() {
+    let sim = Sim::listening(&["tcp://127.0.0.1:0"], &["--addr", "1"]);
+    let consoles = TcpListener::bind("127.0.0.1:0").unwrap();
+    let theirs = format!("tcp://{}", consoles.local_addr().unwrap());
+    let bus = controller(&[sim.url(), &theirs, "--addresses", "1", "--listen", "127.0.0.1:0"]);
+    let place: serde_json::Value = serde_json::from_str(&bus.line()).unwrap();
+    let url = place["listening"].as_str().unwrap().to_owned();
+    let (line, _) = consoles.accept().unwrap();
+    told(&bus, vec![r#""appeared":1}"#]);
+    done(&url, &["stop"]);
+    drop((line, consoles));
+    told(&bus, vec![r#""lost":"#]);
+    done(&url, &["stop"]);
+}
+
 #[test]
 fn wrong_usage() {
     let usage = |arguments: &[&str], expected: &str| {
@@ -246,6 +263,8 @@ fn wrong_usage() {
     usage(&["tcp://h", "--addresses", "240", "--listen", "127.0.0.1:0"], "lent to programs");
     usage(&["tcp://a", "tcp://b", "tcp://c"], "");
     usage(&[], "-c");
+    let run = Run::of(&["--lang", "ru", "bus", "serial:///dev/nope"]);
+    assert!(run.err.contains("Порта /dev/nope нет. ") && !run.err.contains(".."), "{run:?}");
 }
 
 /// A device on a serial line that reads and writes bytes directly.

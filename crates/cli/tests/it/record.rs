@@ -152,3 +152,45 @@ fn the_dissector_is_installed_for_the_user() {
     let path = PathBuf::from(home).join(".local/lib/wireshark/plugins/lafet.lua");
     assert!(std::fs::read_to_string(path).unwrap().contains("Proto(\"lafet\""));
 }
+
+/// Bytes of a pcapng file behind its last whole block.
+fn behind_the_last_block(bytes: &[u8]) -> usize {
+    let mut rest = bytes;
+    while let Some(len) = rest.get(4..8) {
+        let len = u32::from_ne_bytes(len.try_into().unwrap()) as usize;
+        let Some(next) = rest.get(len.max(12)..) else { break };
+        rest = next;
+    }
+    rest.len()
+}
+
+/// What the disk does not take whole is not in the file, and the user is informed.
+#[cfg(unix)]
+#[test]
+fn on_a_full_disk_a_recording_ends_with_a_whole_record() {
+    let sim = Sim::start(&[]);
+    for name in ["full.mcap", "full.pcapng"] {
+        let recording = file(name);
+        let lafet = lafet();
+        let mut limited = std::process::Command::new("sh");
+        // Blocks of 512 or 1024 bytes, by the shell.
+        limited.args(["-c", "trap '' XFSZ; ulimit -f 240; exec \"$@\"", "sh"]);
+        limited.arg(lafet.get_program()).args(["--lang", "en", "-c", sim.url()]);
+        let run = Run::of_command(limited.args([
+            "record",
+            &recording,
+            "--interval",
+            "0.02",
+            "--for",
+            "60",
+        ]));
+        assert!(run.code != 0 && run.err.contains(name), "{run:?}");
+        let bytes = std::fs::read(&recording).unwrap();
+        match name {
+            "full.mcap" => assert!(bytes.ends_with(b"\x89MCAP0\r\n"), "{} bytes", bytes.len()),
+            _ => assert_eq!(behind_the_last_block(&bytes), 0, "{} bytes", bytes.len()),
+        }
+        let replay = Run::of(&["--json", "replay", &recording, "--speed", "0"]);
+        assert!(replay.code == 0 && replay.json().len() >= 20, "{replay:?}");
+    }
+}

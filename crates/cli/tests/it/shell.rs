@@ -47,6 +47,17 @@ fn a_script_ends_with_the_first_failure() {
     assert_eq!(run.code, 0, "{run:?}");
 }
 
+/// A line that is no text is wrong, like any other that is not understood.
+#[test]
+fn bytes_that_are_no_text_do_not_end_a_script() {
+    let sim = Sim::start(&["--speed", "40"]);
+    let text = b"status deployer\r\n\xf1\xf2\xee\xef\nstatus vertical\n";
+    let run = Run::fed(&["shell", sim.url()], text);
+    assert!(run.code == 2 && run.err.contains("Line 2: "), "{run:?}");
+    let run = Run::fed(&["shell", sim.url(), "-k"], text);
+    assert!(run.code == 2 && run.out.contains("Vertical"), "{run:?}");
+}
+
 /// `stop` in any spelling, with any arguments, ends all motion.
 #[test]
 fn stop_is_always_understood() {

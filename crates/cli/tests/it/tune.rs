@@ -1,6 +1,6 @@
 //! `lafet tune` on a simulated monitor whose drive follows late and does not turn slowly.
 
-use crate::support::Sim;
+use crate::support::{Running, Sim, lafet};
 
 /// The fault `lag` is 300 ms, `dead-band` 1 °/s.
 #[test]
@@ -42,4 +42,37 @@ fn nothing_moves_with_an_open_valve_and_a_dry_run_changes_nothing() {
     assert!(run.code != 0 && run.err.contains("Valve1 is not closed"), "{run:?}");
     let run = sim.run(&["tune", "deployer"]);
     assert!(run.code == 2 && run.err.contains("nothing to tune"), "{run:?}");
+}
+
+/// Killed while it measures, it leaves values of its own in the monitor; the next start puts those before back.
+#[test]
+fn what_kill_9_leaves_is_put_back() {
+    let sim = Sim::start(&["--speed", "20"]);
+    assert_eq!(sim.run(&["deploy"]).code, 0);
+    let of = |name| {
+        let run = sim.run(&["--json", "param", "get", "horizontal", name]);
+        run.json()[0]["values"][0].as_i64().unwrap()
+    };
+    for (name, value) in [("StopLag", "321"), ("MinSpeed", "9")] {
+        sim.done(&["param", "set", "horizontal", name, value]);
+    }
+    let mut command = lafet();
+    command.args(["-c", sim.url(), "tune", "horizontal"]);
+    let mut tuning = Running::stdout(&mut command);
+    for _ in 0..400 {
+        if of("StopLag") == 0 && of("MinSpeed") == 0 {
+            break;
+        }
+    }
+    tuning.signal("KILL");
+    assert_eq!(tuning.code(), None, "it was ended by a signal");
+    assert_eq!(of("StopLag"), 0, "killed in the middle");
+    let run = sim.run(&["tune", "horizontal", "--dry-run"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    for words in ["StopLag 0 → 321", "MinSpeed 0 → 9"] {
+        assert!(run.err.contains(words), "{run:?}");
+    }
+    assert_eq!((of("StopLag"), of("MinSpeed")), (321, 9));
+    let run = sim.run(&["tune", "horizontal", "--dry-run"]);
+    assert!(run.code == 0 && !run.err.contains("→ 321"), "it is said once: {run:?}");
 }

@@ -17,6 +17,7 @@ pub fn lafet() -> Command {
     for name in ["LAFET_CONNECT", "LC_ALL", "LC_MESSAGES", "LANG"] {
         command.env_remove(name);
     }
+    command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 

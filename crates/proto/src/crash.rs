@@ -1,9 +1,9 @@
-//! §3.20 Meaning of the fault registers of `fault_info`, bit by bit, in English and Russian.
+//! §3.20 Meaning of the fault registers of `fault_info`, bit by bit.
 //!
 //! Bits are those of the ARMv7-M architecture (Cortex-M3: hfsr, cfsr, psr) and of the ARM7TDMI
 //! (cpsr, spsr); their texts are ours.
 
-use crate::dictionary::Text;
+use crate::dictionary::{Key, key};
 use crate::status::{FaultArch, FaultInfo};
 
 /// A bit of a fault register.
@@ -17,261 +17,49 @@ pub struct FaultBit {
     /// Name of the bit in the architecture's manual.
     pub name: &'static str,
     /// What has happened.
-    pub meaning: Text,
+    pub meaning: Key,
     /// What to do.
-    pub remedy: Text,
+    pub remedy: Key,
 }
 
-const fn bit(
-    register: &'static str,
-    bit: u8,
-    name: &'static str,
-    [meaning_en, meaning_ru]: [&'static str; 2],
-    [remedy_en, remedy_ru]: [&'static str; 2],
-) -> FaultBit {
-    let meaning = Text::new(meaning_en, meaning_ru);
-    FaultBit { register, bit, name, meaning, remedy: Text::new(remedy_en, remedy_ru) }
+macro_rules! bits {
+    ($($register:literal $bit:literal $name:literal;)+) => {
+        /// Every bit of hfsr and cfsr that the architecture defines.
+        pub const FAULT_BITS: [FaultBit; [$($bit),+].len()] = [$(FaultBit {
+            register: $register,
+            bit: $bit,
+            name: $name,
+            meaning: key!("fault-", $name, "-meaning"),
+            remedy: key!("fault-", $name, "-remedy"),
+        }),+];
+    };
 }
 
-const PROGRAM: [&str; 2] = [
-    "Look up pc and lr in the program's listing; send both with the version to its maker.",
-    "Найдите pc и lr в листинге программы; сообщите их и версию изготовителю.",
-];
-const STACK: [&str; 2] = [
-    "The stack is too small or its pointer was overwritten: compare spcr with the stack's bounds.",
-    "Стек мал либо указатель испорчен: сравните spcr с границами стека.",
-];
-const MEMORY: [&str; 2] = [
-    "Compare the address with the memory map; if it is in the flash or RAM, check the supply and \
-     replace the board.",
-    "Сравните адрес с картой памяти; если он во Flash или ОЗУ, проверьте питание и замените плату.",
-];
-const ADDRESS: [&str; 2] = [
-    "Read that address together with the adjacent bits.",
-    "Рассматривайте этот адрес вместе с соседними битами.",
-];
-
-/// Every bit of hfsr and cfsr that the architecture defines.
-pub const FAULT_BITS: [FaultBit; 23] = [
-    bit(
-        "hfsr",
-        1,
-        "VECTTBL",
-        [
-            "The vector table could not be read when an exception began.",
-            "При входе в исключение не удалось прочитать таблицу векторов.",
-        ],
-        [
-            "The program in the flash is damaged or its vector table misplaced: write it again.",
-            "Программа во Flash повреждена или таблица векторов не на месте: запишите её заново.",
-        ],
-    ),
-    bit(
-        "hfsr",
-        30,
-        "FORCED",
-        [
-            "Another fault could not be handled as such and became a hard fault; cfsr says which.",
-            "Другой отказ не мог быть обработан и стал тяжёлым; какой — говорит cfsr.",
-        ],
-        ["See the bits of cfsr.", "Смотрите биты cfsr."],
-    ),
-    bit(
-        "hfsr",
-        31,
-        "DEBUGEVT",
-        [
-            "A debug event, such as a breakpoint, without a debugger.",
-            "Событие отладки, например точка останова, без отладчика.",
-        ],
-        [
-            "A test build is installed, or the program stopped itself: install a release build.",
-            "Установлена отладочная сборка либо программа остановила себя сама: поставьте рабочую.",
-        ],
-    ),
-    bit(
-        "cfsr",
-        0,
-        "IACCVIOL",
-        [
-            "The program went on at an address where nothing may be executed.",
-            "Программа перешла по адресу, где исполнение запрещено.",
-        ],
-        PROGRAM,
-    ),
-    bit(
-        "cfsr",
-        1,
-        "DACCVIOL",
-        [
-            "The program read or wrote an address that it may not.",
-            "Программа обратилась к запрещённому адресу.",
-        ],
-        PROGRAM,
-    ),
-    bit(
-        "cfsr",
-        3,
-        "MUNSTKERR",
-        [
-            "Protected memory was hit while the registers were taken back from the stack.",
-            "Защищённая память при возврате регистров из стека.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        4,
-        "MSTKERR",
-        [
-            "Protected memory was hit while the registers were put on the stack.",
-            "Защищённая память при сохранении регистров в стек.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        5,
-        "MLSPERR",
-        [
-            "Protected memory was hit while the floating-point registers were saved.",
-            "Защищённая память при сохранении регистров с плавающей точкой.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        7,
-        "MMARVALID",
-        ["mmfar holds the address that was hit.", "mmfar содержит адрес обращения."],
-        ADDRESS,
-    ),
-    bit(
-        "cfsr",
-        8,
-        "IBUSERR",
-        ["An instruction could not be fetched.", "Не удалось выбрать команду из памяти."],
-        MEMORY,
-    ),
-    bit(
-        "cfsr",
-        9,
-        "PRECISERR",
-        [
-            "A read or write failed on the bus; pc is the instruction that did it.",
-            "Ошибка обращения к данным (BusFault); pc указывает на команду.",
-        ],
-        MEMORY,
-    ),
-    bit(
-        "cfsr",
-        10,
-        "IMPRECISERR",
-        [
-            "A write failed on the bus some time before pc.",
-            "Ошибка записи (BusFault), случившаяся несколько раньше pc.",
-        ],
-        MEMORY,
-    ),
-    bit(
-        "cfsr",
-        11,
-        "UNSTKERR",
-        [
-            "The bus failed while the registers were taken back from the stack.",
-            "Ошибка обращения (BusFault) при возврате регистров из стека.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        12,
-        "STKERR",
-        [
-            "The bus failed while the registers were put on the stack.",
-            "Ошибка обращения (BusFault) при сохранении регистров в стек.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        13,
-        "LSPERR",
-        [
-            "The bus failed while the floating-point registers were saved.",
-            "Ошибка обращения (BusFault) при сохранении регистров с плавающей точкой.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        15,
-        "BFARVALID",
-        ["bfar holds the address that was hit.", "bfar содержит адрес обращения."],
-        ADDRESS,
-    ),
-    bit(
-        "cfsr",
-        16,
-        "UNDEFINSTR",
-        [
-            "An instruction that does not exist; also how a panic can end a program.",
-            "Несуществующая команда; так же программа может завершать себя сама.",
-        ],
-        PROGRAM,
-    ),
-    bit(
-        "cfsr",
-        17,
-        "INVSTATE",
-        [
-            "A jump to an even address, which would leave the Thumb state.",
-            "Переход по чётному адресу, то есть выход из режима Thumb.",
-        ],
-        PROGRAM,
-    ),
-    bit(
-        "cfsr",
-        18,
-        "INVPC",
-        [
-            "A return from an exception with a wrong value.",
-            "Возврат из исключения с неверным значением.",
-        ],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        19,
-        "NOCP",
-        [
-            "A coprocessor or floating-point unit that is absent or off.",
-            "Обращение к отсутствующему или выключенному сопроцессору.",
-        ],
-        [
-            "The program was built for another processor: install the one for this board.",
-            "Программа собрана для другого процессора: установите сборку для этой платы.",
-        ],
-    ),
-    bit(
-        "cfsr",
-        20,
-        "STKOF",
-        ["The stack has overflowed (ARMv8-M only).", "Переполнение стека (только ARMv8-M)."],
-        STACK,
-    ),
-    bit(
-        "cfsr",
-        24,
-        "UNALIGNED",
-        [
-            "An access to an address that is not a multiple of its size.",
-            "Обращение по невыровненному адресу.",
-        ],
-        PROGRAM,
-    ),
-    bit("cfsr", 25, "DIVBYZERO", ["A division by zero.", "Деление на ноль."], PROGRAM),
-];
+bits! {
+    "hfsr" 1 "VECTTBL";
+    "hfsr" 30 "FORCED";
+    "hfsr" 31 "DEBUGEVT";
+    "cfsr" 0 "IACCVIOL";
+    "cfsr" 1 "DACCVIOL";
+    "cfsr" 3 "MUNSTKERR";
+    "cfsr" 4 "MSTKERR";
+    "cfsr" 5 "MLSPERR";
+    "cfsr" 7 "MMARVALID";
+    "cfsr" 8 "IBUSERR";
+    "cfsr" 9 "PRECISERR";
+    "cfsr" 10 "IMPRECISERR";
+    "cfsr" 11 "UNSTKERR";
+    "cfsr" 12 "STKERR";
+    "cfsr" 13 "LSPERR";
+    "cfsr" 15 "BFARVALID";
+    "cfsr" 16 "UNDEFINSTR";
+    "cfsr" 17 "INVSTATE";
+    "cfsr" 18 "INVPC";
+    "cfsr" 19 "NOCP";
+    "cfsr" 20 "STKOF";
+    "cfsr" 24 "UNALIGNED";
+    "cfsr" 25 "DIVBYZERO";
+}
 
 /// The first registers, which all processors have.
 const COMMON: usize = 10;
@@ -287,16 +75,13 @@ impl FaultInfo {
     }
 
     /// A remark on a register's value where the name does not explain it.
-    pub fn note(&self, register: &str) -> Option<Text> {
+    pub fn note(&self, register: &str) -> Option<Key> {
         let stale = |valid| {
-            let text = Text::new("no address: not valid", "адрес недействителен");
-            (!self.bits().any(|bit| bit.name == valid)).then_some(text)
+            (!self.bits().any(|bit| bit.name == valid)).then_some(key!("fault-address-not-valid"))
         };
         match register {
-            "pc" => {
-                Some(Text::new("the instruction that failed", "команда, на которой случился отказ"))
-            }
-            "lr" => Some(Text::new("where it was called from", "откуда она была вызвана")),
+            "pc" => Some(key!("fault-pc")),
+            "lr" => Some(key!("fault-lr")),
             "mmfar" => stale("MMARVALID"),
             "bfar" => stale("BFARVALID"),
             _ => None,
@@ -304,14 +89,10 @@ impl FaultInfo {
     }
 
     /// A summary of a record in which no known bit is set.
-    pub fn summary(&self) -> Option<Text> {
+    pub fn summary(&self) -> Option<Key> {
         let cortex = matches!(self.arch, FaultArch::CortexM3(_));
-        (cortex && *self != Self::NONE && self.bits().next().is_none()).then_some(Text::new(
-            "No known bit of hfsr or cfsr is set: the processor found no fault. The program \
-             stopped itself or the watchdog did; pc and lr say where.",
-            "Известные биты hfsr и cfsr не установлены: процессор отказа не нашёл. Программа \
-             остановила себя сама либо сработал сторожевой таймер; где — скажут pc и lr.",
-        ))
+        (cortex && *self != Self::NONE && self.bits().next().is_none())
+            .then_some(key!("fault-none-known"))
     }
 
     /// Known bits that are set in the fault registers, in the order of [`FAULT_BITS`].
@@ -396,14 +177,12 @@ impl Context {
 
     /// Its description where it has no name; for an interrupt and a reserved number the number
     /// follows.
-    pub const fn text(self) -> Option<Text> {
+    pub const fn text(self) -> Option<Key> {
         match self {
-            Self::Program => {
-                Some(Text::new("the program, no interrupt", "программа, не прерывание"))
-            }
+            Self::Program => Some(key!("fault-in-program")),
             Self::Handler(_) => None,
-            Self::Interrupt(_) => Some(Text::new("interrupt", "прерывание")),
-            Self::Reserved(_) => Some(Text::new("unknown number", "неизвестный номер")),
+            Self::Interrupt(_) => Some(key!("fault-in-interrupt")),
+            Self::Reserved(_) => Some(key!("fault-in-unknown")),
         }
     }
 
@@ -451,11 +230,11 @@ mod tests {
             (words[0], words[14], words[19]),
             (("signature", 1), ("hfsr", 1 << 30), ("psr", 9))
         );
-        let note = |register| info.note(register).map(|text| text.en);
-        assert_eq!((note("mmfar"), note("bfar")), (Some("no address: not valid"), None));
+        let note = |register| info.note(register).map(Key::name);
+        assert_eq!((note("mmfar"), note("bfar")), (Some("fault-address-not-valid"), None));
         assert!(note("pc").is_some() && note("r0").is_none());
         assert_eq!(info.summary(), None);
-        assert!(cortex(0, 0, 9).summary().is_some_and(|text| text.en.contains("watchdog")));
+        assert!(cortex(0, 0, 9).summary().is_some_and(|text| text.name() == "fault-none-known"));
         assert_eq!(FaultInfo::NONE.summary(), None);
     }
 
@@ -470,11 +249,8 @@ mod tests {
     }
 
     #[test]
-    fn each_bit_is_named_once_and_in_both_languages() {
+    fn each_bit_is_named_once() {
         for (index, bit) in FAULT_BITS.iter().enumerate() {
-            let cyrillic = |text: &str| text.chars().any(|c| ('а'..='я').contains(&c));
-            assert!(cyrillic(bit.meaning.ru) && cyrillic(bit.remedy.ru), "{}", bit.name);
-            assert!(!cyrillic(bit.meaning.en) && !cyrillic(bit.remedy.en), "{}", bit.name);
             let same = |other: &&FaultBit| {
                 other.name == bit.name || (other.register, other.bit) == (bit.register, bit.bit)
             };

@@ -4,7 +4,9 @@
 //! becomes words where it is shown: [`Text::of`] a language, [`Text::words`] in all of them.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fmt;
+use std::sync::LazyLock;
 
 use common as text;
 use lafet_proto::dictionary::Key;
@@ -77,9 +79,11 @@ pub const fn decimal_mark(lang: Lang) -> &'static str {
     text::DecimalMark.str(lang)
 }
 
-/// The words of a text of the protocol's dictionary.
-pub const fn dictionary(key: Key) -> Fixed {
-    Fixed { en: key.en, ru: key.ru }
+/// The words of a key of the protocol's dictionary; one that is in no catalogue is shown as it is.
+pub fn dictionary(key: Key) -> Fixed {
+    static ALL: LazyLock<HashMap<&str, Fixed>> =
+        LazyLock::new(|| proto::BY_KEY.iter().copied().collect());
+    ALL.get(key.name()).copied().unwrap_or(Fixed::same(key.name()))
 }
 
 impl Argument for Key {

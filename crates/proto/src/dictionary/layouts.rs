@@ -1,7 +1,7 @@
 //! §3 Layout of the data of requests and answers, for tools that read bytes without this crate's
 //! types, such as dissectors, recorders and bindings.
 
-use super::Text;
+use super::Key;
 use crate::id::{RequestId, SubsystemId};
 use crate::param::Unit;
 use crate::request::{
@@ -68,7 +68,7 @@ pub struct Field {
     /// Unit of the value.
     pub unit: Unit,
     /// Meaning of the value.
-    pub text: Text,
+    pub text: Key,
 }
 
 /// The structure of data.
@@ -183,12 +183,12 @@ pub const fn of_answer(request: RequestId, from: SubsystemId) -> &'static [Layou
 }
 
 macro_rules! fields {
-    ($($field:ident $kind:ident $unit:ident $en:literal $ru:literal;)*) => {
+    ($group:ident: $($field:ident $kind:ident $unit:ident;)*) => {
         &[$($crate::dictionary::layouts::Field {
             name: stringify!($field),
             kind: $crate::dictionary::layouts::Kind::$kind,
             unit: $crate::param::Unit::$unit,
-            text: $crate::dictionary::Text::new($en, $ru),
+            text: $crate::dictionary::key!("field-", stringify!($group), "-", stringify!($field)),
         }),*]
     };
 }
@@ -198,5 +198,4 @@ pub(crate) use fields;
 const EMPTY: Layout = Layout::plain("Empty", &[]);
 
 /// The data of the four requests that a key confirms.
-pub(crate) const KEY: Layout =
-    Layout::plain("Key", fields! { key Key Bits "Key that confirms" "Ключ подтверждения"; });
+pub(crate) const KEY: Layout = Layout::plain("Key", fields! { Request: key Key Bits; });

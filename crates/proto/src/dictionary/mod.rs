@@ -1,9 +1,9 @@
-//! Texts in English and Russian for everything that a user sees.
+//! A description of everything that a user sees, with a [`Key`] for each text.
 //!
-//! Statuses, subsystems and requests are here; the texts of flags are in [`crate::flags`], those of
-//! parameters in [`crate::param`], the layout of data in [`layouts`]. Consoles, schemas, dissectors
-//! and reference documentation are made from these. What a status or request *means* follows the
-//! document; what to do about it is ours.
+//! Statuses, subsystems and requests are here; flags are in [`crate::flags`], parameters in
+//! [`crate::param`], the layout of data in [`layouts`]. Consoles, schemas, dissectors and reference
+//! documentation are made from these and from the catalogues of texts. What a status or request
+//! *means* follows the document; what to do about it is ours.
 
 pub mod layouts;
 mod requests;
@@ -19,24 +19,30 @@ pub use validity::{INVALIDATES, Invalidates, invalid};
 use crate::flags::{Button, ButtonState, Severity};
 use crate::id::{RequestId, Status, SubsystemId};
 
-/// A text in both languages.
+/// Key of a text for people.
+///
+/// The words in every language are in the catalogues of `lafet-texts`, file `proto.ftl`; a program
+/// for a chip that shows none links none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Text {
-    /// English.
-    pub en: &'static str,
-    /// Russian.
-    pub ru: &'static str,
-}
+pub struct Key(&'static str);
 
-impl Text {
-    /// A text in both languages.
-    pub const fn new(en: &'static str, ru: &'static str) -> Self {
-        Self { en, ru }
+impl Key {
+    pub(crate) const fn new(name: &'static str) -> Self {
+        Self(name)
+    }
+
+    /// As the catalogues have it: `status-Busy-remedy`.
+    pub const fn name(self) -> &'static str {
+        self.0
     }
 }
 
-/// What shows a text of the dictionary.
-pub type Key = Text;
+/// A key put together of literals.
+macro_rules! key {
+    ($($part:tt)+) => { $crate::dictionary::Key::new(concat!($($part)+)) };
+}
+
+pub(crate) use key;
 
 /// Description of a status (§2); `None` if unknown.
 pub fn status(status: Status) -> Option<&'static StatusInfo> {
@@ -58,12 +64,12 @@ impl Severity {
     pub const ALL: [Self; 4] = [Self::Info, Self::Notice, Self::Warning, Self::Alarm];
 
     /// Name of the severity.
-    pub const fn text(self) -> Text {
+    pub const fn text(self) -> Key {
         match self {
-            Self::Info => Text::new("info", "норма"),
-            Self::Notice => Text::new("notice", "к сведению"),
-            Self::Warning => Text::new("warning", "предупреждение"),
-            Self::Alarm => Text::new("alarm", "тревога"),
+            Self::Info => key!("severity-Info"),
+            Self::Notice => key!("severity-Notice"),
+            Self::Warning => key!("severity-Warning"),
+            Self::Alarm => key!("severity-Alarm"),
         }
     }
 }
@@ -73,28 +79,28 @@ impl ButtonState {
     pub const ALL: [Self; 4] = [Self::Released, Self::Pressed, Self::Short, Self::Open];
 
     /// Name of the state.
-    pub const fn text(self) -> Text {
+    pub const fn text(self) -> Key {
         match self {
-            Self::Released => Text::new("released", "не нажата"),
-            Self::Pressed => Text::new("pressed", "нажата"),
-            Self::Short => Text::new("short circuit", "КЗ"),
-            Self::Open => Text::new("open circuit", "обрыв"),
+            Self::Released => key!("button-state-Released"),
+            Self::Pressed => key!("button-state-Pressed"),
+            Self::Short => key!("button-state-Short"),
+            Self::Open => key!("button-state-Open"),
         }
     }
 }
 
 impl Button {
     /// Label of the button (§3.3.10).
-    pub const fn text(self) -> Text {
+    pub const fn text(self) -> Key {
         match self {
-            Self::Left => Text::new("left", "влево"),
-            Self::Right => Text::new("right", "вправо"),
-            Self::Up => Text::new("up", "вверх"),
-            Self::Down => Text::new("down", "вниз"),
-            Self::Wide => Text::new("wider", "шире"),
-            Self::Narrow => Text::new("narrower", "уже"),
-            Self::Open => Text::new("open", "открыть"),
-            Self::Close => Text::new("close", "закрыть"),
+            Self::Left => key!("button-Left"),
+            Self::Right => key!("button-Right"),
+            Self::Up => key!("button-Up"),
+            Self::Down => key!("button-Down"),
+            Self::Wide => key!("button-Wide"),
+            Self::Narrow => key!("button-Narrow"),
+            Self::Open => key!("button-Open"),
+            Self::Close => key!("button-Close"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! §3 «Перечень поддерживаемых запросов»: the table of requests, and the bus controller's services.
 
-use super::Text;
+use super::Key;
 use crate::id::{RequestId, SubsystemId};
 use crate::request::{
     bus, s3_01_move, s3_02_stop, s3_03_getstatus, s3_04_getparam, s3_05_setparam,
@@ -36,9 +36,9 @@ pub struct RequestInfo {
     /// Possible addressees; empty when every subsystem is one.
     pub addressees: &'static [SubsystemId],
     /// A short title.
-    pub title: Text,
+    pub title: Key,
     /// What the request does.
-    pub meaning: Text,
+    pub meaning: Key,
 }
 
 /// Every request of §3, in the order of its sections, then the bus controller's services.

@@ -4,8 +4,6 @@
 //! set and the dictionary. Names and bits follow the document; severities, causes and remedies are
 //! ours. Bits that the document does not name are kept.
 
-pub(crate) mod words;
-
 pub use crate::status::s3_03_01_common_flags::CommonFlags;
 pub use crate::status::s3_03_02_general::GeneralFlags;
 pub use crate::status::s3_03_03_climatics::ClimaticsFlags;
@@ -17,7 +15,7 @@ pub use crate::status::s3_03_08_deployer::DeployerFlags;
 pub use crate::status::s3_03_09_connections::ConnFlags;
 pub use crate::status::s3_03_10_buttons::{Button, ButtonState, ButtonsFlags};
 
-use crate::dictionary::Text;
+use crate::dictionary::Key;
 use crate::id::SubsystemId;
 
 /// Severity of a flag (ours).
@@ -47,11 +45,11 @@ pub struct FlagInfo {
     /// Severity of the set flag; of a button, when its circuit is faulty.
     pub severity: Severity,
     /// What the flag means.
-    pub meaning: Text,
+    pub meaning: Key,
     /// Usual causes.
-    pub cause: Text,
+    pub cause: Key,
     /// What to do.
-    pub remedy: Text,
+    pub remedy: Key,
 }
 
 impl FlagInfo {
@@ -166,10 +164,11 @@ pub fn set_flags(subsystem: SubsystemId, bits: u32) -> impl Iterator<Item = SetF
     flags_of(subsystem).set(bits)
 }
 
-/// Rows of `FLAG = bit width "Name" Severity words;` become a bit set and its dictionary.
+/// Rows of `FLAG = bit width "Name" Severity Group;` become a bit set and its dictionary. The texts
+/// are those of the group: `flag-Group-Name-meaning`, `-cause` and `-remedy`.
 macro_rules! flag_rows {
     ($(#[$doc:meta])* $type:ident $section:literal
-     $($flag:ident = $shift:literal $width:literal $name:literal $severity:ident $words:expr;)+) =>
+     $($flag:ident = $shift:literal $width:literal $name:literal $severity:ident $group:ident;)+) =>
          {
         bitflags::bitflags! {
             $(#[$doc])*
@@ -193,9 +192,15 @@ macro_rules! flag_rows {
                     shift: $shift,
                     width: $width,
                     severity: $crate::flags::Severity::$severity,
-                    meaning: $words.meaning,
-                    cause: $words.cause,
-                    remedy: $words.remedy,
+                    meaning: $crate::dictionary::key!(
+                        "flag-", stringify!($group), "-", $name, "-meaning"
+                    ),
+                    cause: $crate::dictionary::key!(
+                        "flag-", stringify!($group), "-", $name, "-cause"
+                    ),
+                    remedy: $crate::dictionary::key!(
+                        "flag-", stringify!($group), "-", $name, "-remedy"
+                    ),
                 }),+],
             };
         }
@@ -210,42 +215,38 @@ macro_rules! flag_rows {
 
 /// Puts the common flags (§3.3.1) before the class's own ones, which all have the same width.
 macro_rules! flag_class {
-    ($(#[$doc:meta])* $type:ident $section:literal, ConnLost $conn_lost:ident $conn_words:expr,
+    ($(#[$doc:meta])* $type:ident $section:literal, ConnLost $conn_lost:ident $conn_group:ident,
         width $width:literal;
-     $($flag:ident = $shift:literal $name:literal $severity:ident $words:expr;)*) => {
+     $($flag:ident = $shift:literal $name:literal $severity:ident $group:ident;)*) => {
         $crate::flags::flag_rows! {
             $(#[$doc])* $type $section
-            CONFIG_FAULT = 0 1 "ConfigFault" Alarm $crate::flags::common::CONFIG_FAULT;
-            CONFIG_INVALID = 1 1 "ConfigInvalid" Warning $crate::flags::common::CONFIG_INVALID;
-            CONFIG_WRITE_FAULT = 2 1 "ConfigWriteFault" Warning
-                $crate::flags::common::CONFIG_WRITE_FAULT;
-            CONN_LOST = 3 1 "ConnLost" $conn_lost $conn_words;
-            BAD_POWER = 4 1 "BadPower" Alarm $crate::flags::common::BAD_POWER;
-            REMOTE_PA_INCOMPLETE = 5 1 "RemotePaIncomplete" Warning
-                $crate::flags::common::REMOTE_PA_INCOMPLETE;
-            REMOTE_PA_BAD_ID = 6 1 "RemotePaBadId" Warning $crate::flags::common::REMOTE_PA_BAD_ID;
-            REMOTE_PA_BAD_VAL = 7 1 "RemotePaBadVal" Warning
-                $crate::flags::common::REMOTE_PA_BAD_VAL;
-            REMOTE_PA_ERROR = 8 1 "RemotePaError" Warning $crate::flags::common::REMOTE_PA_ERROR;
-            RESTARTING = 9 1 "Restarting" Notice $crate::flags::common::RESTARTING;
-            INTERNAL_FAULT = 10 1 "InternalFault" Alarm $crate::flags::common::INTERNAL_FAULT;
-            WDT_FAULT = 11 1 "WdtFault" Warning $crate::flags::common::WDT_FAULT;
-            PROTOCOL_FAULT = 12 1 "ProtocolFault" Warning $crate::flags::common::PROTOCOL_FAULT;
-            DISABLED = 13 1 "Disabled" Notice $crate::flags::common::DISABLED;
-            TERMINATED = 14 1 "Terminated" Notice $crate::flags::common::TERMINATED;
-            RESERVED = 15 1 "Reserved" Info $crate::flags::common::RESERVED;
-            $($flag = $shift $width $name $severity $words;)*
+            CONFIG_FAULT = 0 1 "ConfigFault" Alarm Common;
+            CONFIG_INVALID = 1 1 "ConfigInvalid" Warning Common;
+            CONFIG_WRITE_FAULT = 2 1 "ConfigWriteFault" Warning Common;
+            CONN_LOST = 3 1 "ConnLost" $conn_lost $conn_group;
+            BAD_POWER = 4 1 "BadPower" Alarm Common;
+            REMOTE_PA_INCOMPLETE = 5 1 "RemotePaIncomplete" Warning Common;
+            REMOTE_PA_BAD_ID = 6 1 "RemotePaBadId" Warning Common;
+            REMOTE_PA_BAD_VAL = 7 1 "RemotePaBadVal" Warning Common;
+            REMOTE_PA_ERROR = 8 1 "RemotePaError" Warning Common;
+            RESTARTING = 9 1 "Restarting" Notice Common;
+            INTERNAL_FAULT = 10 1 "InternalFault" Alarm Common;
+            WDT_FAULT = 11 1 "WdtFault" Warning Common;
+            PROTOCOL_FAULT = 12 1 "ProtocolFault" Warning Common;
+            DISABLED = 13 1 "Disabled" Notice Common;
+            TERMINATED = 14 1 "Terminated" Notice Common;
+            RESERVED = 15 1 "Reserved" Info Common;
+            $($flag = $shift $width $name $severity $group;)*
         }
     };
     ($(#[$doc:meta])* $type:ident $section:literal; $($rows:tt)*) => {
         $crate::flags::flag_class! {
-            $(#[$doc])* $type $section, ConnLost Alarm $crate::flags::common::CONN_LOST, width 1;
+            $(#[$doc])* $type $section, ConnLost Alarm Common, width 1;
             $($rows)*
         }
     };
 }
 
-pub(crate) use crate::status::s3_03_01_common_flags as common;
 pub(crate) use {flag_class, flag_rows};
 
 /// The constants of a bit set beside its dictionary.

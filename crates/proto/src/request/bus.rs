@@ -3,7 +3,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{Data, NoRoom};
 use crate::text::error::Wanted;
 use crate::text::fields::Tokens;
@@ -18,11 +18,8 @@ pub(crate) const ACCESS_GRANTED: RequestInfo = RequestInfo {
     section: "bus",
     origin: Origin::Observed,
     addressees: &[SubsystemId::GENERAL],
-    title: Text::new("Access to the bus", "Доступ к магистрали"),
-    meaning: Text::new(
-        "The bus controller lets an active device send one frame.",
-        "Контроллер магистрали разрешает активному устройству отправить один кадр.",
-    ),
+    title: key!("request-AccessGranted-title"),
+    meaning: key!("request-AccessGranted-meaning"),
 };
 
 /// GetNetworkStatus in the dictionary.
@@ -32,11 +29,8 @@ pub(crate) const GET_NETWORK_STATUS: RequestInfo = RequestInfo {
     section: "bus",
     origin: Origin::Observed,
     addressees: &[SubsystemId::GENERAL],
-    title: Text::new("Devices on the bus", "Устройства на магистрали"),
-    meaning: Text::new(
-        "The addresses that answer on the bus.",
-        "Адреса, отвечающие на магистрали.",
-    ),
+    title: key!("request-GetNetworkStatus-title"),
+    meaning: key!("request-GetNetworkStatus-meaning"),
 };
 
 /// GetLog in the dictionary.
@@ -46,26 +40,23 @@ pub(crate) const GET_LOG: RequestInfo = RequestInfo {
     section: "bus",
     origin: Origin::Observed,
     addressees: &[SubsystemId::GENERAL],
-    title: Text::new("Log of the bus", "Журнал магистрали"),
-    meaning: Text::new(
-        "Lines of the controller's log of control requests.",
-        "Строки журнала запросов управления, который ведёт контроллер.",
-    ),
+    title: key!("request-GetLog-title"),
+    meaning: key!("request-GetLog-meaning"),
 };
 
 /// Data of GetLog.
 pub(crate) const LOG_RANGE: Layout = Layout::plain(
     "LogRange",
-    fields! {
-        first U16 None "First line" "Первая строка";
-        count U16 None "Number of lines" "Число строк";
+    fields! { Bus:
+        first U16 None;
+        count U16 None;
     },
 );
 /// Data of the answer to GetNetworkStatus.
 pub(crate) const NETWORK: Layout = Layout {
     name: "NetworkStatus",
     fields: &[],
-    repeated: fields! { present U8 Bits "Eight addresses, a bit each" "Восемь адресов, по биту"; },
+    repeated: fields! { Bus: present U8 Bits; },
     times: (32, 32),
     prefix: &[],
 };
@@ -73,7 +64,7 @@ pub(crate) const NETWORK: Layout = Layout {
 pub(crate) const LOG: Layout = Layout {
     name: "Log",
     fields: LOG_RANGE.fields,
-    repeated: fields! { line U8 Bits "Byte of a line" "Байт строки"; },
+    repeated: fields! { Bus: line U8 Bits; },
     times: (0, usize::MAX),
     prefix: &[],
 };

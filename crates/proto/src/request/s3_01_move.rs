@@ -2,7 +2,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{Data, NoRoom};
 use crate::text::fields::Tokens;
 use crate::text::parse::{Parsed, word_i16};
@@ -21,18 +21,13 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
         SubsystemId::NOZZLE,
         SubsystemId::DEPLOYER,
     ],
-    title: Text::new("Move a drive", "Переместить привод"),
-    meaning: Text::new(
-        "The drive goes to a position, or to its limit if that is nearer.",
-        "Привод движется в заданную точку либо до предела, если он ближе.",
-    ),
+    title: key!("request-Move-title"),
+    meaning: key!("request-Move-meaning"),
 };
 
 /// Its data.
-pub(crate) const LAYOUTS: &[Layout] = &[Layout::plain(
-    "Move",
-    fields! { destination I16 None "Destination, arc-minutes (nozzle: mm)" "Цель, угл. мин (насадок: мм)"; },
-)];
+pub(crate) const LAYOUTS: &[Layout] =
+    &[Layout::plain("Move", fields! { Move: destination I16 None; })];
 
 #[inline(always)]
 pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {

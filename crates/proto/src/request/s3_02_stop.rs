@@ -1,7 +1,7 @@
 //! §3.2 Stop: a subsystem breaks off what it does. No data.
 
 use super::{Body, none};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::{DecodeError, RequestId, SubsystemId};
 
 /// Its entry in the dictionary.
@@ -21,11 +21,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
         SubsystemId::DETECTOR,
         SubsystemId::CONTROL,
     ],
-    title: Text::new("Stop", "Остановить"),
-    meaning: Text::new(
-        "The subsystem breaks off what it does; All stops everything that moves.",
-        "Подсистема прекращает операцию; All останавливает всё, что движется.",
-    ),
+    title: key!("request-Stop-title"),
+    meaning: key!("request-Stop-meaning"),
 };
 
 #[inline(always)]

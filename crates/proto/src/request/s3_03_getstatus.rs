@@ -2,7 +2,7 @@
 
 use super::{Body, none};
 use crate::dictionary::layouts::{Field, Layout};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::param::Unit;
 use crate::status::{
     ButtonsStatus, ConnStatus, ControlStatus, DeployerStatus, DetectorStatus, DriveStatus,
@@ -17,11 +17,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.3",
     origin: Origin::Read,
     addressees: &[],
-    title: Text::new("Read the state", "Запросить состояние"),
-    meaning: Text::new(
-        "Flags and measured values of the subsystem.",
-        "Флаги и измеренные величины подсистемы.",
-    ),
+    title: key!("request-GetStatus-title"),
+    meaning: key!("request-GetStatus-meaning"),
 };
 
 #[inline(always)]

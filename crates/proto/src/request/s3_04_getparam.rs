@@ -2,7 +2,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{Data, NoRoom};
 use crate::text::fields::Tokens;
 use crate::text::parse::{Parsed, param};
@@ -17,15 +17,15 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.4",
     origin: Origin::Read,
     addressees: &[],
-    title: Text::new("Read a parameter", "Прочитать параметр"),
-    meaning: Text::new("The current value of a parameter.", "Текущее значение параметра."),
+    title: key!("request-GetParam-title"),
+    meaning: key!("request-GetParam-meaning"),
 };
 
 /// Its data.
 pub(crate) const LAYOUTS: &[Layout] = &[PARAM_ID];
 
 pub(crate) const PARAM_ID: Layout =
-    Layout::plain("ParamId", fields! { id ParamId None "Parameter" "Параметр"; });
+    Layout::plain("ParamId", fields! { GetParam: id ParamId None; });
 
 #[inline(always)]
 pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {

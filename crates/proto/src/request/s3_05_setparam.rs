@@ -3,7 +3,7 @@
 use super::s3_04_getparam::PARAM_ID;
 use super::{Body, wrong_size};
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{DATA_MAX, Data, NoRoom};
 use crate::text::fields::{Buffer, Tokens};
 use crate::text::parse::{Parsed, param};
@@ -18,11 +18,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.5",
     origin: Origin::Read,
     addressees: &[],
-    title: Text::new("Set a parameter", "Установить параметр"),
-    meaning: Text::new(
-        "Checks the value and queues it for the non-volatile memory.",
-        "Проверяет значение и ставит его в очередь на запись в ЭНОЗУ.",
-    ),
+    title: key!("request-SetParam-title"),
+    meaning: key!("request-SetParam-meaning"),
 };
 
 /// Its data.
@@ -32,7 +29,7 @@ pub(crate) const LAYOUTS: &[Layout] = &[PARAM];
 pub(crate) const PARAM: Layout = Layout {
     name: "Param",
     fields: PARAM_ID.fields,
-    repeated: fields! { value I32 None "Value" "Значение"; },
+    repeated: fields! { SetParam: value I32 None; },
     times: (0, usize::MAX),
     prefix: &[],
 };

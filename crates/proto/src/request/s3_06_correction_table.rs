@@ -2,7 +2,7 @@
 
 use super::{Body, wrong_size};
 use crate::dictionary::layouts::{Field, Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{DATA_MAX, Data, NoRoom};
 use crate::text::error::Wanted;
 use crate::text::fields::{Buffer, Tokens};
@@ -18,25 +18,21 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.6",
     origin: Origin::Ours,
     addressees: &[SubsystemId::CONTROL],
-    title: Text::new("Store the correction table", "Записать таблицу поправок"),
-    meaning: Text::new(
-        "Corrections of the elevation by pressure, one for each 0.1 atm.",
-        "Поправки угла подъёма от давления, по одной на каждые 0,1 атм.",
-    ),
+    title: key!("request-SetupCorrectionTable-title"),
+    meaning: key!("request-SetupCorrectionTable-meaning"),
 };
 
 /// Its data.
 pub(crate) const LAYOUTS: &[Layout] = &[Layout {
     name: "Corrections",
-    fields: fields! { first U8 DeciAtmosphere "Pressure of the first correction" "Давление первой поправки"; },
+    fields: fields! { Corrections: first U8 DeciAtmosphere; },
     repeated: CORRECTION,
     times: (1, usize::MAX),
     prefix: &[],
 }];
 
 /// A correction, here and in StartQuench (§3.14).
-pub(super) const CORRECTION: &[Field] =
-    fields! { correction I8 Degree "Correction of the elevation" "Поправка угла подъёма"; };
+pub(super) const CORRECTION: &[Field] = fields! { Corrections: correction I8 Degree; };
 
 #[inline(always)]
 pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {

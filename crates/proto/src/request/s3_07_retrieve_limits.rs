@@ -1,7 +1,7 @@
 //! §3.7 RetrieveLimits: the limits of travel of a drive. No data.
 
 use super::{Body, none};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::status::structure;
 use crate::{DecodeError, RequestId, SubsystemId};
 
@@ -19,8 +19,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
         SubsystemId::NOZZLE,
         SubsystemId::DEPLOYER,
     ],
-    title: Text::new("Read the limits", "Запросить пределы"),
-    meaning: Text::new("The limits of travel of a drive.", "Пределы перемещения привода."),
+    title: key!("request-RetrieveLimits-title"),
+    meaning: key!("request-RetrieveLimits-meaning"),
 };
 
 #[inline(always)]
@@ -31,7 +31,9 @@ pub(super) fn decode(data: &[u8]) -> Result<Body<'_>, DecodeError> {
 structure! {
     /// Limits of motion (§3.7), 8 bytes, in the unit of the drive: arc-minutes or mm.
     Limits {
-        min i32 None "Lower, right or wider limit" "Нижний, правый предел или предел «шире»";
-        max i32 None "Upper, left or narrower limit" "Верхний, левый предел или предел «уже»";
+        /// Lower, right or wider limit.
+        min i32 None;
+        /// Upper, left or narrower limit.
+        max i32 None;
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{KEY, Layout};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::id::key;
 use crate::record::{Data, NoRoom};
 use crate::text::fields::Tokens;
@@ -18,11 +18,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.9",
     origin: Origin::Read,
     addressees: &[SubsystemId::VALVE1, SubsystemId::VALVE2],
-    title: Text::new("Close a valve", "Закрыть затвор"),
-    meaning: Text::new(
-        "Closes the valve; the key confirms.",
-        "Закрывает затвор; ключ служит подтверждением.",
-    ),
+    title: key!("request-Close-title"),
+    meaning: key!("request-Close-meaning"),
 };
 
 /// Its data.

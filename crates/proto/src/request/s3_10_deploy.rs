@@ -1,7 +1,7 @@
 //! §3.10 Deploy: brings the monitor to the working position. No data.
 
 use super::{Body, none};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::{DecodeError, RequestId, SubsystemId};
 
 /// Its entry in the dictionary.
@@ -11,11 +11,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.10",
     origin: Origin::Read,
     addressees: &[SubsystemId::DEPLOYER],
-    title: Text::new("Deploy", "Развернуть"),
-    meaning: Text::new(
-        "Brings the monitor to the working position.",
-        "Переводит ствол в рабочее положение.",
-    ),
+    title: key!("request-Deploy-title"),
+    meaning: key!("request-Deploy-meaning"),
 };
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! §3.11 Wrap: brings the monitor to the standby position. No data.
 
 use super::{Body, none};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::{DecodeError, RequestId, SubsystemId};
 
 /// Its entry in the dictionary.
@@ -11,11 +11,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.11",
     origin: Origin::Read,
     addressees: &[SubsystemId::DEPLOYER],
-    title: Text::new("Stow", "Свернуть"),
-    meaning: Text::new(
-        "Brings the monitor to the standby position.",
-        "Переводит ствол в дежурное положение.",
-    ),
+    title: key!("request-Wrap-title"),
+    meaning: key!("request-Wrap-meaning"),
 };
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! §3.12 Restart: ends all operations and starts the program again. No data.
 
 use super::{Body, none};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::{DecodeError, RequestId, SubsystemId};
 
 /// Its entry in the dictionary.
@@ -11,11 +11,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.12",
     origin: Origin::Read,
     addressees: &[SubsystemId::ALL],
-    title: Text::new("Restart", "Перезапустить"),
-    meaning: Text::new(
-        "Ends all operations, answers, and starts the program again.",
-        "Завершает все операции, отвечает и запускает программу заново.",
-    ),
+    title: key!("request-Restart-title"),
+    meaning: key!("request-Restart-meaning"),
 };
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! §3.13 StartJustify: measures the angle between barrel and detector. No data.
 
 use super::{Body, none};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::{DecodeError, RequestId, SubsystemId};
 
 /// Its entry in the dictionary.
@@ -11,11 +11,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.13",
     origin: Origin::Read,
     addressees: &[SubsystemId::DETECTOR],
-    title: Text::new("Align barrel and detector", "Юстировка ствола и датчика"),
-    meaning: Text::new(
-        "Measures the angle between the barrel and the detector.",
-        "Измеряет угол между стволом и датчиком.",
-    ),
+    title: key!("request-StartJustify-title"),
+    meaning: key!("request-StartJustify-meaning"),
 };
 
 #[inline(always)]

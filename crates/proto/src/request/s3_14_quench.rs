@@ -3,7 +3,7 @@
 use super::s3_06_correction_table::CORRECTION;
 use super::{exact, wrong_size};
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{DATA_MAX, Data, NoRoom};
 use crate::text::error::Wanted;
 use crate::text::fields::{Buffer, Tokens};
@@ -19,11 +19,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.14",
     origin: Origin::Read,
     addressees: &[SubsystemId::CONTROL],
-    title: Text::new("Start extinguishing", "Начать тушение"),
-    meaning: Text::new(
-        "The jet scans a sector; the valves are left as they are.",
-        "Струя орошает заданную область; состояние затворов не меняется.",
-    ),
+    title: key!("request-StartQuench-title"),
+    meaning: key!("request-StartQuench-meaning"),
 };
 
 /// Its data.
@@ -31,23 +28,23 @@ pub(crate) const LAYOUTS: &[Layout] = &[QUENCH_PROGRAM, QUENCH_FULL, QUENCH_CORR
 
 const QUENCH_PROGRAM: Layout = Layout::plain(
     "QuenchProgram",
-    fields! {
-        program I16 None "Stored program, 0–7" "Хранимая программа, 0–7";
-        centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
-        centre_v I16 Arcmin "Centre, vertical" "Центр по вертикали";
-        nozzle I16 Millimetre "Nozzle position" "Положение насадка";
+    fields! { Quench:
+        program I16 None;
+        centre_h I16 Arcmin;
+        centre_v I16 Arcmin;
+        nozzle I16 Millimetre;
     },
 );
 const QUENCH_FULL: Layout = Layout::plain(
     "QuenchFull",
-    fields! {
-        centre_h I16 Arcmin "Centre, horizontal" "Центр по горизонтали";
-        centre_v I16 Arcmin "Centre, vertical" "Центр по вертикали";
-        nozzle I16 Millimetre "Nozzle position" "Положение насадка";
-        width I16 Arcmin "Width of the sector" "Ширина сектора";
-        height I16 Arcmin "Height of the sector" "Высота сектора";
-        step I8 Degree "Step between lines" "Шаг между строками";
-        distance I8 Metre "Distance to the fire" "Расстояние до очага";
+    fields! { Quench:
+        centre_h I16 Arcmin;
+        centre_v I16 Arcmin;
+        nozzle I16 Millimetre;
+        width I16 Arcmin;
+        height I16 Arcmin;
+        step I8 Degree;
+        distance I8 Metre;
     },
 );
 const QUENCH_CORRECTED: Layout = Layout {

@@ -2,7 +2,7 @@
 
 use super::{value_at, wrong_size};
 use crate::dictionary::layouts::{Field, Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{DATA_MAX, Data, NoRoom};
 use crate::text::error::Wanted;
 use crate::text::fields::{Buffer, Token, Tokens};
@@ -18,29 +18,26 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.15",
     origin: Origin::Ours,
     addressees: &[SubsystemId::CONTROL],
-    title: Text::new("Extinguish along trajectories", "Тушение по траекториям"),
-    meaning: Text::new(
-        "The jet follows points given in the request or stored trajectories.",
-        "Струя идёт по точкам из запроса или по записанным траекториям.",
-    ),
+    title: key!("request-StartTrajectory-title"),
+    meaning: key!("request-StartTrajectory-meaning"),
 };
 
 /// Its data.
 pub(crate) const LAYOUTS: &[Layout] = &[TRAJECTORY_POINTS, TRAJECTORY_STORED];
 
-const TRAJECTORY: &[Field] = fields! {
-    mode U8 Choice "0 points, 1 stored trajectories" "0 точки, 1 хранимые траектории";
-    flags U8 Bits "Bit 0 ballistics, bit 1 repeat" "Бит 0 баллистика, бит 1 повтор";
-    count U8 None "How many" "Количество";
+const TRAJECTORY: &[Field] = fields! { Trajectory:
+    mode U8 Choice;
+    flags U8 Bits;
+    count U8 None;
 };
 const TRAJECTORY_POINTS: Layout = Layout {
     name: "TrajectoryPoints",
     fields: TRAJECTORY,
-    repeated: fields! {
-        horizontal I16 Arcmin "Line of sight, horizontal" "Линия визирования по горизонтали";
-        vertical I16 Arcmin "Line of sight, vertical" "Линия визирования по вертикали";
-        distance U8 Metre "Distance" "Расстояние";
-        dwell U8 DeciSecond "Time to stay" "Время задержки";
+    repeated: fields! { Trajectory:
+        horizontal I16 Arcmin;
+        vertical I16 Arcmin;
+        distance U8 Metre;
+        dwell U8 DeciSecond;
     },
     times: (1, usize::MAX),
     prefix: &[0],
@@ -48,7 +45,7 @@ const TRAJECTORY_POINTS: Layout = Layout {
 const TRAJECTORY_STORED: Layout = Layout {
     name: "TrajectoryStored",
     fields: TRAJECTORY,
-    repeated: fields! { trajectory U8 None "Stored trajectory, 0–7" "Хранимая траектория, 0–7"; },
+    repeated: fields! { Trajectory: trajectory U8 None; },
     times: (1, usize::MAX),
     prefix: &[1],
 };

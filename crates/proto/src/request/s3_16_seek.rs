@@ -2,7 +2,7 @@
 
 use super::exact;
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{Data, NoRoom};
 use crate::text::error::Wanted;
 use crate::text::fields::Tokens;
@@ -17,22 +17,19 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.16",
     origin: Origin::Read,
     addressees: &[SubsystemId::DETECTOR],
-    title: Text::new("Search for fire", "Поиск очага"),
-    meaning: Text::new(
-        "The detector searches a sector for fire spots.",
-        "Датчик ищет очаги загорания в заданном секторе.",
-    ),
+    title: key!("request-StartSeek-title"),
+    meaning: key!("request-StartSeek-meaning"),
 };
 
 /// Its data.
 pub(crate) const LAYOUTS: &[Layout] = &[Layout::plain(
     "Seek",
-    fields! {
-        start_h I16 Arcmin "One end, horizontal" "Один край по горизонтали";
-        end_h I16 Arcmin "Other end, horizontal" "Другой край по горизонтали";
-        start_v I16 Arcmin "One end, vertical" "Один край по вертикали";
-        end_v I16 Arcmin "Other end, vertical" "Другой край по вертикали";
-        analyse I16 Choice "1 measure each fire spot in a second pass" "1 измерить каждый очаг загорания вторым проходом";
+    fields! { Seek:
+        start_h I16 Arcmin;
+        end_h I16 Arcmin;
+        start_v I16 Arcmin;
+        end_v I16 Arcmin;
+        analyse I16 Choice;
     },
 )];
 

@@ -2,7 +2,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{Layout, fields};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::record::{Data, NoRoom};
 use crate::text::fields::Tokens;
 use crate::text::parse::{Parsed, switch};
@@ -23,18 +23,13 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
         SubsystemId::NOZZLE,
         SubsystemId::DEPLOYER,
     ],
-    title: Text::new("Switch the limits", "Контроль пределов"),
-    meaning: Text::new(
-        "Switches the control of the limits off or on, or rejects their change.",
-        "Выключает или включает контроль пределов либо отменяет их изменение.",
-    ),
+    title: key!("request-SwitchLimits-title"),
+    meaning: key!("request-SwitchLimits-meaning"),
 };
 
 /// Its data.
-pub(crate) const LAYOUTS: &[Layout] = &[Layout::plain(
-    "SwitchLimits",
-    fields! { new_state U16 Choice "0 off, 1 on, 2 reject" "0 выключить, 1 включить, 2 отменить"; },
-)];
+pub(crate) const LAYOUTS: &[Layout] =
+    &[Layout::plain("SwitchLimits", fields! { SwitchLimits: new_state U16 Choice; })];
 
 /// §3.17 The states that SwitchLimits can ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

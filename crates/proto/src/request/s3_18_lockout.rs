@@ -2,7 +2,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{KEY, Layout};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::id::key;
 use crate::record::{Data, NoRoom};
 use crate::text::fields::Tokens;
@@ -17,11 +17,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.18",
     origin: Origin::Read,
     addressees: &[SubsystemId::ALL],
-    title: Text::new("Emergency lockout", "Аварийная блокировка"),
-    meaning: Text::new(
-        "Stops everything and closes the valves until it is released.",
-        "Останавливает всё и закрывает затворы до снятия блокировки.",
-    ),
+    title: key!("request-Lockout-title"),
+    meaning: key!("request-Lockout-meaning"),
 };
 
 /// Its data.

@@ -2,7 +2,7 @@
 
 use super::{Body, exact};
 use crate::dictionary::layouts::{KEY, Layout};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::id::key;
 use crate::record::{Data, NoRoom};
 use crate::text::fields::Tokens;
@@ -18,11 +18,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.19",
     origin: Origin::Read,
     addressees: &[SubsystemId::GENERAL],
-    title: Text::new("Erase the memory", "Очистить ЭНОЗУ"),
-    meaning: Text::new(
-        "Erases all parameters and resets the main unit; the key confirms.",
-        "Стирает все параметры и сбрасывает главный модуль; ключ служит подтверждением.",
-    ),
+    title: key!("request-CleanFlash-title"),
+    meaning: key!("request-CleanFlash-meaning"),
 };
 
 /// Its data.

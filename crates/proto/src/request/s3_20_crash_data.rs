@@ -2,7 +2,7 @@
 
 use super::{Body, none};
 use crate::dictionary::layouts::{Layout, fields, names};
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::{DecodeError, RequestId, SubsystemId};
 
 /// Its entry in the dictionary.
@@ -12,11 +12,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.20",
     origin: Origin::Read,
     addressees: &[SubsystemId::GENERAL, SubsystemId::ALL],
-    title: Text::new("Read crash data", "Данные об отказе"),
-    meaning: Text::new(
-        "Registers saved at the last hardware fault.",
-        "Регистры, сохранённые при последнем аппаратном отказе.",
-    ),
+    title: key!("request-GetCrashData-title"),
+    meaning: key!("request-GetCrashData-meaning"),
 };
 
 #[inline(always)]
@@ -128,35 +125,35 @@ impl FaultInfo {
 
 pub(crate) const CORTEX_M3: Layout = Layout::plain(
     "FaultInfo",
-    fields! {
-        signature U32 Bits "Filled when not 0" "Заполнено, если не 0";
-        archtype U32 Bits "Architecture" "Архитектура";
-        spcr U32 Bits "Stack pointer" "Указатель стека";
-        r0 U32 Bits "Register r0" "Регистр r0";
-        r1 U32 Bits "Register r1" "Регистр r1";
-        r2 U32 Bits "Register r2" "Регистр r2";
-        r3 U32 Bits "Register r3" "Регистр r3";
-        r12 U32 Bits "Register r12" "Регистр r12";
-        lr U32 Bits "Link register" "Регистр связи";
-        pc U32 Bits "Program counter" "Счётчик команд";
-        tim2_cnt U32 None "Counter of timer 2" "Счётчик таймера 2";
-        tim3_cnt U32 None "Counter of timer 3" "Счётчик таймера 3";
-        tim4_cnt U32 None "Counter of timer 4" "Счётчик таймера 4";
-        tim5_cnt U32 None "Counter of timer 5" "Счётчик таймера 5";
-        hfsr U32 Bits "Hard fault status" "Состояние HardFault";
-        bfar U32 Bits "Bus fault address" "Адрес отказа BusFault";
-        mmfar U32 Bits "Memory management fault address" "Адрес отказа доступа к памяти";
-        cfsr U32 Bits "Configurable fault status" "Состояние настраиваемых отказов";
-        tcb U32 Bits "Task control block" "Блок управления задачей";
-        psr U32 Bits "Program status" "Состояние программы";
+    fields! { FaultInfo:
+        signature U32 Bits;
+        archtype U32 Bits;
+        spcr U32 Bits;
+        r0 U32 Bits;
+        r1 U32 Bits;
+        r2 U32 Bits;
+        r3 U32 Bits;
+        r12 U32 Bits;
+        lr U32 Bits;
+        pc U32 Bits;
+        tim2_cnt U32 None;
+        tim3_cnt U32 None;
+        tim4_cnt U32 None;
+        tim5_cnt U32 None;
+        hfsr U32 Bits;
+        bfar U32 Bits;
+        mmfar U32 Bits;
+        cfsr U32 Bits;
+        tcb U32 Bits;
+        psr U32 Bits;
     },
 );
 pub(crate) const ARM7TDMI: Layout = Layout {
     name: "FaultInfoArm7tdmi",
     fields: CORTEX_M3.fields.split_at(10).0,
-    repeated: fields! {
-        cpsr U32 Bits "Current program status" "Текущее состояние программы";
-        spsr U32 Bits "Saved program status" "Сохранённое состояние программы";
+    repeated: fields! { FaultInfo:
+        cpsr U32 Bits;
+        spsr U32 Bits;
     },
     times: (1, 1),
     prefix: &[],

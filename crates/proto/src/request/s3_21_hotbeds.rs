@@ -3,7 +3,7 @@
 use super::s3_04_getparam::PARAM_ID;
 use super::{Body, none};
 use crate::dictionary::layouts::Layout;
-use crate::dictionary::{Origin, RequestInfo, Text};
+use crate::dictionary::{Origin, RequestInfo, key};
 use crate::status::structure;
 use crate::{DecodeError, Ints, ParamId, RequestId, SubsystemId};
 
@@ -14,11 +14,8 @@ pub(crate) const INFO: RequestInfo = RequestInfo {
     section: "3.21",
     origin: Origin::Read,
     addressees: &[SubsystemId::DETECTOR],
-    title: Text::new("Read the fire spots", "Запросить очаги загорания"),
-    meaning: Text::new(
-        "The fire spots found by the last search, as in GetParam Hotbeds.",
-        "Очаги загорания, найденные последним поиском, как в GetParam Hotbeds.",
-    ),
+    title: key!("request-GetHotbed-title"),
+    meaning: key!("request-GetHotbed-meaning"),
 };
 
 #[inline(always)]
@@ -39,11 +36,16 @@ structure! {
     /// A fire that the detector has found (§3.21), 20 bytes.
     #[derive(Default)]
     Hotbed {
-        x1 i32 Arcmin "Left edge" "Левый край";
-        x2 i32 Arcmin "Right edge" "Правый край";
-        y1 i32 Arcmin "Lower edge" "Нижний край";
-        y2 i32 Arcmin "Upper edge" "Верхний край";
-        brightness i32 None "Brightness" "Яркость";
+        /// Left edge.
+        x1 i32 Arcmin;
+        /// Right edge.
+        x2 i32 Arcmin;
+        /// Lower edge.
+        y1 i32 Arcmin;
+        /// Upper edge.
+        y2 i32 Arcmin;
+        /// Brightness.
+        brightness i32 None;
     }
 }
 

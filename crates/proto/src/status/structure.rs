@@ -2,13 +2,12 @@
 
 /// Declares a structure that is packed and little-endian.
 ///
-/// The status word comes first, in brackets; a field has a name, a type, a unit, and its text in
-/// English and Russian.
+/// The status word comes first, in brackets; a field has a name, a type and a unit.
 macro_rules! structure {
     (
         $(#[$meta:meta])*
         $name:ident $([$word:ident: $flags:ident])? {
-            $($field:ident $type:ident $unit:ident $en:literal $ru:literal;)*
+            $($(#[$doc:meta])* $field:ident $type:ident $unit:ident;)*
         }
     ) => {
         $(#[$meta])*
@@ -19,17 +18,18 @@ macro_rules! structure {
                 pub $word: $flags,
             )?
             $(
+                $(#[$doc])*
                 #[doc = concat!(
-                    $en, " ([`", stringify!($unit), "`](crate::param::Unit::", stringify!($unit), "))."
+                    "In [`", stringify!($unit), "`](crate::param::Unit::", stringify!($unit), ")."
                 )]
                 pub $field: $type,
             )*
         }
 
         impl $name {
-            /// Its fields, with units and texts.
+            /// Its fields, with units and keys of texts.
             pub const LAYOUT: $crate::dictionary::layouts::Layout = {
-                use $crate::dictionary::Text;
+                use $crate::dictionary::key;
                 use $crate::dictionary::layouts::{Field, Kind, Layout};
                 use $crate::param::Unit;
                 Layout::plain(stringify!($name), &[
@@ -37,13 +37,13 @@ macro_rules! structure {
                         name: stringify!($word),
                         kind: Kind::Flags,
                         unit: Unit::Bits,
-                        text: Text::new("Flags", "Флаги"),
+                        text: key!("field-", stringify!($word)),
                     },)?
                     $(Field {
                         name: stringify!($field),
                         kind: $crate::status::structure!(@kind $type),
                         unit: Unit::$unit,
-                        text: Text::new($en, $ru),
+                        text: key!("field-", stringify!($name), "-", stringify!($field)),
                     },)*
                 ])
             };

@@ -6,4 +6,5 @@ mod catalogue;
 mod rust;
 
 mod compiler;
+mod dictionary;
 mod texts;

@@ -32,6 +32,7 @@ mod physics;
 mod pictures;
 mod run;
 mod sections;
+mod semver;
 mod setup;
 mod size;
 mod source;
@@ -316,6 +317,15 @@ const TASKS: &[Task] = &[
                   would be published. With --oldest, they are also built with the oldest compiler \
                   that they name; rustup installs it.",
         run: package::package,
+    },
+    Task {
+        name: "semver",
+        arguments: "[REVISION]",
+        about: "what the crates for other people's programs have changed in their interfaces",
+        details: "Compares them with a revision, without one with the newest tag, by \
+                  cargo-semver-checks, which is installed in target/tools. Fails on a change that \
+                  the version does not allow. A step of a release, not of CI.",
+        run: semver::semver,
     },
     Task {
         name: "dissector",

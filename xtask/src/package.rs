@@ -22,8 +22,8 @@ const CATEGORIES_MAX: usize = 5;
 const INCLUDES: [&str; 2] = ["include_str!(", "include_bytes!("];
 
 /// What the session of the client needs besides the standard library.
-const SESSION_NEEDS: [&str; 6] =
-    ["lafet-client", "lafet-proto", "bitflags", "crc", "crc-catalog", "smallvec"];
+const SESSION_NEEDS: [&str; 7] =
+    ["lafet-client", "lafet-proto", "lafet-texts", "bitflags", "crc", "crc-catalog", "smallvec"];
 
 pub fn package(arguments: &[String]) -> TaskResult {
     let oldest = flag(arguments, Some("--oldest"))?;
@@ -106,12 +106,12 @@ fn check() -> Result<Published, String> {
     Ok(Published { names: names.into_iter().map(String::from).collect(), rust_version })
 }
 
-fn name(package: &Value) -> &str {
+pub fn name(package: &Value) -> &str {
     package["name"].as_str().unwrap_or_default()
 }
 
 /// `publish` is null where every registry may have it, and an empty list where none may.
-fn is_published(package: &Value) -> bool {
+pub fn is_published(package: &Value) -> bool {
     package["publish"].is_null()
 }
 

@@ -27,9 +27,9 @@ const NMI: u32 = 2;
 
 /// The record of the fault that has led to this start; it counts once.
 pub fn take(by_watchdog: bool, by_crystal: bool) -> Option<FaultInfo> {
-    // What stands there is from before the start: the compiler must not take it for nothing.
+    // What is there is from before the start: the compiler must not take it for nothing.
     let record = black_box(addr_of_mut!(RECORD).cast::<[u32; 20]>());
-    // SAFETY: any bits are words, and nobody else has the record now.
+    // SAFETY: any bits are words, and nothing else has the record now.
     let record = unsafe { &mut *record };
     let mut words = core::mem::take(record);
     if words[0] != SIGNATURE {
@@ -44,7 +44,7 @@ pub fn take(by_watchdog: bool, by_crystal: bool) -> Option<FaultInfo> {
     Some(FaultInfo::from_words(words))
 }
 
-/// Records where the program was, and starts anew: outputs fall to rest with the reset.
+/// Records where the program was, and starts again: outputs fall to rest with the reset.
 fn record(frame: &ExceptionFrame) -> ! {
     // SAFETY: nothing else runs any more.
     let place = unsafe { &mut *addr_of_mut!(RECORD) };

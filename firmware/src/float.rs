@@ -1,5 +1,5 @@
 //! Comparing numbers of single precision in 100 bytes of flash: those that come with the compiler take
-//! 330, as each stands alone.
+//! 330, as each is independent.
 
 use core::arch::naked_asm;
 

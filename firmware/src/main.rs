@@ -1,6 +1,6 @@
 //! The program of a robotic fire monitor on a Cortex-M3: `lafet-device`, unchanged, on a board.
 //!
-//! Everything that belongs to the board stands in [`board`]; the rest of the monitor is the library.
+//! Everything that belongs to the board is in [`board`]; the rest of the monitor is the library.
 
 #![no_std]
 #![no_main]

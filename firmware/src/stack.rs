@@ -25,7 +25,7 @@ pub fn paint() {
     }
 }
 
-/// Bytes used at most since then; a board without a plant has nobody who asks.
+/// Bytes used at most since then; a board without a plant is never asked.
 #[cfg(feature = "lm3s6965")]
 pub fn deepest() -> u32 {
     let (mut place, top) = (addr_of!(_stack_end), addr_of!(_stack_start) as usize);

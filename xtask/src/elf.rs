@@ -1,34 +1,34 @@
-//! Reads the firmware's ELF file: sections, functions, and the data within the code.
+//! The firmware's ELF file: sections, functions, the data within the code, and what is an address.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-const SYMBOLS: u32 = 2;
-const ALLOCATED: u32 = 2;
-/// Section type of memory that takes no space in the file.
-const NO_BITS: u32 = 8;
+use object::elf::{R_ARM_ABS32, R_ARM_TARGET1, R_ARM_THM_MOVW_ABS_NC, SHF_ALLOC};
+use object::{
+    Object, ObjectSection, ObjectSymbol, Relocation, RelocationFlags, RelocationTarget,
+    SectionFlags, SymbolKind,
+};
+
 const RAM: u32 = 0x2000_0000;
-const OBJECT: u8 = 1;
-const FUNCTION: u8 = 2;
+pub const VECTOR_TABLE: &str = ".vector_table";
 
 /// A linked program.
 pub struct Elf {
-    bytes: Vec<u8>,
+    /// Those that take memory.
     sections: Vec<Section>,
     symbols: Vec<Symbol>,
     /// Whether data, or else code, starts at an address, as marked by the compiler.
     is_data: BTreeMap<u32, bool>,
+    /// Addresses that the program holds, outside the vector table: their lowest bit marks code.
+    held: BTreeSet<u32>,
 }
 
-#[derive(Clone)]
 struct Section {
     name: String,
-    kind: u32,
-    flags: u32,
     address: u32,
-    offset: usize,
-    len: usize,
-    link: usize,
+    size: u64,
+    /// `None` if it is not in the file.
+    bytes: Option<Vec<u8>>,
 }
 
 /// A function or a variable.
@@ -40,7 +40,7 @@ pub struct Symbol {
     pub address: u32,
     /// Size, bytes.
     pub size: u64,
-    kind: u8,
+    kind: SymbolKind,
 }
 
 impl Symbol {
@@ -53,49 +53,85 @@ impl Symbol {
 impl Elf {
     /// Reads a file.
     pub fn read(program: &Path) -> Result<Self, String> {
-        let bytes = std::fs::read(program).map_err(|e| format!("{}: {e}", program.display()))?;
-        Self::parse(bytes)
-            .ok_or_else(|| format!("{}: not an ELF file for the Cortex-M3", program.display()))
+        let name = program.display();
+        let bytes = std::fs::read(program).map_err(|e| format!("{name}: {e}"))?;
+        Self::parse(&bytes).map_err(|e| format!("{name}: not an ELF file for the Cortex-M3: {e}"))
     }
 
-    fn parse(bytes: Vec<u8>) -> Option<Self> {
-        let elf = bytes.as_slice();
-        if !elf.starts_with(b"\x7fELF") {
-            return None;
-        }
-        let table = word(elf, 32)? as usize;
-        let [size, count, names] = [46, 48, 50].map(|at| half(elf, at));
-        let place = |index: usize| table + index * usize::from(size.unwrap_or_default());
-        let names = word(elf, place(names?.into()) + 16)? as usize;
-        let section = |at: usize| {
-            let field = |offset| word(elf, at + offset);
-            Some(Section {
-                name: text(elf, names + field(0)? as usize)?,
-                kind: field(4)?,
-                flags: field(8)?,
-                address: field(12)?,
-                offset: field(16)? as usize,
-                len: field(20)? as usize,
-                link: field(24)? as usize,
-            })
+    fn parse(bytes: &[u8]) -> object::Result<Self> {
+        let file = object::File::parse(bytes)?;
+        let mut elf = Self {
+            sections: Vec::new(),
+            symbols: Vec::new(),
+            is_data: BTreeMap::new(),
+            held: BTreeSet::new(),
         };
-        let sections =
-            (0..usize::from(count?)).map(place).map(section).collect::<Option<Vec<_>>>()?;
-        let (symbols, is_data) = symbols(elf, &sections)?;
-        Some(Self { bytes, sections, symbols, is_data })
+        for section in file.sections() {
+            let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
+            if sh_flags.0 & SHF_ALLOC.0 == 0 {
+                continue;
+            }
+            let in_file = section.file_range().is_some();
+            let bytes = if in_file { Some(section.data()?.to_vec()) } else { None };
+            elf.sections.push(Section {
+                name: section.name()?.into(),
+                address: section.address() as u32,
+                size: section.size(),
+                bytes,
+            });
+            if section.name()? != VECTOR_TABLE {
+                let held = section
+                    .relocations()
+                    .filter_map(|(at, relocation)| elf.held_at(&file, at as u32, &relocation));
+                let held: Vec<_> = held.collect();
+                elf.held.extend(held);
+            }
+        }
+        for symbol in file.symbols() {
+            let (name, address) = (symbol.name()?, symbol.address() as u32);
+            match name.split('.').next() {
+                Some("$t") => _ = elf.is_data.insert(address, false),
+                Some("$d") if address < RAM => _ = elf.is_data.insert(address, true),
+                _ => elf.symbols.push(Symbol {
+                    name: name.into(),
+                    address,
+                    size: symbol.size(),
+                    kind: symbol.kind(),
+                }),
+            }
+        }
+        Ok(elf)
+    }
+
+    /// The address that the linker has written at a place of the section read last.
+    fn held_at(&self, file: &object::File<'_>, at: u32, relocation: &Relocation) -> Option<u32> {
+        let RelocationFlags::Elf { r_type } = relocation.flags() else { return None };
+        match r_type {
+            R_ARM_ABS32 | R_ARM_TARGET1 => self.word(at),
+            R_ARM_THM_MOVW_ABS_NC => {
+                let RelocationTarget::Symbol(symbol) = relocation.target() else { return None };
+                Some(file.symbol_by_index(symbol).ok()?.address() as u32)
+            }
+            _ => None,
+        }
+    }
+
+    /// The addresses that the program holds, outside the vector table: in tables and in instructions.
+    /// The lowest bit of a function's is set.
+    pub fn held(&self) -> &BTreeSet<u32> {
+        &self.held
     }
 
     /// Bytes of flash and of RAM that the sections take.
     pub fn memory(&self) -> (u64, u64) {
         let (mut flash, mut ram) = (0, 0);
-        for section in self.sections.iter().filter(|it| it.flags & ALLOCATED != 0) {
-            let len = section.len as u64;
-            if section.address >= RAM {
-                ram += len;
+        for Section { address, size, bytes, .. } in &self.sections {
+            if *address >= RAM {
+                ram += size;
             }
             // Initialised data takes both flash and RAM.
-            if section.address < RAM || section.kind != NO_BITS {
-                flash += len;
+            if *address < RAM || bytes.is_some() {
+                flash += size;
             }
         }
         (flash, ram)
@@ -103,7 +139,8 @@ impl Elf {
 
     /// Functions and variables that take memory; several names of one address count once.
     pub fn symbols(&self) -> Vec<Symbol> {
-        let has_size = |it: &&Symbol| it.size > 0 && matches!(it.kind, OBJECT | FUNCTION);
+        let has_size =
+            |it: &&Symbol| it.size > 0 && matches!(it.kind, SymbolKind::Data | SymbolKind::Text);
         let mut found: Vec<_> = self.symbols.iter().filter(has_size).cloned().collect();
         found.sort_by_key(|symbol| symbol.address);
         found.dedup_by_key(|symbol| symbol.address);
@@ -112,7 +149,7 @@ impl Elf {
 
     /// The functions by address: their end (padding may follow) and their demangled name.
     pub fn functions(&self) -> BTreeMap<u32, (u32, String)> {
-        let functions = self.symbols.iter().filter(|symbol| symbol.kind == FUNCTION);
+        let functions = self.symbols.iter().filter(|symbol| symbol.kind == SymbolKind::Text);
         let named = functions.map(|symbol| {
             let start = symbol.address & !1;
             let name = format!("{:#}", rustc_demangle::demangle(&symbol.name));
@@ -129,57 +166,24 @@ impl Elf {
     /// The words of a section.
     pub fn words(&self, name: &str) -> Option<Vec<u32>> {
         let section = self.sections.iter().find(|section| section.name == name)?;
-        let bytes = self.bytes.get(section.offset..section.offset + section.len)?;
-        Some(bytes.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
+        let (words, _) = section.bytes.as_ref()?.as_chunks();
+        Some(words.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect())
     }
 
     /// Two bytes of the image.
     pub fn half(&self, address: u32) -> Option<u16> {
-        half(&self.bytes, self.offset(address)?)
+        self.at(address).map(u16::from_le_bytes)
     }
 
     /// Four bytes of the image.
     pub fn word(&self, address: u32) -> Option<u32> {
-        word(&self.bytes, self.offset(address)?)
+        self.at(address).map(u32::from_le_bytes)
     }
 
-    fn offset(&self, address: u32) -> Option<usize> {
-        self.sections
-            .iter()
-            .filter(|section| section.flags & ALLOCATED != 0 && section.kind != NO_BITS)
-            .find_map(|section| {
-                let into = address.checked_sub(section.address)? as usize;
-                (into < section.len).then_some(section.offset + into)
-            })
+    fn at<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        self.sections.iter().find_map(|section| {
+            let into = address.checked_sub(section.address)? as usize;
+            section.bytes.as_ref()?.get(into..)?.first_chunk().copied()
+        })
     }
-}
-
-fn symbols(elf: &[u8], sections: &[Section]) -> Option<(Vec<Symbol>, BTreeMap<u32, bool>)> {
-    let table = sections.iter().find(|section| section.kind == SYMBOLS)?;
-    let names = sections.get(table.link)?.offset;
-    let (mut found, mut is_data) = (Vec::new(), BTreeMap::new());
-    for at in (table.offset..table.offset + table.len).step_by(16) {
-        let name = text(elf, names + word(elf, at)? as usize)?;
-        let (address, size) = (word(elf, at + 4)?, word(elf, at + 8)?.into());
-        let kind = elf.get(at + 12)? & 0xF;
-        match name.split('.').next() {
-            Some("$t") => _ = is_data.insert(address, false),
-            Some("$d") if address < RAM => _ = is_data.insert(address, true),
-            _ => found.push(Symbol { name, address, size, kind }),
-        }
-    }
-    Some((found, is_data))
-}
-
-fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
-}
-
-fn half(bytes: &[u8], at: usize) -> Option<u16> {
-    Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
-}
-
-fn text(bytes: &[u8], at: usize) -> Option<String> {
-    let name = bytes.get(at..)?.split(|byte| *byte == 0).next()?;
-    Some(String::from_utf8_lossy(name).into_owned())
 }

@@ -3,7 +3,8 @@
 //!
 //! - A function counts with all that it takes at once, and a jump to another function as a call.
 //! - A call by register may reach every function whose address is in the image outside the vector
-//!   table: an overestimate, never an underestimate, as the compiler keeps addresses nowhere else.
+//!   table, as the linker's relocations say: an overestimate, never an underestimate. A number that
+//!   happens to equal an address is none.
 //! - Recursion in any form, and a stack adjustment by an amount that the instruction does not give,
 //!   are errors.
 //! - On top of the program comes the deepest interrupt, which only a fault can interrupt, and then
@@ -11,7 +12,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::elf::Elf;
+use crate::elf::{Elf, VECTOR_TABLE};
 use crate::thumb::{self, Effect};
 
 /// Bytes that the processor pushes on an exception, including four for alignment.
@@ -46,7 +47,7 @@ impl Bound {
 /// The bound of a linked program.
 pub fn bound(elf: &Elf) -> Result<Bound, String> {
     let graph = Graph::of(elf)?;
-    let vectors = elf.words(".vector_table").ok_or("the image has no vector table")?;
+    let vectors = elf.words(VECTOR_TABLE).ok_or("the image has no vector table")?;
     let vector = |index: usize| vectors.get(index).copied().unwrap_or_default() & !1;
     let mut depths = BTreeMap::new();
     let mut deepest = |from: u32| graph.deepest(from, &mut Vec::new(), &mut depths);
@@ -98,17 +99,17 @@ impl Graph {
     fn of(elf: &Elf) -> Result<Self, String> {
         let symbols = elf.functions();
         let starts: BTreeSet<u32> = symbols.keys().copied().collect();
-        let mut held = BTreeSet::new();
         let mut functions = BTreeMap::new();
         for (start, (end, name)) in &symbols {
             // Symbols of assembly have no size.
             let next = starts.range(start + 1..).next().copied().unwrap_or(u32::MAX);
             let end = if end == start { next } else { *end };
-            functions.insert(*start, function(elf, name, *start, end, &starts, &mut held)?);
+            functions.insert(*start, function(elf, name, *start, end, &starts)?);
         }
-        for section in [".rodata", ".data"] {
-            let words = elf.words(section).unwrap_or_default();
-            held.extend(words.iter().filter_map(|word| held_by(*word, &starts)));
+        let held: BTreeSet<u32> =
+            elf.held().iter().filter_map(|it| held_by(*it, &starts)).collect();
+        if elf.held().is_empty() {
+            return Err("the image has no relocations: link it with --emit-relocs".to_owned());
         }
         Ok(Self { functions, held })
     }
@@ -126,7 +127,10 @@ impl Graph {
         let missing = || format!("no function at {from:#x}");
         let function = self.functions.get(&from).ok_or_else(missing)?;
         if above.contains(&from) {
-            return Err(format!("{} calls itself", function.name));
+            let names = above.iter().skip_while(|it| **it != from).chain([&from]);
+            let names: Vec<_> =
+                names.filter_map(|it| self.functions.get(it)).map(|it| it.name.as_str()).collect();
+            return Err(format!("recursion: {}", names.join(" calls ")));
         }
         above.push(from);
         let mut below = Depth::default();
@@ -152,7 +156,6 @@ fn function(
     start: u32,
     end: u32,
     starts: &BTreeSet<u32>,
-    held: &mut BTreeSet<u32>,
 ) -> Result<Function, String> {
     let mut function =
         Function { name: name.into(), takes: 0, goes_to: BTreeSet::new(), by_register: false };
@@ -160,7 +163,6 @@ fn function(
     while at < end {
         let Some(first) = elf.half(at) else { break };
         if elf.is_data(at) {
-            held.extend(elf.word(at).and_then(|word| held_by(word, starts)));
             at += 2;
             continue;
         }
@@ -172,24 +174,19 @@ fn function(
             Effect::None => {}
             Effect::Takes(bytes) => function.takes += bytes,
             // A jump within the function is a loop; one to the start of another is a call.
-            Effect::Goes(to) if (start + 1..end).contains(&to) => {}
-            Effect::Goes(to) if to == start && !is_call(first) => {}
-            Effect::Goes(to) if starts.contains(&to) => {
+            Effect::Goes(to) if (start..end).contains(&to) => {}
+            Effect::Goes(to) | Effect::Calls(to) if starts.contains(&to) => {
                 function.goes_to.insert(to);
             }
-            Effect::Goes(to) => return Err(format!("{name} jumps into a function, to {to:#x}")),
+            Effect::Goes(to) | Effect::Calls(to) => {
+                return Err(format!("{name} jumps into a function, to {to:#x}"));
+            }
             Effect::GoesByRegister => function.by_register = true,
             Effect::Unbounded => return Err(format!("{name} moves the stack, at {at:#x}")),
         }
         at += len;
     }
     Ok(function)
-}
-
-/// Whether an instruction is a call: a loop may branch to its function's first instruction, but BL
-/// to there is recursion.
-fn is_call(first: u16) -> bool {
-    thumb::is_wide(first)
 }
 
 /// The function whose address a word is; its lowest bit marks code.

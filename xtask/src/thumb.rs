@@ -7,8 +7,10 @@ pub enum Effect {
     None,
     /// Takes this many bytes of the stack.
     Takes(u32),
-    /// Calls or jumps to an address.
+    /// Jumps to an address.
     Goes(u32),
+    /// Calls an address.
+    Calls(u32),
     /// Calls or jumps to the address in a register.
     GoesByRegister,
     /// Moves the stack pointer by an unknown amount.
@@ -83,7 +85,8 @@ fn branch(at: u32, first: u16, second: u16) -> Effect {
     if second & 0x1000 != 0 {
         let [upper, lower] = [bit(second, 13), bit(second, 11)].map(|j| 1 ^ j ^ sign);
         let high = sign << 24 | upper << 23 | lower << 22 | u32::from(first & 0x3FF) << 12;
-        return Effect::Goes(offset(at, extend(high | low, 25)));
+        let to = offset(at, extend(high | low, 25));
+        return if bit(second, 14) == 1 { Effect::Calls(to) } else { Effect::Goes(to) };
     }
     if first >> 6 & 0b1110 == 0b1110 {
         return Effect::None;
@@ -146,8 +149,9 @@ mod tests {
 
     #[test]
     fn where_it_goes() {
-        assert_eq!(wide(0x112, 0xF002, 0xFD27), Effect::Goes(0x2B64), "bl 2b64");
-        assert_eq!(wide(0x1000, 0xF7FF, 0xFFFE), Effect::Goes(0x1000), "bl 1000");
+        assert_eq!(wide(0x112, 0xF002, 0xFD27), Effect::Calls(0x2B64), "bl 2b64");
+        assert_eq!(wide(0x1000, 0xF7FF, 0xFFFE), Effect::Calls(0x1000), "bl 1000");
+        assert_eq!(wide(0x1000, 0xF7FF, 0xBFFE), Effect::Goes(0x1000), "b.w 1000");
         assert_eq!(wide(0x1000, 0xF000, 0xB802), Effect::Goes(0x1008), "b.w 1008");
         assert_eq!(wide(0x1000, 0xF040, 0x8002), Effect::Goes(0x1008), "bne.w 1008");
         assert_eq!(wide(0x1000, 0xF3BF, 0x8F4F), Effect::None, "dsb sy");

@@ -211,7 +211,7 @@ impl Board for Lm3s6965 {
                 Some(Order::Provision { composition, address }) => {
                     self.provision(composition, address);
                 }
-                // From before a reset: nobody waits for its answer any more.
+                // From before a reset: its answer is not waited for any more.
                 Some(Order::Step { .. }) | None => {}
                 Some(_) => self.report(&Report::Failed),
             }

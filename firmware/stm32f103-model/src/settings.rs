@@ -39,6 +39,7 @@ pub fn write(record: &Record) -> String {
 /// The record of a file. Every figure must be there, and be one the board takes.
 pub fn read(text: &str) -> Result<Record, String> {
     let mut record = Record::NOMINAL;
+    let mut odd = Vec::new();
     let mut missing: Vec<String> =
         write(&record).lines().filter_map(|line| Some(entry(line)?.0.to_owned())).collect();
     for (number, line) in (1..).zip(text.lines()) {
@@ -50,11 +51,16 @@ pub fn read(text: &str) -> Result<Record, String> {
         let value: i32 =
             value.parse().map_err(|_| format!("line {number}: {value} is no number"))?;
         set(&mut record, key, value).ok_or_else(|| format!("line {number}: {key} = {value}"))?;
+        let mut alone = Record::NOMINAL;
+        if set(&mut alone, key, value).is_none() || !alone.is_sensible() {
+            odd.push(format!("line {number}: {key} = {value}"));
+        }
     }
     missing.sort();
     match (missing.is_empty(), record.is_sensible()) {
         (false, _) => Err(format!("missing: {}", missing.join(", "))),
-        (true, false) => Err("a figure is out of its range".into()),
+        (true, false) if odd.is_empty() => Err("a min_end is not below its max_end".into()),
+        (true, false) => Err(format!("out of range: {}", odd.join(", "))),
         (true, true) => Ok(record),
     }
 }
@@ -121,7 +127,11 @@ mod tests {
             nominal.lines().filter(|line| !line.starts_with("vertical.p")).collect();
         assert_eq!(read(&lines.join("\n")), Err("missing: vertical.parked".into()));
         let fast = nominal.replace("baud = 115200", "baud = 1");
-        assert_eq!(read(&fast), Err("a figure is out of its range".into()));
+        assert_eq!(read(&fast), Err("out of range: line 2: baud = 1".into()));
+        let full = nominal.replace("nozzle.full_tenths = ", "nozzle.full_tenths = 5");
+        assert!(read(&full).unwrap_err().contains("nozzle.full_tenths = 5"), "{full}");
+        let ends = nominal.replace("nozzle.min_end = ", "nozzle.min_end = 9");
+        assert!(read(&ends).unwrap_err().contains("nozzle.min_end = 9"), "{ends}");
         let word = nominal.replace("= 115200", "= fast");
         assert_eq!(read(&word), Err("line 2: fast is no number".into()));
     }

@@ -47,7 +47,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// An angle drive of the nominal monitor: four counts a minute of arc, 12 °/s.
+    /// An angle drive of the nominal monitor: four counts a minute of arc, 25 °/s at full voltage.
     const ANGLE: DriveRecord = DriveRecord {
         counts_per_100: 400,
         full_tenths: 250,

@@ -52,7 +52,7 @@ pub trait Board: Hal {
     /// Sends a byte of a frame.
     fn put(&mut self, byte: u8);
 
-    /// Lets go of the line, when all that was sent has left.
+    /// Releases the line, when all that was sent has left.
     fn release(&mut self) {}
 
     /// The program is alive, whether it makes steps or not.

@@ -134,7 +134,7 @@ fn line(wrong: Wrong) -> Result<(), String> {
         let held = rig.parts(|parts| parts.chip.holds_line());
         ensure(!held, "the transmitter holds the line")?;
     }
-    // Whoever speaks next may do so soon after the last stop bit.
+    // The next sender may start soon after the last stop bit.
     rig.parts(|parts| parts.chip.outgoing.clear());
     rig.send(&request(SubsystemId::ALL, Body::GetStatus)?);
     rig.run(60);

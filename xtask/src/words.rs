@@ -10,7 +10,7 @@ use crate::{TaskResult, flag, links, run, source, texts};
 
 /// The areas that are checked and the words, each with what to write instead.
 const LIST: &str = "xtask/words.txt";
-const EXTENSIONS: [&str; 5] = ["md", "rs", "ts", "css", "ftl"];
+const EXTENSIONS: [&str; 8] = ["md", "rs", "ts", "css", "ftl", "c", "h", "txt"];
 /// What a generated file says in its first lines.
 const GENERATED: &str = "auto-generated";
 const HEADER: usize = 3;
@@ -107,7 +107,8 @@ fn files_of(area: &str) -> Result<Vec<String>, String> {
 fn checked_parts(path: &str, text: &str) -> Vec<(usize, String)> {
     match path.rsplit_once('.').map(|(_, extension)| extension) {
         Some("md") => prose(text),
-        Some("rs") => numbered(text, &['"']),
+        Some("rs" | "c" | "h") => numbered(text, &['"']),
+        Some("txt") => whole(text),
         Some("ftl") => catalogue(text),
         _ => numbered(text, &['"', '\'', '`']),
     }
@@ -135,6 +136,11 @@ fn catalogue(text: &str) -> Vec<(usize, String)> {
         without_markup(text.unwrap_or(line))
     };
     text.lines().enumerate().map(|(index, line)| (index + 1, of_text(line))).collect()
+}
+
+/// Every line: scenarios and tables are names of the wire and prose, and no name is a word of the list.
+fn whole(text: &str) -> Vec<(usize, String)> {
+    text.lines().enumerate().map(|(index, line)| (index + 1, line.to_owned())).collect()
 }
 
 fn numbered(text: &str, quotes: &[char]) -> Vec<(usize, String)> {

@@ -33,7 +33,7 @@ pub fn state() -> DriveStatus {
 /// Sends a payload in a frame, and gives what is received to `read`.
 #[inline(always)]
 pub fn over_the_line<T>(payload: &[u8], read: impl FnOnce(&[u8]) -> Option<T>) -> Option<T> {
-    // SAFETY: nobody else uses it; there is one thread, and no interrupt.
+    // SAFETY: nothing else uses it; there is one thread, and no interrupt.
     let decoder = unsafe { &mut *(&raw mut DECODER) };
     // SAFETY: as above.
     let wire = unsafe { &mut *(&raw mut WIRE) };

@@ -46,7 +46,7 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
             let load = Load { request, answer, connections: 1, outstanding: 1 };
             return load.run(port, seconds).await;
         }
-        _ => return Err(format!("nobody is called {who}")),
+        _ => return Err(format!("no contender is called {who}")),
     }
     println!("{}", clock.figures());
     Ok(())

@@ -12,7 +12,7 @@ const PROCESSOR: &str = "1";
 const START_MAX: Duration = Duration::from_secs(20);
 /// What a client may take longer than it is to ask, s.
 const ASK_MAX_S: f64 = 30.0;
-/// Ports that somebody else takes between our look and the server's.
+/// Ports that another process takes between our look and the server's.
 const PORTS_MAX: usize = 5;
 
 /// Who is measured.
@@ -72,7 +72,7 @@ impl Contender {
     }
 }
 
-/// A port that nobody has at this moment.
+/// A port that is free at this moment.
 fn free_port() -> Result<u16, String> {
     let listener = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
     listener.map(|address| address.port()).map_err(|e| format!("no free port: {e}"))
@@ -176,7 +176,7 @@ pub fn compile(source: &Path) -> Result<PathBuf, String> {
 mod tests {
     use super::*;
 
-    /// A listener of somebody else is not taken for the child's.
+    /// A listener of another process is not taken for the child's.
     #[test]
     fn only_the_own_listener_counts() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();

@@ -34,7 +34,7 @@ pub fn report(lafet: &Path, folder: &Path) -> Result<(), String> {
         }
     }
     let names: Vec<&str> = contenders.iter().map(|contender| contender.name).collect();
-    let [echo, ..] = &rounds[..] else { return Err("nobody was measured".into()) };
+    let [echo, ..] = &rounds[..] else { return Err("nothing was measured".into()) };
     let summary: Vec<_> = rounds.iter().map(|rounds| summary(rounds, echo)).collect();
     print(&names, &summary);
     Ok(())

@@ -20,7 +20,7 @@ pub async fn serve(who: &str, port: &str) -> Result<(), String> {
     match who {
         "echo" => echo(listener).await,
         "tokio-modbus" => modbus(listener).await,
-        _ => Err(format!("nobody is called {who}")),
+        _ => Err(format!("no contender is called {who}")),
     }
 }
 

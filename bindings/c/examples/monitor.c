@@ -1,5 +1,5 @@
 /* A monitor: lafet's device core, and the simplest hardware there is: drives that run as they are
- * told, valves that open and close in a second. */
+ * asked to, valves that open and close in a second. */
 #include <string.h>
 
 #include "lafet.h"

@@ -38,7 +38,7 @@
 
 // What has become of the request.
 typedef enum {
-  // Nothing was asked, or the outcome has been told.
+  // Nothing was asked, or the outcome has been reported.
   LAFET_IDLE,
   // Waiting for the answer.
   LAFET_WAITING,
@@ -320,7 +320,7 @@ size_t lafet_decoder_push(lafet_decoder *decoder,
                           bool *complete);
 
 // Takes the first record off a payload: moves `*payload` and `*size` behind it. False at the end and
-// where a record is cut short; then `*size` tells which.
+// where a record is cut short; then `*size` says which.
 //
 // # Safety
 // `*size` is the size of `*payload`.
@@ -388,7 +388,7 @@ size_t lafet_session_receive(lafet_session *session,
                              size_t size,
                              lafet_frame *answer);
 
-// What has become of the request; an outcome is told once.
+// What has become of the request; an outcome is reported once.
 //
 // # Safety
 // The session was initialised.

@@ -78,7 +78,7 @@ impl Storage for Board {
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, StorageError> {
         let load = self.hal.load.ok_or(StorageError::Read)?;
-        // SAFETY: the buffer is as long as told; the function is one of `lafet_hal::load`.
+        // SAFETY: the buffer has the given length; the function is one of `lafet_hal::load`.
         let size = unsafe { load(self.hal.context, key.0, buffer.as_mut_ptr(), buffer.len()) };
         match usize::try_from(size) {
             Ok(0) => Ok(None),
@@ -89,7 +89,7 @@ impl Storage for Board {
 
     fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError> {
         let store = self.hal.store.ok_or(StorageError::Write)?;
-        // SAFETY: the value is as long as told; the function is one of `lafet_hal::store`.
+        // SAFETY: the value has the given length; the function is one of `lafet_hal::store`.
         let stored = unsafe { store(self.hal.context, key.0, value.as_ptr(), value.len()) };
         if stored { Ok(()) } else { Err(StorageError::Write) }
     }

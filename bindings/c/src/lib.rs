@@ -4,7 +4,7 @@
 //! memory is the caller's: structures whose content is opaque are large enough for what is kept in
 //! them, which the compiler checks here.
 //!
-//! Rules for all functions, on which the unsafe code here stands:
+//! Rules for all functions, on which the unsafe code here relies:
 //! - a pointer is null or points to what its type says, for as long as the call lasts; null makes the
 //!   function do nothing and return 0 or false;
 //! - bytes given with a length are readable (or writable) for that length;
@@ -20,7 +20,7 @@ mod link;
 mod record;
 mod session;
 
-/// The program is ended by whoever supplies this; nothing in lafet leads here.
+/// The program is ended by the program that supplies this; nothing in lafet leads here.
 #[cfg(target_os = "none")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
@@ -42,7 +42,7 @@ unsafe fn bytes<'a>(data: *const u8, len: usize) -> &'a [u8] {
 /// The room that C means by a pointer and a length.
 ///
 /// # Safety
-/// `data` is null, or `len` bytes there are readable and writable for `'a`, by nobody else.
+/// `data` is null, or `len` bytes there are readable and writable for `'a`, and by no other code.
 unsafe fn room<'a>(data: *mut u8, len: usize) -> &'a mut [u8] {
     if data.is_null() {
         return &mut [];

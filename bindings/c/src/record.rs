@@ -47,7 +47,7 @@ pub struct lafet_state {
 }
 
 /// Takes the first record off a payload: moves `*payload` and `*size` behind it. False at the end and
-/// where a record is cut short; then `*size` tells which.
+/// where a record is cut short; then `*size` says which.
 ///
 /// # Safety
 /// `*size` is the size of `*payload`.

@@ -15,7 +15,7 @@ use crate::{bytes, room};
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum lafet_outcome {
-    /// Nothing was asked, or the outcome has been told.
+    /// Nothing was asked, or the outcome has been reported.
     LAFET_IDLE,
     /// Waiting for the answer.
     LAFET_WAITING,
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn lafet_session_receive(
     taken
 }
 
-/// What has become of the request; an outcome is told once.
+/// What has become of the request; an outcome is reported once.
 ///
 /// # Safety
 /// The session was initialised.

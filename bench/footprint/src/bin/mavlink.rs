@@ -40,7 +40,7 @@ static mut WIRE: ([u8; 280], usize, usize) = ([0; 280], 0, 0);
 struct Line;
 
 fn send(bytes: &[u8]) {
-    // SAFETY: nobody else uses it meanwhile; there is one thread, and no interrupt.
+    // SAFETY: nothing else uses it meanwhile; there is one thread, and no interrupt.
     let (wire, len, taken) = unsafe { &mut *(&raw mut WIRE) };
     if let Some(place) = wire.get_mut(..bytes.len()) {
         place.copy_from_slice(bytes);
@@ -54,7 +54,7 @@ impl embedded_io::ErrorType for Line {
 
 impl embedded_io::Read for Line {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Self::Error> {
-        // SAFETY: nobody else uses it meanwhile; there is one thread, and no interrupt.
+        // SAFETY: nothing else uses it meanwhile; there is one thread, and no interrupt.
         let (wire, len, taken) = unsafe { &mut *(&raw mut WIRE) };
         let sent = wire.get(*taken..*len).unwrap_or_default();
         let count = sent.len().min(buffer.len());

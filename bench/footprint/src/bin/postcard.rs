@@ -31,7 +31,7 @@ fn message() -> bool {
         Drive { request: 0xD4, device: 13, status: 0, flags, position, current: 21, speed: 9 };
     let mut wire = [0; 48];
     let Ok(sent) = postcard::to_slice_cobs(&drive, &mut wire) else { return false };
-    // SAFETY: nobody else uses it; there is one thread, and no interrupt.
+    // SAFETY: nothing else uses it; there is one thread, and no interrupt.
     let frames = unsafe { &mut *(&raw mut FRAMES) };
     match frames.feed::<Drive>(black_box(sent)) {
         FeedResult::Success { data, .. } => black_box(data) == drive,

@@ -20,7 +20,7 @@ fn message() -> bool {
     request[..8].copy_from_slice(black_box(&[1, 3, 0, 0, 0, 4, 0x44, 0x09]));
     let mut answer: heapless::Vec<u8, 256> = heapless::Vec::new();
     let mut frame = ModbusFrame::new(1, &request, ModbusProto::Rtu, &mut answer);
-    // SAFETY: nobody else uses it; there is one thread, and no interrupt.
+    // SAFETY: nothing else uses it; there is one thread, and no interrupt.
     let registers = unsafe { &*(&raw const REGISTERS) };
     let read = frame.parse().and_then(|()| frame.process_read(registers));
     let done = read.and_then(|()| frame.finalize_response()).is_ok();

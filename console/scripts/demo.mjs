@@ -13,7 +13,8 @@ export const PLAIN = ['--disable-gpu'];
  */
 export async function withDemo(work, drawing = WEBGL, more = []) {
   const program = process.env.LAFET_BIN;
-  if (!program && !process.env.LAFET_URL) throw new Error('LAFET_BIN must name the lafet program, with the console built in');
+  if (!program && !process.env.LAFET_URL)
+    throw new Error('LAFET_BIN must name the lafet program, with the console built in');
   const demo = process.env.LAFET_URL
     ? null
     : spawn(program, ['demo', '--no-browser', '--port', '0'], { stdio: ['ignore', 'pipe', 'inherit'] });

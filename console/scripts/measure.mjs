@@ -14,10 +14,25 @@ const throttle = Number(process.argv[2] ?? 4);
 const part = process.argv[3] ?? 'all';
 const wanted = (name) => part === 'all' || part === name;
 if (!(throttle >= 1) || !['all', 'pages', 'scene', 'memory'].includes(part)) {
-  console.error(`measure ${process.argv.slice(2).join(' ')}: how many times slower (1 and more), then pages, scene, memory or nothing`);
+  console.error(
+    `measure ${process.argv.slice(2).join(' ')}: how many times slower (1 and more), then pages, scene, memory or nothing`,
+  );
   process.exit(2);
 }
-const PAGES = ['overview', 'm/M1/operate', 'alarms', 'events', 'm/M1/params', 'm/M1/programs', 'm/M1/commissioning', 'm/M1/diagnosis', 'm/M1/inspector', 'replay', 'training', 'admin'];
+const PAGES = [
+  'overview',
+  'm/M1/operate',
+  'alarms',
+  'events',
+  'm/M1/params',
+  'm/M1/programs',
+  'm/M1/commissioning',
+  'm/M1/diagnosis',
+  'm/M1/inspector',
+  'replay',
+  'training',
+  'admin',
+];
 const LIVE_MS = 8_000;
 /** A page with nothing on it: what this browser and machine give at most. */
 const BLANK = 'blank';
@@ -46,9 +61,12 @@ if (wanted('scene')) await withDemo(scene, WEBGL);
 function sizes() {
   const folder = new URL('../dist/assets/', import.meta.url).pathname;
   const all = readdirSync(folder).filter((name) => /\.(js|css)$/.test(name));
-  const kib = (names) => (names.reduce((sum, name) => sum + gzipSync(readFileSync(folder + name)).length, 0) / 1024).toFixed(0);
+  const kib = (names) =>
+    (names.reduce((sum, name) => sum + gzipSync(readFileSync(folder + name)).length, 0) / 1024).toFixed(0);
   const scene = all.filter((name) => name.startsWith('world-'));
-  console.log(`bundle, gzip: all but 3D ${kib(all.filter((name) => !scene.includes(name)))} KiB in ${all.length - scene.length} files, 3D (when it is opened) ${kib(scene)} KiB`);
+  console.log(
+    `bundle, gzip: all but 3D ${kib(all.filter((name) => !scene.includes(name)))} KiB in ${all.length - scene.length} files, 3D (when it is opened) ${kib(scene)} KiB`,
+  );
 }
 
 /** The monitors work: what is measured is a fire being fought. */
@@ -82,7 +100,9 @@ async function metrics(cdp) {
 }
 
 async function pages(browser, url) {
-  console.log(`\n| page | first paint ÷ ${throttle}, ms | live after, ms | layout shift | main thread busy | frames/s | 95 of 100 within, ms | main thread busy ÷ ${throttle} | frames/s ÷ ${throttle} |`);
+  console.log(
+    `\n| page | first paint ÷ ${throttle}, ms | live after, ms | layout shift | main thread busy | frames/s | 95 of 100 within, ms | main thread busy ÷ ${throttle} | frames/s ÷ ${throttle} |`,
+  );
   console.log('|---|---|---|---|---|---|---|---|---|');
   for (const route of [BLANK, ...PAGES]) {
     const { context, page, cdp } = await opened(browser);
@@ -91,7 +111,17 @@ async function pages(browser, url) {
     await cdp.send('Emulation.setCPUThrottlingRate', { rate: 1 });
     const full = await watch(page, cdp);
     const shift = await page.evaluate(() => window.measured?.shift ?? NaN);
-    const cells = [route, paint.toFixed(0), live.toFixed(0), shift.toFixed(3), percent(full.busy), full.rate.toFixed(0), full.gap95.toFixed(0), percent(slow.busy), slow.rate.toFixed(0)];
+    const cells = [
+      route,
+      paint.toFixed(0),
+      live.toFixed(0),
+      shift.toFixed(3),
+      percent(full.busy),
+      full.rate.toFixed(0),
+      full.gap95.toFixed(0),
+      percent(slow.busy),
+      slow.rate.toFixed(0),
+    ];
     console.log(`| ${cells.join(' | ').replaceAll('NaN', '')} |`);
     await context.close();
   }
@@ -103,7 +133,11 @@ function percent(share) {
 
 async function load(page, address) {
   await page.goto(address);
-  await page.waitForFunction(() => document.querySelector('lf-app')?.shadowRoot?.querySelector('main > :not(.boot)'), null, { polling: 20 });
+  await page.waitForFunction(
+    () => document.querySelector('lf-app')?.shadowRoot?.querySelector('main > :not(.boot)'),
+    null,
+    { polling: 20 },
+  );
   const live = await page.evaluate(() => performance.now());
   const paint = await page.evaluate(
     () =>
@@ -135,7 +169,10 @@ async function watch(page, cdp) {
   );
   const after = await metrics(cdp);
   const seconds = (times.at(-1) - times[0]) / 1000;
-  const gaps = times.slice(1).map((time, n) => time - times[n]).sort((a, b) => a - b);
+  const gaps = times
+    .slice(1)
+    .map((time, n) => time - times[n])
+    .sort((a, b) => a - b);
   return {
     rate: gaps.length / seconds,
     gap95: gaps[Math.floor(gaps.length * 0.95)],
@@ -163,14 +200,22 @@ async function scene(browser, url) {
   await page.goto(`${url}/#/m/M1/operate`);
   await page.getByText('3D', { exact: true }).click();
   const element = page.locator('lf-scene');
-  await page.waitForFunction(() => document.querySelector('lf-app').shadowRoot.querySelector('lf-page-operate')?.shadowRoot.querySelector('lf-scene')?.figures?.particles > 100, null, { timeout: 60_000 });
+  await page.waitForFunction(
+    () =>
+      document.querySelector('lf-app').shadowRoot.querySelector('lf-page-operate')?.shadowRoot.querySelector('lf-scene')
+        ?.figures?.particles > 100,
+    null,
+    { timeout: 60_000 },
+  );
   await page.evaluate(() => (window.spent.length = 0));
   await page.waitForTimeout(LIVE_MS / 2);
   const { calls, particles, share } = await element.evaluate((one) => one.figures);
   // Other work of a frame is short: what draws is the longest of each.
   const spent = (await page.evaluate(() => window.spent)).filter((ms) => ms > 0.5).sort((a, b) => a - b);
   const at = (part) => spent[Math.floor(spent.length * part)]?.toFixed(1);
-  console.log(`\n3D: script of a picture ${at(0.5)} ms, 95 of 100 within ${at(0.95)} ms; ${calls} draw calls, ${particles} particles of ${(share * 100).toFixed(0)} %`);
+  console.log(
+    `\n3D: script of a picture ${at(0.5)} ms, 95 of 100 within ${at(0.95)} ms; ${calls} draw calls, ${particles} particles of ${(share * 100).toFixed(0)} %`,
+  );
   await context.close();
 }
 
@@ -214,7 +259,11 @@ async function hour(browser, url) {
   let sent = 0;
   for (let offset = span; offset < HOUR_MS; offset += span) {
     for (const message of messages) {
-      down.send(JSON.stringify(message, (key, value) => (/^(now|at|since|resumes)_ms$/.test(key) && value ? value + offset : value)));
+      down.send(
+        JSON.stringify(message, (key, value) =>
+          /^(now|at|since|resumes)_ms$/.test(key) && value ? value + offset : value,
+        ),
+      );
       sent += 1;
     }
     await page.evaluate(() => new Promise(requestAnimationFrame));
@@ -223,7 +272,9 @@ async function hour(browser, url) {
   await page.waitForTimeout(1000);
   const end = await used(cdp);
   const took = ((performance.now() - begun) / 1000).toFixed(0);
-  console.log(`\noperate, an hour of messages (${sent}, in ${took} s): after 15 min ${shown(warm)}; after 60 min ${shown(end)}`);
+  console.log(
+    `\noperate, an hour of messages (${sent}, in ${took} s): after 15 min ${shown(warm)}; after 60 min ${shown(end)}`,
+  );
   await context.close();
 }
 

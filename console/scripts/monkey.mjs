@@ -1,7 +1,7 @@
 // Does to the pages what nobody would think of: presses, pulls, types and scrolls where something is, hundreds of times a minute,
 // by a seed. It fails when a page throws, when the browser complains, or when the hub does not understand what the page asks.
 // `monkey [SECONDS [SEED]]`: so long for each of the four windows (default 60), beginning with this seed (default 1).
-import { withDemo, PLAIN } from './demo.mjs';
+import { PLAIN, withDemo } from './demo.mjs';
 
 const seconds = Number(process.argv[2] ?? 60);
 const first = Number(process.argv[3] ?? 1);
@@ -15,13 +15,38 @@ const MONITORS = ['M1', 'M2', 'M3'];
 const OF_SITE = ['overview', 'alarms', 'events', 'replay', 'training', 'admin'];
 const OF_MONITOR = ['operate', 'params', 'programs', 'commissioning', 'diagnosis', 'inspector'];
 const ROUTES = [...OF_SITE, ...MONITORS.flatMap((monitor) => OF_MONITOR.map((page) => `m/${monitor}/${page}`))];
-const KEYS = ['Tab', 'Shift+Tab', 'Escape', 'Enter', 'Space', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', '?', 'Pause', 'Shift+Escape', '+', '-', '5', 'a', 'Delete', 'Backspace', 'Home', 'End', 'PageDown', 'PageUp'];
+const KEYS = [
+  'Tab',
+  'Shift+Tab',
+  'Escape',
+  'Enter',
+  'Space',
+  'ArrowLeft',
+  'ArrowRight',
+  'ArrowUp',
+  'ArrowDown',
+  '?',
+  'Pause',
+  'Shift+Escape',
+  '+',
+  '-',
+  '5',
+  'a',
+  'Delete',
+  'Backspace',
+  'Home',
+  'End',
+  'PageDown',
+  'PageUp',
+];
 const TEXTS = ['0', '12.5', '-999999', 'abc', '1e9', 'M1', '45°', '%00', `'"<b>`, '  7 '];
 const HELD_MS = 1200;
 const SAID_LAST = 6;
 
 if (!(seconds > 0) || !Number.isInteger(first) || first < 1) {
-  console.error(`monkey ${process.argv.slice(2).join(' ')}: seconds for each window, then the seed, a whole number from 1`);
+  console.error(
+    `monkey ${process.argv.slice(2).join(' ')}: seconds for each window, then the seed, a whole number from 1`,
+  );
   process.exit(2);
 }
 
@@ -38,9 +63,13 @@ async function play(browser, url, seed, { width, height, lang }) {
   await page.locator('lf-topbar').waitFor();
   const end = performance.now() + seconds * 1000;
   while (performance.now() < end) await hand.act();
-  const alive = await page.evaluate(() => Boolean(document.querySelector('lf-app')?.shadowRoot?.querySelector('main > *')));
+  const alive = await page.evaluate(() =>
+    Boolean(document.querySelector('lf-app')?.shadowRoot?.querySelector('main > *')),
+  );
   if (!alive) found.set('the page shows nothing any more', 1);
-  console.log(`seed ${seed}, ${width} × ${height}, ${lang}: ${hand.acts} acts, ${found.size ? `${found.size} faults` : 'no fault'}`);
+  console.log(
+    `seed ${seed}, ${width} × ${height}, ${lang}: ${hand.acts} acts, ${found.size ? `${found.size} faults` : 'no fault'}`,
+  );
   await context.close();
   return found.size;
 }
@@ -58,7 +87,8 @@ function listen(page, done) {
   page.on('console', (said) => said.type() === 'error' && !/status of \d/.test(said.text()) && note(said.text()));
   page.on('response', (answer) => {
     const asked = answer.request();
-    if (answer.status() >= 500 || answer.status() === 400) note(`${answer.status()} ${asked.method()} ${answer.url()} ${asked.postData() ?? ''}`);
+    if (answer.status() >= 500 || answer.status() === 400)
+      note(`${answer.status()} ${asked.method()} ${answer.url()} ${asked.postData() ?? ''}`);
   });
   page.on('dialog', (dialog) => dialog.dismiss());
   page.on('crash', () => note('the page has crashed'));

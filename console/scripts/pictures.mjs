@@ -5,8 +5,24 @@ import { withDemo } from './demo.mjs';
 const FOLDER = new URL('../../docs/images/', import.meta.url).pathname;
 
 const WORDS = {
-  en: { take: 'Take control', taken: 'You control M1', deploy: /^Deploy/, deployed: 'Deployed', aim: /^Aim/, open: /^Open/, scene: /3D/ },
-  ru: { take: /^Взять управление/, taken: 'Стволом M1 управляете вы', deploy: /^Развернуть/, deployed: /В рабочем положении/, aim: /^Навести/, open: /^Открыть/, scene: /3D/ },
+  en: {
+    take: 'Take control',
+    taken: 'You control M1',
+    deploy: /^Deploy/,
+    deployed: 'Deployed',
+    aim: /^Aim/,
+    open: /^Open/,
+    scene: /3D/,
+  },
+  ru: {
+    take: /^Взять управление/,
+    taken: 'Стволом M1 управляете вы',
+    deploy: /^Развернуть/,
+    deployed: /В рабочем положении/,
+    aim: /^Навести/,
+    open: /^Открыть/,
+    scene: /3D/,
+  },
 };
 
 for (const lang of ['en', 'ru']) await withDemo((browser, url) => take(browser, url, lang));

@@ -1,17 +1,17 @@
 // All parts on one page, with changing values: for their development. Not built
 // into the console. gallery.html?theme=night&lang=ru&only=plan
-import type { Jet } from './hub/jets';
+
 import { css, html, LitElement, type TemplateResult } from 'lit';
+import { customElement } from 'lit/decorators.js';
+import type { Jet } from './hub/jets';
 import { loadLang } from './i18n';
-import { planMonitor, type PlanMonitor, type PlanScene, type PlanSite } from './parts/lf-plan';
+import { type PlanMonitor, type PlanScene, type PlanSite, planMonitor } from './parts/lf-plan';
 import './parts/lf-dial';
-import './parts/lf-gauge';
 import './parts/lf-joystick';
 import type { LfPlot, PlotSeries } from './parts/lf-plot';
 import './parts/lf-plot';
 import './parts/lf-scene';
 import './parts/lf-slider';
-import './parts/lf-sparkline';
 import './parts/lf-timeline';
 
 const SITE: PlanSite = {
@@ -41,15 +41,38 @@ const JET: Jet = {
   pressure_datm: 96,
   reach_m: 47.73,
   flight: {
-    points: [[0.0, 0.0, 0.0], [3.75, 0.37, 0.088], [7.5, 0.66, 0.177], [11.25, 0.86, 0.27], [15.0, 0.98, 0.372], [18.75, 0.99, 0.486], [22.5, 0.84, 0.622], [26.25, 0.48, 0.785], [30.0, -0.2, 0.982], [33.75, -1.33, 1.221], [37.5, -3.15, 1.514], [41.24, -6.0, 1.879]],
+    points: [
+      [0.0, 0.0, 0.0],
+      [3.75, 0.37, 0.088],
+      [7.5, 0.66, 0.177],
+      [11.25, 0.86, 0.27],
+      [15.0, 0.98, 0.372],
+      [18.75, 0.99, 0.486],
+      [22.5, 0.84, 0.622],
+      [26.25, 0.48, 0.785],
+      [30.0, -0.2, 0.982],
+      [33.75, -1.33, 1.221],
+      [37.5, -3.15, 1.514],
+      [41.24, -6.0, 1.879],
+    ],
     lands_m: 41.24,
     core_m: 21.28,
     speed_mps: 42.78,
   },
   fault: null,
+  throw: {
+    middle_m: { value: 33.1, low: 27.0, high: 39.8 },
+    greatest_m: { value: 38.6, low: 34.7, high: 42.2 },
+    left_m: { value: 2.4, low: 1.6, high: 3.2 },
+    across_m: 1.1,
+    flow_lps: 22,
+    wind: { along_mps: 2, left_mps: 3 },
+  },
+  no_throw: null,
 };
 
-class Gallery extends LitElement {
+@customElement('lf-gallery')
+export class Gallery extends LitElement {
   private at_ms = 0;
   private log: string[] = [];
   private selected = 'M1';
@@ -58,17 +81,17 @@ class Gallery extends LitElement {
   static override styles = css`
     :host {
       display: grid;
-      gap: 16px;
-      padding: 24px;
+      gap: var(--s3);
+      padding: var(--s4);
       grid-template-columns: repeat(12, 1fr);
     }
     section {
       background: var(--surface);
       border: 1px solid var(--line);
-      border-radius: 10px;
-      padding: 16px;
+      border-radius: var(--radius-large);
+      padding: var(--s3);
       display: grid;
-      gap: 16px;
+      gap: var(--s3);
       align-content: start;
       min-width: 0;
     }
@@ -104,12 +127,12 @@ class Gallery extends LitElement {
     }
     .grid {
       display: grid;
-      gap: 16px;
+      gap: var(--s3);
     }
     pre {
       margin: 0;
       min-height: 6em;
-      font-size: 12px;
+      font-size: var(--t-small);
       overflow: hidden;
     }
   `;
@@ -154,9 +177,7 @@ class Gallery extends LitElement {
         { name: 'roof-2', at: [12.5, 0], size: 8, base: 6, burns: false, heat_kw: 0 },
       ],
       jets: { M1: { lps: 18, lands: [1 + sway, -sway], litres: 400 } },
-      splashes: [
-        { monitor: 'M1', at: [1 + sway + Math.random(), Math.random() * 2 - sway], litres: 2, foam: 0 },
-      ],
+      splashes: [{ monitor: 'M1', at: [1 + sway + Math.random(), Math.random() * 2 - sway], litres: 2, foam: 0 }],
     };
   }
 
@@ -187,7 +208,11 @@ class Gallery extends LitElement {
         jet: JET,
       }),
       planMonitor('M2', SITE, { status: status(-1200, { alarm: ['x'] }), limits: narrow, scene: this.scene }),
-      planMonitor('M3', SITE, { status: status(300, { Deployer: ['Wrapped'] }, true), limits: free, scene: this.scene }),
+      planMonitor('M3', SITE, {
+        status: status(300, { Deployer: ['Wrapped'] }, true),
+        limits: free,
+        scene: this.scene,
+      }),
     ];
     if (made[0]) made[0].target_arcmin = 900;
     return made.filter((monitor) => monitor !== null);
@@ -249,11 +274,6 @@ class Gallery extends LitElement {
         <lf-plot .series=${SERIES} label="M1"></lf-plot>
       </section>
       <section class="half two">
-        <lf-gauge label="Pressure" .value=${0.86 + sway * 0.1} .max=${1.4} .normal=${[0.6, 1]} unit="MPa" .text=${(v: number) => v.toFixed(2)}></lf-gauge>
-        <lf-gauge label="Flow" .value=${7} .max=${40} .normal=${[15, 30]} unit="l/s"></lf-gauge>
-        <lf-gauge label="Pressure" .value=${0.2} .max=${1.4} .normal=${[0.6, 1]} unit="MPa" stale></lf-gauge>
-        <lf-gauge label="Flow" .value=${0} .max=${40} .normal=${[15, 30]} unit="l/s" idle></lf-gauge>
-        <div><lf-sparkline .points=${spark()} .max=${20} label="Flow"></lf-sparkline></div>
         <div class="mini"><lf-plan class="mini" mode="mini" .site=${SITE} .scene=${scene} .monitors=${monitors} selected="M1"></lf-plan></div>
       </section>
       <section class="whole">
@@ -274,10 +294,5 @@ class Gallery extends LitElement {
   }
 }
 
-function spark(): [number, number | null][] {
-  return Array.from({ length: 60 }, (_, i) => [i * 1000, i > 20 && i < 26 ? null : 12 + Math.sin(i / 5) * 6]);
-}
-
-customElements.define('lf-gallery', Gallery);
 await loadLang();
 document.body.append(document.createElement('lf-gallery'));

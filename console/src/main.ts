@@ -1,11 +1,11 @@
 import './theme/tokens.css';
 import './theme/base.css';
-import { applyDisplay } from './theme/display';
 import { http } from './hub/http';
 import { loadLang } from './i18n';
 import { LfApp } from './shell/app';
 import { loadPage, router } from './shell/router';
 import { applyTheme } from './shell/settings';
+import { applyDisplay } from './theme/display';
 
 applyTheme();
 applyDisplay();

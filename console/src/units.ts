@@ -109,7 +109,12 @@ export function measured(quantity: Quantity, wire: number | null | undefined): M
 /** In one piece: 12.6°, 0.84 MPa. */
 export function show(quantity: Quantity, wire: number | null | undefined): string {
   const { value, unit } = measured(quantity, wire);
-  return /^[°′%]$/.test(unit) ? value + unit : `${value}\u202f${unit}`;
+  return inUnit(value, unit, '\u202f');
+}
+
+/** A text with its unit: 12.6°, 8 A. */
+export function inUnit(text: string, unit: string, space = ' '): string {
+  return unit === '' || /^[°′%]$/.test(unit) ? text + unit : text + space + unit;
 }
 
 /** From the shown unit to that of the wire, whole. */

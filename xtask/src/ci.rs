@@ -24,7 +24,7 @@ type CiStep = (&'static str, &'static str, fn() -> StepResult);
 
 /// The console comes first because it is built into the hub.
 const STEPS: [CiStep; 20] = [
-    ("console", "the console: types, unit tests, build", console::check),
+    ("console", "the console: types, style, templates, unit tests, build", console::check),
     ("lock", "lock file is up to date", lock_file),
     ("licences", "licences and sources of the dependencies", licences::check),
     ("words", "words that must not appear", words::check),

@@ -6,8 +6,8 @@ use std::time::SystemTime;
 
 use serde_json::{Map, Value};
 
-use crate::run::{self, StepResult, cargo, output, root, show};
-use crate::{TaskResult, setup};
+use crate::run::{self, StepResult, output, root, show};
+use crate::{TaskResult, demo, setup};
 
 /// The oldest Node.js version that supports the console's tools.
 const NODE: u32 = 20;
@@ -45,15 +45,16 @@ pub fn build() -> StepResult {
     npm(&["run", "build"])
 }
 
-/// Checks types, style and unit tests, and builds.
+/// Checks types, style, templates and unit tests, and builds.
 pub fn check() -> StepResult {
     packages()?;
+    packages_of(&folder().join("templates"))?;
     api(&["--check"])?;
     npm(&["run", "check"])?;
     npm(&["run", "build"])
 }
 
-/// Runs the tests in a real browser, against the release build and simulated monitors.
+/// Runs the tests in a real browser, against the program and simulated monitors.
 pub fn browser() -> StepResult {
     with_browser("test:browser", &[])
 }
@@ -62,8 +63,7 @@ pub fn browser() -> StepResult {
 fn with_browser(script: &str, arguments: &[&str]) -> StepResult {
     build()?;
     setup::program(CHROMIUM, CHROMIUM)?;
-    show(&mut cargo(&["build", "--release", "--package", "lafet"]))?;
-    let program = root().join(run::target()).join("release/lafet");
+    let program = if script == "measure" { demo::optimised()? } else { demo::program()? };
     let words = [&["run", script, "--"], arguments].concat();
     show(npm_command(&words).env("LAFET_BIN", program))
 }

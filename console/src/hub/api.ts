@@ -407,6 +407,24 @@ export interface components {
             /** @description Reason, required with `force`. */
             reason?: string | null;
         };
+        /** @description A distance and the band in which it is expected, m. */
+        Banded: {
+            /**
+             * Format: float
+             * @description Upper end of the band.
+             */
+            high: number;
+            /**
+             * Format: float
+             * @description Lower end of the band.
+             */
+            low: number;
+            /**
+             * Format: float
+             * @description As computed.
+             */
+            value: number;
+        };
         /** @description What a jet was computed from. */
         Basis: {
             /**
@@ -430,11 +448,11 @@ export interface components {
              */
             pressure_datm: number | null;
         };
-        /** @description A text in English and Russian. */
+        /** @description The words of a text in every language. */
         Both: {
-            /** @description English. */
+            /** @description In `en`. */
             en: string;
-            /** @description Russian. */
+            /** @description In `ru`. */
             ru: string;
         };
         /** @description Limits of a drive, arc-minutes; of the nozzle mm. */
@@ -516,11 +534,13 @@ export interface components {
             elevation_arcmin: number | null;
             fault: components["schemas"]["NoJet"] | null;
             flight: components["schemas"]["Flight"] | null;
+            no_throw: components["schemas"]["NoThrow"] | null;
             /**
              * Format: float
              * @description The farthest that this jet lands with any elevation, m.
              */
             reach_m: number | null;
+            throw: components["schemas"]["Thrown"] | null;
         };
         /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
         ConnStatus: {
@@ -893,6 +913,45 @@ export interface components {
         };
         /** @description The value of a field. */
         FieldValue: number | number[];
+        /** @description A place where bearings of detectors cross. */
+        FirePlace: {
+            /** @description East and north of the origin of the site, m. */
+            at: [
+                number,
+                number
+            ];
+            /** @description Detectors whose bearings it follows from. */
+            detectors: string[];
+            /**
+             * Format: double
+             * @description Bearing of its long axis, 0 to 180 degrees.
+             */
+            direction_deg: number;
+            /**
+             * Format: double
+             * @description Height above the ground, m; null: no detector measures it.
+             */
+            height_m: number | null;
+            /**
+             * Format: double
+             * @description Half of the long axis of the ellipse in which the fire is with 95 %, m.
+             */
+            major_m: number;
+            /**
+             * Format: double
+             * @description Half of its short axis, m.
+             */
+            minor_m: number;
+            /** @description What it is worth. */
+            standing: components["schemas"]["FireStanding"];
+            /** @description The zone whose detectors report fire. */
+            zone: string;
+        };
+        /**
+         * @description What a place is worth.
+         * @enum {string}
+         */
+        FireStanding: "sure" | "doubtful" | "ghost";
         /** @description The flight of a jet. */
         Flight: {
             /**
@@ -1082,6 +1141,11 @@ export interface components {
              */
             elevation_arcmin?: number | null;
             /**
+             * Format: float
+             * @description Flow, l/s, for `throw`; what is not measured is that of the outlet.
+             */
+            flow_lps?: number | null;
+            /**
              * Format: int32
              * @description Height of the nozzle above the ground, cm.
              */
@@ -1098,6 +1162,20 @@ export interface components {
              * @description Pressure at the nozzle, 0.1 atm.
              */
             pressure_datm?: number | null;
+            wind?: components["schemas"]["JetWind"] | null;
+        };
+        /** @description Wind 10 m above the ground, as the jet has it. */
+        JetWind: {
+            /**
+             * Format: float
+             * @description In the direction of the jet, m/s; against it negative.
+             */
+            along_mps: number;
+            /**
+             * Format: float
+             * @description To the left of the jet, m/s.
+             */
+            left_mps: number;
         };
         /** @description Jets that are asked for. */
         Jets: {
@@ -1142,6 +1220,7 @@ export interface components {
             error: string;
             /** @enum {string} */
             how: "refused";
+            text?: components["schemas"]["Both"] | null;
         } | {
             /** @enum {string} */
             how: "replaced";
@@ -1163,6 +1242,7 @@ export interface components {
             error: string;
             /** @enum {string} */
             how: "unknown";
+            text?: components["schemas"]["Both"] | null;
         };
         /** @description The state of a motion that is held. */
         JogState: {
@@ -1435,6 +1515,8 @@ export interface components {
             last_error?: components["schemas"]["ModbusProblem"] | null;
             /** @description Its name. */
             name: string;
+            /** @description The outputs and pumps on it. */
+            outputs: components["schemas"]["ModbusOutput"][];
             /**
              * Format: int64
              * @description Requests sent.
@@ -1443,6 +1525,11 @@ export interface components {
             /** @description Where it is. */
             url: string;
         };
+        /**
+         * @description What an output drives.
+         * @enum {string}
+         */
+        ModbusDrives: "valve" | "signal" | "pump";
         /** @description Failures since the start, by kind. */
         ModbusErrors: {
             /**
@@ -1481,6 +1568,42 @@ export interface components {
              */
             wrong: number;
         };
+        /** @description An output or a pump on a bus. */
+        ModbusOutput: {
+            /** @description What it drives. */
+            drives: components["schemas"]["ModbusDrives"];
+            /** @description What its feedback says, if it has one. */
+            feedback?: boolean | null;
+            /** @description Its id. */
+            id: string;
+            /** @description What was read back; left out: nothing, or a value that is neither on nor off. */
+            read_back?: boolean | null;
+            /**
+             * Format: int64
+             * @description Age of what was read, ms.
+             */
+            read_ms_ago?: number | null;
+            trouble?: components["schemas"]["ModbusOutputTrouble"] | null;
+            /**
+             * Format: int32
+             * @description Address of the device.
+             */
+            unit: number;
+            /** @description As the zone controller ordered it last; left out: no order since the start. */
+            wanted?: boolean | null;
+            /** @description The latest write that the device has answered. */
+            written?: boolean | null;
+            /**
+             * Format: int64
+             * @description Age of that write, ms.
+             */
+            written_ms_ago?: number | null;
+        };
+        /**
+         * @description What is wrong with an output.
+         * @enum {string}
+         */
+        ModbusOutputTrouble: "lost" | "fault" | "dropped" | "refused";
         /** @description A failure. */
         ModbusProblem: {
             /**
@@ -1540,6 +1663,7 @@ export interface components {
             program: components["schemas"]["Program"] | null;
             readiness: components["schemas"]["Readiness"] | null;
             status: components["schemas"]["Status"] | null;
+            tune: components["schemas"]["Tune"] | null;
         };
         /**
          * @description How a motion by hand ended.
@@ -1567,6 +1691,11 @@ export interface components {
          * @enum {string}
          */
         NoJet: "pressure" | "pressure_unknown" | "range" | "angle" | "elevation_unknown";
+        /**
+         * @description Why it is not known where the water lands.
+         * @enum {string}
+         */
+        NoThrow: "pressure_unknown" | "elevation_unknown" | "pressure" | "flow" | "outlet" | "elevation" | "height" | "wind";
         /** @description What is to be said of a register. */
         Note: {
             /** @description Name of the register. */
@@ -1613,10 +1742,7 @@ export interface components {
             speed?: number;
         };
         /** @description What one of several monitors has answered. */
-        OfOne: components["schemas"]["Outcome"] | components["schemas"]["Failed"] | {
-            /** @description Always true. */
-            pending: boolean;
-        };
+        OfOne: components["schemas"]["Outcome"] | components["schemas"]["Failed"] | components["schemas"]["Pending"];
         /** @description How a request was answered. */
         Outcome: {
             /** @description The answers by subsystem. */
@@ -1666,6 +1792,11 @@ export interface components {
         Password: {
             new: string;
             old: string;
+        };
+        /** @description The request is sent, no answer has confirmed it yet, and it goes on. */
+        Pending: {
+            /** @description Always true. */
+            pending: boolean;
         };
         /** @description What happens in a second, over the last ten. */
         PerSecond: {
@@ -1766,6 +1897,8 @@ export interface components {
             pressure?: boolean | null;
             /** @description Its id. */
             pump: string;
+            /** @description It reports that it runs. */
+            runs?: boolean | null;
         };
         /** @description Values of series over time. */
         Read: {
@@ -1908,6 +2041,18 @@ export interface components {
             monitor: string;
             /** @enum {string} */
             type: "jog_end";
+        } | {
+            drive: string;
+            id?: string | null;
+            monitor: string;
+            /** @enum {string} */
+            type: "tune";
+        } | {
+            /** @description The tuning is to end. */
+            end?: boolean;
+            monitor: string;
+            /** @enum {string} */
+            type: "tune_beat";
         } | {
             frames: string[];
             /** @enum {string} */
@@ -2551,6 +2696,26 @@ export interface components {
              */
             vertical?: number;
         };
+        /** @description Where the water of a jet is expected to land. */
+        Thrown: {
+            /**
+             * Format: float
+             * @description Half of the width of the wetted ground, m.
+             */
+            across_m: number;
+            /**
+             * Format: float
+             * @description Flow that it was computed from, l/s: as measured, else that of the outlet.
+             */
+            flow_lps: number;
+            /** @description Distance to where the outermost water lands. The upper end is the farthest landing. */
+            greatest_m: components["schemas"]["Banded"];
+            /** @description How far the wind carries the middle to the left of the jet's direction. */
+            left_m: components["schemas"]["Banded"];
+            /** @description Distance to the middle of the wetted ground. The lower end is the nearest landing. */
+            middle_m: components["schemas"]["Banded"];
+            wind: components["schemas"]["JetWind"] | null;
+        };
         /** @description A token, without its secret. */
         Token: {
             /**
@@ -2584,6 +2749,52 @@ export interface components {
             /** Format: int64 */
             refused: number;
         };
+        /** @description A tuning, as the topic `tune` has it. */
+        Tune: {
+            /**
+             * Format: int64
+             * @description Date of the last change of the state, ms since 1970.
+             */
+            at_ms: number;
+            before: components["schemas"]["TunePair"] | null;
+            /** @description User who started it. */
+            by: string;
+            /** @description Moves that are done. */
+            done: number;
+            /** @description Name of the drive. */
+            drive: string;
+            /**
+             * Format: int32
+             * @description Greatest distance from the target at rest with the measured values, arc-minutes; the nozzle mm.
+             */
+            error: number | null;
+            found: components["schemas"]["TunePair"] | null;
+            /** @description Whether the values before are in force again. */
+            restored: boolean;
+            /** @description `running`, `done` or `ended` before its end. */
+            state: components["schemas"]["TuneWord"];
+            text: components["schemas"]["Both"] | null;
+            /** @description Moves in total; 0: the first one has not started. */
+            total: number;
+        };
+        /** @description StopLag and MinSpeed of a drive, as on the wire. */
+        TunePair: {
+            /**
+             * Format: int32
+             * @description MinSpeed, in its own unit.
+             */
+            min_speed: number;
+            /**
+             * Format: int32
+             * @description StopLag, ms.
+             */
+            stop_lag: number;
+        };
+        /**
+         * @description How far a tuning is.
+         * @enum {string}
+         */
+        TuneWord: "running" | "done" | "ended";
         /** @description Bits without a name. */
         UnknownBits: {
             /**
@@ -3227,6 +3438,15 @@ export interface components {
                 output: string;
             };
         };
+        /** @description An output. */
+        ZoneOutputState: {
+            /** @description As commanded: open, on, any tone; `None` before the first command. */
+            on?: boolean | null;
+            /** @description Its id. */
+            output: string;
+            /** @description As reported. */
+            reported?: boolean | null;
+        };
         /** @description What a zone does. */
         ZonePhase: "quiet" | "alarm" | "coincidence" | "countdown" | "held" | {
             /** @description Released. */
@@ -3320,7 +3540,7 @@ export interface components {
          * @description A trouble.
          * @enum {string}
          */
-        ZoneTrouble: "detector_fault" | "detector_silent" | "detector_dirty" | "detector_stuck" | "path" | "contact_stuck" | "monitor_unreachable" | "monitor_failure" | "monitor_idle" | "not_closed" | "output_overdue" | "pump_failed" | "no_pressure" | "no_monitor";
+        ZoneTrouble: "detector_fault" | "detector_silent" | "detector_dirty" | "detector_stuck" | "path" | "contact_stuck" | "monitor_unreachable" | "monitor_failure" | "monitor_idle" | "not_closed" | "output_overdue" | "pump_overdue" | "pump_failed" | "no_pressure" | "no_monitor";
         /** @description A trouble in the list. */
         ZoneTroubleState: {
             /** @description It is there; else it is over and waits for a reset. */
@@ -3364,6 +3584,8 @@ export interface components {
             lockout: boolean;
             /** @description Monitors. */
             monitors: components["schemas"]["ZoneMonitorState"][];
+            /** @description Zone valves, test outlets, sounders, lamps. */
+            outputs: components["schemas"]["ZoneOutputState"][];
             /** @description Pumps. */
             pumps: components["schemas"]["PumpState"][];
             /** @description What the sounders of the site sound. */
@@ -3375,6 +3597,8 @@ export interface components {
         };
         /** @description The zones, their detectors and monitors. Times of `state` count from the start of the hub. */
         ZonesView: {
+            /** @description Places where bearings of detectors that report fire cross, by zone, those that are sure first. */
+            fires: components["schemas"]["FirePlace"][];
             /** @description The latest report of each detector since the start. */
             reported: {
                 [key: string]: components["schemas"]["DetectorReported"];
@@ -3404,6 +3628,7 @@ export type AuditPage = components['schemas']['AuditPage'];
 export type AuditRecord = components['schemas']['AuditRecord'];
 export type AuditState = components['schemas']['AuditState'];
 export type AuthorityChange = components['schemas']['AuthorityChange'];
+export type Banded = components['schemas']['Banded'];
 export type Basis = components['schemas']['Basis'];
 export type Both = components['schemas']['Both'];
 export type Bounds = components['schemas']['Bounds'];
@@ -3442,6 +3667,8 @@ export type EventPage = components['schemas']['EventPage'];
 export type Failed = components['schemas']['Failed'];
 export type Fault = components['schemas']['Fault'];
 export type FieldValue = components['schemas']['FieldValue'];
+export type FirePlace = components['schemas']['FirePlace'];
+export type FireStanding = components['schemas']['FireStanding'];
 export type Flight = components['schemas']['Flight'];
 export type GeneralStatus = components['schemas']['GeneralStatus'];
 export type Health = components['schemas']['Health'];
@@ -3454,6 +3681,7 @@ export type Id = components['schemas']['Id'];
 export type Ids = components['schemas']['Ids'];
 export type Info = components['schemas']['Info'];
 export type JetAsked = components['schemas']['JetAsked'];
+export type JetWind = components['schemas']['JetWind'];
 export type Jets = components['schemas']['Jets'];
 export type JogBeat = components['schemas']['JogBeat'];
 export type JogEnding = components['schemas']['JogEnding'];
@@ -3469,7 +3697,10 @@ export type LossWord = components['schemas']['LossWord'];
 export type MadeToken = components['schemas']['MadeToken'];
 export type Message = components['schemas']['Message'];
 export type ModbusBus = components['schemas']['ModbusBus'];
+export type ModbusDrives = components['schemas']['ModbusDrives'];
 export type ModbusErrors = components['schemas']['ModbusErrors'];
+export type ModbusOutput = components['schemas']['ModbusOutput'];
+export type ModbusOutputTrouble = components['schemas']['ModbusOutputTrouble'];
 export type ModbusProblem = components['schemas']['ModbusProblem'];
 export type ModbusReading = components['schemas']['ModbusReading'];
 export type ModbusSource = components['schemas']['ModbusSource'];
@@ -3480,6 +3711,7 @@ export type MotionWord = components['schemas']['MotionWord'];
 export type NewToken = components['schemas']['NewToken'];
 export type NewUser = components['schemas']['NewUser'];
 export type NoJet = components['schemas']['NoJet'];
+export type NoThrow = components['schemas']['NoThrow'];
 export type Note = components['schemas']['Note'];
 export type Now = components['schemas']['Now'];
 export type NozzleStatus = components['schemas']['NozzleStatus'];
@@ -3488,6 +3720,7 @@ export type Outcome = components['schemas']['Outcome'];
 export type ParamValue = components['schemas']['ParamValue'];
 export type Params = components['schemas']['Params'];
 export type Password = components['schemas']['Password'];
+export type Pending = components['schemas']['Pending'];
 export type PerSecond = components['schemas']['PerSecond'];
 export type Place = components['schemas']['Place'];
 export type Priority = components['schemas']['Priority'];
@@ -3544,8 +3777,12 @@ export type Subsystems = components['schemas']['Subsystems'];
 export type Switch = components['schemas']['Switch'];
 export type Tank = components['schemas']['Tank'];
 export type ThermoStatus = components['schemas']['ThermoStatus'];
+export type Thrown = components['schemas']['Thrown'];
 export type Token = components['schemas']['Token'];
 export type Totals = components['schemas']['Totals'];
+export type Tune = components['schemas']['Tune'];
+export type TunePair = components['schemas']['TunePair'];
+export type TuneWord = components['schemas']['TuneWord'];
 export type UnknownBits = components['schemas']['UnknownBits'];
 export type User = components['schemas']['User'];
 export type UserChange = components['schemas']['UserChange'];
@@ -3566,6 +3803,7 @@ export type ZoneModeChange = components['schemas']['ZoneModeChange'];
 export type ZoneMonitorState = components['schemas']['ZoneMonitorState'];
 export type ZoneNotReleased = components['schemas']['ZoneNotReleased'];
 export type ZoneOrder = components['schemas']['ZoneOrder'];
+export type ZoneOutputState = components['schemas']['ZoneOutputState'];
 export type ZonePhase = components['schemas']['ZonePhase'];
 export type ZoneRefusal = components['schemas']['ZoneRefusal'];
 export type ZoneRelease = components['schemas']['ZoneRelease'];

@@ -2,7 +2,7 @@
 // changes the displayed state of the monitor.
 import { HubError, NOT_LINKED, REPLAYED } from './errors';
 import { http } from './http';
-import { socket, type Answered } from './socket';
+import { type Answered, socket } from './socket';
 import { store } from './store';
 import type { ApiError, Authority, FrameSeen, Result, Valve } from './types';
 
@@ -80,10 +80,7 @@ class Commands {
   }
 
   authority(monitor: string, action: AuthorityAction, reason?: string): Promise<Authority> {
-    const send = () =>
-      socket
-        .ask({ type: 'authority', monitor, action, reason })
-        .then((answer) => answer.authority!);
+    const send = () => socket.ask({ type: 'authority', monitor, action, reason }).then((answer) => answer.authority!);
     return this.told(monitor, `authority ${action}`, {}, this.live(send));
   }
 
@@ -128,8 +125,12 @@ class Commands {
       let failed = 0;
       let tries = 1;
       let sentAgain = false;
+      // By HTTP it is only known that it was sent; what comes of it is reported by WebSocket, if that is there.
+      let sent: Results | null = null;
       const fail = (error: unknown) => {
         failed += 1;
+        if (sent && HubError.of(error).code === NOT_LINKED.code) return resolve(sent);
+        if (sent) return reject(HubError.of(error));
         if (failed === tries && sentAgain) reject(HubError.of(error));
         else again();
       };
@@ -137,7 +138,10 @@ class Commands {
         if (sentAgain) return;
         sentAgain = true;
         tries += 1;
-        overHttp().then(resolve, fail);
+        overHttp().then((results) => {
+          if (failed === 0 && outcomeOf(results).waiting) sent = results;
+          else resolve(results);
+        }, fail);
       };
       const timer = setTimeout(again, STOP_AGAIN_MS);
       socket
@@ -153,12 +157,7 @@ class Commands {
     });
   }
 
-  private async told<T>(
-    monitor: string | null,
-    what: string,
-    options: Options,
-    pending: Promise<T>,
-  ): Promise<T> {
+  private async told<T>(monitor: string | null, what: string, options: Options, pending: Promise<T>): Promise<T> {
     try {
       const result = await pending;
       if (!options.quiet) this.tell({ monitor, what, ...outcomeOf(result) });
@@ -186,9 +185,7 @@ export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed' | '
   if ('answers' in value) return { result: value as Result };
   if ('state' in value) return {};
   const all = Object.entries(value as Results);
-  const failed = all.flatMap(([monitor, one]) =>
-    'error' in one ? [{ monitor, error: new HubError(one.error) }] : [],
-  );
+  const failed = all.flatMap(([monitor, one]) => ('error' in one ? [{ monitor, error: new HubError(one.error) }] : []));
   if (failed.length > 0) return { failed };
   const waiting = all.flatMap(([monitor, one]) => ('pending' in one ? [monitor] : []));
   if (waiting.length > 0) return { waiting };

@@ -1,5 +1,6 @@
 // Trajectories of jets. The hub computes them with the monitor's own code; this file keeps the latest
 // answers and has at most one query for all monitors in flight, about what is displayed now.
+import type { JetWind, NoJet, NoThrow, Thrown } from './api';
 import { http } from './http';
 import { store } from './store';
 
@@ -9,11 +10,13 @@ export interface JetAsked {
   nozzle_mm: number;
   height_cm: number;
   elevation_arcmin: number;
+  /** As measured, l/s; null: not measured. */
+  flow_lps: number | null;
+  /** Null: not known. */
+  wind: JetWind | null;
   /** For the water that flows now, not for what would flow. */
   live: boolean;
 }
-
-export type NoJet = 'pressure' | 'pressure_unknown' | 'range' | 'angle' | 'elevation_unknown';
 
 export interface Flight {
   /** Level distance from the nozzle and height above it, m; time from the nozzle, s. */
@@ -29,6 +32,8 @@ export interface Jet {
   reach_m: number | null;
   flight: Flight | null;
   fault: NoJet | null;
+  throw: Thrown | null;
+  no_throw: NoThrow | null;
 }
 
 export interface Aimed {
@@ -72,7 +77,9 @@ export class Jets {
   /** The jet of a monitor; undefined until the hub has answered. */
   of(monitor: string, asked: JetAsked): Jet | undefined {
     const id = `${asked.live ? '' : USUAL}${monitor}`;
-    const key = [asked.pressure_datm, asked.nozzle_mm, asked.height_cm, asked.elevation_arcmin].join(' ');
+    const { pressure_datm, nozzle_mm, height_cm, elevation_arcmin, flow_lps, wind } = asked;
+    const air = wind ? [wind.along_mps, wind.left_mps] : [];
+    const key = [pressure_datm, nozzle_mm, height_cm, elevation_arcmin, flow_lps, ...air].join(' ');
     let slot = this.slots.get(id);
     if (!slot) this.slots.set(id, (slot = { asked, key: '', answer: null }));
     if (slot.key !== key) {

@@ -26,5 +26,7 @@ export function leftInWords({ stop, lockout, minutes }: Left): string {
   if (stop === null) return t('login.ended');
   if (!stop) return t('login.ended_nothing');
   if (!lockout) return t('login.ended_stop', { n: minutes });
-  return minutes > 90 ? t('login.ended_all_hours', { n: Math.floor(minutes / 60) }) : t('login.ended_all', { n: minutes });
+  return minutes > 90
+    ? t('login.ended_all_hours', { n: Math.floor(minutes / 60) })
+    : t('login.ended_all', { n: minutes });
 }

@@ -1,8 +1,8 @@
 // The user of this page, and what that user may do now: the one place that says why a control is disabled.
-import { t, type Key } from '../i18n';
+import { type Key, t } from '../i18n';
 import { session } from './me';
 import { store } from './store';
-import type { LinkFigures, Role } from './types';
+import type { FlagOf, LinkFigures, Role, SubsystemName } from './types';
 
 const RANK: Record<Role, number> = { observer: 0, operator: 1, engineer: 2, administrator: 3 };
 
@@ -21,7 +21,7 @@ export function inControl(monitor: string): boolean {
 }
 
 /** Whether a subsystem has a flag. */
-export function has(monitor: string, subsystem: string, flag: string): boolean {
+export function has<S extends SubsystemName>(monitor: string, subsystem: S, flag: FlagOf<S>): boolean {
   const status = store.get(`monitors/${monitor}/status`);
   return status?.subsystems[subsystem]?.flags.includes(flag) ?? false;
 }

@@ -175,9 +175,7 @@ export class Store {
     const offset = now_ms - Date.now();
     // The quickest message has the most accurate time; a drifting or changed clock is followed slowly.
     this.offset_ms =
-      this.offset_ms === 0 || Math.abs(offset - this.offset_ms) > 2000
-        ? offset
-        : Math.max(offset, this.offset_ms - 1);
+      this.offset_ms === 0 || Math.abs(offset - this.offset_ms) > 2000 ? offset : Math.max(offset, this.offset_ms - 1);
   }
 
   private merge(into: Map<string, unknown>, change: Change, shown: boolean): void {

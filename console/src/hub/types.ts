@@ -28,6 +28,13 @@ export interface SubsystemStatus {
   [field: string]: unknown;
 }
 
+/** A subsystem that has a state, and the flags of it: as the hub's description has them. */
+export type SubsystemName = keyof api.Subsystems;
+export type FlagOf<S extends SubsystemName> = NonNullable<api.Subsystems[S]>['flags'][number];
+
+/** Some flags of a subsystem. */
+export type FlagSet = { [S in SubsystemName]: { subsystem: S; flags: readonly FlagOf<S>[] } }[SubsystemName];
+
 export interface Status extends Omit<api.Status, 'subsystems' | 'resumes_ms'> {
   subsystems: Record<string, SubsystemStatus>;
   /** While Control is paused: when the program resumes (§3.1/3). Not in recordings. */
@@ -64,6 +71,10 @@ export interface Params extends Omit<api.Params, 'values'> {
 
 /** What a monitor executes by itself. */
 export type Program = api.Program;
+
+/** A drive that is being tuned, or was. */
+export type Tune = api.Tune;
+export type TunePair = api.TunePair;
 
 export interface Monitor extends Info {
   status: Status;
@@ -106,28 +117,30 @@ export type TopicOf<K extends string> = K extends 'hub'
       : K extends 'zones/configured'
         ? api.ZonesConfigured
         : K extends `alarms/${string}`
-      ? Alarm
-      : K extends `monitors/${string}/info`
-        ? Info
-        : K extends `monitors/${string}/status`
-          ? Status
-          : K extends `monitors/${string}/link`
-            ? Link
-            : K extends `monitors/${string}/authority`
-              ? Authority
-              : K extends `monitors/${string}/readiness`
-                ? Readiness
-                : K extends `monitors/${string}/limits`
-                  ? Limits | null
-                  : K extends `monitors/${string}/hotbeds`
-                    ? Hotbeds | null
-                    : K extends `monitors/${string}/params`
-                      ? Params
-                      : K extends `monitors/${string}/params_progress`
-                        ? Params['progress']
-                        : K extends `monitors/${string}/program`
-                          ? Program | null
-                          : unknown;
+          ? Alarm
+          : K extends `monitors/${string}/info`
+            ? Info
+            : K extends `monitors/${string}/status`
+              ? Status
+              : K extends `monitors/${string}/link`
+                ? Link
+                : K extends `monitors/${string}/authority`
+                  ? Authority
+                  : K extends `monitors/${string}/readiness`
+                    ? Readiness
+                    : K extends `monitors/${string}/limits`
+                      ? Limits | null
+                      : K extends `monitors/${string}/hotbeds`
+                        ? Hotbeds | null
+                        : K extends `monitors/${string}/params`
+                          ? Params
+                          : K extends `monitors/${string}/params_progress`
+                            ? Params['progress']
+                            : K extends `monitors/${string}/program`
+                              ? Program | null
+                              : K extends `monitors/${string}/tune`
+                                ? Tune
+                                : unknown;
 
 type Message = api.Message;
 type Of<K extends Message['type']> = Extract<Message, { type: K }>;

@@ -1,7 +1,7 @@
 // The zones as the hub's zone controller reports them. They are always those of now, also while a recording is shown:
 // a countdown does not wait. Times run on a clock that is not set, from the moment at which a report arrived.
-import { t, type Key } from '../i18n';
-import type { Role, ZoneConfigured, ZonesView, ZoneState } from './api';
+import { type Key, t } from '../i18n';
+import type { Role, ZoneConfigured, ZoneState, ZonesView } from './api';
 import { may } from './session';
 import { LINKED, store } from './store';
 
@@ -31,7 +31,9 @@ export type Time = 'release' | 'hold' | 'water' | 'mode';
 
 /** What is left of a time of a zone, `age_ms` after its report; null: it does not run. */
 export function leftOf(zone: ZoneState, time: Time, age_ms: number): number | null {
-  const left = { release: zone.left_ms, hold: zone.hold_left_ms, water: zone.water_left_ms, mode: zone.returns_in_ms }[time];
+  const left = { release: zone.left_ms, hold: zone.hold_left_ms, water: zone.water_left_ms, mode: zone.returns_in_ms }[
+    time
+  ];
   if (left == null) return null;
   const held = phaseOf(zone) === 'held';
   const stands = (time === 'release' && held) || (time === 'hold' && !held);
@@ -40,7 +42,7 @@ export function leftOf(zone: ZoneState, time: Time, age_ms: number): number | nu
 
 /** The zones in which water comes or runs, the most urgent first. */
 export function runningOf(view: ZonesView | null): ZoneState[] {
-  const rank = (zone: ZoneState) => RUNNING.findIndex((phase) => phase === phaseOf(zone));
+  const rank = (zone: ZoneState) => (RUNNING as readonly string[]).indexOf(phaseOf(zone));
   const left = (zone: ZoneState) => zone.left_ms ?? Infinity;
   const counts = (zone: ZoneState) => rank(zone) < RUNNING.indexOf('held');
   const byUrgency = (a: ZoneState, b: ZoneState) => {

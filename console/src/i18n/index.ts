@@ -1,6 +1,7 @@
 // Texts in two languages. Only the current one is loaded; changing it loads the other.
-import type en from './en';
+
 import type { Text } from '../hub/types';
+import type en from './en';
 
 export type Lang = 'en' | 'ru';
 export type Key = keyof typeof en;
@@ -42,9 +43,7 @@ export async function setLang(wanted: Lang): Promise<void> {
 export function t(key: Key, args?: Record<string, string | number>): string {
   const text = texts[key] ?? key;
   if (!args) return text;
-  return text.replace(/\{(\w+)\}/g, (whole, name: string) =>
-    name in args ? String(args[name]) : whole,
-  );
+  return text.replace(/\{(\w+)\}/g, (whole, name: string) => (name in args ? String(args[name]) : whole));
 }
 
 /** A text that the hub sends in both languages; also a plain one. */

@@ -1,5 +1,5 @@
 // Users, tokens, the user's own session, the hub, and the permissions of the roles.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
@@ -26,7 +26,9 @@ export class LfPageAdmin extends LitElement {
   }
 
   override render() {
-    const all: Tab[] = may('administrator') ? ['users', 'tokens', 'sessions', 'own', 'hub', 'roles'] : ['own', 'hub', 'roles'];
+    const all: Tab[] = may('administrator')
+      ? ['users', 'tokens', 'sessions', 'own', 'hub', 'roles']
+      : ['own', 'hub', 'roles'];
     return html`<div class="page">
       <header class="head"><h1>${t('admin.title')}</h1></header>
       <lf-tabbar
@@ -35,9 +37,11 @@ export class LfPageAdmin extends LitElement {
         .label=${t('admin.title')}
         @change=${(e: CustomEvent<Tab>) => (this.tab = e.detail)}
       ></lf-tabbar>
-      ${store.hello?.hub.login === false && (this.tab === 'users' || this.tab === 'own')
-        ? html`<div class="notice">${icon('info')} ${t('admin.no_login')}</div>`
-        : nothing}
+      ${
+        store.hello?.hub.login === false && (this.tab === 'users' || this.tab === 'own')
+          ? html`<div class="notice">${icon('info')} ${t('admin.no_login')}</div>`
+          : nothing
+      }
       ${this.renderTab()}
     </div>`;
   }

@@ -1,5 +1,5 @@
 // Alarms after ISA-18.2: those that need action, those shelved, the history.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { dictionary } from '../hub/dictionary';
@@ -18,8 +18,8 @@ import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
 import { filters, hashQuery, markStyle, monitorName, notice, priorityMark, whyNotHere } from './alarms/common';
 import './alarms/history';
-import { subsystemText } from './alarms/names';
 import { countOf, inOrder, matching, PRIORITIES, waits } from './alarms/model';
+import { subsystemText } from './alarms/names';
 import { askShelve } from './alarms/shelve';
 import { alarmStyle } from './alarms/style';
 
@@ -51,7 +51,10 @@ export class LfPageAlarms extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
   }
 
   override disconnectedCallback(): void {
@@ -64,7 +67,7 @@ export class LfPageAlarms extends LitElement {
     const counts = countOf(all);
     const shown = matching(all, { monitor: this.monitor, text: this.text }, lang());
     const tabs = [
-      { id: 'active', text: t('alarms.tab_active'), count: num(counts.active), urgent: counts.waiting > 0 },
+      { id: 'active', text: t('alarms.tab_active'), count: num(counts.active), urgent: counts.urgent },
       { id: 'shelved', text: t('alarms.tab_shelved'), count: num(counts.shelved) },
       { id: 'history', text: t('alarms.tab_history') },
     ];
@@ -80,11 +83,13 @@ export class LfPageAlarms extends LitElement {
         </div>
         ${this.renderAckAll(shown, all)}
       </header>
-      ${store.linked || store.source === 'replay'
-        ? nothing
-        : html`<div class="notice" role="status">
+      ${
+        store.linked || store.source === 'replay'
+          ? nothing
+          : html`<div class="notice" role="status">
             ${icon('unlinked')} ${t('alarms.unlinked', { time: time(store.lostAt_ms) })}
-          </div>`}
+          </div>`
+      }
       <div class="filters">${this.renderFilters()}</div>
       <lf-tabbar
         .tabs=${tabs}
@@ -92,12 +97,14 @@ export class LfPageAlarms extends LitElement {
         .label=${t('alarms.tabs')}
         @change=${(e: CustomEvent<Tab>) => (this.tab = e.detail)}
       ></lf-tabbar>
-      ${this.tab === 'history'
-        ? html`<lf-alarm-history .monitor=${this.monitor} .text=${this.text}></lf-alarm-history>`
-        : this.renderList(
-            shown.filter((alarm) => (alarm.state === 'shelved') === (this.tab === 'shelved')),
-            this.tab === 'shelved' ? counts.shelved : counts.active,
-          )}
+      ${
+        this.tab === 'history'
+          ? html`<lf-alarm-history .monitor=${this.monitor} .text=${this.text}></lf-alarm-history>`
+          : this.renderList(
+              shown.filter((alarm) => (alarm.state === 'shelved') === (this.tab === 'shelved')),
+              this.tab === 'shelved' ? counts.shelved : counts.active,
+            )
+      }
     </div>`;
   }
 
@@ -150,18 +157,22 @@ export class LfPageAlarms extends LitElement {
           (alarm) => this.renderAlarm(alarm),
         )}
       </ul>
-      ${shown.length > this.most
-        ? html`<lf-button id="more" @click=${() => (this.most += MOST)}
+      ${
+        shown.length > this.most
+          ? html`<lf-button id="more" @click=${() => (this.most += MOST)}
             >${t('alarms.show_more', { n: num(shown.length - this.most) })}</lf-button
           >`
-        : nothing}
-      ${first
-        ? html`<div class="fresh" role="status">
+          : nothing
+      }
+      ${
+        first
+          ? html`<div class="fresh" role="status">
             ${priorityMark(first.priority)}
             <span>${t('alarms.fresh', { n: num(fresh.length), what: `${first.monitor} · ${tt(first.what)}` })}</span>
             <span class="hint">${t('alarms.fresh_show')}</span>
           </div>`
-        : nothing}`;
+          : nothing
+      }`;
   }
 
   private renderBlank(count: number) {
@@ -170,7 +181,7 @@ export class LfPageAlarms extends LitElement {
         icon="search"
         .head=${t('alarms.none_match')}
         .text=${t('alarms.none_match_text', { n: num(count) })}
-        ><lf-button @click=${() => ((this.monitor = ''), (this.text = ''))}
+        ><lf-button @click=${this.showAll}
           >${t('alarms.show_all')}</lf-button
         ></lf-blank
       >`;
@@ -235,18 +246,22 @@ export class LfPageAlarms extends LitElement {
   private renderActs(alarm: Alarm) {
     const why = whyNotHere('operator');
     return html`<div class="acts">
-      ${waits(alarm)
-        ? html`<lf-button data-act="ack" icon="check" .why=${why} @click=${() => this.ack([alarm.id])}
+      ${
+        waits(alarm)
+          ? html`<lf-button data-act="ack" icon="check" .why=${why} @click=${() => this.ack([alarm.id])}
             >${t('alarms.do_ack')}</lf-button
           >`
-        : nothing}
-      ${alarm.state === 'shelved'
-        ? html`<lf-button data-act="unshelve" .why=${why} @click=${() => this.unshelve(alarm)}
+          : nothing
+      }
+      ${
+        alarm.state === 'shelved'
+          ? html`<lf-button data-act="unshelve" .why=${why} @click=${() => this.unshelve(alarm)}
             >${t('alarms.do_unshelve')}</lf-button
           >`
-        : html`<lf-button data-act="shelve" icon="clock" .why=${why} @click=${() => this.shelve(alarm)}
+          : html`<lf-button data-act="shelve" icon="clock" .why=${why} @click=${() => this.shelve(alarm)}
             ><span class="word">${t('alarms.do_shelve')}</span></lf-button
-          >`}
+          >`
+      }
     </div>`;
   }
 
@@ -269,10 +284,12 @@ export class LfPageAlarms extends LitElement {
       <div class="meta">
         <span>${t('alarms.flag', { flag: alarm.flag, subsystem: alarm.subsystem })}</span>
         ${ack ? html`<span>${t('alarms.acked_by', { user: ack.user, time: dateTime(ack.at_ms) })}</span>` : nothing}
-        ${monitor
-          ? html`<a href=${hrefOf('diagnosis', monitor)}>${t('alarms.to_diagnosis', { monitor })}</a>
+        ${
+          monitor
+            ? html`<a href=${hrefOf('diagnosis', monitor)}>${t('alarms.to_diagnosis', { monitor })}</a>
               <a href=${hrefOf('operate', monitor)}>${t('alarms.to_operate', { monitor })}</a>`
-          : nothing}
+            : nothing
+        }
       </div>
     </div>`;
   }
@@ -289,6 +306,11 @@ export class LfPageAlarms extends LitElement {
     clearTimeout(this.restTimer);
     this.restTimer = window.setTimeout(() => this.release(), REST_MS);
   }
+
+  private readonly showAll = (): void => {
+    this.monitor = '';
+    this.text = '';
+  };
 
   private release(): void {
     clearTimeout(this.restTimer);

@@ -1,5 +1,5 @@
 // What is wrong with a monitor, why, and what to try.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionary, dictionaryNow } from '../hub/dictionary';
 import { linkFigures } from '../hub/session';
@@ -15,7 +15,7 @@ import { notice } from './alarms/common';
 import './diagnosis/crash';
 import { flagStyle, renderFlag, SEVERITY_ICONS } from './diagnosis/flags';
 import './diagnosis/link';
-import { flagsOf, setFlags, tries, type Crash, type FlagSeen, type Try } from './diagnosis/model';
+import { type Crash, type FlagSeen, flagsOf, setFlags, type Try, tries } from './diagnosis/model';
 import './diagnosis/past';
 import { saveReport } from './diagnosis/report';
 
@@ -61,8 +61,8 @@ export class LfPageDiagnosis extends LitElement {
       .steps li {
         display: grid;
         grid-template-columns: 32px minmax(0, 1fr);
-        gap: 0 10px;
-        padding: 10px 0;
+        gap: 0 var(--s2);
+        padding: var(--s2) 0;
         border-top: 1px solid var(--line);
         line-height: 1.45;
         counter-increment: step;
@@ -90,7 +90,7 @@ export class LfPageDiagnosis extends LitElement {
       }
       .steps .from {
         grid-column: 2;
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
         overflow-wrap: anywhere;
       }
@@ -101,8 +101,8 @@ export class LfPageDiagnosis extends LitElement {
       .reason {
         display: grid;
         grid-template-columns: 28px minmax(0, 1fr);
-        gap: 10px;
-        padding: 10px 0;
+        gap: var(--s2);
+        padding: var(--s2) 0;
         border-top: 1px solid var(--line);
         line-height: 1.45;
       }
@@ -145,7 +145,10 @@ export class LfPageDiagnosis extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
   }
 
   override render() {
@@ -169,15 +172,19 @@ export class LfPageDiagnosis extends LitElement {
           >${t('diagnosis.report')}</lf-button
         >
       </header>
-      ${stale
-        ? html`<div class="notice" role="status">
+      ${
+        stale
+          ? html`<div class="notice" role="status">
             ${icon('clock')}
-            ${status?.at_ms
-              ? t('diagnosis.stale', { time: time(status.at_ms), age: age(store.now() - status.at_ms) })
-              : t('diagnosis.never')}
+            ${
+              status?.at_ms
+                ? t('diagnosis.stale', { time: time(status.at_ms), age: age(store.now() - status.at_ms) })
+                : t('diagnosis.never')
+            }
             ${tt(status?.error)}
           </div>`
-        : nothing}
+          : nothing
+      }
       <div class="body">
         <div class="column">
           ${this.renderReadiness(readiness, stale)} ${this.renderSet(flags, stale, never)}
@@ -207,17 +214,19 @@ export class LfPageDiagnosis extends LitElement {
           >${t(ready ? 'diagnosis.ready' : 'diagnosis.not_ready')}</lf-chip
         >
       </header>
-      ${reasons.length === 0
-        ? html`<p class="dim">${t('diagnosis.ready_text')}</p>`
-        : reasons.map(
-            (reason) => html`<div class="reason">
+      ${
+        reasons.length === 0
+          ? html`<p class="dim">${t('diagnosis.ready_text')}</p>`
+          : reasons.map(
+              (reason) => html`<div class="reason">
               ${icons(reason.severity)}
               <div>
                 <b>${tt(reason.what)}</b>
                 ${reason.code === 'flag' ? nothing : html`<div>${tt(reason.remedy)}</div>`}
               </div>
             </div>`,
-          )}
+            )
+      }
     </section>`;
   }
 
@@ -231,11 +240,14 @@ export class LfPageDiagnosis extends LitElement {
         <span class="dim">${never ? '—' : num(all.length)}</span>
       </header>
       <div class="flags">
-        ${major.length === 0
-          ? this.renderNoFaults(stale, never)
-          : major.map((flag) => renderFlag(flag, { where: true, full: true }))}
-        ${minor.length > 0
-          ? html`<lf-button
+        ${
+          major.length === 0
+            ? this.renderNoFaults(stale, never)
+            : major.map((flag) => renderFlag(flag, { where: true, full: true }))
+        }
+        ${
+          minor.length > 0
+            ? html`<lf-button
                 class="more"
                 kind="quiet"
                 icon=${this.minor ? 'up' : 'down'}
@@ -243,7 +255,8 @@ export class LfPageDiagnosis extends LitElement {
                 >${t('diagnosis.minor', { n: num(minor.length) })}</lf-button
               >
               ${this.minor ? minor.map((flag) => renderFlag(flag, { where: true, full: false })) : nothing}`
-          : nothing}
+            : nothing
+        }
       </div>
     </section>`;
   }
@@ -261,16 +274,18 @@ export class LfPageDiagnosis extends LitElement {
   private renderTries(todo: Try[]) {
     return html`<section class="card" id="try">
       <header><h2>${t('diagnosis.try')}</h2></header>
-      ${todo.length === 0
-        ? html`<p class="dim">${t('diagnosis.try_nothing')}</p>`
-        : html`<ol class="steps">
+      ${
+        todo.length === 0
+          ? html`<p class="dim">${t('diagnosis.try_nothing')}</p>`
+          : html`<ol class="steps">
             ${todo.map(
               (one) => html`<li class=${one.urgent ? 'urgent' : ''}>
                 <span>${one.text ? tt(one.text) : t(`diagnosis.try_${one.key!}`, { figure: one.from[0] ?? '' })}</span>
                 ${one.text && one.from[0] ? html`<span class="from">${one.from.join(', ')}</span>` : nothing}
               </li>`,
             )}
-          </ol>`}
+          </ol>`
+      }
     </section>`;
   }
 

@@ -1,11 +1,11 @@
 // The audit log and the events.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
 import { dateTime, lang, t, tt } from '../i18n';
-import { Blocks, type Block } from '../parts/blocks';
+import { type Block, Blocks } from '../parts/blocks';
 import '../parts/lf-blank';
 import '../parts/lf-button';
 import '../parts/lf-find';
@@ -14,9 +14,9 @@ import { base, card, fields, page } from '../theme/shared';
 import { failedNotice, filters, notice } from './alarms/common';
 import './events/log';
 import { HubError } from '../hub/errors';
-import { Happenings, type Happened } from './events/live';
-import { eventStyle } from './events/style';
 import { styled } from '../parts/styled';
+import { type Happened, Happenings } from './events/live';
+import { eventStyle } from './events/style';
 
 type Tab = 'log' | 'live';
 const ROW_PX = 49;
@@ -54,10 +54,7 @@ export class LfPageEvents extends LitElement {
     return html`<div class="page">
       <header class="head"><h1>${t('events.title')}</h1></header>
       <lf-tabbar
-        .tabs=${[
-          { id: 'log', text: t('events.tab_log') },
-          { id: 'live', text: t('events.tab_live') },
-        ]}
+        .tabs=${[{ id: 'log', text: t('events.tab_log') }, { id: 'live', text: t('events.tab_live') }]}
         .selected=${this.tab}
         .label=${t('events.tabs')}
         @change=${(e: CustomEvent<Tab>) => this.choose(e.detail)}
@@ -102,16 +99,15 @@ export class LfPageEvents extends LitElement {
           }}
         ></lf-find>
       </div>
-      ${this.error
-        ? failedNotice(t('events.failed', { what: this.error }), () => this.load())
-        : nothing}
-      ${events.length === 0
-        ? html`<lf-blank
+      ${this.error ? failedNotice(t('events.failed', { what: this.error }), () => this.load()) : nothing}
+      ${
+        events.length === 0
+          ? html`<lf-blank
             icon=${filtered ? 'search' : 'events'}
             .head=${t(filtered ? 'events.none_match' : 'events.live_none')}
             .text=${filtered ? '' : t('events.live_none_text')}
           ></lf-blank>`
-        : html`<section class="card log">
+          : html`<section class="card log">
             <p class="unseen" role="status">${lineOf(events[0]!)}</p>
             <div class="live" role="list" aria-label=${t('events.tab_live')}>
               ${repeat(
@@ -121,18 +117,24 @@ export class LfPageEvents extends LitElement {
               )}
             </div>
             <div class="foot">
-              ${next === null
-                ? html`<span class="small">${t('events.beginning')}</span>`
-                : html`<lf-button id="more" @click=${() => this.load(true)}>${t('events.more')}</lf-button>`}
+              ${
+                next === null
+                  ? html`<span class="small">${t('events.beginning')}</span>`
+                  : html`<lf-button id="more" @click=${() => this.load(true)}>${t('events.more')}</lf-button>`
+              }
             </div>
-          </section>`}`;
+          </section>`
+      }`;
   }
 
   private renderBlock({ key, from, items, near, height }: Block<Happened>, count: number) {
     if (!near) return html`<div data-block=${key} aria-hidden="true" ${styled({ height: `${height}px` })}></div>`;
     return html`<div data-block=${key} role="none">
       ${items.map(
-        (event, index) => html`<div class="event" role="listitem" aria-setsize=${count} aria-posinset=${from + index + 1}>
+        (
+          event,
+          index,
+        ) => html`<div class="event" role="listitem" aria-setsize=${count} aria-posinset=${from + index + 1}>
           <span class="dim">${dateTime(event.at_ms)}</span>
           <b>${whose(event)}</b>
           <span>${tt(event.what)}</span>

@@ -1,5 +1,5 @@
 // The protocol as it passes: frames as text and bytes, decoded, and requests typed by the user.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { dictionary, dictionaryNow } from '../hub/dictionary';
@@ -14,7 +14,7 @@ import { base, card, fields, page } from '../theme/shared';
 import { filters, notice, saveFile, stamp } from './alarms/common';
 import './diagnosis/link';
 import './inspector/decoded';
-import { Frames, lineOf, shownFrames, type FrameFilter, type Kept } from './inspector/frames';
+import { type FrameFilter, Frames, type Kept, lineOf, shownFrames } from './inspector/frames';
 import './inspector/list';
 import './inspector/sender';
 import type { LfRequestSender } from './inspector/sender';
@@ -71,7 +71,7 @@ export class LfPageInspector extends LitElement {
         flex-wrap: wrap;
         gap: 0 var(--s3);
         min-height: 20px;
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
       }
       .foot b {
@@ -117,7 +117,10 @@ export class LfPageInspector extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
     const { monitor } = this;
     if (!monitor) return;
     this.ends = [
@@ -149,19 +152,23 @@ export class LfPageInspector extends LitElement {
       <div class="body">
         <div class="left">
           <div class="filters">${this.renderFilters()}</div>
-          ${shown.length > 0
-            ? html`<lf-frame-list
+          ${
+            shown.length > 0
+              ? html`<lf-frame-list
                 .frames=${shown}
                 .selected=${this.chosen?.n ?? 0}
                 .label=${t('inspector.frames', { monitor })}
                 @choose=${(e: CustomEvent<number>) => (this.chosen = all.find((f) => f.n === e.detail) ?? null)}
               ></lf-frame-list>`
-            : this.renderBlank(all.length)}
+              : this.renderBlank(all.length)
+          }
           <div class="foot">
             <span>${t('inspector.count', { shown: num(shown.length), all: num(all.length) })}</span>
-            ${this.paused
-              ? html`<b>${t('inspector.paused', { n: num(this.frames.passed - this.paused.passed) })}</b>`
-              : nothing}
+            ${
+              this.paused
+                ? html`<b>${t('inspector.paused', { n: num(this.frames.passed - this.paused.passed) })}</b>`
+                : nothing
+            }
             ${this.missed > 0 ? html`<span>${t('inspector.missed', { n: num(this.missed) })}</span>` : nothing}
           </div>
         </div>
@@ -169,9 +176,11 @@ export class LfPageInspector extends LitElement {
           <section class="card">
             <header>
               <h2>${t('inspector.decoded')}</h2>
-              ${this.chosen?.direction === 'out'
-                ? html`<lf-button kind="quiet" icon="edit" @click=${this.repeat}>${t('inspector.repeat')}</lf-button>`
-                : nothing}
+              ${
+                this.chosen?.direction === 'out'
+                  ? html`<lf-button kind="quiet" icon="edit" @click=${this.repeat}>${t('inspector.repeat')}</lf-button>`
+                  : nothing
+              }
             </header>
             <lf-frame-decoded .frame=${this.chosen}></lf-frame-decoded>
           </section>
@@ -237,8 +246,9 @@ export class LfPageInspector extends LitElement {
 
   private renderBlank(hidden: number) {
     return html`<section class="card blank">
-      ${hidden > 0
-        ? html`<lf-blank
+      ${
+        hidden > 0
+          ? html`<lf-blank
             icon="search"
             .head=${t('inspector.none_match')}
             .text=${t('inspector.none_match_text', { n: num(hidden) })}
@@ -246,7 +256,8 @@ export class LfPageInspector extends LitElement {
               >${t('inspector.show_all')}</lf-button
             ></lf-blank
           >`
-        : html`<lf-blank icon="inspector" .head=${t('inspector.none')} .text=${t('inspector.none_text')}></lf-blank>`}
+          : html`<lf-blank icon="inspector" .head=${t('inspector.none')} .text=${t('inspector.none_text')}></lf-blank>`
+      }
     </section>`;
   }
 
@@ -276,7 +287,7 @@ export class LfPageInspector extends LitElement {
   };
 
   private save(shown: Kept[]): void {
-    const text = shown.map(lineOf).join('\n') + '\n';
+    const text = `${shown.map(lineOf).join('\n')}\n`;
     saveFile(`lafet-${this.monitor}-${stamp(store.now())}.txt`, 'text/plain;charset=utf-8', text);
   }
 

@@ -2,7 +2,7 @@
 import { html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { http } from '../hub/http';
-import { leftInWords, type Left } from '../hub/left';
+import { type Left, leftInWords } from '../hub/left';
 import type { Session } from '../hub/types';
 import { t } from '../i18n';
 import { icon } from '../parts/icons';

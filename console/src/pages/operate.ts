@@ -1,12 +1,12 @@
 // One monitor: its direction, pressure and flow, motion by hand, automatic programs.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { HubError } from '../hub/errors';
 import { has } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
-import { age, lang, t, tt, type Key } from '../i18n';
+import { age, type Key, lang, t, tt } from '../i18n';
 import type { QuenchSector } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-blank';
@@ -17,17 +17,17 @@ import { USUAL_PRESSURE_DATM } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
-import { show } from '../units';
 import { magnified } from '../theme/display';
 import { base, card } from '../theme/shared';
-import { aimAt, flows, SOLVED_MOST_MS, UNKNOWN, type Aimed } from './operate/aim';
+import { show } from '../units';
+import { type Aimed, aimAt, flows, SOLVED_MOST_MS, UNKNOWN } from './operate/aim';
 import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
 import { OnPlan } from './operate/on-plan';
 import { exists, limits, position, posture, whyNotWork } from './operate/state';
 import './operate/trends';
-import { valueOf } from './operate/value';
+import { readingOf } from './operate/value';
 import './operate/valves';
 
 const VIEW_KEY = 'lafet.view';
@@ -63,8 +63,8 @@ export class PageOperate extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 0 18px;
-        padding: 4px 14px;
+        gap: 0 var(--s3);
+        padding: var(--s1) var(--s25);
         --lf-value-width: 5.5ch;
         --lf-value-size: 22px;
       }
@@ -80,8 +80,8 @@ export class PageOperate extends LitElement {
       .ready {
         all: unset;
         cursor: pointer;
-        border-radius: 14px;
-        padding: 10px 0;
+        border-radius: var(--radius-round);
+        padding: var(--s2) 0;
       }
       .ready:focus-visible {
         outline: 3px solid var(--focus);
@@ -133,8 +133,8 @@ export class PageOperate extends LitElement {
         height: 0;
         min-height: 100%;
         overflow-y: auto;
-        padding: 4px;
-        margin: -4px;
+        padding: var(--s1);
+        margin: calc(-1 * var(--s1));
       }
       @container (min-width: 1500px) {
         .page {
@@ -182,7 +182,7 @@ export class PageOperate extends LitElement {
           clip-path: inset(50%);
         }
         .strip {
-          gap: 10px 20px;
+          gap: var(--s2) var(--s3);
           --lf-value-size: 20px;
           --lf-value-width: 5ch;
         }
@@ -275,17 +275,19 @@ export class PageOperate extends LitElement {
     const stale = store.stale(monitor);
     const age_ms = stale && status?.at_ms ? store.now() - status.at_ms : null;
     return html`<section class="card strip">
-      ${valueOf(monitor, 'angle', 'operate.horizontal', 'Horizontal')}
-      ${valueOf(monitor, 'angle', 'operate.vertical', 'Vertical')}
-      ${exists(monitor, 'Nozzle') ? valueOf(monitor, 'nozzle', 'operate.nozzle', 'Nozzle') : nothing}
-      ${valueOf(monitor, 'pressure', 'operate.pressure', 'General', 'pressure')}
-      ${valueOf(monitor, 'flow', 'operate.flow', 'General', 'flowrate')}
+      ${readingOf(monitor, 'angle', 'operate.horizontal', 'Horizontal')}
+      ${readingOf(monitor, 'angle', 'operate.vertical', 'Vertical')}
+      ${exists(monitor, 'Nozzle') ? readingOf(monitor, 'nozzle', 'operate.nozzle', 'Nozzle') : nothing}
+      ${readingOf(monitor, 'pressure', 'operate.pressure', 'General', 'pressure')}
+      ${readingOf(monitor, 'flow', 'operate.flow', 'General', 'flowrate')}
       <div class="chips">
-        ${age_ms !== null || stale
-          ? html`<lf-chip id="stale" kind="medium" icon="clock"
+        ${
+          age_ms !== null || stale
+            ? html`<lf-chip id="stale" kind="medium" icon="clock"
               >${age_ms === null ? t('operate.no_data') : t('operate.old', { age: age(age_ms) })}</lf-chip
             >`
-          : nothing}
+            : nothing
+        }
         ${stale ? nothing : html`${this.postureChip(stale)} ${this.readiness()}`}
       </div>
     </section>`;
@@ -308,9 +310,9 @@ export class PageOperate extends LitElement {
     const kind = faults.length === 0 ? 'normal' : alarm ? 'high' : 'medium';
     return html`<button class="ready" id="readiness" @click=${() => showReadiness(this.monitor, told)}>
       <lf-chip kind=${kind} icon=${faults.length ? (alarm ? 'alarm' : 'warning') : 'check'}
-        >${told.ready ? t('operate.ready') : t('operate.not_ready')}${faults.length
-          ? html`&nbsp;· ${faults.length}`
-          : nothing}</lf-chip
+        >${told.ready ? t('operate.ready') : t('operate.not_ready')}${
+          faults.length ? html`&nbsp;· ${faults.length}` : nothing
+        }</lf-chip
       >
     </button>`;
   }
@@ -325,7 +327,8 @@ export class PageOperate extends LitElement {
       html`<lf-button id=${tool} icon=${name} kind="quiet" toggle .on=${this.tool === tool} .why=${why} @click=${() => this.choose(tool)}
         ><span class="word">${text}</span></lf-button
       >`;
-    return html`${three
+    return html`${
+      three
         ? html`<lf-scene
             .site=${site}
             .monitors=${monitors}
@@ -346,12 +349,15 @@ export class PageOperate extends LitElement {
             @sector-change=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}
             @aim=${(e: CustomEvent<AimDetail>) => void this.aim(e.detail)}
             @select=${(e: CustomEvent<{ id: string }>) => (location.hash = `#/m/${e.detail.id}/operate`)}
-          ></lf-plan>`}
+          ></lf-plan>`
+    }
       <div class="tools">
-        ${three
-          ? nothing
-          : html`${choice('look', 'map', t('operate.look'))}
-            ${choice('aim', 'target', t('operate.aim'), whyNotWork(monitor, 'Horizontal'))}`}
+        ${
+          three
+            ? nothing
+            : html`${choice('look', 'map', t('operate.look'))}
+            ${choice('aim', 'target', t('operate.aim'), whyNotWork(monitor, 'Horizontal'))}`
+        }
         <lf-button icon=${three ? 'map' : 'cube'} kind="quiet" @click=${this.turnView}
           >${three ? t('operate.plan_view') : '3D'}</lf-button
         >
@@ -526,4 +532,3 @@ function showReadiness(monitor: string, told: Readiness): void {
           )}`,
   });
 }
-

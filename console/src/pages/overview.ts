@@ -1,20 +1,20 @@
 // All monitors: as cards beside the plan, as a table when there are many.
-import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { badText, reading } from '../hub/readings';
 import { has, inControl } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Alarm } from '../hub/types';
-import { age, plural, t, tt, type Key } from '../i18n';
+import { age, type Key, plural, t, tt } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-plan';
 import { standAlone } from '../parts/stand-alone';
 import { router } from '../shell/router';
 import { base, card, page, table } from '../theme/shared';
-import { show, type Quantity } from '../units';
+import { type Quantity, show } from '../units';
 import { OnPlan } from './operate/on-plan';
 import { exists, posture } from './operate/state';
-import { valueOf } from './operate/value';
+import { readingOf } from './operate/value';
 import './zones/strip';
 
 const VIEW_KEY = 'lafet.overview';
@@ -75,7 +75,7 @@ export class PageOverview extends LitElement {
       .one {
         display: grid;
         grid-template-columns: minmax(0, 1fr);
-        gap: 14px;
+        gap: var(--s25);
         color: inherit;
         text-decoration: none;
         box-shadow: var(--shadow);
@@ -86,12 +86,12 @@ export class PageOverview extends LitElement {
       }
       .one > header {
         margin: 0;
-        gap: 8px;
+        gap: var(--s2);
         flex-wrap: wrap;
       }
       .one > header .icon {
         color: var(--accent);
-        margin-right: -6px;
+        margin-right: calc(-1 * var(--s15));
         flex: none;
       }
       .one > header lf-chip {
@@ -105,7 +105,7 @@ export class PageOverview extends LitElement {
         display: flex;
         align-items: baseline;
         white-space: nowrap;
-        font-size: 20px;
+        font-size: var(--t-title);
         letter-spacing: -0.01em;
       }
       .one h2 b {
@@ -118,24 +118,24 @@ export class PageOverview extends LitElement {
         width: 0;
         overflow: hidden;
         text-overflow: ellipsis;
-        font-size: 14px;
+        font-size: var(--t-normal);
         font-weight: 500;
         color: var(--dim);
-        margin-left: 8px;
+        margin-left: var(--s2);
       }
       .values {
         display: grid;
         grid-template-columns: repeat(4, minmax(0, auto));
         justify-content: space-between;
-        gap: var(--s2) 12px;
-        --lf-value-size: var(--overview-value, var(--card-value, 22px));
+        gap: var(--s2) var(--s25);
+        --lf-value-size: var(--overview-value, var(--card-value, var(--t-head)));
         --lf-value-width: 0;
       }
       .foot {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 6px;
+        gap: var(--s15);
         min-height: 28px;
       }
       .alarmed {
@@ -155,7 +155,7 @@ export class PageOverview extends LitElement {
         font-weight: 650;
       }
       td {
-        padding-block: 2px;
+        padding-block: var(--s05);
       }
       .who {
         max-width: 220px;
@@ -172,13 +172,13 @@ export class PageOverview extends LitElement {
         }
         th,
         td {
-          padding-inline: 6px;
+          padding-inline: var(--s15);
         }
       }
       td .bad {
         display: inline-flex;
         align-items: center;
-        gap: 4px;
+        gap: var(--s1);
         color: var(--dim);
         text-decoration: line-through;
       }
@@ -274,16 +274,14 @@ export class PageOverview extends LitElement {
     return html`<a class="card one ${alarmed}" id="card-${id}" href="#/m/${id}/operate">
       <header>
         <h2 title=${name}><b>${id}</b><span>${name === id ? '' : name}</span></h2>
-        ${alarms.length
-          ? alarmChip(alarms, plural(alarms.length, 'topbar.alarms'))
-          : nothing}
+        ${alarms.length ? alarmChip(alarms, plural(alarms.length, 'topbar.alarms')) : nothing}
         ${readyChip(id)}${icon('right', 18)}
       </header>
       <div class="values">
-        ${valueOf(id, 'angle', 'operate.horizontal', 'Horizontal')}
-        ${valueOf(id, 'angle', 'operate.vertical', 'Vertical')}
-        ${valueOf(id, 'pressure', 'operate.pressure', 'General', 'pressure')}
-        ${valueOf(id, 'flow', 'operate.flow', 'General', 'flowrate')}
+        ${readingOf(id, 'angle', 'operate.horizontal', 'Horizontal')}
+        ${readingOf(id, 'angle', 'operate.vertical', 'Vertical')}
+        ${readingOf(id, 'pressure', 'operate.pressure', 'General', 'pressure')}
+        ${readingOf(id, 'flow', 'operate.flow', 'General', 'flowrate')}
       </div>
       <div class="foot">${holderChip(id)} ${doing(id)}</div>
     </a>`;
@@ -295,9 +293,9 @@ export class PageOverview extends LitElement {
       const bad = badText(subsystem, of);
       const kind = `${stale ? 'stale' : ''} ${bad ? 'bad' : ''}`;
       return html`<span class=${kind} title=${bad || nothing}
-        >${bad ? icon('warning', 14) : nothing}${show(quantity, of.value)}${bad
-          ? html`<span class="unseen">: ${bad}</span>`
-          : nothing}</span
+        >${bad ? icon('warning', 14) : nothing}${show(quantity, of.value)}${
+          bad ? html`<span class="unseen">: ${bad}</span>` : nothing
+        }</span
       >`;
     };
     return html`<section class="card tablecard">
@@ -330,9 +328,7 @@ export class PageOverview extends LitElement {
               <td class="num">${cell(stale, 'flow', id, 'General', 'flowrate')}</td>
               <td>${holderChip(id)}</td>
               <td>
-                ${alarms.length
-                  ? alarmChip(alarms, `${alarms.length}`)
-                  : nothing}
+                ${alarms.length ? alarmChip(alarms, `${alarms.length}`) : nothing}
               </td>
             </tr>`;
           })}
@@ -373,7 +369,8 @@ function doing(id: string) {
   if (has(id, 'Valve1', 'Open')) add('accent', 'water', t('operate.water'));
   if (exists(id, 'Valve2') && has(id, 'Valve2', 'Open')) add('accent', 'foam', t('operate.foam'));
   const now = posture(id);
-  if (now !== 'none' && now !== 'unknown') add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
+  if (now !== 'none' && now !== 'unknown')
+    add('normal', now === 'wrapped' ? 'wrap' : 'deploy', t(`operate.posture_${now}` as Key));
   return chips;
 }
 

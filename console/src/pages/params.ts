@@ -1,9 +1,9 @@
 // All parameters of a monitor: view, search, edit, write, save to a file, compare, restore.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { commands } from '../hub/commands';
-import { dictionary, type DictParam, type Dictionary } from '../hub/dictionary';
+import { type Dictionary, type DictParam, dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { linkFigures, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
@@ -14,7 +14,7 @@ import '../parts/lf-chip';
 import { confirmDialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
-import { FileError, fileName, fromText, toJson, toToml, type Backup } from './params/backup';
+import { type Backup, FileError, fileName, fromText, toJson, toToml } from './params/backup';
 import { download, opened } from './params/files';
 import './params/file-panel';
 import type { LfParamFile, OpenFile } from './params/file-panel';
@@ -22,7 +22,7 @@ import { readJournal, writeJournal } from './params/journal';
 import { groups, isDefault, isKept, matches, titleOf } from './params/model';
 import { pageStyle } from './params/page-style';
 import './params/row';
-import { editing, type Editing } from './params/state';
+import { type Editing, editing } from './params/state';
 import { showWire, wireShown } from './params/words';
 
 const FILTERS = ['all', 'edited', 'changed', 'unset', 'restart'] as const;
@@ -85,8 +85,9 @@ export class PageParams extends LitElement {
       </header>
       ${why ? html`<p class="look">${icon('info', 18)}<span>${t('params.look', { monitor })} ${why}.</span></p>` : nothing}
       ${this.notes()}
-      ${this.file && this.dictionary
-        ? html`<lf-param-file
+      ${
+        this.file && this.dictionary
+          ? html`<lf-param-file
             .file=${this.file}
             .dictionary=${this.dictionary}
             .editing=${now}
@@ -96,7 +97,8 @@ export class PageParams extends LitElement {
             @close=${() => (this.file = null)}
             @restore=${this.restore}
           ></lf-param-file>`
-        : nothing}
+          : nothing
+      }
       ${this.body(why)} ${this.foot(why)}
       <input hidden type="file" accept=".toml,.json,.txt" @change=${this.opened} />
     </div>`;
@@ -112,9 +114,7 @@ export class PageParams extends LitElement {
         ><span>${text}</span><progress max=${progress?.total ?? 1} .value=${progress?.done ?? 0}></progress
       ></span>`;
     }
-    const text = at_ms
-      ? t('params.read_at', { age: age(store.now() - at_ms) })
-      : t('params.never_read');
+    const text = at_ms ? t('params.read_at', { age: age(store.now() - at_ms) }) : t('params.never_read');
     return html`<span class="dim">${text}</span>`;
   }
 
@@ -137,14 +137,19 @@ export class PageParams extends LitElement {
   private notes() {
     const { editing: now, monitor } = this;
     const journal = this.file || now.busy ? null : readJournal(monitor);
-    return html`${this.failed
-      ? html`<p class="note bad">${icon('alarm')}${t('params.no_dictionary', { text: this.failed.text(lang()) })}</p>`
-      : nothing}
-    ${now.readError
-      ? html`<p class="note bad">${icon('alarm')}${t('params.read_failed', { text: now.readError.text(lang()) })}</p>`
-      : nothing}
-    ${journal
-      ? html`<p class="note">
+    return html`${
+      this.failed
+        ? html`<p class="note bad">${icon('alarm')}${t('params.no_dictionary', { text: this.failed.text(lang()) })}</p>`
+        : nothing
+    }
+    ${
+      now.readError
+        ? html`<p class="note bad">${icon('alarm')}${t('params.read_failed', { text: now.readError.text(lang()) })}</p>`
+        : nothing
+    }
+    ${
+      journal
+        ? html`<p class="note">
           ${icon('info')}
           <span class="grow"
             >${t('params.resume', { name: journal.name, age: age(Date.now() - journal.at_ms) })}</span
@@ -152,9 +157,11 @@ export class PageParams extends LitElement {
           <lf-button kind="quiet" @click=${this.forget}>${t('params.resume_forget')}</lf-button>
           <lf-button @click=${this.resume}>${t('params.resume_go')}</lf-button>
         </p>`
-      : nothing}
-    ${now.restart.size
-      ? html`<p class="note careful">
+        : nothing
+    }
+    ${
+      now.restart.size
+        ? html`<p class="note careful">
           ${icon('refresh')}
           <span class="grow">${t('params.restart_needed', { list: [...now.restart].join(', ') })}</span>
           <lf-button
@@ -163,7 +170,8 @@ export class PageParams extends LitElement {
             >${t('params.restart_now', { monitor })}</lf-button
           >
         </p>`
-      : nothing}`;
+        : nothing
+    }`;
   }
 
   private body(why: string) {
@@ -277,18 +285,22 @@ export class PageParams extends LitElement {
     const cannot = sound.length ? why || (now.busy ? t('params.busy') : '') : t('params.nothing_sound');
     return html`<footer class="foot">
       <span class="told" role="status"
-        >${writing
-          ? t('params.writing', { done: now.progress?.done ?? 0, total: now.progress?.total ?? 0 })
-          : plural(edited.length, 'params.edited')}${wrong
-          ? html`<span class="wrong">${icon('warning', 16)}${plural(wrong, 'params.invalid')}</span>`
-          : nothing}</span
+        >${
+          writing
+            ? t('params.writing', { done: now.progress?.done ?? 0, total: now.progress?.total ?? 0 })
+            : plural(edited.length, 'params.edited')
+        }${
+          wrong ? html`<span class="wrong">${icon('warning', 16)}${plural(wrong, 'params.invalid')}</span>` : nothing
+        }</span
       >
-      ${writing
-        ? html`<lf-button @click=${() => now.cancel()}>${t('params.stop_writing')}</lf-button>`
-        : html`<lf-button kind="quiet" @click=${() => now.discard()}>${t('params.discard')}</lf-button>
+      ${
+        writing
+          ? html`<lf-button @click=${() => now.cancel()}>${t('params.stop_writing')}</lf-button>`
+          : html`<lf-button kind="quiet" @click=${() => now.discard()}>${t('params.discard')}</lf-button>
             <lf-button kind="primary" .why=${cannot} @click=${() => this.write(sound)}
               >${plural(sound.length, 'params.write_n')}</lf-button
-            >`}
+            >`
+      }
     </footer>`;
   }
 

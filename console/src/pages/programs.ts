@@ -1,17 +1,17 @@
 // The programs and trajectories stored in a monitor: view, draw, store, run.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { dictionary, param, type Dictionary } from '../hub/dictionary';
+import { type Dictionary, dictionary, param } from '../hub/dictionary';
 import { linkFigures, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { age, num, plural, t } from '../i18n';
-import { bearingOf, placeAt, sectorOf, type Place, type QuenchSector, type Sector } from '../parts/geometry';
+import { bearingOf, type Place, placeAt, type QuenchSector, type Sector, sectorOf } from '../parts/geometry';
 import { icon } from '../parts/icons';
 import '../parts/lf-aim-chart';
 import type { LfAimChart, PointDetail, SectorDetail } from '../parts/lf-aim-chart';
 import '../parts/lf-button';
 import '../parts/lf-chip';
-import { planMonitor, type AimDetail, type PlanMonitor, type PlanPointDetail } from '../parts/lf-plan';
+import { type AimDetail, type PlanMonitor, type PlanPointDetail, planMonitor } from '../parts/lf-plan';
 import type { Direction } from '../parts/raster';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
@@ -22,9 +22,9 @@ import { jetOf } from './operate/on-plan';
 import { position } from './operate/state';
 import { FileError, fileName } from './params/backup';
 import { download, opened } from './params/files';
+import { outcomeLine, problemText } from './params/row';
 import type { Outcome } from './params/save';
 import { editing } from './params/state';
-import { outcomeLine, problemText } from './params/row';
 import { outcomeStyle } from './params/style';
 import { isFull, nozzleNote, pointTable, programForm } from './programs/forms';
 import {
@@ -32,6 +32,8 @@ import {
   factsOfProgram,
   fromFile,
   isEmpty,
+  type Kind,
+  type Point,
   pointsOf,
   problemOf,
   programOf,
@@ -40,12 +42,10 @@ import {
   toFile,
   valuesOfPoints,
   valuesOfProgram,
-  type Kind,
-  type Point,
   type Which,
 } from './programs/model';
 import './programs/run';
-import { drafts, every, limitsOf, titleText, type Drafts } from './programs/state';
+import { type Drafts, drafts, every, limitsOf, titleText } from './programs/state';
 import { programsStyle } from './programs/style';
 import { thumb } from './programs/thumb';
 
@@ -94,11 +94,13 @@ export class PagePrograms extends LitElement {
         ${this.headActs(why)}
       </header>
       ${why ? html`<p class="look">${icon('info', 18)}<span>${t('programs.look', { monitor })} ${why}.</span></p>` : nothing}
-      ${!this.dictionary
-        ? nothing
-        : known
-          ? html`<div class="columns">${this.list()} ${this.editor(why)} ${this.side()}</div>`
-          : this.unread()}
+      ${
+        !this.dictionary
+          ? nothing
+          : known
+            ? html`<div class="columns">${this.list()} ${this.editor(why)} ${this.side()}</div>`
+            : this.unread()
+      }
       <input hidden type="file" accept=".toml,.json,.txt" @change=${this.opened} />
     </div>`;
   }
@@ -121,11 +123,13 @@ export class PagePrograms extends LitElement {
     const unsaved = this.drafts.unsaved();
     const busy = editing(this.monitor).busy ? t('params.busy') : '';
     return html`<div class="acts">
-      ${unsaved.length > 1
-        ? html`<lf-button kind="primary" .why=${why || busy} @click=${() => this.store(unsaved)}
+      ${
+        unsaved.length > 1
+          ? html`<lf-button kind="primary" .why=${why || busy} @click=${() => this.store(unsaved)}
             >${plural(unsaved.length, 'programs.store_all')}</lf-button
           >`
-        : nothing}
+          : nothing
+      }
       <lf-button icon="upload" @click=${this.choose}>${t('programs.import')}</lf-button>
       <lf-button icon="download" title=${t('programs.export_hint')} .why=${nothingYet} @click=${() => this.save('toml')}
         >${t('programs.export')}</lf-button
@@ -310,11 +314,13 @@ export class PagePrograms extends LitElement {
         <lf-button icon="plus" .why=${full} @click=${() => this.addPoint(this.nextPoint(points))}
           >${t('programs.add_point')}</lf-button
         >
-        ${this.view === 'chart'
-          ? html`<lf-button toggle .on=${this.adding} .why=${full} @click=${() => (this.adding = !this.adding)}
+        ${
+          this.view === 'chart'
+            ? html`<lf-button toggle .on=${this.adding} .why=${full} @click=${() => (this.adding = !this.adding)}
               >${t('programs.add_by_press')}</lf-button
             >`
-          : nothing}
+            : nothing
+        }
       </div>
       ${pointTable({
         points,
@@ -335,9 +341,11 @@ export class PagePrograms extends LitElement {
     const outcome = this.outcomes.get(titleFor(which));
     return html`<footer>
       <div class="told">
-        ${outcome && found
-          ? outcomeLine(found, outcome)
-          : html`<span class="dim">${unsaved ? t('programs.unsaved') : t('programs.stored_same')}</span>`}
+        ${
+          outcome && found
+            ? outcomeLine(found, outcome)
+            : html`<span class="dim">${unsaved ? t('programs.unsaved') : t('programs.stored_same')}</span>`
+        }
       </div>
       <lf-button kind="quiet" .why=${empty ? t('programs.why_empty') : ''} @click=${this.duplicate}
         >${t('programs.duplicate')}</lf-button
@@ -543,7 +551,10 @@ export class PagePrograms extends LitElement {
       }
       this.turn += 1;
       const n = num(found.size);
-      toast({ kind: 'info', text: plural(found.size, 'programs.imported').replace('{name}', file.name).replace('{n}', n) });
+      toast({
+        kind: 'info',
+        text: plural(found.size, 'programs.imported').replace('{name}', file.name).replace('{n}', n),
+      });
     } catch (cause) {
       if (!(cause instanceof FileError)) throw cause;
       const text = t('params.file_wrong', { name: file.name });
@@ -560,4 +571,3 @@ function remembered(): Which {
     return { kind: 'Program', number: 0 };
   }
 }
-

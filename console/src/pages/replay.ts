@@ -1,10 +1,10 @@
 // Recordings and the history, played on the pages for live values.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
-import { replay, type Recording } from '../hub/replay';
+import { type Recording, replay } from '../hub/replay';
 import { may } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { dateTime, lang, num, t } from '../i18n';
@@ -14,12 +14,12 @@ import '../parts/lf-chip';
 import '../parts/lf-plan';
 import { span } from '../parts/lf-timeline';
 import { standAlone } from '../parts/stand-alone';
-import { partsOf } from './alarms/model';
-import { subsystemText, titleOf } from './alarms/names';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { hrefOf, PAGES } from '../shell/router';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page, table } from '../theme/shared';
+import { partsOf } from './alarms/model';
+import { subsystemText, titleOf } from './alarms/names';
 import { OnPlan } from './operate/on-plan';
 
 const UPLOAD_MAX = 64 * 1024 * 1024;
@@ -54,12 +54,12 @@ export class PageReplay extends LitElement {
       .scroll {
         position: relative;
         overflow-x: auto;
-        margin: 0 -16px -16px;
+        margin: 0 calc(-1 * var(--s3)) calc(-1 * var(--s3));
       }
       td .row {
         justify-content: flex-end;
         flex-wrap: nowrap;
-        gap: 4px;
+        gap: var(--s1);
       }
       td {
         white-space: nowrap;
@@ -70,17 +70,17 @@ export class PageReplay extends LitElement {
       }
       td,
       th {
-        padding-inline: 8px;
+        padding-inline: var(--s2);
       }
       th:first-child,
       td:first-child {
-        padding-left: 16px;
+        padding-left: var(--s3);
       }
       td:last-child {
-        padding-right: 16px;
+        padding-right: var(--s3);
       }
       .empty {
-        padding: var(--s4) 16px;
+        padding: var(--s4) var(--s3);
         color: var(--dim);
       }
       form {
@@ -108,14 +108,14 @@ export class PageReplay extends LitElement {
       .links {
         display: flex;
         flex-direction: column;
-        gap: 4px;
+        gap: var(--s1);
       }
       .links a {
         display: flex;
         align-items: center;
-        gap: 12px;
+        gap: var(--s25);
         min-height: var(--touch);
-        padding: 4px 12px;
+        padding: var(--s1) var(--s25);
         border-radius: var(--radius);
         color: var(--text);
         text-decoration: none;
@@ -151,8 +151,8 @@ export class PageReplay extends LitElement {
           display: grid;
           grid-template-columns: minmax(0, 1fr) auto auto;
           align-items: center;
-          gap: 4px 12px;
-          padding: 10px 16px;
+          gap: var(--s1) var(--s25);
+          padding: var(--s2) var(--s3);
           border-bottom: 1px solid var(--line);
         }
         tbody td {
@@ -201,7 +201,10 @@ export class PageReplay extends LitElement {
     replay.addEventListener('change', this.changed);
     this.from ||= localTime(store.now() - 15 * 60_000);
     void this.refresh();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
     this.timer = window.setInterval(() => replay.phase === 'off' && void this.refresh(), REFRESH_MS);
   }
 
@@ -498,7 +501,9 @@ export class PageReplay extends LitElement {
 /** Name of the alarm; with its monitor, if the recording has several. */
 function alarmText({ alarm, monitors }: Recording): string {
   const { monitor, subsystem } = partsOf(alarm ?? '');
-  return [monitors.length > 1 ? monitor : '', subsystemText(subsystem), titleOf(alarm ?? '')].filter(Boolean).join(' · ');
+  return [monitors.length > 1 ? monitor : '', subsystemText(subsystem), titleOf(alarm ?? '')]
+    .filter(Boolean)
+    .join(' · ');
 }
 
 function download(path: string, name: string): void {

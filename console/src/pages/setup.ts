@@ -14,11 +14,13 @@ export class PageSetup extends Entrance {
   override render() {
     return html`<form class="box" novalidate aria-label=${t('setup.title')} @submit=${this.submit}>
       ${this.head(t('setup.title'))}
-      ${this.token
-        ? html`<p>${t('setup.text')}</p>
+      ${
+        this.token
+          ? html`<p>${t('setup.text')}</p>
             ${this.userField()} ${this.secretField('password', t('setup.password'), 'new-password', false)}
             ${this.secretField('again', t('setup.again'), 'new-password')} ${this.foot(t('setup.create'))}`
-        : html`<p>${t('setup.no_token')}</p>`}
+          : html`<p>${t('setup.no_token')}</p>`
+      }
     </form>`;
   }
 

@@ -1,5 +1,5 @@
 // Exercises on the simulated site: choose one, inject faults, see the result.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
@@ -11,19 +11,19 @@ import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-chip';
 import '../parts/lf-plan';
-import { planMonitor, type AimDetail } from '../parts/lf-plan';
-import { fireTitle } from '../parts/plan/model';
+import { type AimDetail, planMonitor } from '../parts/lf-plan';
 import { span } from '../parts/lf-timeline';
+import { fireTitle } from '../parts/plan/model';
 import { standAlone } from '../parts/stand-alone';
 import { dialog } from '../shell/dialog';
 import { hrefOf } from '../shell/router';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
 import { jetOf } from './operate/on-plan';
-import { ordered, type Check, type Scenario, type SimState, type Simulation } from './training/model';
+import { type Check, ordered, type Scenario, type SimState, type Simulation } from './training/model';
 import './training/faults';
-import { pageStyle } from './training/style';
 import { styled } from '../parts/styled';
+import { pageStyle } from './training/style';
 
 const SPEEDS = [0.5, 1, 2, 5, 10];
 const KINDS = ['pool', 'pile', 'spray'] as const;
@@ -80,13 +80,15 @@ export class PageTraining extends LitElement {
         ${sim ? this.head(sim) : nothing}
       </header>
       ${this.error ? html`<p class="error" role="alert">${this.error}</p>` : nothing}
-      ${this.off
-        ? html`<section class="card empty">${icon('simulation', 28)}<p>${t('training.off')}</p></section>`
-        : sim && this.simulation
-          ? this.body(sim)
-          : this.error
-            ? nothing
-            : html`<p class="dim" aria-busy="true">${t('shell.loading')}</p>`}
+      ${
+        this.off
+          ? html`<section class="card empty">${icon('simulation', 28)}<p>${t('training.off')}</p></section>`
+          : sim && this.simulation
+            ? this.body(sim)
+            : this.error
+              ? nothing
+              : html`<p class="dim" aria-busy="true">${t('shell.loading')}</p>`
+      }
     </div>`;
   }
 
@@ -206,11 +208,13 @@ export class PageTraining extends LitElement {
     return html`<section class="card score">
       <header><h2>${t('training.score')}</h2></header>
       <div class="counts">${count(passed, 'passed')} ${count(failed, 'failed')} ${count(open, 'open')}</div>
-      ${checks.length
-        ? html`<ul>
+      ${
+        checks.length
+          ? html`<ul>
             ${ordered(checks).map((check) => this.check(check))}
           </ul>`
-        : html`<p class="dim">${t('training.no_checks')}</p>`}
+          : html`<p class="dim">${t('training.no_checks')}</p>`
+      }
     </section>`;
   }
 
@@ -380,4 +384,3 @@ function save(path: string, name: string): void {
   link.download = name;
   link.click();
 }
-

@@ -6,8 +6,8 @@ export const chartStyle = css`
     position: relative;
     min-height: 180px;
     overflow: hidden;
-    background: var(--p-surface);
-    border-radius: var(--radius, 8px);
+    background: var(--surface);
+    border-radius: var(--radius);
     contain: content;
   }
   :host > svg {
@@ -24,8 +24,8 @@ export const chartStyle = css`
     cursor: crosshair;
   }
   text {
-    font: 500 12px system-ui, sans-serif;
-    fill: var(--p-dim);
+    font: 500 var(--t-small) system-ui, sans-serif;
+    fill: var(--dim);
     text-anchor: middle;
     font-variant-numeric: tabular-nums;
     pointer-events: none;
@@ -35,16 +35,16 @@ export const chartStyle = css`
   }
   .grid,
   .axis {
-    stroke: var(--p-line);
+    stroke: var(--line);
     fill: none;
     opacity: 0.55;
   }
   .axis {
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     opacity: 0.7;
   }
   .hatch {
-    stroke: var(--p-line);
+    stroke: var(--line);
     stroke-width: 2;
   }
   .beyond {
@@ -53,30 +53,30 @@ export const chartStyle = css`
   }
   .limits {
     fill: none;
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     stroke-dasharray: 6 4;
   }
   .sector {
-    fill: var(--p-accent);
+    fill: var(--accent);
     fill-opacity: 0.1;
-    stroke: var(--p-accent);
+    stroke: var(--accent);
     stroke-dasharray: 3 4;
     cursor: move;
   }
   .way {
     fill: none;
-    stroke: var(--p-water);
+    stroke: var(--water);
     stroke-width: 2.5;
     stroke-linejoin: round;
     pointer-events: none;
   }
   .route {
-    stroke: var(--p-accent);
+    stroke: var(--accent);
     stroke-width: 2.5;
   }
   .arrow,
   .begin {
-    fill: var(--p-water);
+    fill: var(--water);
     pointer-events: none;
   }
   .grip,
@@ -88,36 +88,36 @@ export const chartStyle = css`
     fill: transparent;
   }
   .grip .knob {
-    fill: var(--p-surface);
-    stroke: var(--p-accent);
+    fill: var(--surface);
+    stroke: var(--accent);
     stroke-width: 2.5;
   }
   .grip.move .knob {
-    fill: var(--p-accent);
-    stroke: var(--p-surface);
+    fill: var(--accent);
+    stroke: var(--surface);
   }
   .point .knob {
-    fill: var(--p-surface);
-    stroke: var(--p-accent);
+    fill: var(--surface);
+    stroke: var(--accent);
     stroke-width: 2;
   }
   .point text {
-    fill: var(--p-text);
+    fill: var(--text);
     font-weight: 650;
   }
   .point.selected .knob {
-    fill: var(--p-accent);
+    fill: var(--accent);
   }
   .point.selected text {
-    fill: var(--p-on-accent);
+    fill: var(--on-accent);
   }
   .point.bad .knob {
-    stroke: var(--p-medium);
+    stroke: var(--medium);
     stroke-dasharray: 4 3;
   }
   .grip:focus-visible .hit,
   .point:focus-visible .hit {
-    stroke: var(--p-focus);
+    stroke: var(--focus);
     stroke-width: 3;
   }
   .barrel {
@@ -126,14 +126,14 @@ export const chartStyle = css`
   .barrel circle,
   .barrel path {
     fill: none;
-    stroke: var(--p-text);
+    stroke: var(--text);
     stroke-width: 2;
   }
   .barrel text {
-    fill: var(--p-text);
+    fill: var(--text);
     font-weight: 600;
     paint-order: stroke;
-    stroke: var(--p-surface);
+    stroke: var(--surface);
     stroke-width: 4px;
   }
   .barrel.stale {
@@ -144,18 +144,18 @@ export const chartStyle = css`
     right: 8px;
     top: 8px;
     display: flex;
-    border: 1px solid var(--p-line);
-    border-radius: var(--radius, 8px);
-    background: var(--p-surface);
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+    background: var(--surface);
     overflow: hidden;
   }
   .zoom button {
     width: 48px;
     height: 48px;
     border: 0;
-    border-left: 1px solid var(--p-line);
+    border-left: 1px solid var(--line);
     background: none;
-    color: var(--p-text);
+    color: var(--text);
     cursor: pointer;
     display: grid;
     place-items: center;
@@ -164,10 +164,10 @@ export const chartStyle = css`
     border-left: 0;
   }
   .zoom button:hover {
-    background: var(--p-raised);
+    background: var(--surface-2);
   }
   .zoom button:focus-visible {
-    outline: 3px solid var(--p-focus);
+    outline: 3px solid var(--focus);
     outline-offset: -3px;
   }
   .zoom svg {

@@ -59,7 +59,10 @@ export class Blocks<T> implements ReactiveController {
     // A focus change between two elements of a shadow tree is not visible outside; the same listener is added once.
     this.host.renderRoot.addEventListener('focusin', this.focus);
     const found = new Map(
-      [...this.host.renderRoot.querySelectorAll('[data-block]')].map((one) => [one, Number(one.getAttribute('data-block'))]),
+      [...this.host.renderRoot.querySelectorAll('[data-block]')].map((one) => [
+        one,
+        Number(one.getAttribute('data-block')),
+      ]),
     );
     if (!found.size && !this.observer) return;
     this.observer ??= new IntersectionObserver(this.seen, { root: scrollerOf(this.host), rootMargin: `${AHEAD} 0px` });
@@ -139,7 +142,11 @@ export function divided(count: number, anchor: number): { key: number; from: num
 
 /** What scrolls it; null: the window. */
 function scrollerOf(element: Element): Element | null {
-  for (let at: Node | null = element; at; at = at instanceof ShadowRoot ? at.host : (at as Element).assignedSlot ?? at.parentNode) {
+  for (
+    let at: Node | null = element;
+    at;
+    at = at instanceof ShadowRoot ? at.host : ((at as Element).assignedSlot ?? at.parentNode)
+  ) {
     if (at instanceof Element && at !== element && /auto|scroll/.test(getComputedStyle(at).overflowY)) return at;
   }
   return null;

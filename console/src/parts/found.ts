@@ -1,7 +1,16 @@
 // Distance of a found fire spot: a detector reports a direction, not a distance. It follows from the
 // tank in that direction, or from the height of the nozzle above the ground and the angle at which the
 // foot of the fire is seen. The flatter the angle, the larger the effect of a wrong height.
-import { bearingOf, bearingTo, DISTANCE_MAX_M, distanceTo, placeAt, signedDegrees, type Place, type Tank } from './geometry';
+import {
+  bearingOf,
+  bearingTo,
+  DISTANCE_MAX_M,
+  distanceTo,
+  type Place,
+  placeAt,
+  signedDegrees,
+  type Tank,
+} from './geometry';
 
 /** As in the answer to GetHotbed: arc-minutes. */
 export interface HotbedBox {
@@ -105,7 +114,9 @@ export function spotsOf(all: readonly Seen[]): Spot[] {
     all.slice(index + 1).flatMap((b) => {
       const at = a.id === b.id ? null : crossing(a, b);
       if (!at) return [];
-      const off = [a, b].map((one) => (one.distance_m === null ? 0 : Math.abs(distanceTo(one.at, at) - one.distance_m)));
+      const off = [a, b].map((one) =>
+        one.distance_m === null ? 0 : Math.abs(distanceTo(one.at, at) - one.distance_m),
+      );
       return Math.max(...off) > SAME_FIRE_M * 2 ? [] : [{ at, by: [a, b], off: off[0]! + off[1]! }];
     }),
   );

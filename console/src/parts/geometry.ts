@@ -54,10 +54,7 @@ export function distanceTo(from: Place, to: Place): number {
 }
 
 export function placeAt(from: Place, bearing: number, distance_m: number): Place {
-  return [
-    from[0] + Math.sin(bearing * RADIANS) * distance_m,
-    from[1] + Math.cos(bearing * RADIANS) * distance_m,
-  ];
+  return [from[0] + Math.sin(bearing * RADIANS) * distance_m, from[1] + Math.cos(bearing * RADIANS) * distance_m];
 }
 
 /** Angle of the line of sight to something `rise_m` higher than the nozzle. */
@@ -211,7 +208,7 @@ export interface View {
   scale: number;
 }
 
-export function fit(box: Box, width: number, height: number, margin: number): View {
+export function viewOf(box: Box, width: number, height: number, margin: number): View {
   const across = Math.max(width - 2 * margin, 40) / (box.east - box.west);
   const up = Math.max(height - 2 * margin, 40) / (box.north - box.south);
   return {
@@ -222,17 +219,11 @@ export function fit(box: Box, width: number, height: number, margin: number): Vi
 }
 
 export function toScreen(view: View, width: number, height: number, place: Place): Place {
-  return [
-    width / 2 + (place[0] - view.east) * view.scale,
-    height / 2 - (place[1] - view.north) * view.scale,
-  ];
+  return [width / 2 + (place[0] - view.east) * view.scale, height / 2 - (place[1] - view.north) * view.scale];
 }
 
 export function toSite(view: View, width: number, height: number, point: Place): Place {
-  return [
-    view.east + (point[0] - width / 2) / view.scale,
-    view.north - (point[1] - height / 2) / view.scale,
-  ];
+  return [view.east + (point[0] - width / 2) / view.scale, view.north - (point[1] - height / 2) / view.scale];
 }
 
 /** Zooms so that what is under the point stays there. */

@@ -16,10 +16,7 @@ export interface Holding {
 }
 
 /** The messages for a change of the held drives; ends come first. */
-export function changes(
-  from: Holding,
-  to: Holding,
-): { ended: HoldDetail[]; begun: HoldDetail[] } {
+export function changes(from: Holding, to: Holding): { ended: HoldDetail[]; begun: HoldDetail[] } {
   const ended: HoldDetail[] = [];
   const begun: HoldDetail[] = [];
   for (const drive of ['Horizontal', 'Vertical', 'Nozzle'] as const) {

@@ -1,13 +1,14 @@
 // Where the barrel points, as it sees the world: bearing across, elevation up; limits, a sector with
 // the way of the jet over it, points of a trajectory, and where the barrel is. Drawn things are
 // dragged, or moved with the arrow keys.
-import { LitElement, html, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyValues, svg, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { magnified, placeIn } from '../theme/display';
-import { ANGLE_MOST, pulled, whole, type SectorDetail, type SectorGrip } from './lf-aim-chart-model';
 import { chartStyle } from './aim-chart-style';
-import { partStyle, emit } from './part-style';
-import { areaOf, inLimits, isInside, passOver, type Direction, type DriveLimits, type Sector } from './raster';
+import { ANGLE_MOST, pulled, type SectorDetail, type SectorGrip, whole } from './lf-aim-chart-model';
+import { emit, partStyle } from './part-style';
+import { areaOf, type Direction, type DriveLimits, inLimits, isInside, passOver, type Sector } from './raster';
 import { angleText, Words } from './words';
 
 export type { SectorDetail } from './lf-aim-chart-model';
@@ -38,35 +39,22 @@ const DRAG_LEAST_PX = 4;
 const KEY_ARCMIN = 30;
 const KEY_FAR_ARCMIN = 300;
 
+@customElement('lf-aim-chart')
 export class LfAimChart extends LitElement {
-  static override properties = {
-    limits: { attribute: false },
-    barrel: { attribute: false },
-    stale: { type: Boolean, reflect: true },
-    sector: { attribute: false },
-    points: { attribute: false },
-    selected: { type: Number },
-    repeat: { type: Boolean },
-    adding: { type: Boolean, reflect: true },
-    subject: {},
-    view: { state: true },
-    size: { state: true },
-  };
-
-  declare limits: DriveLimits | null;
-  declare barrel: Direction | null;
-  declare stale: boolean;
-  declare sector: Sector | null;
-  declare points: readonly Direction[];
-  declare selected: number;
+  @property({ attribute: false }) limits: DriveLimits | null = null;
+  @property({ attribute: false }) barrel: Direction | null = null;
+  @property({ type: Boolean, reflect: true }) stale: boolean = false;
+  @property({ attribute: false }) sector: Sector | null = null;
+  @property({ attribute: false }) points: readonly Direction[] = [];
+  @property({ type: Number }) selected: number = -1;
   /** From the last point the way goes back to the first. */
-  declare repeat: boolean;
+  @property({ type: Boolean }) repeat: boolean = false;
   /** A press where nothing is adds a point: `point-add`. */
-  declare adding: boolean;
+  @property({ type: Boolean, reflect: true }) adding: boolean = false;
   /** What is shown; when it changes, the view is fitted again. */
-  declare subject: string;
-  declare view: View | null;
-  declare size: [number, number];
+  @property() subject: string = '';
+  @state() view: View | null = null;
+  @state() size: [number, number] = [0, 0];
 
   private drag: Drag | null = null;
   private observer?: ResizeObserver;
@@ -74,17 +62,6 @@ export class LfAimChart extends LitElement {
   constructor() {
     super();
     new Words(this);
-    this.limits = null;
-    this.barrel = null;
-    this.stale = false;
-    this.sector = null;
-    this.points = [];
-    this.selected = -1;
-    this.repeat = false;
-    this.adding = false;
-    this.subject = '';
-    this.view = null;
-    this.size = [0, 0];
   }
 
   static override styles = [partStyle, chartStyle];
@@ -207,8 +184,16 @@ export class LfAimChart extends LitElement {
     // Grips of a narrow sector would overlap: they are moved apart.
     const away = 26;
     const [dx, dy] = [
-      grip === 'left' ? -Math.max(0, away - (width / 2) * this.view!.scale) : grip === 'right' ? Math.max(0, away - (width / 2) * this.view!.scale) : 0,
-      grip === 'top' ? -Math.max(0, away - (height / 2) * this.view!.scale) : grip === 'bottom' ? Math.max(0, away - (height / 2) * this.view!.scale) : 0,
+      grip === 'left'
+        ? -Math.max(0, away - (width / 2) * this.view!.scale)
+        : grip === 'right'
+          ? Math.max(0, away - (width / 2) * this.view!.scale)
+          : 0,
+      grip === 'top'
+        ? -Math.max(0, away - (height / 2) * this.view!.scale)
+        : grip === 'bottom'
+          ? Math.max(0, away - (height / 2) * this.view!.scale)
+          : 0,
     ];
     const text =
       grip === 'move'
@@ -308,7 +293,7 @@ export class LfAimChart extends LitElement {
     const index = found && /^\d+$/.test(found) ? Number(found) : null;
     this.drag = {
       pointer: event.pointerId,
-      what: index ?? ((found as SectorGrip | undefined) ?? 'pan'),
+      what: index ?? (found as SectorGrip | undefined) ?? 'pan',
       from: [event.clientX, event.clientY],
       view: this.view,
       sector: this.sector,
@@ -351,7 +336,13 @@ export class LfAimChart extends LitElement {
     emit<Direction>(this, 'point-add', whole(inLimits(at, this.limits)));
   }
 
-  private shift(what: SectorGrip | number, sector: Sector | null, at: Direction | null, by: Direction, done: boolean): void {
+  private shift(
+    what: SectorGrip | number,
+    sector: Sector | null,
+    at: Direction | null,
+    by: Direction,
+    done: boolean,
+  ): void {
     if (typeof what === 'number') {
       if (!at) return;
       const moved = whole({ h: at.h + by.h, v: at.v + by.v });
@@ -401,8 +392,6 @@ function arrow(points: number[][]): unknown {
   return svg`<path class="arrow" d="M-7 -7L6 0L-7 7Z"
     transform="translate(${(x0 + x1) / 2} ${(y0 + y1) / 2}) rotate(${angle})"></path>`;
 }
-
-customElements.define('lf-aim-chart', LfAimChart);
 
 declare global {
   interface HTMLElementTagNameMap {

@@ -1,8 +1,8 @@
 // Shown in place of an empty list: why it is empty, and what to do.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';
-import { icon, type IconName } from './icons';
+import { type IconName, icon } from './icons';
 
 @customElement('lf-blank')
 export class LfBlank extends LitElement {

@@ -1,8 +1,8 @@
 // A button. With `why` it is disabled and says why: on hover, focus and touch.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';
-import { icon, type IconName } from './icons';
+import { type IconName, icon } from './icons';
 import { hideWhy, showWhy } from './why';
 
 export type ButtonKind = 'normal' | 'primary' | 'danger' | 'quiet';
@@ -15,16 +15,16 @@ export const buttonStyle = css`
   button {
     font: inherit;
     font-weight: 600;
-    font-size: var(--lf-button-size, 15px);
+    font-size: var(--lf-button-size, var(--t-normal));
     line-height: 1.2;
     display: inline-flex;
     align-items: center;
     justify-content: center;
-    gap: 8px;
+    gap: var(--s2);
     width: 100%;
     min-height: var(--lf-button-height, var(--touch));
     min-width: var(--touch);
-    padding: 6px var(--lf-button-padding, 16px);
+    padding: var(--s15) var(--lf-button-padding, var(--s3));
     border: 1px solid var(--line-strong);
     border-radius: var(--radius);
     background: var(--surface);
@@ -69,7 +69,7 @@ export const buttonStyle = css`
     box-shadow: inset 0 0 0 1px var(--accent);
   }
   button.iconly {
-    padding: 6px;
+    padding: var(--s15);
   }
   button[aria-disabled='true'] {
     background: transparent;

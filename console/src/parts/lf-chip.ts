@@ -1,8 +1,8 @@
 // A state in a few words: icon and text, coloured only when it matters.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';
-import { icon, type IconName } from './icons';
+import { type IconName, icon } from './icons';
 
 export type ChipKind = 'normal' | 'info' | 'accent' | 'low' | 'medium' | 'high' | 'fire';
 
@@ -19,20 +19,20 @@ export class LfChip extends LitElement {
       span {
         display: inline-flex;
         align-items: center;
-        gap: 6px;
+        gap: var(--s15);
         min-height: 28px;
         min-width: 0;
-        padding: 3px 10px 3px 8px;
-        border-radius: 14px;
+        padding: var(--s1) var(--s2) var(--s1) var(--s2);
+        border-radius: var(--radius-round);
         border: 1px solid var(--line);
         background: var(--surface-2);
         color: var(--text);
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 600;
         line-height: 1.25;
       }
       .plain {
-        padding-left: 10px;
+        padding-left: var(--s2);
       }
       .info {
         background: var(--info-soft);

@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, svg, type TemplateResult } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
 import { num, t } from '../i18n';
-import { ARCMIN, bearingOf, ringPath, type Limits } from './geometry';
+import { ARCMIN, bearingOf, type Limits, ringPath } from './geometry';
 import { partStyle } from './part-style';
 import { angleText, Words } from './words';
 
@@ -11,47 +12,25 @@ const ARC_PX = 86;
  * A drive's angle. `kind="vertical"`: the barrel from the side; `kind="horizontal"`: from above,
  * turned so that north is up when `heading` is given, else straight ahead is up.
  */
+@customElement('lf-dial')
 export class LfDial extends LitElement {
-  static override properties = {
-    kind: { reflect: true },
-    value: { type: Number },
-    target: { type: Number },
-    limits: { attribute: false },
-    heading: { type: Number },
-    stale: { type: Boolean, reflect: true },
-    moving: { type: Boolean, reflect: true },
-    offlimits: { type: Boolean, reflect: true },
-    label: {},
-    bare: { type: Boolean, reflect: true },
-  };
-
-  declare kind: 'vertical' | 'horizontal';
+  @property({ reflect: true }) kind: 'vertical' | 'horizontal' = 'vertical';
   /** Arc-minutes; null: unknown. */
-  declare value: number | null;
-  declare target: number | null;
-  declare limits: Limits | null;
-  declare heading: number | null;
-  declare stale: boolean;
-  declare moving: boolean;
+  @property({ type: Number }) value: number | null = null;
+  @property({ type: Number }) target: number | null = null;
+  @property({ attribute: false }) limits: Limits | null = null;
+  @property({ type: Number }) heading: number | null = null;
+  @property({ type: Boolean, reflect: true }) stale: boolean = false;
+  @property({ type: Boolean, reflect: true }) moving: boolean = false;
   /** The control of the limits is off. */
-  declare offlimits: boolean;
-  declare label: string;
+  @property({ type: Boolean, reflect: true }) offlimits: boolean = false;
+  @property() label: string = '';
   /** Only the picture: the number is shown elsewhere. */
-  declare bare: boolean;
+  @property({ type: Boolean, reflect: true }) bare: boolean = false;
 
   constructor() {
     super();
     new Words(this);
-    this.kind = 'vertical';
-    this.value = null;
-    this.target = null;
-    this.limits = null;
-    this.heading = null;
-    this.stale = false;
-    this.moving = false;
-    this.offlimits = false;
-    this.label = '';
-    this.bare = false;
   }
 
   static override styles = [
@@ -66,7 +45,7 @@ export class LfDial extends LitElement {
         display: flex;
         align-items: baseline;
         justify-content: space-between;
-        gap: 8px;
+        gap: var(--s2);
       }
       :host([bare]) {
         min-width: 0;
@@ -75,11 +54,11 @@ export class LfDial extends LitElement {
         display: none;
       }
       .label {
-        color: var(--p-dim);
-        font-size: 13px;
+        color: var(--dim);
+        font-size: var(--t-note);
       }
       output {
-        font-size: 22px;
+        font-size: var(--t-head);
         font-weight: 600;
         min-width: 5.2ch;
         text-align: right;
@@ -88,13 +67,13 @@ export class LfDial extends LitElement {
       .note {
         display: block;
         min-height: 1.3em;
-        font-size: 12px;
-        color: var(--p-dim);
+        font-size: var(--t-small);
+        color: var(--dim);
         text-align: right;
       }
       :host([stale]) output,
       .stale {
-        color: var(--p-dim);
+        color: var(--dim);
         font-weight: 450;
       }
       svg.picture {
@@ -104,63 +83,63 @@ export class LfDial extends LitElement {
         overflow: visible;
       }
       text {
-        font: 500 10px system-ui, sans-serif;
-        fill: var(--p-dim);
+        font: 500 var(--t-tiny) system-ui, sans-serif;
+        fill: var(--dim);
         text-anchor: middle;
       }
       .free {
         fill: none;
-        stroke: var(--p-line-strong);
+        stroke: var(--line-strong);
         stroke-width: 6;
       }
       .rest {
         fill: none;
-        stroke: var(--p-line);
+        stroke: var(--line);
         stroke-width: 2;
         stroke-dasharray: 2 4;
       }
       .end {
-        stroke: var(--p-dim);
+        stroke: var(--dim);
         stroke-width: 3;
       }
       .tick {
-        stroke: var(--p-line-strong);
+        stroke: var(--line-strong);
         stroke-width: 1;
       }
       .level {
-        stroke: var(--p-line-strong);
+        stroke: var(--line-strong);
         stroke-width: 1;
         stroke-dasharray: 3 4;
       }
       .ground {
-        stroke: var(--p-line-strong);
+        stroke: var(--line-strong);
         stroke-width: 2;
       }
       .barrel,
       .mount {
-        fill: var(--p-dim);
+        fill: var(--dim);
       }
       .mount {
-        stroke: var(--p-surface);
+        stroke: var(--surface);
         stroke-width: 2;
       }
       .pivot {
-        fill: var(--p-surface);
+        fill: var(--surface);
       }
       .hand {
-        stroke: var(--p-text);
+        stroke: var(--text);
         stroke-width: 2;
       }
       .hand-mark {
-        fill: var(--p-text);
+        fill: var(--text);
       }
       :host([moving]) .barrel {
-        fill: var(--p-text);
+        fill: var(--text);
       }
       :host([stale]) .barrel,
       :host([stale]) .mount {
-        fill: var(--p-surface);
-        stroke: var(--p-line-strong);
+        fill: var(--surface);
+        stroke: var(--line-strong);
         stroke-width: 1.5;
         stroke-dasharray: 3 3;
       }
@@ -169,17 +148,17 @@ export class LfDial extends LitElement {
         opacity: 0.35;
       }
       .target {
-        fill: var(--p-surface);
-        stroke: var(--p-accent);
+        fill: var(--surface);
+        stroke: var(--accent);
         stroke-width: 2;
       }
       .target-line {
-        stroke: var(--p-accent);
+        stroke: var(--accent);
         stroke-width: 1.25;
         stroke-dasharray: 3 4;
       }
       :host([offlimits]) .free {
-        stroke: var(--p-medium);
+        stroke: var(--medium);
         stroke-dasharray: 4 3;
       }
     `,
@@ -229,9 +208,7 @@ export class LfDial extends LitElement {
 
   private side(): unknown {
     const { limits, value, target } = this;
-    const free = limits
-      ? arc(this.up((limits.min + limits.max) / 2), (limits.max - limits.min) / ARCMIN, ARC_PX)
-      : '';
+    const free = limits ? arc(this.up((limits.min + limits.max) / 2), (limits.max - limits.min) / ARCMIN, ARC_PX) : '';
     const ticks = [];
     for (let degrees = -30; degrees <= 90; degrees += 15) ticks.push(degrees);
     return svg`
@@ -241,11 +218,21 @@ export class LfDial extends LitElement {
         const long = degrees % 30 === 0;
         return svg`<g transform="rotate(${-degrees})">
           <line class="tick" x1=${ARC_PX - (long ? 11 : 8)} x2=${ARC_PX - 4}></line></g>
-          ${long ? svg`<text x=${Math.cos((degrees * Math.PI) / 180) * (ARC_PX + 18)}
-            y=${-Math.sin((degrees * Math.PI) / 180) * (ARC_PX + 18)} dy="0.35em">${num(degrees)}</text>` : nothing}`;
+          ${
+            long
+              ? svg`<text x=${Math.cos((degrees * Math.PI) / 180) * (ARC_PX + 18)}
+            y=${-Math.sin((degrees * Math.PI) / 180) * (ARC_PX + 18)} dy="0.35em">${num(degrees)}</text>`
+              : nothing
+          }`;
       })}
-      ${limits ? [limits.min, limits.max].map((end) => svg`<line class="end" x1=${ARC_PX - 6} x2=${ARC_PX + 6}
-        transform="rotate(${-end / ARCMIN})"></line>`) : nothing}
+      ${
+        limits
+          ? [limits.min, limits.max].map(
+              (end) => svg`<line class="end" x1=${ARC_PX - 6} x2=${ARC_PX + 6}
+        transform="rotate(${-end / ARCMIN})"></line>`,
+            )
+          : nothing
+      }
       <line class="level" x1="14" x2="90"></line>
       <path class="mount" d="M-15 38-10 10A15 15 0 1 1 10 10L15 38Z"></path>
       <line class="ground" x1="-36" x2="72" y1="38" y2="38"></line>
@@ -280,8 +267,14 @@ export class LfDial extends LitElement {
         return svg`<line class="tick" y1=${-radius + 4} y2=${-radius + (long ? 12 : 8)}
           transform="rotate(${degrees + heading})"></line>`;
       })}
-      ${limits ? [limits.min, limits.max].map((end) => svg`<line class="end" y1=${-radius - 6} y2=${-radius + 6}
-        transform="rotate(${to(end)})"></line>`) : nothing}
+      ${
+        limits
+          ? [limits.min, limits.max].map(
+              (end) => svg`<line class="end" y1=${-radius - 6} y2=${-radius + 6}
+        transform="rotate(${to(end)})"></line>`,
+            )
+          : nothing
+      }
       ${[0, 90, 180, -90].map((degrees) => {
         const angle = (to(degrees * ARCMIN) * Math.PI) / 180;
         return svg`<text x=${Math.sin(angle) * (radius - 22)} y=${-Math.cos(angle) * (radius - 22)} dy="0.35em">${num(degrees)}</text>`;
@@ -306,8 +299,6 @@ export class LfDial extends LitElement {
 function arc(bearing: number, width: number, radius: number): string {
   return ringPath(bearing, width, 0.02, radius).split('L')[0]!;
 }
-
-customElements.define('lf-dial', LfDial);
 
 declare global {
   interface HTMLElementTagNameMap {

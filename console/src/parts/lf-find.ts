@@ -1,5 +1,5 @@
 // A field to search in what is shown. The event `find` has the text, 120 ms after the last key.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base, fields } from '../theme/shared';
 import { icon } from './icons';
@@ -70,11 +70,13 @@ export class LfFind extends LitElement {
         .value=${this.value}
         @input=${this.typed}
         @keydown=${(event: KeyboardEvent) => event.key === 'Escape' && !event.shiftKey && this.tell('')}
-      />${this.value
-        ? html`<button type="button" aria-label=${this.clear || this.label} @click=${() => this.tell('')}>
+      />${
+        this.value
+          ? html`<button type="button" aria-label=${this.clear || this.label} @click=${() => this.tell('')}>
             ${icon('close', 18)}
           </button>`
-        : nothing}`;
+          : nothing
+      }`;
   }
 
   private typed(event: Event): void {

@@ -1,12 +1,12 @@
 // A button that must be held: `held` is sent at the end of the time, and nothing before.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { base } from '../theme/shared';
-import { icon, type IconName } from './icons';
-import { buttonStyle, type ButtonKind } from './lf-button';
-import { hideWhy, showWhy } from './why';
+import { type IconName, icon } from './icons';
+import { type ButtonKind, buttonStyle } from './lf-button';
 import { styled } from './styled';
+import { hideWhy, showWhy } from './why';
 
 @customElement('lf-hold')
 export class LfHold extends LitElement {
@@ -15,8 +15,8 @@ export class LfHold extends LitElement {
     buttonStyle,
     css`
       button {
-        padding: 6px 12px;
-        gap: 1px 8px;
+        padding: var(--s15) var(--s25);
+        gap: 1px var(--s2);
         flex-wrap: wrap;
         align-content: center;
         position: relative;

@@ -1,7 +1,8 @@
-import { css, html, LitElement, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type PropertyValues, svg, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { magnified, placeIn } from '../theme/display';
-import { changes, ofKey, ofKeys, ofStick, type HoldDetail, type Holding } from './hold';
+import { changes, type HoldDetail, type Holding, ofKey, ofKeys, ofStick } from './hold';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
 
@@ -13,27 +14,18 @@ const KNOB_WAY_PX = 62;
  * Events: `hold` and `release`, each {drive, toward}. Whatever happens (the finger slides off, the
  * window loses the focus, the element goes away or is disabled), a release follows every hold.
  */
+@customElement('lf-joystick')
 export class LfJoystick extends LitElement {
-  static override properties = {
-    variant: { reflect: true },
-    disabled: { type: Boolean, reflect: true },
-    reason: {},
-    at: { attribute: false },
-    moving: { attribute: false },
-    held: { state: true },
-    stick: { state: true },
-  };
-
-  declare variant: 'stick' | 'buttons';
-  declare disabled: boolean;
+  @property({ reflect: true }) variant: 'stick' | 'buttons' = 'stick';
+  @property({ type: Boolean, reflect: true }) disabled: boolean = false;
   /** Why it is disabled, or another text below it. */
-  declare reason: string;
+  @property() reason: string = '';
   /** Drives that are at a limit, by their ends: {Vertical: 'max'}. */
-  declare at: Holding;
+  @property({ attribute: false }) at: Holding = {};
   /** The drives that the monitor reports as moving, shown with the held ones. */
-  declare moving: Holding;
-  declare held: Holding;
-  declare stick: { right: number; up: number } | null;
+  @property({ attribute: false }) moving: Holding = {};
+  @state() held: Holding = {};
+  @state() stick: { right: number; up: number } | null = null;
 
   private pointer: number | null = null;
   private keys = new Set<string>();
@@ -43,13 +35,6 @@ export class LfJoystick extends LitElement {
   constructor() {
     super();
     new Words(this);
-    this.variant = 'stick';
-    this.disabled = false;
-    this.reason = '';
-    this.at = {};
-    this.moving = {};
-    this.held = {};
-    this.stick = null;
   }
 
   static override styles = [
@@ -57,7 +42,7 @@ export class LfJoystick extends LitElement {
     css`
       :host {
         display: grid;
-        gap: 8px;
+        gap: var(--s2);
         justify-items: center;
         touch-action: none;
         user-select: none;
@@ -80,79 +65,79 @@ export class LfJoystick extends LitElement {
       }
       .base:focus-visible,
       button:focus-visible {
-        outline: 3px solid var(--p-focus);
+        outline: 3px solid var(--focus);
       }
       .plate {
-        fill: var(--p-raised);
-        stroke: var(--p-line-strong);
+        fill: var(--surface-2);
+        stroke: var(--line-strong);
         stroke-width: 1.5;
       }
       .dead {
         fill: none;
-        stroke: var(--p-line);
+        stroke: var(--line);
         stroke-dasharray: 3 4;
       }
       .way {
         fill: none;
-        stroke: var(--p-dim);
+        stroke: var(--dim);
         stroke-width: 3;
         stroke-linecap: round;
         stroke-linejoin: round;
       }
       .sector {
-        fill: var(--p-accent);
+        fill: var(--accent);
         opacity: 0;
       }
       .held .sector {
         opacity: 0.16;
       }
       .held .way {
-        stroke: var(--p-accent);
+        stroke: var(--accent);
       }
       .end .way {
-        stroke: var(--p-medium);
+        stroke: var(--medium);
       }
       .knob {
-        fill: var(--p-surface);
-        stroke: var(--p-line-strong);
+        fill: var(--surface);
+        stroke: var(--line-strong);
         stroke-width: 1.5;
-        filter: drop-shadow(0 2px 4px rgb(0 0 0 / 22%));
+        filter: drop-shadow(var(--shadow-stick));
       }
       .active .knob {
-        fill: var(--p-accent);
-        stroke: var(--p-accent);
+        fill: var(--accent);
+        stroke: var(--accent);
       }
       .grip {
         fill: none;
-        stroke: var(--p-line-strong);
+        stroke: var(--line-strong);
         stroke-width: 1.5;
       }
       .active .grip {
-        stroke: var(--p-on-accent);
+        stroke: var(--on-accent);
       }
       :host([disabled]) .base {
         cursor: not-allowed;
       }
       :host([disabled]) .knob {
-        fill: var(--p-raised);
+        fill: var(--surface-2);
         filter: none;
       }
       :host([disabled]) .way,
       :host([disabled]) .grip {
-        stroke: var(--p-line);
+        stroke: var(--line);
       }
       .pad {
         display: grid;
         grid-template: repeat(3, 64px) / repeat(3, 64px);
-        gap: 8px;
+        gap: var(--s2);
       }
       button {
         display: grid;
         place-items: center;
-        border: 1.5px solid var(--p-line-strong);
-        border-radius: 10px;
-        background: var(--p-surface);
-        color: var(--p-text);
+        border: 1.5px solid var(--line-strong);
+        border-radius: var(--radius-large);
+        background: var(--surface);
+        color: var(--text);
         padding: 0;
         cursor: pointer;
         touch-action: none;
@@ -168,18 +153,18 @@ export class LfJoystick extends LitElement {
         stroke-linejoin: round;
       }
       button.held {
-        background: var(--p-accent);
-        border-color: var(--p-accent);
-        color: var(--p-on-accent);
+        background: var(--accent);
+        border-color: var(--accent);
+        color: var(--on-accent);
       }
       button.end:not(.held) {
-        color: var(--p-medium);
-        border-color: var(--p-medium);
+        color: var(--medium);
+        border-color: var(--medium);
       }
       button[aria-disabled='true'] {
-        background: var(--p-raised);
-        border-color: var(--p-line);
-        color: var(--p-dim);
+        background: var(--surface-2);
+        border-color: var(--line);
+        color: var(--dim);
         cursor: not-allowed;
       }
       .up {
@@ -200,16 +185,16 @@ export class LfJoystick extends LitElement {
         width: 12px;
         height: 12px;
         border-radius: 50%;
-        background: var(--p-line);
+        background: var(--line);
       }
       .reason {
         min-height: 2.6em;
         max-width: 240px;
         margin: 0;
         text-align: center;
-        font-size: 13px;
+        font-size: var(--t-note);
         line-height: 1.3;
-        color: var(--p-dim);
+        color: var(--dim);
       }
     `,
   ];
@@ -262,11 +247,7 @@ export class LfJoystick extends LitElement {
     const x = (stick?.right ?? 0) * KNOB_WAY_PX;
     const y = -(stick?.up ?? 0) * KNOB_WAY_PX;
     const way = (drive: 'Horizontal' | 'Vertical', toward: 'min' | 'max', turn: number): unknown => {
-      const kind = [
-        'dir',
-        held[drive] === toward ? 'held' : '',
-        this.at[drive] === toward ? 'end' : '',
-      ].join(' ');
+      const kind = ['dir', held[drive] === toward ? 'held' : '', this.at[drive] === toward ? 'end' : ''].join(' ');
       return svg`<g class=${kind} transform="rotate(${turn})">
         <path class="sector" d="M0 0-38.6-93.1A100.8 100.8 0 0 1 38.6-93.1Z"></path>
         ${
@@ -313,11 +294,7 @@ export class LfJoystick extends LitElement {
       toward: 'min' | 'max',
       d: string,
     ): TemplateResult => {
-      const kind = [
-        place,
-        this.held[drive] === toward ? 'held' : '',
-        this.at[drive] === toward ? 'end' : '',
-      ].join(' ');
+      const kind = [place, this.held[drive] === toward ? 'held' : '', this.at[drive] === toward ? 'end' : ''].join(' ');
       return html`<button
         type="button"
         class=${kind}
@@ -458,8 +435,6 @@ const END_BAR: Record<string, string> = {
 function prevent(event: Event): void {
   event.preventDefault();
 }
-
-customElements.define('lf-joystick', LfJoystick);
 
 declare global {
   interface HTMLElementTagNameMap {

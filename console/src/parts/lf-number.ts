@@ -1,9 +1,10 @@
 // A number with its unit: typed in the operator's unit, stored as a whole number of the wire. An
 // invalid number, or one out of range, is reported at the field.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { lang, t } from '../i18n';
-import { fromField, toField, type Scale } from '../pages/params/model';
+import { fromField, type Scale, toField } from '../pages/params/model';
+import { outside } from '../pages/params/words';
 import { base, fields } from '../theme/shared';
 
 @customElement('lf-number')
@@ -33,7 +34,7 @@ export class LfNumber extends LitElement {
         display: grid;
         place-items: center;
         font-weight: 400;
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
         pointer-events: none;
       }
@@ -44,10 +45,10 @@ export class LfNumber extends LitElement {
         display: flex;
         flex-wrap: wrap;
         justify-content: space-between;
-        gap: 0 8px;
+        gap: 0 var(--s2);
       }
       .error {
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 400;
       }
       :host([bare]) .top {
@@ -112,10 +113,7 @@ export class LfNumber extends LitElement {
     }
     if (value >= this.min && value <= this.max) return '';
     const { min, max, scale } = this;
-    return t('params.problem.range', { min: this.shown(min), max: this.shown(max), unit: scale.unit }).replace(
-      / \.$/,
-      '.',
-    );
+    return outside(this.shown(min), this.shown(max), scale.unit);
   }
 
   private input(event: Event): void {

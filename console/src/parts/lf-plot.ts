@@ -1,11 +1,13 @@
-import { css, html, LitElement, nothing, unsafeCSS, type PropertyValues, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult, unsafeCSS } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import uPlot from 'uplot';
 import uplotStyle from 'uplot/dist/uPlot.min.css?inline';
 import { dayTime, num, t, time } from '../i18n';
 import { magnified } from '../theme/display';
+import { inUnit } from '../units';
 import { emit, partStyle } from './part-style';
-import { Words } from './words';
 import { Columns, type Curve, type Value } from './plot/data';
+import { Words } from './words';
 
 export interface PlotSeries {
   id: string;
@@ -16,7 +18,7 @@ export interface PlotSeries {
   scale?: string;
   /** Minimum range of the scale. */
   range?: readonly [number, number];
-  /** Name of a colour token, without `--p-`. */
+  /** Name of a colour token, without `--`. */
   colour?: string;
 }
 
@@ -31,35 +33,22 @@ export const WINDOWS = [1, 5, 15] as const;
  * Values over the last minutes. `push` adds them as they come, null where nothing is known; `fill`
  * sets them all. The right edge is `now()`. Event: `window` {minutes}.
  */
+@customElement('lf-plot')
 export class LfPlot extends LitElement {
-  static override properties = {
-    series: { attribute: false },
-    minutes: { type: Number },
-    windows: { attribute: false },
-    now: { attribute: false },
-    span: { attribute: false },
-    banded: { type: Boolean },
-    stale: { type: Boolean, reflect: true },
-    label: {},
-    hidden_: { state: true },
-    read: { state: true },
-    empty: { state: true },
-  };
-
-  declare series: readonly PlotSeries[];
-  declare minutes: number;
-  declare windows: readonly number[];
+  @property({ attribute: false }) series: readonly PlotSeries[] = [];
+  @property({ type: Number }) minutes: number = 1;
+  @property({ attribute: false }) windows: readonly number[] = WINDOWS;
   /** The clock of the right edge. */
-  declare now: () => number;
+  @property({ attribute: false }) now: () => number = () => Date.now();
   /** A fixed span instead of the last minutes: from, to. */
-  declare span: readonly [number, number] | null;
+  @property({ attribute: false }) span: readonly [number, number] | null = null;
   /** Each series has an area around its line, and all of a long time is kept: `fillBands`. */
-  declare banded: boolean;
-  declare stale: boolean;
-  declare label: string;
-  declare hidden_: ReadonlySet<string>;
-  declare read: { values: Value[]; at_ms: number | null };
-  declare empty: boolean;
+  @property({ type: Boolean }) banded: boolean = false;
+  @property({ type: Boolean, reflect: true }) stale: boolean = false;
+  @property() label: string = '';
+  @state() hidden_: ReadonlySet<string> = new Set();
+  @state() read: { values: Value[]; at_ms: number | null } = { values: [], at_ms: null };
+  @state() empty: boolean = true;
 
   private columns = new Columns(0, KEEP_MS);
   private ids = '';
@@ -72,17 +61,6 @@ export class LfPlot extends LitElement {
   constructor() {
     super();
     new Words(this);
-    this.series = [];
-    this.minutes = 1;
-    this.windows = WINDOWS;
-    this.now = () => Date.now();
-    this.span = null;
-    this.banded = false;
-    this.stale = false;
-    this.label = '';
-    this.hidden_ = new Set();
-    this.read = { values: [], at_ms: null };
-    this.empty = true;
   }
 
   static override styles = [
@@ -94,19 +72,18 @@ export class LfPlot extends LitElement {
         grid-template-rows: auto 1fr;
         min-height: 180px;
         min-width: 0;
-        --p-foam: var(--foam, #7d6bb5);
       }
       header {
         display: flex;
         flex-wrap: wrap;
-        gap: 4px 12px;
+        gap: var(--s1) var(--s25);
         align-items: center;
         justify-content: space-between;
       }
       .keys {
         display: flex;
         flex-wrap: wrap;
-        gap: 4px 8px;
+        gap: var(--s1) var(--s2);
         margin: 0;
         padding: 0;
         list-style: none;
@@ -114,27 +91,27 @@ export class LfPlot extends LitElement {
       .key {
         display: inline-flex;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
         min-height: 48px;
-        padding: 4px 8px;
+        padding: var(--s1) var(--s2);
         border: 0;
-        border-radius: 6px;
+        border-radius: var(--radius);
         background: none;
-        color: var(--p-text);
+        color: var(--text);
         font: inherit;
-        font-size: 13px;
+        font-size: var(--t-note);
         cursor: pointer;
       }
       .key:hover {
-        background: var(--p-raised);
+        background: var(--surface-2);
       }
       .key:focus-visible,
       .windows button:focus-visible {
-        outline: 3px solid var(--p-focus);
+        outline: 3px solid var(--focus);
         outline-offset: -2px;
       }
       .key[aria-pressed='false'] {
-        color: var(--p-dim);
+        color: var(--dim);
         text-decoration: line-through;
       }
       .key svg {
@@ -152,31 +129,31 @@ export class LfPlot extends LitElement {
         font-weight: 600;
       }
       :host([stale]) .key b {
-        color: var(--p-dim);
+        color: var(--dim);
         font-weight: 450;
       }
       .windows {
         display: inline-flex;
-        border: 1px solid var(--p-line);
-        border-radius: 6px;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
         overflow: hidden;
       }
       .windows button {
         min-height: 48px;
-        padding: 0 12px;
+        padding: 0 var(--s25);
         border: 0;
         background: none;
-        color: var(--p-dim);
+        color: var(--dim);
         font: inherit;
-        font-size: 13px;
+        font-size: var(--t-note);
         cursor: pointer;
       }
       .windows button + button {
-        border-left: 1px solid var(--p-line);
+        border-left: 1px solid var(--line);
       }
       .windows button[aria-checked='true'] {
-        background: var(--p-raised);
-        color: var(--p-text);
+        background: var(--surface-2);
+        color: var(--text);
         font-weight: 600;
       }
       @media (pointer: coarse) {
@@ -202,13 +179,13 @@ export class LfPlot extends LitElement {
         inset: 0;
         display: grid;
         place-items: center;
-        color: var(--p-dim);
-        font-size: 13px;
+        color: var(--dim);
+        font-size: var(--t-note);
         pointer-events: none;
       }
       .u-cursor-x,
       .u-cursor-y {
-        border-color: var(--p-line-strong) !important;
+        border-color: var(--line-strong) !important;
       }
     `,
   ];
@@ -316,9 +293,9 @@ export class LfPlot extends LitElement {
     return html`<li>
       <button type="button" class="key" aria-pressed=${shown} @click=${() => this.toggle(series.id)}>
         <svg viewBox="0 0 22 8" aria-hidden="true">
-          <line x1="0" x2="22" y1="4" y2="4" stroke=${`var(--p-${this.colour(series, index)})`} stroke-dasharray=${dash}></line>
+          <line x1="0" x2="22" y1="4" y2="4" stroke=${`var(--${this.colour(series, index)})`} stroke-dasharray=${dash}></line>
         </svg>
-        ${series.label} <b>${this.text(series, value)}</b> ${series.unit}${this.band(series, index)}
+        ${series.label} <b>${this.text(series, value)}</b>${inUnit('', series.unit)}${this.band(series, index)}
       </button>
     </li>`;
   }
@@ -367,8 +344,7 @@ export class LfPlot extends LitElement {
 
   private spoken(): string {
     const values = this.series.map(
-      (series, index) =>
-        `${series.label} ${this.text(series, this.read.values[index])} ${series.unit}`,
+      (series, index) => `${series.label} ${inUnit(this.text(series, this.read.values[index]), series.unit)}`,
     );
     return [this.label, ...values].filter(Boolean).join(', ');
   }
@@ -412,7 +388,7 @@ export class LfPlot extends LitElement {
 
   private options(area: HTMLElement): uPlot.Options {
     const style = getComputedStyle(this);
-    const colour = (name: string): string => style.getPropertyValue(`--p-${name}`).trim();
+    const colour = (name: string): string => style.getPropertyValue(`--${name}`).trim();
     const names = [...new Set(this.series.map(({ scale, unit }) => scale ?? unit))];
     const zoom = magnified();
     const font = `${Math.round(12 * zoom)}px ${style.fontFamily}`;
@@ -527,8 +503,7 @@ export class LfPlot extends LitElement {
     const at_ms = on ? plot.posToVal(left, 'x') * 1000 : (this.span?.[1] ?? this.columns.last_ms);
     const values = at_ms === null ? [] : this.columns.at(at_ms);
     const same =
-      values.length === this.read.values.length &&
-      values.every((value, index) => value === this.read.values[index]);
+      values.length === this.read.values.length && values.every((value, index) => value === this.read.values[index]);
     if (!same) this.read = { values, at_ms };
   }
 }
@@ -546,8 +521,6 @@ function sizeOf(area: HTMLElement): { width: number; height: number } {
 function digitsOf(step: number): number {
   return step >= 1 ? 0 : Math.min(Math.ceil(-Math.log10(step) - 1e-9), 3);
 }
-
-customElements.define('lf-plot', LfPlot);
 
 declare global {
   interface HTMLElementTagNameMap {

@@ -1,64 +1,37 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import type { Limits } from './geometry';
 import { emit, partStyle } from './part-style';
-import { Words } from './words';
 import { styled } from './styled';
+import { Words } from './words';
 
 /**
  * Position of the nozzle, from spray to jet. Dragging sets the requested value (`set` {value} on
  * release, `set-change` meanwhile); the filled part is the reported position.
  */
+@customElement('lf-slider')
 export class LfSlider extends LitElement {
-  static override properties = {
-    value: { type: Number },
-    target: { type: Number },
-    limits: { attribute: false },
-    step: { type: Number },
-    unit: {},
-    label: {},
-    lowText: { attribute: 'low-text' },
-    highText: { attribute: 'high-text' },
-    disabled: { type: Boolean, reflect: true },
-    reason: {},
-    quiet: { type: Boolean },
-    stale: { type: Boolean, reflect: true },
-    wish: { state: true },
-  };
-
   /** The reported position; null: unknown. */
-  declare value: number | null;
+  @property({ type: Number }) value: number | null = null;
   /** Commanded position. */
-  declare target: number | null;
-  declare limits: Limits | null;
-  declare step: number;
-  declare unit: string;
-  declare label: string;
-  declare lowText: string;
-  declare highText: string;
-  declare disabled: boolean;
-  declare reason: string;
+  @property({ type: Number }) target: number | null = null;
+  @property({ attribute: false }) limits: Limits | null = null;
+  @property({ type: Number }) step: number = 1;
+  @property() unit: string = 'mm';
+  @property() label: string = '';
+  @property({ attribute: 'low-text' }) lowText: string = '';
+  @property({ attribute: 'high-text' }) highText: string = '';
+  @property({ type: Boolean, reflect: true }) disabled: boolean = false;
+  @property() reason: string = '';
   /** The reason is already visible next to it: this one is for screen readers only. */
-  declare quiet: boolean;
-  declare stale: boolean;
-  declare wish: number | null;
+  @property({ type: Boolean }) quiet: boolean = false;
+  @property({ type: Boolean, reflect: true }) stale: boolean = false;
+  @state() wish: number | null = null;
 
   constructor() {
     super();
     new Words(this);
-    this.value = null;
-    this.target = null;
-    this.limits = null;
-    this.step = 1;
-    this.unit = 'mm';
-    this.label = '';
-    this.lowText = '';
-    this.highText = '';
-    this.disabled = false;
-    this.reason = '';
-    this.quiet = false;
-    this.stale = false;
-    this.wish = null;
   }
 
   static override styles = [
@@ -72,24 +45,24 @@ export class LfSlider extends LitElement {
         display: flex;
         justify-content: space-between;
         align-items: baseline;
-        gap: 12px;
+        gap: var(--s25);
       }
       .label {
-        color: var(--p-dim);
-        font-size: 13px;
+        color: var(--dim);
+        font-size: var(--t-note);
       }
       output {
-        font-size: 18px;
+        font-size: var(--t-large);
         font-weight: 600;
         white-space: nowrap;
       }
       output small {
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 500;
-        color: var(--p-dim);
+        color: var(--dim);
       }
       :host([stale]) output {
-        color: var(--p-dim);
+        color: var(--dim);
         font-weight: 450;
       }
       .track {
@@ -116,28 +89,28 @@ export class LfSlider extends LitElement {
         width: 28px;
         height: 28px;
         border-radius: 50%;
-        border: 2px solid var(--p-accent);
-        background: var(--p-surface);
-        box-shadow: 0 1px 3px rgb(0 0 0 / 25%);
+        border: 2px solid var(--accent);
+        background: var(--surface);
+        box-shadow: var(--shadow-knob);
       }
       input::-moz-range-thumb {
         width: 24px;
         height: 24px;
         border-radius: 50%;
-        border: 2px solid var(--p-accent);
-        background: var(--p-surface);
+        border: 2px solid var(--accent);
+        background: var(--surface);
       }
       input[aria-disabled='true']::-webkit-slider-thumb {
-        border-color: var(--p-line-strong);
-        background: var(--p-raised);
+        border-color: var(--line-strong);
+        background: var(--surface-2);
         box-shadow: none;
       }
       input:focus-visible::-webkit-slider-thumb {
-        outline: 3px solid var(--p-focus);
+        outline: 3px solid var(--focus);
         outline-offset: 2px;
       }
       input:focus-visible::-moz-range-thumb {
-        outline: 3px solid var(--p-focus);
+        outline: 3px solid var(--focus);
         outline-offset: 2px;
       }
       .rail,
@@ -151,39 +124,39 @@ export class LfSlider extends LitElement {
         left: 14px;
         right: 14px;
         height: 8px;
-        margin-top: -4px;
-        border-radius: 4px;
-        background: var(--p-line);
+        margin-top: calc(-1 * var(--s1));
+        border-radius: var(--radius-small);
+        background: var(--line);
       }
       .fill {
         left: 0;
         top: 0;
         height: 8px;
-        border-radius: 4px;
-        background: var(--p-dim);
+        border-radius: var(--radius-small);
+        background: var(--dim);
       }
       :host([stale]) .fill {
-        background: var(--p-line-strong);
+        background: var(--line-strong);
       }
       .goal {
         width: 3px;
         height: 20px;
-        margin: -10px 0 0 -1.5px;
-        background: var(--p-accent);
-        border-radius: 2px;
+        margin: calc(-1 * var(--s2)) 0 0 -1.5px;
+        background: var(--accent);
+        border-radius: var(--radius-small);
       }
       footer {
         display: flex;
         justify-content: space-between;
         align-items: center;
-        font-size: 13px;
-        color: var(--p-dim);
-        gap: 12px;
+        font-size: var(--t-note);
+        color: var(--dim);
+        gap: var(--s25);
       }
       .reason {
-        margin: 4px 0 0;
-        font-size: 13px;
-        color: var(--p-dim);
+        margin: var(--s1) 0 0;
+        font-size: var(--t-note);
+        color: var(--dim);
       }
     `,
   ];
@@ -264,8 +237,6 @@ export class LfSlider extends LitElement {
     this.requestUpdate();
   }
 }
-
-customElements.define('lf-slider', LfSlider);
 
 declare global {
   interface HTMLElementTagNameMap {

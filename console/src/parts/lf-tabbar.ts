@@ -1,5 +1,5 @@
 // Tabs of a page. `tabs` are id, text and, where it helps, a count; `change` brings the id.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { base } from '../theme/shared';
 
@@ -26,20 +26,20 @@ export class LfTabbar extends LitElement {
         overflow-x: auto;
         scrollbar-width: none;
         margin-bottom: -1px;
-        padding: 3px 3px 0;
+        padding: var(--s1) var(--s1) 0;
       }
       button {
         all: unset;
         box-sizing: border-box;
         display: inline-flex;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
         min-height: var(--touch);
         padding: 0 var(--s3);
         cursor: pointer;
         white-space: nowrap;
         font-weight: 600;
-        font-size: 15px;
+        font-size: var(--t-normal);
         color: var(--dim);
         border-bottom: 3px solid transparent;
       }
@@ -57,11 +57,11 @@ export class LfTabbar extends LitElement {
       }
       .count {
         min-width: 24px;
-        padding: 1px 7px;
-        border-radius: 11px;
+        padding: 1px var(--s15);
+        border-radius: var(--radius-round);
         background: var(--sunken);
         color: var(--text);
-        font-size: 13px;
+        font-size: var(--t-note);
         text-align: center;
       }
       .urgent {
@@ -86,18 +86,16 @@ export class LfTabbar extends LitElement {
           tabindex=${tab.id === this.selected ? 0 : -1}
           @click=${() => this.choose(tab.id)}
         >
-          ${tab.text}${tab.count
-            ? html`<span class="count ${tab.urgent ? 'urgent' : ''}">${tab.count}</span>`
-            : nothing}
+          ${tab.text}${
+            tab.count ? html`<span class="count ${tab.urgent ? 'urgent' : ''}">${tab.count}</span>` : nothing
+          }
         </button>`,
       )}
     </div>`;
   }
 
   override updated(): void {
-    this.renderRoot
-      .querySelector('[aria-selected="true"]')
-      ?.scrollIntoView?.({ block: 'nearest', inline: 'nearest' });
+    this.renderRoot.querySelector('[aria-selected="true"]')?.scrollIntoView?.({ block: 'nearest', inline: 'nearest' });
   }
 
   private choose(id: string): void {

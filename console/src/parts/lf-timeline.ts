@@ -1,9 +1,10 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { t, time } from '../i18n';
 import { magnified, placeIn } from '../theme/display';
 import { emit, partStyle } from './part-style';
-import { Words } from './words';
 import { styled } from './styled';
+import { Words } from './words';
 
 export interface Mark {
   at_ms: number;
@@ -18,42 +19,22 @@ const NEAR_PX = 10;
 /**
  * The position in a recording. Events: `play`, `pause`, `speed` {speed}, `seek` {at_ms}.
  */
+@customElement('lf-timeline')
 export class LfTimeline extends LitElement {
-  static override properties = {
-    from: { type: Number },
-    to: { type: Number },
-    at: { type: Number },
-    playing: { type: Boolean },
-    speed: { type: Number },
-    speeds: { attribute: false },
-    marks: { attribute: false },
-    compact: { type: Boolean, reflect: true },
-    over: { state: true },
-  };
-
-  declare from: number;
-  declare to: number;
-  declare at: number;
-  declare playing: boolean;
-  declare speed: number;
-  declare speeds: readonly number[];
-  declare marks: readonly Mark[];
+  @property({ type: Number }) from: number = 0;
+  @property({ type: Number }) to: number = 0;
+  @property({ type: Number }) at: number = 0;
+  @property({ type: Boolean }) playing: boolean = false;
+  @property({ type: Number }) speed: number = 1;
+  @property({ attribute: false }) speeds: readonly number[] = [0.5, 1, 2, 5, 10];
+  @property({ attribute: false }) marks: readonly Mark[] = [];
   /** In one row. */
-  declare compact: boolean;
-  declare over: { x: number; at_ms: number; text: string } | null;
+  @property({ type: Boolean, reflect: true }) compact: boolean = false;
+  @state() over: { x: number; at_ms: number; text: string } | null = null;
 
   constructor() {
     super();
     new Words(this);
-    this.from = 0;
-    this.to = 0;
-    this.at = 0;
-    this.playing = false;
-    this.speed = 1;
-    this.speeds = [0.5, 1, 2, 5, 10];
-    this.marks = [];
-    this.compact = false;
-    this.over = null;
   }
 
   static override styles = [
@@ -61,7 +42,7 @@ export class LfTimeline extends LitElement {
     css`
       :host {
         display: grid;
-        gap: 8px;
+        gap: var(--s2);
       }
       .track {
         position: relative;
@@ -69,24 +50,24 @@ export class LfTimeline extends LitElement {
         touch-action: none;
         cursor: pointer;
         outline-offset: 2px;
-        border-radius: 6px;
+        border-radius: var(--radius);
       }
       .track:focus-visible,
       button:focus-visible,
       select:focus-visible {
-        outline: 3px solid var(--p-focus);
+        outline: 3px solid var(--focus);
       }
       .rail {
         position: absolute;
         inset: 20px 0;
-        border-radius: 4px;
-        background: var(--p-line);
+        border-radius: var(--radius-small);
+        background: var(--line);
         overflow: hidden;
       }
       .done {
         position: absolute;
         inset: 0 auto 0 0;
-        background: var(--p-accent);
+        background: var(--accent);
       }
       .mark {
         position: absolute;
@@ -94,17 +75,17 @@ export class LfTimeline extends LitElement {
         width: 2px;
         height: 10px;
         margin-left: -1px;
-        background: var(--p-dim);
+        background: var(--dim);
       }
       .mark.command {
-        background: var(--p-accent);
+        background: var(--accent);
       }
       .mark.alarm {
         width: 8px;
         height: 8px;
-        margin-left: -4px;
+        margin-left: calc(-1 * var(--s1));
         bottom: 31px;
-        background: var(--p-high);
+        background: var(--high);
         clip-path: polygon(50% 100%, 0 0, 100% 0);
       }
       .mark.event {
@@ -117,21 +98,21 @@ export class LfTimeline extends LitElement {
         top: 14px;
         width: 20px;
         height: 20px;
-        margin-left: -10px;
+        margin-left: calc(-1 * var(--s2));
         border-radius: 50%;
-        background: var(--p-surface);
-        border: 3px solid var(--p-accent);
-        box-shadow: 0 1px 3px rgb(0 0 0 / 25%);
+        background: var(--surface);
+        border: 3px solid var(--accent);
+        box-shadow: var(--shadow-knob);
       }
       .over {
         position: absolute;
         bottom: 46px;
         transform: translateX(-50%);
-        padding: 4px 8px;
-        border-radius: 4px;
-        border: 1px solid var(--p-line);
-        background: var(--p-surface);
-        font-size: 12px;
+        padding: var(--s1) var(--s2);
+        border-radius: var(--radius-small);
+        border: 1px solid var(--line);
+        background: var(--surface);
+        font-size: var(--t-small);
         white-space: nowrap;
         pointer-events: none;
         max-width: 360px;
@@ -143,17 +124,17 @@ export class LfTimeline extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
       }
       button,
       select {
         min-height: 48px;
         min-width: 48px;
-        padding: 0 12px;
-        border: 1px solid var(--p-line);
-        border-radius: 6px;
-        background: var(--p-surface);
-        color: var(--p-text);
+        padding: 0 var(--s25);
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+        background: var(--surface);
+        color: var(--text);
         font: inherit;
         cursor: pointer;
         display: inline-grid;
@@ -161,13 +142,13 @@ export class LfTimeline extends LitElement {
         outline-offset: 2px;
       }
       button:hover {
-        background: var(--p-raised);
+        background: var(--surface-2);
       }
       button.play {
         min-width: 64px;
-        background: var(--p-accent);
-        border-color: var(--p-accent);
-        color: var(--p-on-accent);
+        background: var(--accent);
+        border-color: var(--accent);
+        color: var(--on-accent);
       }
       svg {
         width: 22px;
@@ -184,26 +165,26 @@ export class LfTimeline extends LitElement {
       }
       .clock {
         font-weight: 650;
-        font-size: 17px;
+        font-size: var(--t-large);
         min-width: 9ch;
-        margin-left: 8px;
+        margin-left: var(--s2);
       }
       .of {
-        color: var(--p-dim);
-        font-size: 13px;
+        color: var(--dim);
+        font-size: var(--t-note);
         margin-right: auto;
       }
       :host([compact]) {
         grid-template-columns: auto minmax(160px, 1fr) auto;
         align-items: center;
-        gap: 8px 16px;
+        gap: var(--s2) var(--s3);
       }
       :host([compact]) .bar {
         display: contents;
       }
       .group {
         display: flex;
-        gap: 8px;
+        gap: var(--s2);
       }
       :host([compact]) .group {
         grid-area: 1 / 1;
@@ -215,7 +196,7 @@ export class LfTimeline extends LitElement {
         display: flex;
         flex: 1;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
       }
       :host([compact]) .end {
         grid-area: 1 / 3;
@@ -227,9 +208,9 @@ export class LfTimeline extends LitElement {
       label {
         display: inline-flex;
         align-items: center;
-        gap: 8px;
-        color: var(--p-dim);
-        font-size: 13px;
+        gap: var(--s2);
+        color: var(--dim);
+        font-size: var(--t-note);
       }
       @container (max-width: 760px) {
         :host([compact]) .of {
@@ -248,12 +229,12 @@ export class LfTimeline extends LitElement {
           justify-content: flex-end;
         }
         .clock {
-          font-size: 15px;
+          font-size: var(--t-normal);
           min-width: 0;
           margin: 0;
         }
         .end {
-          gap: 4px;
+          gap: var(--s1);
         }
       }
     `,
@@ -416,8 +397,6 @@ export function span(ms: number): string {
   const two = (value: number): string => String(value).padStart(2, '0');
   return h ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
 }
-
-customElements.define('lf-timeline', LfTimeline);
 
 declare global {
   interface HTMLElementTagNameMap {

@@ -1,8 +1,9 @@
 // A small curve over the last minutes, with its maximum and the value under the pointer.
-import { LitElement, css, html, nothing, svg } from 'lit';
+import { css, html, LitElement, nothing, svg } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { num, time } from '../i18n';
 import { base } from '../theme/shared';
+import { inUnit } from '../units';
 
 export interface Point {
   t: number;
@@ -54,7 +55,7 @@ export class LfTrend extends LitElement {
       .name {
         flex: 1;
         min-width: 0;
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
         font-weight: 600;
       }
@@ -64,15 +65,15 @@ export class LfTrend extends LitElement {
         white-space: nowrap;
       }
       .unit {
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 500;
         color: var(--dim);
       }
       .box {
         position: relative;
-        margin-top: 4px;
+        margin-top: var(--s1);
         background: var(--sunken);
-        border-radius: 4px;
+        border-radius: var(--radius-small);
         overflow: hidden;
       }
       svg {
@@ -95,7 +96,7 @@ export class LfTrend extends LitElement {
         position: absolute;
         right: 6px;
         top: 3px;
-        font-size: 12px;
+        font-size: var(--t-small);
         color: var(--dim);
         pointer-events: none;
       }
@@ -103,7 +104,7 @@ export class LfTrend extends LitElement {
         position: absolute;
         left: 6px;
         top: 3px;
-        font-size: 12px;
+        font-size: var(--t-small);
         color: var(--text);
         pointer-events: none;
       }
@@ -141,13 +142,15 @@ export class LfTrend extends LitElement {
         <span class="now">${text(last)} <span class="unit">${this.unit}</span></span>
       </div>
       <div class="box" @pointermove=${this.moved} @pointerleave=${() => (this.over = null)}>
-        <svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" role="img" aria-label="${this.name}: ${text(last)} ${this.unit}">
+        <svg viewBox="0 0 ${WIDE} ${HIGH}" preserveAspectRatio="none" role="img" aria-label="${this.name}: ${inUnit(text(last), this.unit)}">
           <path d=${pathOf(shown, from, this.now, top)}></path>
           ${this.over ? svg`<line x1=${x} x2=${x} y1="0" y2=${HIGH}></line>` : nothing}
         </svg>
-        ${this.over
-          ? html`<span class="at">${time(this.over.t)} · ${text(this.over.v)}</span>`
-          : html`<span class="most">↑ ${text(most)}</span>`}
+        ${
+          this.over
+            ? html`<span class="at">${time(this.over.t)} · ${text(this.over.v)}</span>`
+            : html`<span class="most">↑ ${text(most)}</span>`
+        }
       </div>`;
   }
 

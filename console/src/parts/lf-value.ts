@@ -1,6 +1,6 @@
 // A measured value with its unit and quality: grey with its age if it is stale, struck out with the reason if a
 // flag marks it as bad.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { age, t } from '../i18n';
 import { base } from '../theme/shared';
@@ -15,7 +15,7 @@ export class LfValue extends LitElement {
       :host {
         display: inline-flex;
         flex-direction: column;
-        gap: 2px;
+        gap: var(--s05);
         min-width: var(--lf-value-width, 7ch);
       }
       .label {
@@ -27,7 +27,7 @@ export class LfValue extends LitElement {
       .value {
         display: inline-flex;
         align-items: baseline;
-        gap: 4px;
+        gap: var(--s1);
         white-space: nowrap;
         font-size: var(--lf-value-size, var(--t-value));
         font-weight: 600;
@@ -35,7 +35,7 @@ export class LfValue extends LitElement {
         line-height: 1.15;
       }
       .unit {
-        font-size: max(0.5em, 12px);
+        font-size: max(0.5em, var(--t-small));
         font-weight: 500;
         color: var(--dim);
         letter-spacing: 0;
@@ -51,7 +51,7 @@ export class LfValue extends LitElement {
       .age {
         display: inline-flex;
         align-items: center;
-        gap: 4px;
+        gap: var(--s1);
         font-size: var(--t-small);
         color: var(--dim);
         white-space: nowrap;
@@ -67,7 +67,7 @@ export class LfValue extends LitElement {
       .why {
         display: inline-flex;
         align-items: center;
-        gap: 4px;
+        gap: var(--s1);
         font-size: var(--t-small);
         font-weight: 600;
         color: var(--medium);
@@ -101,9 +101,11 @@ export class LfValue extends LitElement {
       ${this.label ? html`<div class="label">${this.label}</div>` : nothing}
       <div class="value"><span>${value}</span><span class="unit">${unit}</span></div>
       ${this.bad ? html`<div class="why" role="note" title=${this.bad}>${icon('warning', 14)}${t('operate.bad_value')}<span class="unseen">: ${this.bad}</span></div>` : nothing}
-      ${this.stale && this.age_ms !== null
-        ? html`<div class="age">${icon('clock', 14)}${age(this.age_ms)}</div>`
-        : nothing}
+      ${
+        this.stale && this.age_ms !== null
+          ? html`<div class="age">${icon('clock', 14)}${age(this.age_ms)}</div>`
+          : nothing
+      }
     </div>`;
   }
 }

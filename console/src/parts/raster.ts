@@ -65,11 +65,7 @@ export function lineCount(height: number, step: number): number {
 }
 
 /** Ends of the lines of one pass, in the order in which the jet reaches them. */
-export function passOver(
-  sector: Sector,
-  limits: DriveLimits | null | undefined,
-  from: Direction,
-): Direction[] {
+export function passOver(sector: Sector, limits: DriveLimits | null | undefined, from: Direction): Direction[] {
   const area = clip(areaOf(sector), limits);
   if (!area) return [];
   if (sector.step === 0) return [inLimits(sector.centre, limits)];

@@ -1,5 +1,5 @@
 // Computed sizes and places. They are set one by one: the page's policy allows no style attribute.
-import { nothing, noChange } from 'lit';
+import { noChange, nothing } from 'lit';
 import { Directive, directive, type ElementPart, type PartInfo, PartType } from 'lit/directive.js';
 
 type Styles = Readonly<Record<string, string>>;

@@ -29,6 +29,12 @@ export function lengthText(metres: number): string {
   return `${num(shown, digits)}\u202f${unitText('length')}`;
 }
 
+/** 28–46 m: from the nearest to the farthest, rounded outwards. */
+export function spanText(near_m: number, far_m: number): string {
+  const [near, far] = [fromWire('length', near_m), fromWire('length', far_m)];
+  return `${num(Math.floor(near), 0)}–${num(Math.ceil(far), 0)}\u202f${unitText('length')}`;
+}
+
 /** A position of a drive, arc-minutes. */
 export function angleText(arcmin: number): string {
   return show('angle', arcmin);

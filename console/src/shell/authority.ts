@@ -27,8 +27,9 @@ export async function takeControl(monitor: string): Promise<void> {
   await dialog.open({
     title: t('authority.held_title', { monitor, user: holder.user }),
     content: () => html`<p>${t('authority.held_text', { user: holder.user })}</p>
-      ${may('engineer')
-        ? html`<label class="field"
+      ${
+        may('engineer')
+          ? html`<label class="field"
             >${t('authority.reason')}
             <input
               @input=${(e: Event) => {
@@ -37,8 +38,10 @@ export async function takeControl(monitor: string): Promise<void> {
               }}
             />
           </label>`
-        : nothing}`,
-    actions: (close) => html`${may('engineer')
+          : nothing
+      }`,
+    actions: (close) => html`${
+      may('engineer')
         ? html`<lf-button
             kind="danger"
             .why=${short()}
@@ -48,7 +51,8 @@ export async function takeControl(monitor: string): Promise<void> {
             }}
             >${t('authority.force')}</lf-button
           >`
-        : nothing}
+        : nothing
+    }
       <lf-button
         kind="primary"
         @click=${() => {
@@ -74,23 +78,22 @@ export function followAuthority(): void {
   socket.on('asked', (message) => {
     asked.set(message.monitor, message);
     askedChanged.dispatchEvent(new Event('change'));
-    window.setTimeout(() => {
-      if (asked.get(message.monitor) !== message) return;
-      asked.delete(message.monitor);
-      askedChanged.dispatchEvent(new Event('change'));
-    }, Math.max(0, message.until_ms - store.now()));
+    window.setTimeout(
+      () => {
+        if (asked.get(message.monitor) !== message) return;
+        asked.delete(message.monitor);
+        askedChanged.dispatchEvent(new Event('change'));
+      },
+      Math.max(0, message.until_ms - store.now()),
+    );
   });
   socket.on('authority_lost', (message) => {
     asked.delete(message.monitor);
     askedChanged.dispatchEvent(new Event('change'));
     toast({ kind: 'warning', text: lostText(message), more: message.reason ?? undefined });
   });
-  socket.on('authority_denied', ({ monitor }) =>
-    toast({ kind: 'warning', text: t('authority.denied', { monitor }) }),
-  );
-  socket.on('authority_granted', ({ monitor }) =>
-    toast({ kind: 'ok', text: t('authority.granted', { monitor }) }),
-  );
+  socket.on('authority_denied', ({ monitor }) => toast({ kind: 'warning', text: t('authority.denied', { monitor }) }));
+  socket.on('authority_granted', ({ monitor }) => toast({ kind: 'ok', text: t('authority.granted', { monitor }) }));
 }
 
 function lostText({ monitor, how, by }: LostSeen): string {

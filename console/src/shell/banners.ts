@@ -1,19 +1,19 @@
 // What must not be overlooked, in one strip under the bar; its height never changes.
-import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { resumesIn } from '../hub/pause';
 import { has, inControl, may, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { phaseOf, zones } from '../hub/zones';
 import { age, num, t } from '../i18n';
-import { icon, type IconName } from '../parts/icons';
+import { type IconName, icon } from '../parts/icons';
 import '../parts/lf-button';
 import { base } from '../theme/shared';
 import { answerAsked, asked, askedChanged, releaseControl, takeControl } from './authority';
-import { router, type Route } from './router';
+import { type Route, router } from './router';
 import { phaseWords } from './zone-words';
 
-const LIMITED = ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'];
+const LIMITED = ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'] as const;
 
 @customElement('lf-banners')
 export class LfBanners extends LitElement {
@@ -31,9 +31,9 @@ export class LfBanners extends LitElement {
       .banner {
         display: flex;
         align-items: center;
-        gap: 10px;
-        padding: 3px 16px;
-        font-size: 14px;
+        gap: var(--s2);
+        padding: var(--s1) var(--s3);
+        font-size: var(--t-normal);
         font-weight: 550;
         line-height: 1.25;
         border-right: 1px solid var(--line);
@@ -112,7 +112,11 @@ export class LfBanners extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/', 'zones'], () => this.seen());
+    new TopicController(
+      this,
+      () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/', 'zones'],
+      () => this.seen(),
+    );
   }
 
   override connectedCallback(): void {
@@ -130,9 +134,11 @@ export class LfBanners extends LitElement {
   override render() {
     const { monitor } = this.route;
     const simulation = store.hello?.hub.simulation && store.source === 'live';
-    return html`${!store.linked && store.hello
+    return html`${
+      !store.linked && store.hello
         ? banner('high', 'unlinked', t('banner.lost', { age: age(Date.now() - store.lostAt_ms) }))
-        : nothing}
+        : nothing
+    }
       ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
       ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>${unreported() ? html` · ${t('banner.unreported')}` : nothing}`) : nothing}
       ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
@@ -152,15 +158,30 @@ export class LfBanners extends LitElement {
     const stale = monitor !== null && store.stale(monitor);
     const second = store.linked && !stale ? 0 : Math.floor(Date.now() / 1000);
     const held = monitor ? [] : holders();
-    return JSON.stringify([store.linked, store.source, second, store.hello?.seat, store.hello?.role, limitless(), unreported(), alarmed(), of, held]);
+    return JSON.stringify([
+      store.linked,
+      store.source,
+      second,
+      store.hello?.seat,
+      store.hello?.role,
+      limitless(),
+      unreported(),
+      alarmed(),
+      of,
+      held,
+    ]);
   }
 
   /** On the pages of the whole site: who controls what. */
   private ofAll() {
     if (!store.linked || !store.known || store.source === 'replay') return nothing;
     if (!may('operator')) return banner('info', 'user', t('banner.observer'), true);
-    const own = holders().filter(([id]) => inControl(id)).map(([id]) => id);
-    const others = holders().filter(([id]) => !own.includes(id)).map(([id, user]) => `${id} — ${user}`);
+    const own = holders()
+      .filter(([id]) => inControl(id))
+      .map(([id]) => id);
+    const others = holders()
+      .filter(([id]) => !own.includes(id))
+      .map(([id, user]) => `${id} — ${user}`);
     const told = [
       ...(own.length ? [t('banner.own', { monitors: own.join(', ') })] : []),
       ...(others.length ? [t('banner.others', { monitors: others.join(', ') })] : []),
@@ -172,17 +193,21 @@ export class LfBanners extends LitElement {
 
   private ofMonitor(monitor: string) {
     const resume = resumesIn(monitor);
-    return html`${has(monitor, 'General', 'LockedOut')
+    return html`${
+      has(monitor, 'General', 'LockedOut')
         ? banner('medium', 'lock', html`<b>${t('banner.locked', { monitor })}</b>`)
-        : nothing}
+        : nothing
+    }
       ${this.old(monitor)}
-      ${resume !== null
-        ? banner(
-            'medium passing',
-            'pause',
-            html`<b>${t('banner.paused')}</b> <span class="count">${num(resume / 1000, 1)} ${t('banner.s')}</span>`,
-          )
-        : nothing}
+      ${
+        resume !== null
+          ? banner(
+              'medium passing',
+              'pause',
+              html`<b>${t('banner.paused')}</b> <span class="count">${num(resume / 1000, 1)} ${t('banner.s')}</span>`,
+            )
+          : nothing
+      }
       ${this.control(monitor)}`;
   }
 

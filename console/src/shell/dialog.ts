@@ -1,6 +1,6 @@
 // Dialogs. They are not `showModal`, which would put everything else, STOP among it, out of reach:
 // the page behind is inert, STOP is not.
-import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { jog } from '../hub/jog';
 import { t } from '../i18n';
@@ -81,8 +81,7 @@ export interface ConfirmOptions {
 export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
   let typed = '';
   const missing = () =>
-    options.why?.() ||
-    (options.typed && typed !== options.typed ? t('shell.type_first', { what: options.typed }) : '');
+    options.why?.() || (options.typed && typed !== options.typed ? t('shell.type_first', { what: options.typed }) : '');
   const typing = (event: Event) => {
     typed = (event.target as HTMLInputElement).value.trim();
     dialog.update();
@@ -91,20 +90,24 @@ export async function confirmDialog(options: ConfirmOptions): Promise<boolean> {
   const answer = await dialog.open<boolean>({
     title: options.title,
     content: () => html`<p>${typeof options.text === 'function' ? options.text() : options.text}</p>
-      ${options.typed
-        ? html`<label class="field"
+      ${
+        options.typed
+          ? html`<label class="field"
             >${t('shell.type', { what: options.typed })}
             <input autocomplete="off" autocapitalize="off" spellcheck="false" @input=${typing} />
           </label>`
-        : nothing}`,
+          : nothing
+      }`,
     actions: (close) => html`<lf-button @click=${() => close(false)}>${t('shell.cancel')}</lf-button>
-      ${options.hold
-        ? html`<lf-hold kind=${kind} .seconds=${options.hold} .why=${missing()} @held=${() => close(true)}
+      ${
+        options.hold
+          ? html`<lf-hold kind=${kind} .seconds=${options.hold} .why=${missing()} @held=${() => close(true)}
             >${options.yes}</lf-hold
           >`
-        : html`<lf-button kind=${kind} .why=${missing()} @click=${() => close(true)}
+          : html`<lf-button kind=${kind} .why=${missing()} @click=${() => close(true)}
             >${options.yes}</lf-button
-          >`}`,
+          >`
+      }`,
   });
   return answer === true;
 }
@@ -122,7 +125,7 @@ export class LfDialogs extends LitElement {
         display: grid;
         place-items: center;
         padding: var(--s3);
-        background: rgb(12 18 24 / 45%);
+        background: var(--scrim);
         z-index: 50;
         overflow: auto;
       }
@@ -136,7 +139,7 @@ export class LfDialogs extends LitElement {
       }
       .top {
         align-items: flex-start;
-        gap: 12px;
+        gap: var(--s25);
       }
       .keys {
         min-width: 9ch;
@@ -144,8 +147,8 @@ export class LfDialogs extends LitElement {
       .paper {
         width: 100%;
         height: auto;
-        background: #fff;
-        border-radius: 6px;
+        background: var(--white);
+        border-radius: var(--radius);
       }
       .dialog {
         width: min(520px, 100%);
@@ -154,7 +157,7 @@ export class LfDialogs extends LitElement {
         flex-direction: column;
         background: var(--surface);
         border: 1px solid var(--line);
-        border-radius: 12px;
+        border-radius: var(--radius-large);
         box-shadow: var(--shadow-large);
       }
       .dialog:focus {

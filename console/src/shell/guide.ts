@@ -1,12 +1,12 @@
 // The first minute: leads a newcomer of the demo through taking control, moving, opening,
 // extinguishing, the automatic way, and a lost link. Each step ends when the monitor says so.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { validOf } from '../hub/readings';
 import { has, inControl } from '../hub/session';
 import { socket } from '../hub/socket';
 import { SECOND, store, TopicController } from '../hub/store';
-import { t, type Key } from '../i18n';
+import { type Key, t } from '../i18n';
 import { icon } from '../parts/icons';
 import { styled } from '../parts/styled';
 import { magnified } from '../theme/display';
@@ -42,8 +42,8 @@ export class LfGuide extends LitElement {
         display: grid;
         grid-template-columns: minmax(0, 1fr) auto;
         align-items: center;
-        gap: 4px var(--s4);
-        padding: 8px var(--s3) 10px;
+        gap: var(--s1) var(--s4);
+        padding: var(--s2) var(--s3) var(--s2);
         max-height: 40dvh;
         overflow-y: auto;
       }
@@ -52,28 +52,28 @@ export class LfGuide extends LitElement {
         display: flex;
         align-items: center;
         gap: var(--s3);
-        font-size: 12px;
+        font-size: var(--t-small);
         font-weight: 600;
         color: var(--dim);
       }
       h2 {
-        font-size: 17px;
+        font-size: var(--t-large);
         letter-spacing: -0.01em;
       }
       p {
-        font-size: 15px;
+        font-size: var(--t-normal);
         line-height: 1.4;
       }
       .dots {
         flex: 1;
         max-width: 320px;
         display: flex;
-        gap: 5px;
+        gap: var(--s1);
       }
       .dots i {
         width: 100%;
         height: 4px;
-        border-radius: 2px;
+        border-radius: var(--radius-small);
         background: var(--line);
       }
       .dots .past {
@@ -89,7 +89,7 @@ export class LfGuide extends LitElement {
       .done {
         display: flex;
         align-items: center;
-        gap: 6px;
+        gap: var(--s15);
         font-weight: 650;
         color: var(--accent);
       }
@@ -98,7 +98,7 @@ export class LfGuide extends LitElement {
         z-index: 43;
         pointer-events: none;
         border: 3px solid var(--accent);
-        border-radius: 10px;
+        border-radius: var(--radius-large);
         box-shadow: 0 0 0 4px color-mix(in srgb, var(--accent) 30%, transparent);
         animation: pulse 1.6s ease-in-out infinite;
       }
@@ -115,7 +115,7 @@ export class LfGuide extends LitElement {
       @media (max-width: 720px) {
         .card {
           grid-template-columns: minmax(0, 1fr);
-          padding: 8px 14px;
+          padding: var(--s2) var(--s25);
         }
       }
     `,
@@ -123,8 +123,8 @@ export class LfGuide extends LitElement {
 
   @state() private at = 0;
   @state() private ring: DOMRect | null = null;
-  /** The step whose ring has been brought into sight. */
-  private shown = -1;
+  /** The step whose ring has been brought into sight, and the size of the window. */
+  private shown = '';
   private from: { h: number; v: number } | null = null;
   private heat = 0;
   private broken = false;
@@ -171,7 +171,8 @@ export class LfGuide extends LitElement {
     const done = step.done?.() ?? false;
     const first = step.name === 'welcome';
     const last = step.name === 'end';
-    return html`${this.ring && !done
+    return html`${
+      this.ring && !done
         ? html`<div
             class="ring"
             ${styled({
@@ -181,7 +182,8 @@ export class LfGuide extends LitElement {
               height: `${this.ring.height + 2 * MARGIN_PX}px`,
             })}
           ></div>`
-        : nothing}
+        : nothing
+    }
       <section class="card" role="complementary" aria-label=${t('guide.title')}>
         <div class="name">
           <span>${t('guide.title')}${first || last ? '' : ` · ${this.at} / ${this.steps.length - 2}`}</span>
@@ -195,21 +197,25 @@ export class LfGuide extends LitElement {
           ${step.name === 'fire' && this.burns() ? html`<p class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</p>` : nothing}
         </div>
         <footer>
-          ${first || last
-            ? nothing
-            : html`<lf-button kind="quiet" id="guide-skip" @click=${this.next}>${t('guide.skip')}</lf-button>`}
+          ${
+            first || last
+              ? nothing
+              : html`<lf-button kind="quiet" id="guide-skip" @click=${this.next}>${t('guide.skip')}</lf-button>`
+          }
           ${done && !last && !first ? html`<span class="done">${icon('check')}${t('guide.well')}</span>` : nothing}
-          ${step.name === 'link' && !this.broken
-            ? html`<lf-button kind="primary" id="guide-break" @click=${this.breakLink}>${t('guide.break')}</lf-button>`
-            : last
-              ? html`<lf-button kind="primary" @click=${this.leave}>${t('guide.finish')}</lf-button>`
-              : html`<lf-button
+          ${
+            step.name === 'link' && !this.broken
+              ? html`<lf-button kind="primary" id="guide-break" @click=${this.breakLink}>${t('guide.break')}</lf-button>`
+              : last
+                ? html`<lf-button kind="primary" @click=${this.leave}>${t('guide.finish')}</lf-button>`
+                : html`<lf-button
                   kind="primary"
                   id="guide-next"
                   .why=${first || done ? '' : t('guide.not_yet')}
                   @click=${this.next}
                   >${first ? t('guide.start') : t('guide.next')}</lf-button
-                >`}
+                >`
+          }
           <lf-button kind="quiet" icon="close" .label=${t('guide.leave')} @click=${this.leave}></lf-button>
         </footer>
       </section>`;
@@ -228,9 +234,13 @@ export class LfGuide extends LitElement {
   /** Where the ring is; and on to the next step, a moment after this one is done. */
   private look(): void {
     const step = this.steps[this.at]!;
-    const marked = (step.at ?? []).map((s) => deepQuery(document, s)).find((one) => one && one.getBoundingClientRect().width > 0);
-    if (marked && this.shown !== this.at) {
-      this.shown = this.at;
+    const marked = (step.at ?? [])
+      .map((s) => deepQuery(document, s))
+      .find((one) => one && one.getBoundingClientRect().width > 0);
+    // In another window it may lie elsewhere.
+    const seen = `${this.at} ${innerWidth} ${innerHeight}`;
+    if (marked && this.shown !== seen) {
+      this.shown = seen;
       marked.scrollIntoView({ block: 'nearest' });
     }
     const box = laidOut(marked?.getBoundingClientRect() ?? null);

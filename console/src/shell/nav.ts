@@ -1,14 +1,14 @@
 // Navigation. A rail on wide screens, a drawer on narrow ones.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { session } from '../hub/me';
 import { may } from '../hub/session';
 import { store, TopicController } from '../hub/store';
 import { zones } from '../hub/zones';
-import { t, type Key } from '../i18n';
+import { type Key, t } from '../i18n';
 import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
-import { hrefOf, PAGES, router, type PageInfo, type Route } from './router';
+import { hrefOf, PAGES, type PageInfo, type Route, router } from './router';
 
 @customElement('lf-nav')
 export class LfNav extends LitElement {
@@ -18,7 +18,7 @@ export class LfNav extends LitElement {
       :host {
         display: flex;
         flex-direction: column;
-        gap: 2px;
+        gap: var(--s05);
         padding: var(--s2);
         background: var(--surface);
         border-right: 1px solid var(--line);
@@ -28,19 +28,19 @@ export class LfNav extends LitElement {
         visibility: hidden;
       }
       h3 {
-        padding: 14px 12px 6px;
+        padding: var(--s25) var(--s25) var(--s15);
       }
       a {
         position: relative;
         display: flex;
         align-items: center;
-        gap: 12px;
+        gap: var(--s25);
         min-height: var(--touch);
-        padding: 4px 12px;
+        padding: var(--s1) var(--s25);
         border-radius: var(--radius);
         color: var(--text);
         text-decoration: none;
-        font-size: 15px;
+        font-size: var(--t-normal);
         font-weight: 500;
       }
       a .icon {
@@ -65,24 +65,28 @@ export class LfNav extends LitElement {
       .count {
         flex: none;
         min-width: 24px;
-        padding: 1px 7px;
-        border-radius: 12px;
+        padding: 1px var(--s15);
+        border-radius: var(--radius-round);
         background: var(--high);
         color: var(--on-high);
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 700;
         text-align: center;
       }
+      .cleared {
+        background: var(--info);
+        color: var(--surface);
+      }
       label {
         display: block;
-        padding: 0 4px 6px;
+        padding: 0 var(--s1) var(--s15);
       }
       select {
         font: inherit;
         font-weight: 650;
         width: 100%;
         min-height: var(--touch);
-        padding: 0 10px;
+        padding: 0 var(--s2);
         border: 1px solid var(--line-strong);
         border-radius: var(--radius);
         background: var(--surface);
@@ -90,37 +94,37 @@ export class LfNav extends LitElement {
       }
       /* The longest name fits beside a scroll bar too. */
       :host([rail]) {
-        padding: var(--s2) 3px;
+        padding: var(--s2) var(--s1);
         scrollbar-width: thin;
       }
       :host([rail]) a {
         flex-direction: column;
         justify-content: center;
-        gap: 4px;
+        gap: var(--s1);
         min-height: 58px;
-        padding: 6px 1px;
-        font-size: 11.5px;
+        padding: var(--s15) 1px;
+        font-size: var(--t-tiny);
         letter-spacing: -0.01em;
         line-height: 1.15;
         text-align: center;
       }
-      @media (max-height: 860px) {
+      @media (max-height: 940px) {
         :host([rail]) a {
-          gap: 2px;
+          gap: var(--s05);
           min-height: 50px;
-          padding: 3px 1px;
+          padding: var(--s1) 1px;
         }
       }
       :host([rail]) a span {
         flex: none;
         max-width: 100%;
-        padding-bottom: 2px;
+        padding-bottom: var(--s05);
       }
       :host([rail]) a[aria-current] {
         box-shadow: inset 3px 0 var(--accent);
       }
       :host([rail]) h3 {
-        padding: 10px 0 4px;
+        padding: var(--s2) 0 var(--s1);
         text-align: center;
       }
       :host([rail]) .count {
@@ -129,24 +133,24 @@ export class LfNav extends LitElement {
         right: 8px;
       }
       :host([rail]) select {
-        padding: 0 4px;
+        padding: 0 var(--s1);
       }
       /* All pages on a tablet in landscape format, without scrolling. */
       :host([rail][dense]) {
-        padding: 4px 3px;
+        padding: var(--s1) var(--s1);
         gap: 0;
       }
       :host([rail][dense]) a {
         min-height: var(--touch);
-        gap: 2px;
-        padding: 3px 1px;
+        gap: var(--s05);
+        padding: var(--s1) 1px;
       }
       :host([rail][dense]) h3 {
         position: absolute;
         clip-path: inset(50%);
       }
       :host([rail][dense]) label {
-        padding: 0 2px;
+        padding: 0 var(--s05);
       }
     `,
   ];
@@ -157,11 +161,15 @@ export class LfNav extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['alarms/', 'monitors/', 'hub', 'zones'], () => this.seen());
+    new TopicController(
+      this,
+      () => ['alarms/', 'monitors/', 'hub', 'zones'],
+      () => this.seen(),
+    );
   }
 
   private seen(): string {
-    const site = [store.known, store.hello?.role, unacknowledged(), zones.exist(), zones.eventful()];
+    const site = [store.known, store.hello?.role, unacknowledged().join(), zones.exist(), zones.eventful()];
     return [...site, ...store.monitors()].join('\n');
   }
 
@@ -170,8 +178,9 @@ export class LfNav extends LitElement {
     const monitor = this.route.monitor ?? router.lastMonitor ?? ids[0] ?? null;
     return html`<nav aria-label=${t('nav.label')}>
       ${this.pages('site', null)}
-      ${monitor || !store.known
-        ? html`<h3>${t('nav.monitor')}</h3>
+      ${
+        monitor || !store.known
+          ? html`<h3>${t('nav.monitor')}</h3>
             <label>
               <span class="unseen">${t('nav.monitor')}</span>
               <select @change=${this.choose} ?disabled=${ids.length === 0}>
@@ -181,7 +190,8 @@ export class LfNav extends LitElement {
               </select>
             </label>
             ${this.pages('monitor', monitor)}`
-        : nothing}
+          : nothing
+      }
     </nav>`;
   }
 
@@ -198,8 +208,8 @@ export class LfNav extends LitElement {
       const unsure = (nobody && page.role) || (!hub && page.demo);
       return html`<a href=${hrefOf(page.name, monitor)} class=${unsure ? 'unsure' : nothing} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
-        ${page.name === 'alarms' ? count(unacknowledged(), t('nav.unack')) : nothing}
-        ${page.name === 'zones' ? count(zones.eventful(), t('nav.eventful')) : nothing}
+        ${page.name === 'alarms' ? count(...unacknowledged(), t('nav.unack')) : nothing}
+        ${page.name === 'zones' ? count(zones.eventful(), true, t('nav.eventful')) : nothing}
       </a>`;
     });
   }
@@ -211,10 +221,12 @@ export class LfNav extends LitElement {
   }
 }
 
-function count(n: number, what: string) {
-  return n ? html`<b class="count" aria-label=${what}>${n}</b>` : nothing;
+function count(n: number, urgent: boolean, what: string) {
+  return n ? html`<b class="count ${urgent ? '' : 'cleared'}" aria-label=${what}>${n}</b>` : nothing;
 }
 
-function unacknowledged(): number {
-  return store.alarms().filter((alarm) => alarm.state === 'unack' || alarm.state === 'rtn_unack').length;
+/** How many wait to be acknowledged, and whether one of them has not cleared. */
+function unacknowledged(): [number, boolean] {
+  const waiting = store.alarms().filter(({ state }) => state === 'unack' || state === 'rtn_unack');
+  return [waiting.length, waiting.some(({ active }) => active)];
 }

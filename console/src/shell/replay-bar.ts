@@ -1,15 +1,15 @@
 // The position in a recording while it plays, on every page.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement } from 'lit/decorators.js';
-import { replay, type ReplayMark } from '../hub/replay';
+import { type ReplayMark, replay } from '../hub/replay';
 import type { Alarm } from '../hub/types';
 import { lang, t, tt } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-timeline';
-import type { Mark } from '../parts/lf-timeline';
 import { partsOf } from '../pages/alarms/model';
 import { titleOf } from '../pages/alarms/names';
+import type { Mark } from '../parts/lf-timeline';
 import { base } from '../theme/shared';
 
 @customElement('lf-replay-bar')
@@ -25,8 +25,8 @@ export class LfReplayBar extends LitElement {
       .bar {
         display: grid;
         grid-template-columns: minmax(0, 1fr);
-        gap: 4px 16px;
-        padding: 4px 16px 8px;
+        gap: var(--s1) var(--s3);
+        padding: var(--s1) var(--s3) var(--s2);
         background: var(--surface);
         border-top: 3px solid var(--accent);
         box-shadow: var(--shadow-large);
@@ -36,13 +36,13 @@ export class LfReplayBar extends LitElement {
         flex-wrap: wrap;
         align-items: center;
         justify-content: space-between;
-        gap: 4px 16px;
+        gap: var(--s1) var(--s3);
         min-height: 48px;
       }
       .title {
         display: inline-flex;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
         font-weight: 650;
         min-width: 0;
         overflow: hidden;
@@ -55,7 +55,7 @@ export class LfReplayBar extends LitElement {
       .note {
         flex: 1;
         color: var(--dim);
-        font-size: 13px;
+        font-size: var(--t-note);
         min-width: 220px;
       }
       .error {
@@ -92,11 +92,13 @@ export class LfReplayBar extends LitElement {
       <header>
         <span class="title">${icon('replay')} ${source.title}</span>
         <span class="note">
-          ${replay.error
-            ? html`<span class="error">${replay.error.text(lang())}</span>`
-            : replay.waiting
-              ? t('replay.waiting')
-              : t('replay.note')}
+          ${
+            replay.error
+              ? html`<span class="error">${replay.error.text(lang())}</span>`
+              : replay.waiting
+                ? t('replay.waiting')
+                : t('replay.note')
+          }
         </span>
         <lf-button kind="primary" id="live" @click=${() => replay.close()}>${t('replay.live')}</lf-button>
       </header>

@@ -1,6 +1,6 @@
 // A request in its text form (docs/send.md), in the operator's language and units.
 import { dictionaryNow, param, subsystem } from '../hub/dictionary';
-import { lang, num, t, tt, type Key } from '../i18n';
+import { type Key, lang, num, t, tt } from '../i18n';
 import { toldOf } from '../pages/params/words';
 import { show } from '../units';
 
@@ -61,7 +61,10 @@ function named(data: string[], wanted: Record<string, '' | Parameters<typeof sho
   const parts = data.map((part) => part.split('='));
   return Object.entries(wanted)
     .flatMap(([name, quantity]) => {
-      const values = parts.find(([key]) => key === name)?.[1]?.split(',').map(Number);
+      const values = parts
+        .find(([key]) => key === name)?.[1]
+        ?.split(',')
+        .map(Number);
       if (!values) return [];
       const shown = values.map((value) => (quantity ? show(quantity, value) : num(value)));
       return [t(`request.part_${name}` as Key, { value: shown.join(name === 'sector' ? ' × ' : '; ') })];

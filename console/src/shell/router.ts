@@ -1,7 +1,8 @@
 // The current page: `#/overview`, `#/m/M1/operate`. A page is a file in src/pages; it is loaded when it
 // is first opened, and only existing files are listed.
-import type { IconName } from '../parts/icons';
+
 import type { Role } from '../hub/types';
+import type { IconName } from '../parts/icons';
 
 export interface PageInfo {
   name: string;
@@ -55,7 +56,10 @@ export function fetchPages(): void {
   const left = PAGES.map((page) => page.name);
   const next = () => {
     const name = left.shift();
-    if (name) loadPage(name).catch(() => {}).finally(() => later(next));
+    if (name)
+      loadPage(name)
+        .catch(() => {})
+        .finally(() => later(next));
   };
   setTimeout(next, FETCH_AFTER_MS);
 }

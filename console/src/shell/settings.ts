@@ -4,8 +4,8 @@ import { http } from '../hub/http';
 import { session } from '../hub/me';
 import { socket } from '../hub/socket';
 import { store } from '../hub/store';
-import { applyDisplay, display, DISPLAYS } from '../theme/display';
-import { lang, setLang, t, type Key } from '../i18n';
+import { type Key, lang, setLang, t } from '../i18n';
+import { applyDisplay, DISPLAYS, display } from '../theme/display';
 import { choices, chosenUnit, setUnit } from '../units';
 import { dialog } from './dialog';
 import { setSound, soundWanted } from './fire';
@@ -86,10 +86,12 @@ export function openSettings(): void {
         <span class="grow"
           ><b>${store.hello?.user ?? ''}</b> · ${t(`role.${store.hello?.role ?? 'observer'}`)}</span
         >
-        ${session()?.kind === 'session'
-          ? html`<lf-button icon="edit" @click=${openPassword}>${t('settings.password')}</lf-button>
+        ${
+          session()?.kind === 'session'
+            ? html`<lf-button icon="edit" @click=${openPassword}>${t('settings.password')}</lf-button>
               <lf-button icon="logout" @click=${logout}>${t('settings.logout')}</lf-button>`
-          : nothing}
+            : nothing
+        }
         <lf-button icon="help" @click=${openHelp}>${t('topbar.help')}</lf-button>
       </div>
       <p class="dim small">lafet ${store.hello?.hub.version ?? ''}</p>

@@ -1,7 +1,7 @@
 // STOP and LOCKOUT: on every page, above everything, first in the order of Tab. STOP acts on the press
 // itself, not on its release, without confirmation. LOCKOUT also shuts off the water and takes long to undo,
 // so it is held for half a second, well apart from STOP; on the keyboard it is pressed twice.
-import { LitElement, css, html, nothing, unsafeCSS } from 'lit';
+import { css, html, LitElement, nothing, unsafeCSS } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { whyNot } from '../hub/session';
@@ -53,7 +53,7 @@ export class LfStop extends LitElement {
         display: inline-flex;
         align-items: center;
         justify-content: center;
-        gap: 10px;
+        gap: var(--s2);
         height: 56px;
         border-radius: var(--radius);
         cursor: pointer;
@@ -66,10 +66,10 @@ export class LfStop extends LitElement {
         background: var(--stop);
         color: var(--on-stop);
         border: 2px solid var(--stop-edge);
-        font-size: 20px;
+        font-size: var(--t-title);
         letter-spacing: 0.04em;
         min-width: 168px;
-        padding: 0 18px;
+        padding: 0 var(--s3);
       }
       .stop:hover {
         background: var(--stop-hover);
@@ -83,7 +83,7 @@ export class LfStop extends LitElement {
         gap: inherit;
       }
       .stop small {
-        font-size: 14px;
+        font-size: var(--t-normal);
         font-weight: 650;
         letter-spacing: 0;
       }
@@ -92,19 +92,19 @@ export class LfStop extends LitElement {
         gap: 1px;
       }
       .long span {
-        gap: 8px;
+        gap: var(--s2);
       }
       .long small {
         max-width: 100%;
-        font-size: 12px;
+        font-size: var(--t-small);
         line-height: 1.2;
         overflow: hidden;
         text-overflow: ellipsis;
       }
       .all {
         min-width: 0;
-        font-size: 15px;
-        padding: 0 14px;
+        font-size: var(--t-normal);
+        padding: 0 var(--s25);
         background: transparent;
         border-color: var(--stop);
         color: var(--on-chrome);
@@ -114,11 +114,11 @@ export class LfStop extends LitElement {
       }
       .lockout {
         min-width: 132px;
-        padding: 0 14px;
+        padding: 0 var(--s25);
         background: var(--chrome-2);
         color: var(--on-chrome);
         border: 2px solid var(--chrome-line);
-        font-size: 14px;
+        font-size: var(--t-normal);
         letter-spacing: 0.02em;
       }
       .lockout {
@@ -134,39 +134,39 @@ export class LfStop extends LitElement {
         content: '';
         position: absolute;
         inset: 0 100% 0 0;
-        background: #f0a73a;
+        background: var(--chrome-medium);
       }
       .lockout.held::before {
         right: 0;
         transition: right ${unsafeCSS(HOLD_MS)}ms linear;
       }
       .lockout.held {
-        color: #1d1300;
+        color: var(--on-chrome-medium);
       }
       .lockout:hover {
-        border-color: #f0a73a;
+        border-color: var(--chrome-medium);
       }
       .engaged {
-        background: #f0a73a;
-        border-color: #f0a73a;
-        color: #1d1300;
+        background: var(--chrome-medium);
+        border-color: var(--chrome-medium);
+        color: var(--on-chrome-medium);
       }
       :focus-visible {
-        outline: 3px solid #fff;
+        outline: 3px solid var(--white);
         outline-offset: 2px;
       }
       @media (max-width: 1200px) {
         .lockout {
           flex-direction: column;
-          gap: 3px;
+          gap: var(--s1);
           min-width: 84px;
-          padding: 0 4px;
-          font-size: 11px;
+          padding: 0 var(--s1);
+          font-size: var(--t-tiny);
           letter-spacing: 0;
         }
         .stop:not(.all) {
           min-width: 132px;
-          padding: 0 12px;
+          padding: 0 var(--s25);
         }
       }
       @media (max-width: 720px) {
@@ -184,19 +184,19 @@ export class LfStop extends LitElement {
       @media (max-width: 480px) {
         .stop:not(.all),
         .all {
-          padding: 0 6px;
+          padding: 0 var(--s15);
         }
         .all {
-          font-size: 14px;
+          font-size: var(--t-normal);
         }
         .long small {
-          font-size: 11px;
+          font-size: var(--t-tiny);
         }
         .lockout {
           min-width: 74px;
-          padding: 0 2px;
-          margin-left: 17px;
-          font-size: 10px;
+          padding: 0 var(--s05);
+          margin-left: var(--s3);
+          font-size: var(--t-tiny);
         }
       }
     `,
@@ -211,7 +211,11 @@ export class LfStop extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['monitors/', SECOND], () => JSON.stringify(lockedNow()));
+    new TopicController(
+      this,
+      () => ['monitors/', SECOND],
+      () => JSON.stringify(lockedNow()),
+    );
   }
 
   /** The bar keeps this place free, from the first frame on. */
@@ -254,8 +258,9 @@ export class LfStop extends LitElement {
       >
         <span>${icon('stop', 26)} ${t('stop.stop')}</span> <small>${monitor ? inShort(monitor) : t('stop.all')}</small>
       </button>
-      ${monitor
-        ? html`<button
+      ${
+        monitor
+          ? html`<button
             class="stop all"
             id="stop-all"
             @pointerdown=${(e: PointerEvent) => this.press(e, () => this.stop(null))}
@@ -263,7 +268,8 @@ export class LfStop extends LitElement {
           >
             ${t('stop.stop_all_short')}
           </button>`
-        : nothing}
+          : nothing
+      }
       ${this.only ? nothing : this.lockoutButton(monitor)}`;
   }
 
@@ -341,18 +347,24 @@ export class LfStop extends LitElement {
   /** The second step; the first was to open this. */
   private async release(monitor: string): Promise<void> {
     const why = () => whyNot(monitor, { lockedOut: true });
-    const free = () => !whyNot(monitor, { authority: false, lockedOut: true }) && !store.get(`monitors/${monitor}/authority`)?.holder;
+    const free = () =>
+      !whyNot(monitor, { authority: false, lockedOut: true }) && !store.get(`monitors/${monitor}/authority`)?.holder;
     const end = store.subscribe(`monitors/${monitor}/`, () => dialog.update());
     const sure = await confirmDialog({
       title: t('stop.release_title', { monitor }),
-      text: () => html`${t('stop.release_text')}${why()
-        ? html`<br /><br /><b class="row wrap"
+      text: () =>
+        html`${t('stop.release_text')}${
+          why()
+            ? html`<br /><br /><b class="row wrap"
               >${why()}
-              ${free()
-                ? html`<lf-button id="take-here" @click=${() => takeControl(monitor)}>${t('authority.take')}</lf-button>`
-                : nothing}</b
+              ${
+                free()
+                  ? html`<lf-button id="take-here" @click=${() => takeControl(monitor)}>${t('authority.take')}</lf-button>`
+                  : nothing
+              }</b
             >`
-        : nothing}`,
+            : nothing
+        }`,
       yes: t('stop.release_yes'),
       why,
       hold: 2,

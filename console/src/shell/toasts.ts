@@ -1,12 +1,12 @@
 // Outcomes of commands, and notes of pages: `toast({kind, text})`.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { commands, type Outcome } from '../hub/commands';
 import type { HubError } from '../hub/errors';
 import type { Answer } from '../hub/types';
-import { lang, t, tt, type Key } from '../i18n';
-import { icon, type IconName } from '../parts/icons';
+import { type Key, lang, t, tt } from '../i18n';
+import { type IconName, icon } from '../parts/icons';
 import { base } from '../theme/shared';
 import { requestWords } from './request';
 
@@ -65,7 +65,12 @@ export function noteOf(outcome: Outcome): Toast | null {
     return { kind: 'warning', text: t('stop.no_answer_yet', { monitors }) };
   }
   const bad = outcome.result?.answers.find((answer) => !answer.success);
-  if (bad) return { kind: 'warning', text: `${who} · ${titleOf(outcome.what)}: ${tt(bad.meaning) || bad.text}`, more: tt(bad.remedy) };
+  if (bad)
+    return {
+      kind: 'warning',
+      text: `${who} · ${titleOf(outcome.what)}: ${tt(bad.meaning) || bad.text}`,
+      more: tt(bad.remedy),
+    };
   return { kind: 'ok', text: `${who} · ${titleOf(outcome.what)}` };
 }
 
@@ -107,8 +112,8 @@ export class LfToasts extends LitElement {
         pointer-events: auto;
         display: flex;
         align-items: flex-start;
-        gap: 12px;
-        padding: 12px 4px 12px 14px;
+        gap: var(--s25);
+        padding: var(--s25) var(--s1) var(--s25) var(--s25);
         border-radius: var(--radius);
         border: 1px solid var(--chrome-line);
         background: var(--chrome);
@@ -116,10 +121,10 @@ export class LfToasts extends LitElement {
         box-shadow: var(--shadow-large);
       }
       .warning {
-        border-left: 5px solid #f0a73a;
+        border-left: 5px solid var(--chrome-medium);
       }
       .error {
-        border-left: 5px solid #ff7a6b;
+        border-left: 5px solid var(--chrome-high);
       }
       .text {
         flex: 1;
@@ -128,13 +133,13 @@ export class LfToasts extends LitElement {
       }
       .more {
         color: var(--on-chrome-dim);
-        margin-top: 4px;
+        margin-top: var(--s1);
       }
       button {
         all: unset;
         width: 48px;
         height: 48px;
-        margin: -12px 0;
+        margin: calc(-1 * var(--s25)) 0;
         display: grid;
         place-items: center;
         cursor: pointer;

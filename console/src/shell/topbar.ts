@@ -1,15 +1,15 @@
 // The bar at the top: the page, the number of alarms, the quality of the link, the time, settings.
 // The place at its right end is that of STOP, which is above everything (stop.ts).
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { linkFigures } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
-import { plural, t, time, tt, type Key } from '../i18n';
+import { type Key, plural, t, time, tt } from '../i18n';
 import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
 import { show } from '../units';
 import { firesNow } from './fire';
-import { router, type Route } from './router';
+import { type Route, router } from './router';
 import { openHelp, openSettings } from './settings';
 
 @customElement('lf-topbar')
@@ -34,7 +34,7 @@ export class LfTopbar extends LitElement {
       }
       .where b {
         display: flex;
-        font-size: 18px;
+        font-size: var(--t-large);
         font-weight: 650;
         white-space: pre;
       }
@@ -49,7 +49,7 @@ export class LfTopbar extends LitElement {
       .where .name,
       .where .short {
         display: block;
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--on-chrome-dim);
         white-space: nowrap;
         overflow: hidden;
@@ -63,12 +63,12 @@ export class LfTopbar extends LitElement {
         display: inline-flex;
         align-items: center;
         justify-content: center;
-        gap: 8px;
+        gap: var(--s2);
         min-width: var(--touch);
         height: var(--touch);
-        padding: 0 10px;
+        padding: 0 var(--s2);
         border-radius: var(--radius);
-        font-size: 14px;
+        font-size: var(--t-normal);
         font-weight: 600;
         white-space: nowrap;
         color: var(--on-chrome);
@@ -83,7 +83,7 @@ export class LfTopbar extends LitElement {
       }
       button:focus-visible,
       a:focus-visible {
-        outline: 3px solid #8cc5fb;
+        outline: 3px solid var(--chrome-focus);
       }
       .quiet {
         color: var(--on-chrome-dim);
@@ -104,16 +104,16 @@ export class LfTopbar extends LitElement {
       }
       .fire,
       .high {
-        background: #ff7a6b;
-        color: #1d0503;
+        background: var(--chrome-high);
+        color: var(--on-chrome-high);
       }
       .medium {
-        background: #f0a73a;
-        color: #1d1300;
+        background: var(--chrome-medium);
+        color: var(--on-chrome-medium);
       }
       .low {
-        background: #d7cf5d;
-        color: #1b1a02;
+        background: var(--chrome-low);
+        color: var(--on-chrome-low);
       }
       .known {
         background: transparent;
@@ -122,7 +122,7 @@ export class LfTopbar extends LitElement {
       }
       .clock {
         min-width: 88px;
-        padding: 0 4px;
+        padding: 0 var(--s1);
       }
       .link {
         min-width: 96px;
@@ -131,8 +131,8 @@ export class LfTopbar extends LitElement {
         display: none;
       }
       .lost {
-        background: #f0a73a;
-        color: #1d1300;
+        background: var(--chrome-medium);
+        color: var(--on-chrome-medium);
       }
       .old {
         background: transparent;
@@ -169,9 +169,9 @@ export class LfTopbar extends LitElement {
         .fire {
           max-width: 46%;
           flex-shrink: 0;
-          gap: 4px;
-          padding: 0 6px;
-          font-size: 12px;
+          gap: var(--s1);
+          padding: 0 var(--s15);
+          font-size: var(--t-small);
         }
         .menu {
           display: inline-flex;
@@ -243,7 +243,7 @@ export class LfTopbar extends LitElement {
     const holds = others.some(({ state }) => state !== 'ack');
     const text = worst.active
       ? plural(all.length, 'topbar.alarms')
-      : t('topbar.over', { n: plural(all.length, 'topbar.alarms') });
+      : t(all.length === 1 ? 'topbar.over_one' : 'topbar.over', { n: plural(all.length, 'topbar.alarms') });
     return html`<a
       class="alarm ${holds ? others[0]!.priority : 'known'}"
       href="#/alarms"
@@ -276,7 +276,8 @@ export class LfTopbar extends LitElement {
       return html`<div class="item link lost">${icon('unlinked')}<span class="text">${t('topbar.lost')}</span></div>`;
     }
     const link = monitor ? store.get(`monitors/${monitor}/link`) : undefined;
-    if (!link) return html`<div class="item quiet link">${icon('link')}<span class="text">${t('topbar.hub')}</span></div>`;
+    if (!link)
+      return html`<div class="item quiet link">${icon('link')}<span class="text">${t('topbar.hub')}</span></div>`;
     if (link.state === 'down') {
       return html`<div class="item link lost">${icon('unlinked')}<span class="text">${t('topbar.silent')}</span></div>`;
     }

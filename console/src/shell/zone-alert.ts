@@ -1,11 +1,11 @@
 // A countdown or a release that runs, on every page and above every dialog: which zone, how long, Hold and Abort.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import type { ZoneState } from '../hub/api';
 import { may } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
-import { phaseOf, runningOf, whyNotOrder, zones, type Running } from '../hub/zones';
+import { phaseOf, type Running, runningOf, whyNotOrder, zones } from '../hub/zones';
 import { age, t } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-button';
@@ -37,9 +37,9 @@ export class LfZoneAlert extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 6px 16px;
+        gap: var(--s15) var(--s3);
         min-height: 64px;
-        padding: 6px 16px;
+        padding: var(--s15) var(--s3);
         border-bottom: 1px solid var(--line);
         background: var(--surface-2);
       }
@@ -66,7 +66,7 @@ export class LfZoneAlert extends LitElement {
       }
       .figure {
         min-width: 4ch;
-        font-size: 34px;
+        font-size: var(--t-huge);
         font-weight: 750;
         line-height: 1;
         white-space: nowrap;
@@ -79,19 +79,19 @@ export class LfZoneAlert extends LitElement {
         line-height: 1.3;
       }
       .what b {
-        font-size: 17px;
+        font-size: var(--t-large);
       }
       .what span {
         display: block;
-        font-size: 14px;
+        font-size: var(--t-normal);
       }
       .buttons {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 8px;
-        padding: 3px;
-        border-radius: calc(var(--radius) + 3px);
+        gap: var(--s2);
+        padding: var(--s1);
+        border-radius: calc(var(--radius) + var(--radius-small));
         background: var(--surface);
         color: var(--text);
       }
@@ -99,7 +99,7 @@ export class LfZoneAlert extends LitElement {
         display: inline-flex;
         align-items: center;
         min-height: 48px;
-        padding: 0 12px;
+        padding: 0 var(--s25);
         font-weight: 600;
       }
       .abort {
@@ -111,10 +111,10 @@ export class LfZoneAlert extends LitElement {
           overflow-y: auto;
         }
         .figure {
-          font-size: 28px;
+          font-size: var(--t-value);
         }
         section {
-          padding: 6px 8px;
+          padding: var(--s15) var(--s2);
         }
       }
     `,
@@ -125,7 +125,11 @@ export class LfZoneAlert extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => ['zones', 'monitors/', SECOND], () => this.seen());
+    new TopicController(
+      this,
+      () => ['zones', 'monitors/', SECOND],
+      () => this.seen(),
+    );
   }
 
   private readonly sized = new ResizeObserver(() =>
@@ -151,13 +155,15 @@ export class LfZoneAlert extends LitElement {
     const running = runningOf(zones.view());
     const more = running.length - SHOWN_MOST;
     return html`${repeat(
-        running.slice(0, SHOWN_MOST),
-        ({ zone }) => zone,
-        (zone) => this.one(zone),
-      )}
-      ${more > 0
-        ? html`<div class="more"><b>${t('zones.more', { n: more })}</b><a href=${hrefOf('zones')}>${t('nav.zones')}</a></div>`
-        : nothing}
+      running.slice(0, SHOWN_MOST),
+      ({ zone }) => zone,
+      (zone) => this.one(zone),
+    )}
+      ${
+        more > 0
+          ? html`<div class="more"><b>${t('zones.more', { n: more })}</b><a href=${hrefOf('zones')}>${t('nav.zones')}</a></div>`
+          : nothing
+      }
       <div class="unseen" role="alert">${running.map((zone) => html`<p>${zone.zone}: ${t(`zones.now_${phaseOf(zone) as Running}`)}</p>`)}</div>`;
   }
 
@@ -193,11 +199,15 @@ export class LfZoneAlert extends LitElement {
     const phase = phaseOf(zone);
     if (phase === 'released') {
       const water = withWater(zone.monitors);
-      return water.length ? t('zones.water_of', { monitors: list(water) }) : t('zones.no_water_yet', { monitors: list(zone.monitors) });
+      return water.length
+        ? t('zones.water_of', { monitors: list(water) })
+        : t('zones.no_water_yet', { monitors: list(zone.monitors) });
     }
     if (phase === 'test') return t('zones.test_of', { monitors: list(zone.monitors) });
     const votes = t('zones.votes_of', { detectors: list(zone.votes) });
-    return phase === 'held' ? `${t('zones.held_then', { s: leftWords(zone.left_ms ?? null, 'release') })} ${votes}` : votes;
+    return phase === 'held'
+      ? `${t('zones.held_then', { s: leftWords(zone.left_ms ?? null, 'release') })} ${votes}`
+      : votes;
   }
 
   /** What is shown, without the times that count by themselves. */
@@ -207,7 +217,13 @@ export class LfZoneAlert extends LitElement {
     const running = runningOf(view);
     if (running.length === 0) return '';
     const unknown = zones.unknownFor();
-    const about = running.map((zone) => [zone.zone, zone.phase, this.about(zone), holding.has(zone.zone), zone.hold_left_ms > 0]);
+    const about = running.map((zone) => [
+      zone.zone,
+      zone.phase,
+      this.about(zone),
+      holding.has(zone.zone),
+      zone.hold_left_ms > 0,
+    ]);
     return JSON.stringify([about, unknown === null ? '' : age(unknown), store.linked, store.source, store.hello?.role]);
   }
 

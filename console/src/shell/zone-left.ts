@@ -1,7 +1,7 @@
 // What is left of a time of a zone, counted on between the reports of the hub.
-import { LitElement, html } from 'lit';
+import { html, LitElement } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { zones, type Time } from '../hub/zones';
+import { type Time, zones } from '../hub/zones';
 import { base } from '../theme/shared';
 import { leftWords } from './zone-words';
 

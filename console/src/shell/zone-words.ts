@@ -1,8 +1,16 @@
 // States of zones, detectors and monitors in words: what the hub reports, no more.
-import type { DetectorState, DetectorUnable, ZoneEnd, ZoneMonitorState, ZoneNotReleased, ZoneState, ZonesState } from '../hub/api';
+import type {
+  DetectorState,
+  DetectorUnable,
+  ZoneEnd,
+  ZoneMonitorState,
+  ZoneNotReleased,
+  ZoneState,
+  ZonesState,
+} from '../hub/api';
 import { store } from '../hub/store';
-import { phaseOf, type Phase, type Time } from '../hub/zones';
-import { age, num, t, type Key } from '../i18n';
+import { type Phase, phaseOf, type Time } from '../hub/zones';
+import { age, type Key, num, t } from '../i18n';
 import type { IconName } from '../parts/icons';
 import type { ChipKind } from '../parts/lf-chip';
 
@@ -66,7 +74,9 @@ export function notReady(zone: ZoneState, state: ZonesState, monitors: string[])
     state.lockout ? t('zones.waits_lockout') : '',
     phase === 'ended' ? t('zones.waits_ended', { why: whyEnded(zone) }) : '',
     zone.switch_manual ? t('zones.switch_manual') : '',
-    zone.mode === 'manual' || zone.mode === 'off' ? t('zones.waits_mode', { mode: t(`events.zone_mode_${zone.mode}`) }) : '',
+    zone.mode === 'manual' || zone.mode === 'off'
+      ? t('zones.waits_mode', { mode: t(`events.zone_mode_${zone.mode}`) })
+      : '',
     zone.need == null ? t('zones.waits_failed') : '',
     monitors.length > 0 && monitors.every(withheld) ? t('zones.waits_no_monitor') : '',
   ].filter(Boolean);
@@ -108,7 +118,8 @@ export interface Doing {
 export function doingOf(id: string): Doing[] {
   const status = store.getLive(`monitors/${id}/status`);
   const link = store.getLive(`monitors/${id}/link`);
-  if (!status?.at_ms || link?.state === 'down') return [{ kind: 'medium', icon: 'unlinked', text: t('zones.does_silent') }];
+  if (!status?.at_ms || link?.state === 'down')
+    return [{ kind: 'medium', icon: 'unlinked', text: t('zones.does_silent') }];
   const is = (subsystem: string, flag: string) => status.subsystems[subsystem]?.flags.includes(flag) ?? false;
   const valve = (flag: string) => is('Valve1', flag) || is('Valve2', flag);
   const found: Doing[] = [];

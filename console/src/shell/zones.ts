@@ -60,7 +60,11 @@ export function silenceZones(): Promise<boolean> {
 }
 
 export function lockZones(on: boolean): Promise<boolean> {
-  return order(`/api/zones/${on ? 'lock' : 'unlock'}`, undefined, t(on ? 'events.zone_lockout_on' : 'events.zone_lockout_off'));
+  return order(
+    `/api/zones/${on ? 'lock' : 'unlock'}`,
+    undefined,
+    t(on ? 'events.zone_lockout_on' : 'events.zone_lockout_off'),
+  );
 }
 
 export function bypassDetector(detector: string, bypass: DetectorBypass): Promise<boolean> {

@@ -1,20 +1,34 @@
 // Styles that every element of the console may use.
 import { css } from 'lit';
 
-/** Sizes of boxes, type, focus. */
-export const base = css`
+/** What every element of the console begins with, parts and pages. */
+export const root = css`
   *,
   *::before,
   *::after {
     box-sizing: border-box;
   }
   :host {
+    box-sizing: border-box;
     font-variant-numeric: tabular-nums;
   }
   :host([hidden]),
   [hidden] {
     display: none !important;
   }
+  .unseen {
+    position: absolute;
+    width: 1px;
+    height: 1px;
+    overflow: hidden;
+    clip-path: inset(50%);
+    white-space: nowrap;
+  }
+`;
+
+/** Type and focus of pages. */
+export const base = css`
+  ${root}
   :focus-visible {
     outline: 3px solid var(--focus);
     outline-offset: 2px;
@@ -68,14 +82,6 @@ export const base = css`
   .grow {
     flex: 1;
     min-width: 0;
-  }
-  .unseen {
-    position: absolute;
-    width: 1px;
-    height: 1px;
-    overflow: hidden;
-    clip-path: inset(50%);
-    white-space: nowrap;
   }
 `;
 
@@ -142,7 +148,7 @@ export const fields = css`
   label.field {
     display: flex;
     flex-direction: column;
-    gap: 6px;
+    gap: var(--s15);
     font-size: var(--t-small);
     font-weight: 600;
     color: var(--dim);
@@ -151,14 +157,14 @@ export const fields = css`
   select,
   textarea {
     font: inherit;
-    font-size: 16px;
+    font-size: var(--t-field);
     font-weight: 400;
     color: var(--text);
     background: var(--surface);
     border: 1px solid var(--line-strong);
     border-radius: var(--radius);
     min-height: var(--touch);
-    padding: 8px 12px;
+    padding: var(--s2) var(--s25);
     width: 100%;
   }
   input:disabled,
@@ -194,12 +200,12 @@ export const table = css`
     font-size: var(--t-small);
     font-weight: 650;
     color: var(--dim);
-    padding: 8px 12px;
+    padding: var(--s2) var(--s25);
     border-bottom: 1px solid var(--line-strong);
     white-space: nowrap;
   }
   td {
-    padding: 8px 12px;
+    padding: var(--s2) var(--s25);
     border-bottom: 1px solid var(--line);
     vertical-align: middle;
   }

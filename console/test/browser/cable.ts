@@ -1,6 +1,7 @@
 // A cable that can be cut and frozen: forwards TCP to another port.
-import { connect, createServer, type Server, type Socket } from 'node:net';
+
 import type { AddressInfo } from 'node:net';
+import { connect, createServer, type Server, type Socket } from 'node:net';
 
 export class Cable {
   private readonly ends = new Set<Socket>();

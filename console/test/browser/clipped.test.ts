@@ -4,7 +4,7 @@ import { afterAll, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
 import { clipped } from './clipped';
 import { Demo, PLAIN } from './demo';
-import { until } from './site';
+import { takeButton, until } from './site';
 
 const VIEWS = ['en', 'ru'].flatMap((lang) =>
   [
@@ -57,18 +57,21 @@ async function whole(page: Page, parts: string): Promise<void> {
   }
 }
 
-test.each(VIEWS.filter(({ width }) => width > 1000))('Operate shows all its tiles in $lang, $width × $height', async ({ lang, ...size }) => {
-  await until(async () => (await demo.get<Monitor>('/api/monitors/M1')).authority.state === 'free');
-  const page = await demo.open('#/m/M1/operate', lang, size);
-  await page.locator('lf-automatic #draw').waitFor();
-  await whole(page, 'lf-automatic .tiles > lf-button');
-  await page.locator('#take').click();
-  await page.locator('lf-automatic #draw button:not([aria-disabled])').click();
-  await page.locator('lf-automatic .sector').waitFor();
-  await whole(page, 'lf-automatic .sector :is(lf-button, p)');
-  expect(await clipped(page)).toEqual([]);
-  await page.context().close();
-});
+test.each(VIEWS.filter(({ width }) => width > 1000))(
+  'Operate shows all its tiles in $lang, $width × $height',
+  async ({ lang, ...size }) => {
+    await until(async () => (await demo.get<Monitor>('/api/monitors/M1')).authority.state === 'free');
+    const page = await demo.open('#/m/M1/operate', lang, size);
+    await page.locator('lf-automatic #draw').waitFor();
+    await whole(page, 'lf-automatic .tiles > lf-button');
+    await takeButton(page).click();
+    await page.locator('lf-automatic #draw button:not([aria-disabled])').click();
+    await page.locator('lf-automatic .sector').waitFor();
+    await whole(page, 'lf-automatic .sector :is(lf-button, p)');
+    expect(await clipped(page)).toEqual([]);
+    await page.context().close();
+  },
+);
 
 test.each(VIEWS)('the first steps cover nothing in $lang, $width × $height', async ({ lang, ...size }) => {
   const page = await demo.open('#/m/M1/operate', lang, size, 'normal', 'wanted');

@@ -11,7 +11,8 @@ function look(): string[] {
   /** Tolerance for rounding and for a letter's overhang, px. */
   const LEAST_PX = 2;
   const found = new Set<string>();
-  const parentOf = (of: Node): Node | null => (of as Element).assignedSlot ?? of.parentNode ?? (of instanceof ShadowRoot ? of.host : null);
+  const parentOf = (of: Node): Node | null =>
+    (of as Element).assignedSlot ?? of.parentNode ?? (of instanceof ShadowRoot ? of.host : null);
   const inside = (inner: Node | null, outer: Node): boolean => {
     for (let at = inner; at; at = parentOf(at)) if (at === outer) return true;
     return false;
@@ -20,12 +21,18 @@ function look(): string[] {
     [...root.querySelectorAll('*')].flatMap((one) => [one, ...(one.shadowRoot ? all(one.shadowRoot) : [])]);
   const hit = (x: number, y: number): Element | null => {
     let at = document.elementFromPoint(x, y);
-    for (let deeper = at?.shadowRoot?.elementFromPoint(x, y); deeper && deeper !== at; deeper = at?.shadowRoot?.elementFromPoint(x, y)) at = deeper;
+    for (
+      let deeper = at?.shadowRoot?.elementFromPoint(x, y);
+      deeper && deeper !== at;
+      deeper = at?.shadowRoot?.elementFromPoint(x, y)
+    )
+      at = deeper;
     return at;
   };
   const told = (one: Element): string => {
     const host = (one.getRootNode() as ShadowRoot).host?.localName ?? '';
-    const text = (one.textContent ?? '').trim().replace(/\s+/g, ' ').slice(0, 40) || one.getAttribute('aria-label') || '';
+    const text =
+      (one.textContent ?? '').trim().replace(/\s+/g, ' ').slice(0, 40) || one.getAttribute('aria-label') || '';
     return `${host} ${one.localName}${one.id ? `#${one.id}` : ''}.${[...one.classList].join('.')} "${text}"`;
   };
   /** For screen readers alone. */
@@ -37,10 +44,12 @@ function look(): string[] {
   };
   const textBox = (one: Element): DOMRect | null => {
     const range = document.createRange();
-    const boxes = [...one.childNodes].filter((node) => node.nodeType === 3 && node.textContent?.trim()).map((node) => {
-      range.selectNodeContents(node);
-      return range.getBoundingClientRect();
-    });
+    const boxes = [...one.childNodes]
+      .filter((node) => node.nodeType === 3 && node.textContent?.trim())
+      .map((node) => {
+        range.selectNodeContents(node);
+        return range.getBoundingClientRect();
+      });
     const box = boxes.find(({ width }) => width > 0);
     return box ?? null;
   };
@@ -55,8 +64,10 @@ function look(): string[] {
       const [left, top] = [edge.left + at.clientLeft, edge.top + at.clientTop];
       if (/auto|scroll/.test(overflowX)) scrollsX = true;
       if (/auto|scroll/.test(overflowY)) scrollsY = true;
-      if (/hidden|clip/.test(overflowX) && !scrollsX) most = Math.max(most, left - box.left, box.right - left - at.clientWidth);
-      if (/hidden|clip/.test(overflowY) && !scrollsY) most = Math.max(most, top - box.top - 3, box.bottom - top - at.clientHeight - 3);
+      if (/hidden|clip/.test(overflowX) && !scrollsX)
+        most = Math.max(most, left - box.left, box.right - left - at.clientWidth);
+      if (/hidden|clip/.test(overflowY) && !scrollsY)
+        most = Math.max(most, top - box.top - 3, box.bottom - top - at.clientHeight - 3);
     }
     return scrollsX ? most : Math.max(most, -box.left, box.right - innerWidth);
   };
@@ -69,7 +80,8 @@ function look(): string[] {
   };
 
   for (const one of all(document)) {
-    if (one.closest('svg') || !one.checkVisibility({ visibilityProperty: true, opacityProperty: true }) || unseen(one)) continue;
+    if (one.closest('svg') || !one.checkVisibility({ visibilityProperty: true, opacityProperty: true }) || unseen(one))
+      continue;
     const pressed = one.matches(PRESSED);
     const text = textBox(one);
     if (!pressed && !text) continue;
@@ -81,7 +93,8 @@ function look(): string[] {
     const { overflowX } = getComputedStyle(one);
     const hides = /hidden|clip/.test(overflowX) && one.scrollWidth > one.clientWidth + 1;
     // A text cut with … is complete in its title, or, for a row of a list, where it is selected.
-    if (hides && !one.closest('[title], [role=option]')) found.add(`cut with …: ${name}, ${one.scrollWidth} px in ${one.clientWidth}`);
+    if (hides && !one.closest('[title], [role=option]'))
+      found.add(`cut with …: ${name}, ${one.scrollWidth} px in ${one.clientWidth}`);
     const words = hides ? null : textBox(one);
     const beyond = Math.max(cut(one, box, !pressed), words ? cut(one, words, true) : 0);
     if (beyond > LEAST_PX && !hides) found.add(`cut by ${Math.round(beyond)} px: ${name}`);
@@ -89,7 +102,9 @@ function look(): string[] {
     if (over) found.add(`covered: ${name} by ${told(over)}`);
   }
   for (const drawing of all(document).filter((one) => one.localName === 'svg')) {
-    const texts = [...drawing.querySelectorAll('text')].filter((one) => one.checkVisibility() && one.textContent?.trim());
+    const texts = [...drawing.querySelectorAll('text')].filter(
+      (one) => one.checkVisibility() && one.textContent?.trim(),
+    );
     const boxes = texts.map((one) => one.getBoundingClientRect());
     boxes.forEach((a, n) =>
       boxes.slice(n + 1).forEach((b, m) => {

@@ -1,6 +1,6 @@
 // `lafet demo` with the console, for pages that need a simulated site. LAFET_BIN is the program.
-import { spawn, type ChildProcess } from 'node:child_process';
-import { chromium, type Browser, type Page } from 'playwright-core';
+import { type ChildProcess, spawn } from 'node:child_process';
+import { type Browser, chromium, type Page } from 'playwright-core';
 import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
@@ -30,7 +30,11 @@ export class Demo {
     });
     demo.served = await consoleOf(demo.hub);
     demo.url = demo.served.url;
-    demo.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...drawing], ignoreDefaultArgs: without });
+    demo.browser = await chromium.launch({
+      executablePath: CHROMIUM,
+      args: ['--no-sandbox', ...drawing],
+      ignoreDefaultArgs: without,
+    });
     return demo;
   }
 
@@ -40,7 +44,13 @@ export class Demo {
     this.child?.kill('SIGKILL');
   }
 
-  async open(route: string, lang = 'en', size = { width: 1440, height: 1000 }, display = 'normal', guide = 'done'): Promise<Page> {
+  async open(
+    route: string,
+    lang = 'en',
+    size = { width: 1440, height: 1000 },
+    display = 'normal',
+    guide = 'done',
+  ): Promise<Page> {
     const context = await this.browser.newContext({ viewport: size });
     context.setDefaultTimeout(20_000);
     const wanted = { lang, display, theme: 'day', guide };

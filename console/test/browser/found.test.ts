@@ -1,7 +1,8 @@
 // A found fire spot on the page Operate: its distance, how it was computed, and that no command is
 // sent with a distance that the operator has not seen.
-import { afterAll, beforeAll, describe, expect, test } from 'vitest';
+
 import type { Page } from 'playwright-core';
+import { afterAll, beforeAll, describe, expect, test } from 'vitest';
 import { Demo } from './demo';
 import { take, until } from './site';
 
@@ -32,6 +33,28 @@ afterAll(() => demo.stop());
 
 const distance = (page: Page) => page.locator('#distance').inputValue();
 const why = (page: Page) => page.locator('#quench button').getAttribute('aria-description');
+
+test('the name of a tank that burns is beside its flame, above the fire', async () => {
+  const page = await demo.open('#/m/M1/operate');
+  const name = page.locator('lf-plan .tank-name', { hasText: 'T-1' });
+  await name.waitFor();
+  await page.locator('lf-plan .flame').first().waitFor();
+  const seen = await name.evaluate((text) => {
+    const box = text.getBoundingClientRect();
+    const all = [...(text.getRootNode() as ShadowRoot).querySelectorAll('.flame, .fire-area')];
+    const later = all.filter((one) => text.compareDocumentPosition(one) & Node.DOCUMENT_POSITION_FOLLOWING);
+    const covered = all.filter((one) => {
+      const other = one.getBoundingClientRect();
+      const apart =
+        other.right < box.left || other.left > box.right || other.bottom < box.top + 2 || other.top > box.bottom;
+      return one.classList.contains('flame') && !apart;
+    });
+    return { fires: all.length, later: later.length, covered: covered.length };
+  });
+  expect(seen).toEqual({ fires: seen.fires, later: 0, covered: 0 });
+  expect(seen.fires).toBeGreaterThanOrEqual(2);
+  await page.context().close();
+});
 
 describe('a found fire spot', () => {
   test('is extinguished at the distance that is shown, or that the operator enters', async () => {

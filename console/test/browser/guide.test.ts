@@ -3,7 +3,7 @@ import type { Page } from 'playwright-core';
 import { afterAll, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
 import { Demo } from './demo';
-import { until } from './site';
+import { takeButton, until } from './site';
 
 let demo: Demo;
 beforeAll(async () => {
@@ -18,7 +18,12 @@ async function step(page: Page, title: string, within_ms = 20_000): Promise<void
   await page.locator('lf-guide h2', { hasText: title }).waitFor({ timeout: within_ms });
 }
 
-async function hold(page: Page, selector: string, by: [number, number], until_it: () => Promise<boolean>): Promise<void> {
+async function hold(
+  page: Page,
+  selector: string,
+  by: [number, number],
+  until_it: () => Promise<boolean>,
+): Promise<void> {
   const box = (await page.locator(selector).boundingBox())!;
   const [x, y] = [box.x + box.width / 2, box.y + Math.min(box.height / 2, 104)];
   // On a busy machine the page's heartbeats may be late; then the motion ends, as it must, and is held again.
@@ -46,9 +51,24 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
   await page.locator('#guide-next').click();
 
   await step(page, 'Take control');
-  await page.locator('#take').click();
+  await takeButton(page).click();
   await step(page, 'Deploy');
   expect((await monitor()).authority.state).toBe('held');
+
+  // In a smaller window too, what the step is about lies above the guide.
+  for (const [width, height] of [
+    [1024, 768],
+    [1440, 1000],
+  ] as const) {
+    await page.setViewportSize({ width, height });
+    await until(async () => {
+      const [button, card] = [
+        (await page.locator('#deploy').boundingBox())!,
+        (await page.locator('lf-guide .card').boundingBox())!,
+      ];
+      return button.y + button.height <= card.y;
+    }, 5000);
+  }
 
   await page.locator('#deploy').click();
   await step(page, 'Hold to move', 40_000);
@@ -68,9 +88,15 @@ test('leads from taking control to a lost link', { timeout: 240_000 }, async () 
   await page.locator('#guide-skip').click();
   await step(page, 'automatically');
   // The guide never covers the monitor of its step.
-  const [card, mark] = [(await page.locator('lf-guide .card').boundingBox())!, (await page.locator('lf-plan [data-id="M1"]').first().boundingBox())!];
+  const [card, mark] = [
+    (await page.locator('lf-guide .card').boundingBox())!,
+    (await page.locator('lf-plan [data-id="M1"]').first().boundingBox())!,
+  ];
   const apart =
-    card.x + card.width <= mark.x || mark.x + mark.width <= card.x || card.y + card.height <= mark.y || mark.y + mark.height <= card.y;
+    card.x + card.width <= mark.x ||
+    mark.x + mark.width <= card.x ||
+    card.y + card.height <= mark.y ||
+    mark.y + mark.height <= card.y;
   expect(apart, JSON.stringify([card, mark])).toBe(true);
   await page.locator('#draw').click();
   const plan = (await page.locator('lf-plan').boundingBox())!;

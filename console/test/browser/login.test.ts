@@ -1,7 +1,8 @@
 // Login, and a session that ends during work.
-import type { Page } from 'playwright-core';
+
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import { Guarded } from './guarded';
 import { Site, until } from './site';
@@ -97,7 +98,9 @@ describe('a session that ends during work', () => {
     pages.push(page);
     await site.send('M1', 'Move Horizontal -1800');
     await site.stands('M1', 30_000);
-    const expired = { error: { code: 'login_needed', setup_needed: false, en: 'Log in first.', ru: 'Сначала войдите.' } };
+    const expired = {
+      error: { code: 'login_needed', setup_needed: false, en: 'Log in first.', ru: 'Сначала войдите.' },
+    };
     await page.route('**/api/audit?*', (route) => route.fulfill({ status: 401, json: expired }));
     await page.evaluate(() => (location.hash = '#/events'));
     await page.getByText('Your session has ended').waitFor();

@@ -1,7 +1,8 @@
 // Lists of ten thousand rows: only visible ones are rendered, and all can be reached.
-import type { Page } from 'playwright-core';
+
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo } from './demo';
 import { until } from './site';
@@ -45,7 +46,8 @@ async function scrolledThrough(rows: string, last: RegExp): Promise<number> {
 async function clean(): Promise<void> {
   await page.evaluate(AXE);
   const found = await page.evaluate(async () => {
-    const axe = (window as unknown as { axe: { run: (options: object) => Promise<{ violations: { id: string }[] }> } }).axe;
+    const axe = (window as unknown as { axe: { run: (options: object) => Promise<{ violations: { id: string }[] }> } })
+      .axe;
     return (await axe.run({ runOnly: ['wcag2a', 'wcag2aa', 'wcag21aa'] })).violations.map(({ id }) => id);
   });
   expect(found).toEqual([]);
@@ -55,17 +57,34 @@ test('the audit log of ten thousand commands', async () => {
   const entries = Array.from({ length: ROWS }, (_, index) => {
     const n = ROWS - index;
     return {
-      n, at_ms: BEGUN_MS + n * 1000, user: 'anna', role: 'operator', from: '10.0.0.5', via: 'ws', seat: 's1',
-      monitor: 'M1', what: `Move Horizontal ${n}`, outcome: 'not allowed', details: {}, prev: '', hash: '',
+      n,
+      at_ms: BEGUN_MS + n * 1000,
+      user: 'anna',
+      role: 'operator',
+      from: '10.0.0.5',
+      via: 'ws',
+      seat: 's1',
+      monitor: 'M1',
+      what: `Move Horizontal ${n}`,
+      outcome: 'not allowed',
+      details: {},
+      prev: '',
+      hash: '',
     };
   });
   await opened('#/events', '/api/audit', { entries, next: null, waiting: 0 });
   const rows = 'lf-audit-log tr.deed';
-  await page.locator(rows).filter({ hasText: `Horizontal ${ROWS}` }).waitFor();
+  await page
+    .locator(rows)
+    .filter({ hasText: `Horizontal ${ROWS}` })
+    .waitFor();
   expect(await page.locator('lf-audit-log table').getAttribute('aria-rowcount')).toBe(`${ROWS + 1}`);
   expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
   expect(await scrolledThrough(rows, /Horizontal 1\b/)).toBeLessThan(MADE_MOST);
-  const last = page.locator(rows).filter({ hasText: /Horizontal 1\b/ }).last();
+  const last = page
+    .locator(rows)
+    .filter({ hasText: /Horizontal 1\b/ })
+    .last();
   expect(await last.getAttribute('aria-rowindex')).toBe(`${ROWS + 1}`);
   await clean();
 
@@ -73,7 +92,10 @@ test('the audit log of ten thousand commands', async () => {
   await last.locator('button').focus();
   for (let n = 2; n < 80; n += 1) await page.keyboard.press('Shift+Tab');
   const focused = await page.evaluate(() => {
-    const log = document.querySelector('lf-app')!.shadowRoot!.querySelector('lf-page-events')!.shadowRoot!.querySelector('lf-audit-log')!;
+    const log = document
+      .querySelector('lf-app')!
+      .shadowRoot!.querySelector('lf-page-events')!
+      .shadowRoot!.querySelector('lf-audit-log')!;
     return log.shadowRoot!.activeElement?.closest('tr')?.getAttribute('data-n') ?? '';
   });
   expect(focused).toBe('79');
@@ -81,8 +103,12 @@ test('the audit log of ten thousand commands', async () => {
 
 test('the history of ten thousand alarms', async () => {
   const steps = Array.from({ length: ROWS }, (_, index) => ({
-    at_ms: BEGUN_MS + (ROWS - index) * 1000, id: `M${ROWS - index}/Vertical/AmperageOverload`,
-    from: 'normal', to: 'unack', user: null, reason: null,
+    at_ms: BEGUN_MS + (ROWS - index) * 1000,
+    id: `M${ROWS - index}/Vertical/AmperageOverload`,
+    from: 'normal',
+    to: 'unack',
+    user: null,
+    reason: null,
   }));
   await opened('#/alarms', '/api/alarms/history', steps);
   await page.getByRole('tab', { name: /History/ }).click();
@@ -95,7 +121,10 @@ test('the history of ten thousand alarms', async () => {
 
 test('ten thousand things that have happened', async () => {
   const events = Array.from({ length: ROWS }, (_, index) => ({
-    n: ROWS - index, at_ms: BEGUN_MS + (ROWS - index) * 1000, monitor: 'M1', what: { en: `thing ${ROWS - index}.`, ru: 'дело' },
+    n: ROWS - index,
+    at_ms: BEGUN_MS + (ROWS - index) * 1000,
+    monitor: 'M1',
+    what: { en: `thing ${ROWS - index}.`, ru: 'дело' },
   }));
   await opened('#/events', '/api/events', { events, next: null });
   await page.getByRole('tab', { name: /^Events/ }).click();
@@ -123,7 +152,17 @@ test('ten thousand frames of a link', async () => {
   const list = page.locator('lf-frame-list [role=listbox]');
   for (let n = 1; n <= ROWS; n += 1) {
     const text = `thing ${n} ${'and more '.repeat(20)}`;
-    const frame = { type: 'frame', monitor: 'M1', at_ms: BEGUN_MS + n, direction: 'in', src: 1, dst: 129, bytes: 'd4 5d', text, verdict: 'foreign' };
+    const frame = {
+      type: 'frame',
+      monitor: 'M1',
+      at_ms: BEGUN_MS + n,
+      direction: 'in',
+      src: 1,
+      dst: 129,
+      bytes: 'd4 5d',
+      text,
+      verdict: 'foreign',
+    };
     say(JSON.stringify(frame));
   }
   const rows = page.locator('lf-frame-list .frame');

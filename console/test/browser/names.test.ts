@@ -33,29 +33,32 @@ async function apart(one: Locator, other: Locator): Promise<void> {
   expect(a.x + a.width).toBeLessThanOrEqual(b.x);
 }
 
-test.each(SEEN)('STOP, the page and the cards say which monitor: $lang, $width × $height', async ({ lang, ...size }) => {
-  page = await site.open('#/overview', lang, size);
-  await guarded.enter(page, 'olga');
-  await page.evaluate((id) => (location.hash = `#/m/${id}/operate`), guarded.long);
-  const stop = page.locator('#stop');
-  await stop.getByText('…terrace1').waitFor();
-  expect(await whole(stop.locator('span'))).toBe(true);
-  expect(await whole(stop.locator('small'))).toBe(true);
-  await apart(stop, page.locator('#stop-all'));
-  await apart(page.locator('#stop-all'), page.locator('#lockout'));
-  const name = lang === 'ru' ? 'Управление' : 'Operate';
-  expect(await whole(page.locator('lf-topbar .where span:visible', { hasText: name }))).toBe(true);
+test.each(SEEN)(
+  'STOP, the page and the cards say which monitor: $lang, $width × $height',
+  async ({ lang, ...size }) => {
+    page = await site.open('#/overview', lang, size);
+    await guarded.enter(page, 'olga');
+    await page.evaluate((id) => (location.hash = `#/m/${id}/operate`), guarded.long);
+    const stop = page.locator('#stop');
+    await stop.getByText('…terrace1').waitFor();
+    expect(await whole(stop.locator('span'))).toBe(true);
+    expect(await whole(stop.locator('small'))).toBe(true);
+    await apart(stop, page.locator('#stop-all'));
+    await apart(page.locator('#stop-all'), page.locator('#lockout'));
+    const name = lang === 'ru' ? 'Управление' : 'Operate';
+    expect(await whole(page.locator('lf-topbar .where span:visible', { hasText: name }))).toBe(true);
 
-  await page.evaluate(() => (location.hash = '#/overview'));
-  const cards = page.locator('lf-page-overview .one');
-  await cards.nth(1).waitFor();
-  for (const card of await cards.all()) {
-    const inside = (await card.boundingBox())!;
-    for (const part of await card.locator('h2 b, lf-chip, lf-value').all()) {
-      const box = (await part.boundingBox())!;
-      expect(box.x + box.width).toBeLessThanOrEqual(inside.x + inside.width);
-      expect(box.x).toBeGreaterThanOrEqual(inside.x);
+    await page.evaluate(() => (location.hash = '#/overview'));
+    const cards = page.locator('lf-page-overview .one');
+    await cards.nth(1).waitFor();
+    for (const card of await cards.all()) {
+      const inside = (await card.boundingBox())!;
+      for (const part of await card.locator('h2 b, lf-chip, lf-value').all()) {
+        const box = (await part.boundingBox())!;
+        expect(box.x + box.width).toBeLessThanOrEqual(inside.x + inside.width);
+        expect(box.x).toBeGreaterThanOrEqual(inside.x);
+      }
     }
-  }
-  expect(await page.evaluate(() => document.scrollingElement!.scrollWidth)).toBe(size.width);
-});
+    expect(await page.evaluate(() => document.scrollingElement!.scrollWidth)).toBe(size.width);
+  },
+);

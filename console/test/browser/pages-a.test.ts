@@ -123,7 +123,9 @@ describe('alarms', () => {
     expect(seen.count, 'what is new waits').toBe(1);
     expect(seen.y).toBe(before);
     await page.mouse.move(5, 400);
-    await until(async () => (await page.locator('lf-page-alarms .list > .alarm').first().getAttribute('class'))!.includes('high'));
+    await until(async () =>
+      (await page.locator('lf-page-alarms .list > .alarm').first().getAttribute('class'))!.includes('high'),
+    );
   });
 
   test('are old when the hub is lost, and nothing can be acknowledged', async () => {
@@ -180,7 +182,9 @@ describe('the event log', () => {
       page.locator('lf-audit-log lf-find input').fill('Restart'),
     ]);
     expect(new URL(asked.url()).searchParams.get('text')).toBe('Restart');
-    await until(async () => (await page.locator('tr.deed').allTextContents()).every((text) => text.includes('Restart')));
+    await until(async () =>
+      (await page.locator('tr.deed').allTextContents()).every((text) => text.includes('Restart')),
+    );
     await line.waitFor();
   });
 
@@ -339,7 +343,9 @@ describe('administration', () => {
     await page.locator('lf-tabbar [data-tab=sessions]').click();
     const own = page.locator('tr[data-session]', { hasText: 'you' });
     await own.waitFor();
-    expect(await own.locator('[data-act=end] button').getAttribute('aria-description')).toContain('did not log in with a password');
+    expect(await own.locator('[data-act=end] button').getAttribute('aria-description')).toContain(
+      'did not log in with a password',
+    );
   });
 });
 
@@ -380,7 +386,10 @@ describe('every page', () => {
 
   test.each(ROUTES)('%s: axe finds nothing, nothing is cut off, targets are 48 px', async (route) => {
     await lockOut();
-    for (const [lang, theme] of [['en', 'day'], ['ru', 'night']] as const) {
+    for (const [lang, theme] of [
+      ['en', 'day'],
+      ['ru', 'night'],
+    ] as const) {
       const page = await open(route, lang);
       await page.evaluate((wanted) => (document.documentElement.dataset.theme = wanted), theme);
       await page.locator('lf-app main h1').waitFor();

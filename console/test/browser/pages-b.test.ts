@@ -92,7 +92,10 @@ describe('parameters', () => {
     expect(file).toContain('\n[Nozzle]\n');
     await choose('same.toml', file);
     await page.getByText('The file and M1 are identical.').waitFor();
-    await choose('other.toml', file.replace('FieldOfView = 900', 'FieldOfView = 800').replace('Threshold = 50', 'Threshold = 60'));
+    await choose(
+      'other.toml',
+      file.replace('FieldOfView = 900', 'FieldOfView = 800').replace('Threshold = 50', 'Threshold = 60'),
+    );
     await page.getByText('2 parameters differ').waitFor();
     await page.getByLabel('Restore Detector.Threshold').uncheck();
     await page.getByText('Restore 1', { exact: true }).click();
@@ -246,7 +249,12 @@ describe('commissioning', () => {
     // A busy machine may end the motion before the key is pressed; the page reports that this proves nothing.
     const proved = said(/STOP works: .* after \d+ ms/);
     for (let n = 0; n < 5 && !(await proved()); n += 1) {
-      await heldUntil(page, async () => (await site.moves('M1')) && (await said('It is moving. Press STOP now!')()), down, up);
+      await heldUntil(
+        page,
+        async () => (await site.moves('M1')) && (await said('It is moving. Press STOP now!')()),
+        down,
+        up,
+      );
       await page.keyboard.press('F9');
       await until(async () => (await proved()) || (await said('It stopped before STOP was pressed.')()));
       if (!(await proved())) await up();
@@ -271,7 +279,10 @@ describe('commissioning', () => {
     // The page learns later that the monitor is at rest.
     await box.locator('lf-button', { hasText: 'Set as limit: left' }).locator('button:not([aria-disabled])').click();
     await box.getByText(/^Set: /).waitFor();
-    await box.locator('lf-button', { hasText: 'Limits on: take effect' }).locator('button:not([aria-disabled])').click();
+    await box
+      .locator('lf-button', { hasText: 'Limits on: take effect' })
+      .locator('button:not([aria-disabled])')
+      .click();
     await until(async () => !(await flagged('Horizontal', 'Limitless')));
     expect(await stored('Horizontal', 'MaxLimit')).toEqual([at]);
     await box.getByText('Limits are on.').waitFor();
@@ -290,7 +301,11 @@ describe('commissioning', () => {
     await openAt('lockout');
     await page.locator('lf-step-lockout').getByText('LOCKOUT', { exact: true }).click();
     await page.getByText('The monitor reports that it is locked out.').waitFor();
-    await holdUntil(page, page.locator('lf-hold', { hasText: 'Try a Move' }), said('Refused by the monitor, and nothing moved.'));
+    await holdUntil(
+      page,
+      page.locator('lf-hold', { hasText: 'Try a Move' }),
+      said('Refused by the monitor, and nothing moved.'),
+    );
     const asked = () => page.getByLabel('Type M1 to confirm').isVisible();
     await holdUntil(page, page.locator('lf-step-lockout lf-hold', { hasText: 'Release' }), asked);
     await page.getByLabel('Type M1 to confirm').fill('M1');

@@ -36,14 +36,14 @@ for (const { lang, theme, size } of VIEWS) {
     }, theme);
     await page.locator('lf-page-overview').waitFor();
     await page.evaluate(axe);
-    const all = await page
-      .locator('lf-nav a')
-      .evaluateAll((links) => links.map((link) => link.getAttribute('href')!));
+    const all = await page.locator('lf-nav a').evaluateAll((links) => links.map((link) => link.getAttribute('href')!));
     const found: string[] = [];
     for (const href of all) {
       await page.evaluate((to) => (location.hash = to), href);
       await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
-      await until(() => page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null));
+      await until(() =>
+        page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null),
+      );
       const violations = await page.evaluate(
         (tags) =>
           (globalThis as unknown as { axe: { run: (o: object) => Promise<{ violations: Violation[] }> } }).axe

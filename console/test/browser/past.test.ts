@@ -43,32 +43,51 @@ function made(query: URLSearchParams) {
       if (raw && points.at(-1)?.[1] !== null) points.push([at, null]);
     } else points.push(raw ? [at, 40] : [at, 40, 10, 90]);
   }
-  return { resolution_ms: raw ? 0 : step, series: Object.fromEntries(names.map((name) => [name, name === 'General.pressure' ? points : []])) };
+  return {
+    resolution_ms: raw ? 0 : step,
+    series: Object.fromEntries(names.map((name) => [name, name === 'General.pressure' ? points : []])),
+  };
 }
 
 /** Values of the plot at a part of its width: mean, minimum, maximum; MPa. */
 const at = (part: number) =>
-  page.locator('lf-past lf-plot').first().evaluate((plot, share) => {
-    const own = plot as unknown as { span: [number, number]; columns: { at(ms: number): (number | null)[] } };
-    const [from, to] = own.span;
-    return own.columns.at(from + (to - from) * share);
-  }, part);
+  page
+    .locator('lf-past lf-plot')
+    .first()
+    .evaluate((plot, share) => {
+      const own = plot as unknown as { span: [number, number]; columns: { at(ms: number): (number | null)[] } };
+      const [from, to] = own.span;
+      return own.columns.at(from + (to - from) * share);
+    }, part);
 
 /** Coloured share of a part of the canvas. */
 const painted = (from: number, to: number) =>
-  page.locator('lf-past lf-plot').first().evaluate((plot, [low, high]) => {
-    const canvas = plot.shadowRoot!.querySelector('canvas')!;
-    const over = plot.shadowRoot!.querySelector<HTMLElement>('.u-over')!;
-    const scale = canvas.width / canvas.clientWidth;
-    const [left, wide] = [over.offsetLeft * scale, over.offsetWidth * scale];
-    const data = canvas.getContext('2d')!.getImageData(left + wide * low!, over.offsetTop * scale, wide * (high! - low!), over.offsetHeight * scale).data;
-    let coloured = 0;
-    for (let n = 0; n < data.length; n += 4) {
-      const [r, g, b, a] = [data[n]!, data[n + 1]!, data[n + 2]!, data[n + 3]!];
-      if (a > 20 && Math.max(r, g, b) - Math.min(r, g, b) > 40) coloured += 1;
-    }
-    return coloured / (data.length / 4);
-  }, [from, to]);
+  page
+    .locator('lf-past lf-plot')
+    .first()
+    .evaluate(
+      (plot, [low, high]) => {
+        const canvas = plot.shadowRoot!.querySelector('canvas')!;
+        const over = plot.shadowRoot!.querySelector<HTMLElement>('.u-over')!;
+        const scale = canvas.width / canvas.clientWidth;
+        const [left, wide] = [over.offsetLeft * scale, over.offsetWidth * scale];
+        const data = canvas
+          .getContext('2d')!
+          .getImageData(
+            left + wide * low!,
+            over.offsetTop * scale,
+            wide * (high! - low!),
+            over.offsetHeight * scale,
+          ).data;
+        let coloured = 0;
+        for (let n = 0; n < data.length; n += 4) {
+          const [r, g, b, a] = [data[n]!, data[n + 1]!, data[n + 2]!, data[n + 3]!];
+          if (a > 20 && Math.max(r, g, b) - Math.min(r, g, b) > 40) coloured += 1;
+        }
+        return coloured / (data.length / 4);
+      },
+      [from, to],
+    );
 
 test.each(SPANS)('%s are asked for and drawn, with the gap', async (name, span_ms) => {
   asked = [];
@@ -88,26 +107,41 @@ test.each(SPANS)('%s are asked for and drawn, with the gap', async (name, span_m
   await until(async () => (await painted(0.1, 0.4)) > (band ? 0.3 : 0.003));
   expect(await painted(0.52, 0.58)).toBe(0);
   expect(await painted(0.65, 0.9)).toBeGreaterThan(band ? 0.3 : 0.003);
-  expect(await page.getByText(/^Line: mean/).first().isVisible()).toBe(band);
+  expect(
+    await page
+      .getByText(/^Line: mean/)
+      .first()
+      .isVisible(),
+  ).toBe(band);
 });
 
 test('a failed read is reported, and the last minutes continue', async () => {
   await page.unroute('**/api/history?*');
-  await page.route('**/api/history?*', (route) => route.fulfill({ status: 503, json: { error: { code: 'storage', text: { en: 'x', ru: 'x' } } } }));
+  await page.route('**/api/history?*', (route) =>
+    route.fulfill({ status: 503, json: { error: { code: 'storage', text: { en: 'x', ru: 'x' } } } }),
+  );
   await page.getByLabel('Time shown').first().selectOption({ label: '24 h' });
-  await page.getByText(/^The history could not be read/).first().waitFor();
+  await page
+    .getByText(/^The history could not be read/)
+    .first()
+    .waitFor();
   await page.getByLabel('Time shown').first().selectOption({ label: '5 min' });
   await page.locator('lf-past').first().waitFor({ state: 'detached' });
-  const rows = () => page.locator('lf-plot#water').evaluate((plot) => (plot as unknown as { columns: { length: number } }).columns.length);
+  const rows = () =>
+    page
+      .locator('lf-plot#water')
+      .evaluate((plot) => (plot as unknown as { columns: { length: number } }).columns.length);
   const before = await rows();
   await until(async () => (await rows()) > before);
 });
 
-test('the hub\'s own history has this shape', async () => {
+test("the hub's own history has this shape", async () => {
   await page.unroute('**/api/history?*');
   const to = Date.now();
   for (const long of [HOUR_MS, 31 * 24 * HOUR_MS]) {
-    const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/history?monitor=M1&series=General.pressure&from_ms=${to - long}&to_ms=${to}&points=600`);
+    const answer = await fetch(
+      `http://127.0.0.1:${site.way.port}/api/history?monitor=M1&series=General.pressure&from_ms=${to - long}&to_ms=${to}&points=600`,
+    );
     const told = (await answer.json()) as { resolution_ms: number; series: Record<string, number[][]> };
     expect(told.resolution_ms > 0).toBe(long > 2 * HOUR_MS);
     expect(Object.keys(told.series)).toEqual(['General.pressure']);

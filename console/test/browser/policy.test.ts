@@ -28,7 +28,9 @@ test('no page breaks the policy', { timeout: 120_000 }, async () => {
     const broken: string[] = [];
     Object.assign(window, { broken });
     document.addEventListener('securitypolicyviolation', (event) => {
-      broken.push(`${location.hash} ${event.violatedDirective} ${event.blockedURI} ${event.sample} ${event.sourceFile}:${event.lineNumber}`);
+      broken.push(
+        `${location.hash} ${event.violatedDirective} ${event.blockedURI} ${event.sample} ${event.sourceFile}:${event.lineNumber}`,
+      );
     });
   });
   await page.reload();
@@ -38,7 +40,9 @@ test('no page breaks the policy', { timeout: 120_000 }, async () => {
   for (const href of all) {
     await page.evaluate((to) => (location.hash = to), href);
     await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
-    await until(() => page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null));
+    await until(() =>
+      page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null),
+    );
     await page.waitForTimeout(500);
     for (const pressed of PRESSED[href] ?? []) {
       await page.locator(pressed).first().click();

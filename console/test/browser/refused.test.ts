@@ -2,6 +2,7 @@
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo } from './demo';
+import { takeButton } from './site';
 
 let demo: Demo;
 let page: Page;
@@ -80,11 +81,11 @@ test('a monitor that another one holds, and commands that come too fast', async 
     });
   });
   await page.goto(`${demo.url}/?again#/m/M1/operate`);
-  await page.locator('#take').click();
+  await takeButton(page).click();
   await page.locator('lf-toasts .error').getByText(`Take control: ${HELD.en}`).waitFor();
   expect(await page.locator('#take').isVisible(), 'a refusal gives control to no client').toBe(true);
   refusal = { code: 'slow_down', ...FAST };
-  await page.locator('#take').click();
+  await takeButton(page).click();
   await page.locator('lf-toasts .error').getByText(FAST.en).waitFor();
 });
 

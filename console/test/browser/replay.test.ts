@@ -120,6 +120,9 @@ test('every page shows a recording', async () => {
     await page.evaluate(() => new Promise(requestAnimationFrame));
   }
   await page.evaluate(() => (location.hash = '#/m/M1/diagnosis'));
-  await page.locator('lf-link-stats').getByText('A recording contains the state of the connection, not its figures.').waitFor();
+  await page
+    .locator('lf-link-stats')
+    .getByText('A recording contains the state of the connection, not its figures.')
+    .waitFor();
   expect(broken).toEqual([]);
 });

@@ -396,8 +396,15 @@ describe('other input devices', () => {
   async function pad(axes: number[], pressed: number[] = [], there = true): Promise<void> {
     await page.evaluate(
       ([axes, pressed, there]) => {
-        const buttons = Array.from({ length: 17 }, (_, n) => ({ pressed: pressed.includes(n), touched: false, value: 0 }));
-        Object.defineProperty(navigator, 'getGamepads', { configurable: true, value: () => (there ? [{ axes, buttons }] : []) });
+        const buttons = Array.from({ length: 17 }, (_, n) => ({
+          pressed: pressed.includes(n),
+          touched: false,
+          value: 0,
+        }));
+        Object.defineProperty(navigator, 'getGamepads', {
+          configurable: true,
+          value: () => (there ? [{ axes, buttons }] : []),
+        });
         window.dispatchEvent(new Event('gamepadconnected'));
       },
       [axes, pressed, there] as const,
@@ -470,7 +477,12 @@ describe('other input devices', () => {
   });
 });
 
-async function touch(cdp: CDPSession, type: 'touchStart' | 'touchMove' | 'touchEnd' | 'touchCancel', x = 0, y = 0): Promise<void> {
+async function touch(
+  cdp: CDPSession,
+  type: 'touchStart' | 'touchMove' | 'touchEnd' | 'touchCancel',
+  x = 0,
+  y = 0,
+): Promise<void> {
   const touchPoints = type === 'touchEnd' || type === 'touchCancel' ? [] : [{ x, y }];
   await cdp.send('Input.dispatchTouchEvent', { type, touchPoints });
 }
@@ -517,7 +529,8 @@ describe('what the page says', () => {
       all.map((one) => {
         const by = (one.getAttribute('aria-describedby') ?? '').split(' ').filter((id) => id === 'reason');
         const root = one.getRootNode() as ShadowRoot;
-        const why = one.getAttribute('aria-description') ?? by.map((id) => root.getElementById(id)?.textContent).join('');
+        const why =
+          one.getAttribute('aria-description') ?? by.map((id) => root.getElementById(id)?.textContent).join('');
         return [one.getAttribute('aria-label') ?? one.textContent?.trim() ?? '', why ?? ''] as const;
       }),
     );

@@ -18,8 +18,7 @@ beforeAll(async () => {
 afterAll(() => demo?.stop());
 afterEach(() => page.context().close());
 
-const figures = () =>
-  page.locator('lf-scene').evaluate((scene) => (scene as unknown as SceneElement).figures);
+const figures = () => page.locator('lf-scene').evaluate((scene) => (scene as unknown as SceneElement).figures);
 
 test('draws the site with few calls, and stops when the page is left', async () => {
   page = await demo.open('#/m/M1/operate');
@@ -34,7 +33,9 @@ test('draws the site with few calls, and stops when the page is left', async () 
   expect(loaded.some((url) => /world-.*\.js/.test(url))).toBe(true);
   const scene = await page.locator('lf-scene').elementHandle();
   await page.evaluate(() => (location.hash = '#/overview'));
-  await until(() => scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null));
+  await until(() =>
+    scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null),
+  );
 });
 
 test('without WebGL the plan is shown', async () => {

@@ -1,14 +1,14 @@
 // The set-up of the tests: simulated monitors, a hub, the console in a browser. LAFET_BIN is the path
 // of the program.
-import { execFile, spawn, type ChildProcess } from 'node:child_process';
+import { type ChildProcess, execFile, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { promisify } from 'node:util';
-import { chromium, type Browser, type BrowserContext, type Locator, type Page } from 'playwright-core';
+import { type Browser, type BrowserContext, chromium, type Locator, type Page } from 'playwright-core';
 import { Cable } from './cable';
 import { consoleOf, type Served } from './served';
-import { Wire, type Names, type Output } from './wire';
+import { type Names, type Output, Wire } from './wire';
 
 export const LAFET = process.env.LAFET_BIN ?? 'lafet';
 const CHROMIUM = process.env.CHROMIUM_BIN ?? '/usr/bin/chromium';
@@ -34,11 +34,18 @@ export class Site {
   way!: Cable;
   url = '';
 
-  /** Two deployed monitors, M1 and M2; `more` is added to the hub's configuration. */
-  static async start(more = ''): Promise<Site> {
+  /** Two deployed monitors, M1 and M2, with these faults; `more` is added to the hub's configuration. */
+  static async start(more = '', faults: string[] = []): Promise<Site> {
     const site = new Site();
     for (const address of [1, 2]) {
-      const port = await site.program(['sim', '--listen', 'tcp://127.0.0.1:0', '--addr', `${address}`]);
+      const port = await site.program([
+        'sim',
+        '--listen',
+        'tcp://127.0.0.1:0',
+        '--addr',
+        `${address}`,
+        ...faults.flatMap((fault) => ['--fault', fault]),
+      ]);
       site.monitors.push(port);
       site.links.push(await Cable.to(port));
     }
@@ -48,7 +55,12 @@ export class Site {
     writeFileSync(
       config,
       `[server]\nlisten = "127.0.0.1:0"\nlogin = false\ndata = "${site.folder}"\n[authority]\nlost_ms = 500\n` +
-        ports.map((port, n) => `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`).join('') +
+        ports
+          .map(
+            (port, n) =>
+              `[[monitor]]\nid = "M${n + 1}"\nurl = "tcp://127.0.0.1:${port}?addr=${n + 1}"\npoll_ms = 100\n`,
+          )
+          .join('') +
         more,
     );
     site.hub = await site.program(['serve', '--config', config]);
@@ -174,10 +186,23 @@ export async function until(so: () => Promise<boolean> | boolean, within_ms = 15
   }
 }
 
+/**
+ * The button that takes control, as soon as it can: a page that was closed keeps its monitor for `lost_ms`, and until
+ * then the same button asks its holder.
+ */
+export function takeButton(page: Page): Locator {
+  return page
+    .locator('#take', { hasText: /^\s*(Take control|Взять управление)\s*$/ })
+    .locator('button:not([aria-disabled=true])');
+}
+
 /** Takes control of M1 on one of its pages; until the page has it, its buttons are disabled. */
 export async function take(page: Page): Promise<void> {
-  await page.locator('#take').click();
-  await page.getByText(/^(You control M1|Стволом M1 управляете вы)$/).first().waitFor();
+  await takeButton(page).click();
+  await page
+    .getByText(/^(You control M1|Стволом M1 управляете вы)$/)
+    .first()
+    .waitFor();
 }
 
 /**
@@ -188,7 +213,7 @@ export async function press(page: Page, button: Locator, for_ms: number): Promis
   await button.scrollIntoViewIfNeeded();
   const box = (await button.boundingBox())!;
   await page.evaluate(() => {
-    const seen = (window as unknown as { pressed: Record<string, number> });
+    const seen = window as unknown as { pressed: Record<string, number> };
     seen.pressed = {};
     for (const type of ['pointerdown', 'pointerup']) {
       window.addEventListener(type, (event) => (seen.pressed[type] = event.timeStamp), { capture: true, once: true });

@@ -101,7 +101,9 @@ export class Wire {
     return (this.names.flags[table ?? ''] ?? []).flatMap(({ name, shift, width }) => {
       const value = (bits >>> shift) & (2 ** width - 1);
       if (value === 0) return [];
-      return [width === 1 ? name : `${name}=${this.names.button_states.find((it) => it.value === value)?.name ?? value}`];
+      return [
+        width === 1 ? name : `${name}=${this.names.button_states.find((it) => it.value === value)?.name ?? value}`,
+      ];
     });
   }
 }

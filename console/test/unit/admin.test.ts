@@ -1,5 +1,13 @@
 import { describe, expect, it } from 'vitest';
-import { badName, badPassword, isLastAdministrator, metricsOf, RIGHTS, suggestPassword, type User } from '../../src/pages/admin/model';
+import {
+  badName,
+  badPassword,
+  isLastAdministrator,
+  metricsOf,
+  RIGHTS,
+  suggestPassword,
+  type User,
+} from '../../src/pages/admin/model';
 
 describe('administration', () => {
   it('checks names and passwords as the hub does', () => {

@@ -37,8 +37,16 @@ const ALL = [OVERLOAD, LINK, SHELVED];
 
 describe('alarms', () => {
   it('counts what needs action, without shelved ones', () => {
-    expect(countOf(ALL)).toEqual({ waiting: 2, shelved: 1, active: 2, by: { fire: 0, high: 1, medium: 1, low: 0 } });
+    expect(countOf(ALL)).toEqual({
+      urgent: true,
+      waiting: 2,
+      shelved: 1,
+      active: 2,
+      by: { fire: 0, high: 1, medium: 1, low: 0 },
+    });
     expect(countOf([{ ...OVERLOAD, state: 'ack' }]).waiting).toBe(0);
+    // One that cleared by itself waits to be read, and is not urgent.
+    expect(countOf([{ ...OVERLOAD, state: 'rtn_unack', active: false }])).toMatchObject({ urgent: false, waiting: 1 });
   });
 
   it('finds by monitor and by every text of the language that is read', () => {
@@ -80,13 +88,25 @@ describe('alarms', () => {
   });
 
   it('writes tables that a spreadsheet reads, and no formulas', () => {
-    expect(csv([['a', 'b,c'], ['say "x"', -5]])).toBe('a,"b,c"\r\n"say ""x""",-5\r\n');
+    expect(
+      csv([
+        ['a', 'b,c'],
+        ['say "x"', -5],
+      ]),
+    ).toBe('a,"b,c"\r\n"say ""x""",-5\r\n');
     expect(csv([['=1+1', '-cmd', '@x']])).toBe("'=1+1,'-cmd,'@x\r\n");
   });
 });
 
 it('the history keeps what was read beyond its first page when something new comes', () => {
-  const step = (at_ms: number) => ({ at_ms, id: 'M1/Vertical/Move', from: 'normal', to: 'unack', user: null, reason: null });
+  const step = (at_ms: number) => ({
+    at_ms,
+    id: 'M1/Vertical/Move',
+    from: 'normal',
+    to: 'unack',
+    user: null,
+    reason: null,
+  });
   const known = [step(5), step(4), step(3)];
   expect(newer(known, [step(7), step(6), step(5), step(4)])).toEqual([step(7), step(6), step(5), step(4), step(3)]);
   expect(newer(known, [step(5), step(4)])).toEqual(known);

@@ -1,15 +1,7 @@
 import { readFileSync } from 'node:fs';
 import { describe, expect, it } from 'vitest';
 import type { Dictionary } from '../../src/hub/dictionary';
-import {
-  differences,
-  FileError,
-  fromText,
-  otherKind,
-  toJson,
-  toToml,
-} from '../../src/pages/params/backup';
-import { readToml, TomlError } from '../../src/pages/params/toml';
+import { differences, FileError, fromText, otherKind, toJson, toToml } from '../../src/pages/params/backup';
 
 const file = (name: string) => readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8');
 const dictionary = JSON.parse(file('dictionary.json')) as Dictionary;
@@ -80,39 +72,54 @@ describe('a file of `lafet param backup`', () => {
 });
 
 describe('TOML', () => {
-  it('is read as far as needed', () => {
-    const text = `a = 0x1F # remark
-"b c" = [ 1, -2_000, # in between
-  +3, ]
-[t]
-s = "x # \\"y\\" \\u00e9"
-l = 'as \\ is'
-no = 1.5
-yes = true
+  const read = (text: string) => fromText(`format = 1\n${text}`, dictionary);
+
+  it('is read in all its forms', () => {
+    const forms = `[Control] # remark
+Trajectory0 = [ 1, -2_0, # in between
+  +3, 0x4, ]
+[Vertical]\r
+"Speed" = 0x1F\r
+[monitor]
+url = "x # \\"y\\" \\u00e9"
+profile = 'as \\ is'
 `;
-    const tables = readToml(text);
-    expect(tables.get('')).toEqual(new Map<string, unknown>([['a', 31], ['b c', [1, -2000, 3]]]));
-    expect(tables.get('t')).toEqual(
-      new Map<string, unknown>([['s', 'x # "y" é'], ['l', 'as \\ is'], ['no', null], ['yes', true]]),
-    );
-    expect(readToml('a = 1\r\n[b]\r\nc = 2\r\n').get('b')).toEqual(new Map([['c', 2]]));
+    const { about, values } = read(forms);
+    expect(values.get('Control.Trajectory0')).toEqual([1, -20, 3, 4]);
+    expect(values.get('Vertical.Speed')).toEqual([31]);
+    expect([about.url, about.profile]).toEqual(['x # "y" é', 'as \\ is']);
+  });
+
+  it('has no number that is not an integer', () => {
+    for (const value of [
+      '1.5',
+      '12.0',
+      '1e1',
+      'inf',
+      'nan',
+      '2026-11-21',
+      'true',
+      '[[1]]',
+      '{ a = 1 }',
+      '99999999999999999999',
+    ]) {
+      expect(mistake(`format = 1\n[Vertical]\nSpeed = ${value}`).key, value).toMatch(
+        /^params.file.(number|syntax|range)$/,
+      );
+    }
   });
 
   it('reports the line of an error', () => {
     for (const [text, line] of [
-      ['a', 1],
-      ['a = 1 2', 1],
-      ['a = 1\na = 2', 2],
-      ['[a]\n[a]', 2],
-      ['\n\na = "x', 3],
-      ['a = [1, 2', 1],
-      ['a = 01', null],
+      ['a', 2],
+      ['a = 1 2', 2],
+      ['a = 1\na = 2', 3],
+      ['[a]\n[a]', 3],
+      ['\n\na = "x', 4],
+      ['a = 01', 2],
     ] as const) {
-      if (line === null) expect(readToml(text).get('')!.get('a')).toBe(null);
-      else {
-        expect(() => readToml(text)).toThrow(TomlError);
-        expect(() => readToml(text)).toThrow(`line ${line}`);
-      }
+      const error = mistake(`format = 1\n${text}`);
+      expect([error.key, error.args], text).toEqual(['params.file.syntax', { line }]);
     }
   });
 });

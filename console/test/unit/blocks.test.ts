@@ -2,7 +2,15 @@ import { expect, test } from 'vitest';
 import { divided } from '../../src/parts/blocks';
 
 test('every row is in one block, in order', () => {
-  for (const [count, anchor] of [[0, 0], [1, 0], [25, 0], [26, 0], [1000, 0], [1000, 7], [1000, 999]] as const) {
+  for (const [count, anchor] of [
+    [0, 0],
+    [1, 0],
+    [25, 0],
+    [26, 0],
+    [1000, 0],
+    [1000, 7],
+    [1000, 999],
+  ] as const) {
     const parts = divided(count, anchor);
     expect(parts.map(({ to }) => to).at(-1) ?? 0).toBe(count);
     parts.forEach(({ from, key }, n) => {

@@ -2,9 +2,9 @@ import { readFileSync } from 'node:fs';
 import { describe, expect, it } from 'vitest';
 import type { Dictionary } from '../../src/hub/dictionary';
 import type { LinkFigures, Readiness, Status } from '../../src/hub/types';
-import { niceTop, pathOf } from '../../src/parts/lf-trend';
 import { flagsOf, matchingFlags, setFlags, tries, wordHex } from '../../src/pages/diagnosis/model';
 import { fromHistory, sampleOf, spanOf } from '../../src/pages/diagnosis/samples';
+import { niceTop, pathOf } from '../../src/parts/lf-trend';
 
 const file = (name: string) => JSON.parse(readFileSync(new URL(`files/${name}`, import.meta.url), 'utf8'));
 const dict = file('dictionary.json') as Dictionary;
@@ -38,7 +38,13 @@ const LINK: LinkFigures = {
 const READY: Readiness = { ready: true, reasons: [] };
 
 describe('flags', () => {
-  const seen = flagsOf(status({ Vertical: ['Move', 'PosEncoderFault', 'AmperageOverload'], Buttons: ['LeftButtonState=Pressed', 'UpButtonState=Short'] }), dict);
+  const seen = flagsOf(
+    status({
+      Vertical: ['Move', 'PosEncoderFault', 'AmperageOverload'],
+      Buttons: ['LeftButtonState=Pressed', 'UpButtonState=Short'],
+    }),
+    dict,
+  );
 
   it('are those of the subsystems that the monitor has', () => {
     expect(new Set(seen.map((flag) => flag.subsystem))).toEqual(new Set(['Vertical', 'Buttons']));
@@ -92,7 +98,14 @@ describe('what to try', () => {
 
   it('of a monitor without a link: its remedy is urgent', () => {
     const text = { en: 'Check the cable.', ru: 'Проверьте кабель.' };
-    const reason = { code: 'link' as const, subsystem: null, flag: null, severity: 'alarm' as const, what: text, remedy: text };
+    const reason = {
+      code: 'link' as const,
+      subsystem: null,
+      flag: null,
+      severity: 'alarm' as const,
+      what: text,
+      remedy: text,
+    };
     const found = tries({ ready: false, reasons: [reason] }, [], { ...LINK, state: 'down' }, false);
     expect(found.map((one) => [one.key, one.urgent])).toEqual([
       [null, true],
@@ -109,8 +122,22 @@ describe('crash data', () => {
 });
 
 describe('curves of the link', () => {
-  it('start with the hub\'s history: a value holds until the next one', () => {
-    const samples = fromHistory({ 'Link.sent': [[1000, 10], [3000, 20]], 'Link.timeouts': [[1000, 0], [3000, 5]], 'Link.rtt_ms': [[1000, 4]] }, 0, 5000);
+  it("start with the hub's history: a value holds until the next one", () => {
+    const samples = fromHistory(
+      {
+        'Link.sent': [
+          [1000, 10],
+          [3000, 20],
+        ],
+        'Link.timeouts': [
+          [1000, 0],
+          [3000, 5],
+        ],
+        'Link.rtt_ms': [[1000, 4]],
+      },
+      0,
+      5000,
+    );
     expect(samples.map(({ t, sent, loss_percent, rtt_ms }) => [t, sent, loss_percent, rtt_ms])).toEqual([
       [1000, 10, 0, 4],
       [2000, 10, 0, 4],
@@ -124,7 +151,17 @@ describe('curves of the link', () => {
     expect(sampleOf(5, LINK, true)).toMatchObject({ t: 5, rtt_ms: 4, received: 100, loss_percent: 0 });
     expect(sampleOf(5, LINK, false)).toMatchObject({ rtt_ms: null, received: 0, loss_percent: null });
     expect(sampleOf(5, { ...LINK, state: 'down' }, true).rtt_ms).toBeNull();
-    const path = pathOf([{ t: 0, v: 1 }, { t: 1, v: null }, { t: 2, v: 1 }, { t: 4, v: 0 }], 0, 4, 1);
+    const path = pathOf(
+      [
+        { t: 0, v: 1 },
+        { t: 1, v: null },
+        { t: 2, v: 1 },
+        { t: 4, v: 0 },
+      ],
+      0,
+      4,
+      1,
+    );
     expect(path).toBe('M0.0 4.0M150.0 4.0L300.0 54.0');
   });
 

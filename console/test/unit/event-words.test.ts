@@ -1,7 +1,7 @@
 import { readFileSync } from 'node:fs';
 import { beforeAll, describe, expect, it } from 'vitest';
 import type { Act, SimAct, ZoneEntry, ZoneOrder } from '../../src/hub/api';
-import { dictionary, type Dictionary } from '../../src/hub/dictionary';
+import { type Dictionary, dictionary } from '../../src/hub/dictionary';
 import type { AuditEntry } from '../../src/hub/types';
 import { loadLang, setLang } from '../../src/i18n';
 import { kindOf } from '../../src/pages/events/model';
@@ -96,7 +96,10 @@ beforeAll(async () => {
     localStorage: { getItem: () => null, setItem: () => {} },
   });
   await dictionary();
-  const [scenario, fault] = [{ en: 'Hangar', ru: 'Ангар' }, { en: 'Jammed', ru: 'Заклинило' }];
+  const [scenario, fault] = [
+    { en: 'Hangar', ru: 'Ангар' },
+    { en: 'Jammed', ru: 'Заклинило' },
+  ];
   learnSimulation({
     scenarios: [{ id: 'hangar', title: scenario, about: scenario, duration_s: 1, monitors: [] }],
     faults: [{ name: 'vertical-jam', group: 'vertical', group_text: fault, text: fault }],
@@ -137,11 +140,19 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
 
   it.each([
     ['Lockout All on', 'LOCKOUT', 'АВАРИЙНАЯ БЛОКИРОВКА'],
-    ['Move Nozzle 30', `Move: ${named('Nozzle').en}, to 30\u202fmm`, `Перемещение: ${named('Nozzle').ru}, до 30\u202fмм`],
+    [
+      'Move Nozzle 30',
+      `Move: ${named('Nozzle').en}, to 30\u202fmm`,
+      `Перемещение: ${named('Nozzle').ru}, до 30\u202fмм`,
+    ],
     ['Open Valve1', `Open: ${named('Valve1').en}`, ''],
     ['Deploy Deployer', 'Deploy', 'Развернуть'],
     ['StartSeek Detector -1800 1800 -300 900', 'Search for fire: traverse −30.0° … 30.0°, elevation −5.0° … 15.0°', ''],
-    ['StartQuench Control program=3 centre=1200,300 nozzle=60', 'Extinguish: centre 20.0°; 5.0°, program 3, nozzle 60\u202fmm', ''],
+    [
+      'StartQuench Control program=3 centre=1200,300 nozzle=60',
+      'Extinguish: centre 20.0°; 5.0°, program 3, nozzle 60\u202fmm',
+      '',
+    ],
     ['StartTrajectory Control repeat stored=0,3', 'Extinguish along trajectories: stored 0; 3', ''],
     ['SetParam Vertical Speed 9', `Set parameter: ${named('Vertical').en}, Speed = 9 °/s`, ''],
     ['0x12 0x34 de ad', '0x12 0x34 de ad', '0x12 0x34 de ad'],
@@ -160,9 +171,23 @@ it('an entry of another version of the hub is its text', () => {
 });
 
 it('says how a motion ended, and of a bad value that it is', async () => {
-  await setLang('en');
-  await loadLang();
+  const text = { en: 'No answer.', ru: 'Нет ответа.' };
+  for (const lang of ['ru', 'en'] as const) {
+    await setLang(lang);
+    await loadLang();
+    for (const how of ['refused', 'unknown'] as const) {
+      const said = (end: object) => endingWords(entry({ ...acts.jog, end } as typeof acts.jog));
+      expect(said({ how, error: text.en, text })).toBe(text[lang]);
+      expect(said({ how, error: text.en })).toBe('');
+    }
+  }
   expect(endingWords(entry(acts.jog))).toBe('released, 10.0°');
-  const state = { bits: 0, flags: [], severity: 'alarm' as const, pressure: 0, bad: { pressure: 'PressureSensorBreak' } };
+  const state = {
+    bits: 0,
+    flags: [],
+    severity: 'alarm' as const,
+    pressure: 0,
+    bad: { pressure: 'PressureSensorBreak' },
+  };
   expect(stateWords('General', state)).toMatch(/^0\.00\u202fMPa \(not valid: .*pressure/i);
 });

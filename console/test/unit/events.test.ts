@@ -3,7 +3,13 @@ import type { AuditEntry } from '../../src/hub/types';
 import { fits } from '../../src/pages/events/live';
 import { deedsOf, fateOf, fieldTime, joined, matches, plainDetails } from '../../src/pages/events/model';
 
-function entry(n: number, what: string, outcome: string, details: Record<string, unknown> = {}, change = {}): AuditEntry {
+function entry(
+  n: number,
+  what: string,
+  outcome: string,
+  details: Record<string, unknown> = {},
+  change = {},
+): AuditEntry {
   return {
     n,
     at_ms: n * 1000,
@@ -43,7 +49,10 @@ describe('the audit log', () => {
 
   it('a Stop denied because of a lockout has not failed', () => {
     const stop = { act: { v: 1, type: 'request' as const, request: 'Stop', to: 'All' } };
-    const [deed] = deedsOf([entry(1, 'Stop All', 'asked', {}, stop), entry(2, 'Stop All', 'Denied', { asked: 1 }, stop)]);
+    const [deed] = deedsOf([
+      entry(1, 'Stop All', 'asked', {}, stop),
+      entry(2, 'Stop All', 'Denied', { asked: 1 }, stop),
+    ]);
     expect(fateOf(deed!)).toBe('done');
   });
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { isDoubtful, reckon, type HotbedBox, spotsOf, type Seen } from '../../src/parts/found';
+import { type HotbedBox, isDoubtful, reckon, type Seen, spotsOf } from '../../src/parts/found';
 import type { Place, Tank } from '../../src/parts/geometry';
 
 const TANK: Tank = { name: 'T-1', at: [0, 0], diameter: 10, height: 6 };
@@ -13,7 +13,8 @@ const box = (foot: number, horizontal = 3000): HotbedBox => ({
   y2: foot + 180,
   brightness: 1,
 });
-const down = (height_m: number, distance_m: number) => Math.round((-Math.atan2(height_m, distance_m) / Math.PI) * 180 * 60);
+const down = (height_m: number, distance_m: number) =>
+  Math.round((-Math.atan2(height_m, distance_m) / Math.PI) * 180 * 60);
 
 describe('the distance of a fire spot', () => {
   it('takes the height and the angle to the foot of the fire, not to the middle of the flames', () => {
@@ -52,7 +53,12 @@ describe('the distance of a fire spot', () => {
 });
 
 describe('fires on the plan of a site', () => {
-  const seen = (id: string, at: [number, number], bearing: number, distance_m: number | null = null): Seen => ({ id, at, bearing, distance_m });
+  const seen = (id: string, at: [number, number], bearing: number, distance_m: number | null = null): Seen => ({
+    id,
+    at,
+    bearing,
+    distance_m,
+  });
 
   it('are where the lines of sight of two monitors cross', () => {
     const spots = spotsOf([seen('M1', [0, 0], 45), seen('M2', [40, 0], 315)]);

@@ -3,10 +3,10 @@ import {
   bearingOf,
   bearingTo,
   boundsOf,
-  fit,
   groundAt,
   horizontalOf,
   inSector,
+  type Place,
   placeAt,
   quenchSector,
   roundStep,
@@ -16,8 +16,8 @@ import {
   signedDegrees,
   toScreen,
   toSite,
+  viewOf,
   zoomed,
-  type Place,
 } from '../../src/parts/geometry';
 
 const stand = { at: [-20, -20] as Place, heading: 45, height: 6 };
@@ -113,8 +113,20 @@ describe('sectors', () => {
 
 describe('view', () => {
   it('goes to the screen and back', () => {
-    const view = fit(boundsOf([[[0, 0], 5], [[30, 10], 2]]), 800, 600, 40);
-    for (const place of [[0, 0], [12.5, -7], [30, 10]] as Place[]) {
+    const view = viewOf(
+      boundsOf([
+        [[0, 0], 5],
+        [[30, 10], 2],
+      ]),
+      800,
+      600,
+      40,
+    );
+    for (const place of [
+      [0, 0],
+      [12.5, -7],
+      [30, 10],
+    ] as Place[]) {
       const [east, north] = toSite(view, 800, 600, toScreen(view, 800, 600, place));
       expect(east).toBeCloseTo(place[0]);
       expect(north).toBeCloseTo(place[1]);
@@ -124,8 +136,11 @@ describe('view', () => {
   });
 
   it('shows everything', () => {
-    const places = [[[-20, -20], 4], [[33, 30], 5]] as [Place, number][];
-    const view = fit(boundsOf(places), 500, 300, 30);
+    const places = [
+      [[-20, -20], 4],
+      [[33, 30], 5],
+    ] as [Place, number][];
+    const view = viewOf(boundsOf(places), 500, 300, 30);
     for (const [[east, north], radius] of places) {
       const [x, y] = toScreen(view, 500, 300, [east, north]);
       expect(x - radius * view.scale).toBeGreaterThanOrEqual(29.9);

@@ -15,12 +15,22 @@ describe('decoded frames', () => {
   it('a request: header, and a signed value with its unit', () => {
     const [move, ...rest] = records('4d 0d 00 02 50 fb', true);
     expect(rest).toEqual([]);
-    expect(move).toMatchObject({ requestName: 'Move', deviceName: 'Vertical', layout: 'Move', from: 0, to: 6, broken: false });
+    expect(move).toMatchObject({
+      requestName: 'Move',
+      deviceName: 'Vertical',
+      layout: 'Move',
+      from: 0,
+      to: 6,
+      broken: false,
+    });
     expect(move!.fields).toMatchObject([{ name: 'destination', value: -1200, from: 4, to: 6 }]);
   });
 
   it('an answer to GetStatus, with the flags of the subsystem by name', () => {
-    const [general, vertical] = records('d4 c2 00 0a 00 00 05 00 18 00 62 00 14 00 d4 0d 00 08 00 00 01 00 78 00 0c 06', false);
+    const [general, vertical] = records(
+      'd4 c2 00 0a 00 00 05 00 18 00 62 00 14 00 d4 0d 00 08 00 00 01 00 78 00 0c 06',
+      false,
+    );
     expect(general).toMatchObject({ deviceName: 'General', statusName: 'Ok', layout: 'GeneralStatus' });
     expect(general!.fields[0]!.names).toEqual(['PressureSensorBreak', 'LockedOut']);
     expect(general!.fields.map((field) => field.value).slice(1)).toEqual([24, 98, 20]);
@@ -35,7 +45,11 @@ describe('decoded frames', () => {
 
   it('flags of two bits say their state', () => {
     const [buttons] = records('d4 d4 00 04 00 00 0d 80', false);
-    expect(buttons!.fields[0]!.names).toEqual(['LeftButtonState=Pressed', 'RightButtonState=Open', 'CloseButtonState=Short']);
+    expect(buttons!.fields[0]!.names).toEqual([
+      'LeftButtonState=Pressed',
+      'RightButtonState=Open',
+      'CloseButtonState=Short',
+    ]);
   });
 
   it('a key by its name, a parameter by its subsystem, values one by one', () => {
@@ -94,7 +108,8 @@ describe('completion', () => {
   it('offers parameters of the subsystem, only those that can be set, and their range', () => {
     expect(offers('GetParam Vertical MinL')).toContain('MinLimit');
     const readOnly = dict.params.find((p) => p.access === 'read-only');
-    if (readOnly) expect(offers(`SetParam ${readOnly.subsystem} ${readOnly.name.slice(0, 4)}`)).not.toContain(readOnly.name);
+    if (readOnly)
+      expect(offers(`SetParam ${readOnly.subsystem} ${readOnly.name.slice(0, 4)}`)).not.toContain(readOnly.name);
     const { offers: values } = complete('SetParam Vertical MinLimit ', 27, dict, has);
     const known = dict.params.find((p) => p.subsystem === 'Vertical' && p.name === 'MinLimit')!;
     expect(values[0]).toMatchObject({ insert: String(known.default) });
@@ -160,9 +175,9 @@ describe('the list', () => {
     frames.add(frame(2, 'out', { text: 'Move Vertical 1200', bytes: '4d 0d 00 02 b0 04' }));
     frames.add(frame(3, 'in'));
     const shown = (change: object) =>
-      shownFrames(frames.list, { text: '', direction: 'both', polls: true, ...change }, (one) => one.text.startsWith('Get')).map(
-        (one) => one.n,
-      );
+      shownFrames(frames.list, { text: '', direction: 'both', polls: true, ...change }, (one) =>
+        one.text.startsWith('Get'),
+      ).map((one) => one.n);
     expect(shown({})).toEqual([1, 2, 3]);
     expect(shown({ text: 'vertical' })).toEqual([2]);
     expect(shown({ text: '4d 0d' })).toEqual([2]);

@@ -1,11 +1,13 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
-import { Jets, type Jet, type JetAsked } from '../../src/hub/jets';
+import { type Jet, type JetAsked, Jets } from '../../src/hub/jets';
 
 const asked = (elevation_arcmin: number): JetAsked => ({
   pressure_datm: 79,
   nozzle_mm: 60,
   height_cm: 150,
   elevation_arcmin,
+  flow_lps: 20,
+  wind: null,
   live: true,
 });
 
@@ -15,6 +17,8 @@ const answer = (one: { elevation_arcmin: number }): Jet => ({
   reach_m: one.elevation_arcmin,
   flight: null,
   fault: null,
+  throw: null,
+  no_throw: null,
 });
 
 describe('jets', () => {
@@ -32,7 +36,11 @@ describe('jets', () => {
           reply: (jets) => (jets instanceof Error ? reject(jets) : resolve(jets)),
         }),
       );
-    jets = new Jets(ask, (monitor) => heard.push(monitor), () => Date.now());
+    jets = new Jets(
+      ask,
+      (monitor) => heard.push(monitor),
+      () => Date.now(),
+    );
   });
   afterEach(() => vi.useRealTimers());
 

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, test, vi } from 'vitest';
-import { Jog, type HoldState } from '../../src/hub/jog';
+import { type HoldState, Jog } from '../../src/hub/jog';
 
 interface Sent {
   type: string;

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import { HubError } from '../../src/hub/errors';
-import { UNKNOWN, leftInWords, leftOf, type Left } from '../../src/hub/left';
+import { type Left, leftInWords, leftOf, UNKNOWN } from '../../src/hub/left';
 import en from '../../src/i18n/en/login';
 import ru from '../../src/i18n/ru/login';
 

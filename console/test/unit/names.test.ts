@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
-import { NAME_PX, namePlaces, nameWidth, type Named } from '../../src/parts/plan/names';
 import type { Place } from '../../src/parts/geometry';
+import { NAME_PX, type Named, namePlaces, nameWidth } from '../../src/parts/plan/names';
 
 const SCREEN: Place = [1200, 900];
 const CLEAR = 35;

@@ -1,6 +1,6 @@
 import { readFileSync } from 'node:fs';
 import { describe, expect, it } from 'vitest';
-import type { DictParam, Dictionary } from '../../src/hub/dictionary';
+import type { Dictionary, DictParam } from '../../src/hub/dictionary';
 import { HubError } from '../../src/hub/errors';
 import type { Result } from '../../src/hub/types';
 import {
@@ -14,13 +14,10 @@ import {
   toField,
   toList,
 } from '../../src/pages/params/model';
-import { inOrder, read, save, saveAll, type Outcome, type Ways } from '../../src/pages/params/save';
+import { inOrder, type Outcome, read, save, saveAll, type Ways } from '../../src/pages/params/save';
 
-const dictionary = JSON.parse(
-  readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8'),
-) as Dictionary;
-const param = (title: string): DictParam =>
-  dictionary.params.find((p) => `${p.subsystem}.${p.name}` === title)!;
+const dictionary = JSON.parse(readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8')) as Dictionary;
+const param = (title: string): DictParam => dictionary.params.find((p) => `${p.subsystem}.${p.name}` === title)!;
 const degrees = () => ({ factor: 1 / 60, digits: 1, unit: '°' });
 
 describe('values', () => {
@@ -118,20 +115,65 @@ describe('writing', () => {
     const ways = monitor(() => 'Ok');
     expect(await save(ways, speed, [13])).toBe('stored');
     expect(ways.asked).toEqual(['SetParam Vertical Speed 13']);
-    expect(await save(monitor(() => 'Accepted', 'unconfirmed'), speed, [13])).toBe('unconfirmed');
-    expect(await save(monitor(() => 'Accepted', 'write_failed'), speed, [13])).toBe('write_failed');
+    expect(
+      await save(
+        monitor(() => 'Accepted', 'unconfirmed'),
+        speed,
+        [13],
+      ),
+    ).toBe('unconfirmed');
+    expect(
+      await save(
+        monitor(() => 'Accepted', 'write_failed'),
+        speed,
+        [13],
+      ),
+    ).toBe('write_failed');
   });
 
   it('asks a busy monitor and a slow unit again, and gives up on a refusal', async () => {
-    expect(await save(monitor((_, n) => ['Busy', 'slow', 'Cached', 'Ok'][n - 1]!), speed, [13])).toBe('stored');
-    await expect(save(monitor(() => 'InvalidValue'), speed, [13])).rejects.toThrow('InvalidValue');
-    expect(await save(monitor(() => 'IncompleteConfig'), speed, [13])).toBe('incomplete');
+    expect(
+      await save(
+        monitor((_, n) => ['Busy', 'slow', 'Cached', 'Ok'][n - 1]!),
+        speed,
+        [13],
+      ),
+    ).toBe('stored');
+    await expect(
+      save(
+        monitor(() => 'InvalidValue'),
+        speed,
+        [13],
+      ),
+    ).rejects.toThrow('InvalidValue');
+    expect(
+      await save(
+        monitor(() => 'IncompleteConfig'),
+        speed,
+        [13],
+      ),
+    ).toBe('incomplete');
   });
 
   it('reads a value, an empty list, and none', async () => {
-    expect(await read(monitor(() => ({ values: [12] })), speed)).toEqual([12]);
-    expect(await read(monitor(() => 'Ok'), speed)).toEqual([]);
-    expect(await read(monitor(() => 'IncompleteConfig'), speed)).toBe(null);
+    expect(
+      await read(
+        monitor(() => ({ values: [12] })),
+        speed,
+      ),
+    ).toEqual([12]);
+    expect(
+      await read(
+        monitor(() => 'Ok'),
+        speed,
+      ),
+    ).toEqual([]);
+    expect(
+      await read(
+        monitor(() => 'IncompleteConfig'),
+        speed,
+      ),
+    ).toBe(null);
   });
 
   it('writes values held back by an incomplete set once more, and those that could cut the connection last', async () => {
@@ -162,7 +204,11 @@ describe('writing', () => {
   it('reports a value that reads back differently, and stops when the connection is lost', async () => {
     const items = [{ param: speed, wanted: [13], before: [12] }];
     const told: Outcome[] = [];
-    await saveAll(monitor((t) => (t.startsWith('Get') ? { values: [12] } : 'Ok')), items, (_, o) => told.push(o));
+    await saveAll(
+      monitor((t) => (t.startsWith('Get') ? { values: [12] } : 'Ok')),
+      items,
+      (_, o) => told.push(o),
+    );
     expect(told.at(-1)).toEqual({ state: 'other', values: [12] });
     const lost = monitor(() => 'lost');
     await saveAll(lost, [...items, { ...items[0]!, param: param('Vertical.MinLimit') }], () => {});

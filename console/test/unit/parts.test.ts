@@ -3,7 +3,7 @@ import type { Jet } from '../../src/hub/jets';
 import { distanceTo, type Place, type Sector } from '../../src/parts/geometry';
 import { changes, ofKeys, ofStick } from '../../src/parts/hold';
 import { hotbedOf, jetAsked, planMonitor } from '../../src/parts/plan/model';
-import { dragged, gripAt, GRIPS, keyed, tidy, usualSector } from '../../src/parts/plan/sector-tool';
+import { dragged, GRIPS, gripAt, keyed, tidy, usualSector } from '../../src/parts/plan/sector-tool';
 import { Columns, curveOf } from '../../src/parts/plot/data';
 
 describe('hold', () => {
@@ -54,7 +54,12 @@ describe('sector tool', () => {
   });
 
   it('moves as a whole', () => {
-    const moved = dragged(from, sector, 'move', gripAt(from, { ...sector, bearing: 10, near_m: 24, far_m: 34 }, 'move'));
+    const moved = dragged(
+      from,
+      sector,
+      'move',
+      gripAt(from, { ...sector, bearing: 10, near_m: 24, far_m: 34 }, 'move'),
+    );
     expect(moved.bearing).toBeCloseTo(10);
     expect([moved.near_m, moved.far_m, moved.width]).toEqual([24, 34, 30].map((n) => expect.closeTo(n)));
   });
@@ -94,7 +99,10 @@ describe('plot', () => {
   it('distinguishes an unknown value from one that was not sent', () => {
     const columns = new Columns(2, 60_000);
     columns.fill([
-      [[1000, 1], [2000, null]],
+      [
+        [1000, 1],
+        [2000, null],
+      ],
       [[1000, 8]],
     ]);
     expect(columns.at(2000)).toEqual([null, 8]);
@@ -102,7 +110,14 @@ describe('plot', () => {
 
   it('has a gap where an interval of the history is missing, and none between adjacent ones', () => {
     const minute = 60_000;
-    const { value, low, high } = curveOf([[0, 5, 1, 9], [minute, 6, 6, 6], [5 * minute, 7, 2, 8]], minute);
+    const { value, low, high } = curveOf(
+      [
+        [0, 5, 1, 9],
+        [minute, 6, 6, 6],
+        [5 * minute, 7, 2, 8],
+      ],
+      minute,
+    );
     const columns = new Columns(3, Infinity);
     columns.fill([value, low, high]);
     expect(columns.at(30_000)).toEqual([5, 1, 9]);
@@ -110,7 +125,11 @@ describe('plot', () => {
     expect(columns.at(2 * minute)).toEqual([null, null, null]);
     expect(columns.at(5 * minute + 1)).toEqual([7, 2, 8]);
     expect(columns.at(6 * minute)).toEqual([null, null, null]);
-    expect(value.slice(0, 3)).toEqual([[0, 5], [minute - 1, 5], [minute, 6]]);
+    expect(value.slice(0, 3)).toEqual([
+      [0, 5],
+      [minute - 1, 5],
+      [minute, 6],
+    ]);
     expect(curveOf([], minute)).toEqual({ value: [], low: [], high: [] });
   });
 
@@ -161,8 +180,19 @@ describe('plan model', () => {
   const jet: Jet = {
     pressure_datm: 79,
     reach_m: 44,
-    flight: { points: [[0, 0, 0], [20, 2, 0.6], [38, -6, 1.5]], lands_m: 38, core_m: 20, speed_mps: 39 },
+    flight: {
+      points: [
+        [0, 0, 0],
+        [20, 2, 0.6],
+        [38, -6, 1.5],
+      ],
+      lands_m: 38,
+      core_m: 20,
+      speed_mps: 39,
+    },
     fault: null,
+    throw: null,
+    no_throw: 'height',
   };
 
   it('shows the landing that the hub has computed, and only while water flows', () => {
@@ -180,13 +210,22 @@ describe('plan model', () => {
     const of = (flags: string[], pressure: number) => {
       const known = status(flags);
       known.subsystems.General.pressure = pressure;
-      return jetAsked(site.monitors.M1, known)!;
+      return jetAsked(site.monitors.M1, known, { wind: [0, 4] })!;
     };
-    const live = { pressure_datm: 5, nozzle_mm: 60, height_cm: 600, elevation_arcmin: 300, live: true };
+    const wind = expect.objectContaining({ along_mps: expect.any(Number) });
+    const live = {
+      pressure_datm: 5,
+      nozzle_mm: 60,
+      height_cm: 600,
+      elevation_arcmin: 300,
+      flow_lps: null,
+      wind,
+      live: true,
+    };
     expect(of(['Open'], 5)).toEqual(live);
-    expect(of(['Closed'], 5)).toEqual({ ...live, pressure_datm: 79, elevation_arcmin: 0, live: false });
+    expect(of(['Closed'], 5)).toEqual({ ...live, pressure_datm: 79, elevation_arcmin: 0, wind: null, live: false });
     expect(of(['Closed'], 60).pressure_datm).toBe(60);
-    expect(jetAsked(undefined, status([]))).toBeNull();
+    expect(jetAsked(undefined, status([]), null)).toBeNull();
   });
 
   it('never shows what is not known as live', () => {
@@ -212,8 +251,7 @@ describe('landing in a simulation', () => {
   });
 
   it('is where the water fell, by litres; else where it would fall', () => {
-    const at = (splashes: Parameters<typeof scene>[0]) =>
-      planMonitor('M1', site, { scene: scene(splashes) })!.lands;
+    const at = (splashes: Parameters<typeof scene>[0]) => planMonitor('M1', site, { scene: scene(splashes) })!.lands;
     expect(at([])).toEqual([0, 40]);
     expect(at([{ monitor: 'M2', at: [9, 9], litres: 5, foam: 0 }])).toEqual([0, 40]);
     expect(

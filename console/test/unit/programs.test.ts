@@ -15,9 +15,7 @@ import {
   valuesOfProgram,
 } from '../../src/pages/programs/model';
 
-const dictionary = JSON.parse(
-  readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8'),
-) as Dictionary;
+const dictionary = JSON.parse(readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8')) as Dictionary;
 const LIMITS = { Horizontal: { min: -1800, max: 1800 }, Vertical: { min: -900, max: 4500 } };
 const PROGRAM = [600, -240, 40, 720, 360, 2, 25];
 const POINTS = [1200, -120, 25, 10, 1440, -360, 30, 5];

@@ -50,7 +50,13 @@ describe('the path over a sector', () => {
   it('is measured', () => {
     expect(lineCount(300, 2)).toBe(3);
     expect(lineCount(0, 2)).toBe(1);
-    expect(lengthOf([{ h: 0, v: 0 }, { h: 300, v: 400 }, { h: 300, v: 0 }])).toBe(900);
+    expect(
+      lengthOf([
+        { h: 0, v: 0 },
+        { h: 300, v: 400 },
+        { h: 300, v: 0 },
+      ]),
+    ).toBe(900);
   });
 });
 

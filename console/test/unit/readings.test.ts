@@ -11,8 +11,21 @@ const status = (bad: { General?: string; Vertical?: string }) => ({
   stale: false,
   error: null,
   subsystems: {
-    General: { bits: 0, flags: [], severity: 'warning' as const, pressure: 0, flowrate: 18, ...(bad.General ? { bad: { pressure: bad.General } } : {}) },
-    Vertical: { bits: 0, flags: [], severity: 'info' as const, position: 300, ...(bad.Vertical ? { bad: { position: bad.Vertical } } : {}) },
+    General: {
+      bits: 0,
+      flags: [],
+      severity: 'warning' as const,
+      pressure: 0,
+      flowrate: 18,
+      ...(bad.General ? { bad: { pressure: bad.General } } : {}),
+    },
+    Vertical: {
+      bits: 0,
+      flags: [],
+      severity: 'info' as const,
+      position: 300,
+      ...(bad.Vertical ? { bad: { position: bad.Vertical } } : {}),
+    },
     Horizontal: { bits: 0, flags: [], severity: 'info' as const, position: 0 },
     Valve1: { bits: 0, flags: ['Open'], severity: 'info' as const },
   },
@@ -28,17 +41,29 @@ describe('the quality of a value', () => {
     expect(validOf(bad.subsystems.General, 'flowrate')).toBe(18);
     store.replace({ now_ms: 1, set: { 'monitors/M1/status': bad } });
     expect(reading('M1', 'Vertical', 'position')).toEqual({ value: 300, bad: 'PosEncoderFault' });
-    expect([field('M1', 'General', 'pressure'), position('M1', 'Vertical'), position('M1', 'Horizontal')]).toEqual([null, null, 0]);
+    expect([field('M1', 'General', 'pressure'), position('M1', 'Vertical'), position('M1', 'Horizontal')]).toEqual([
+      null,
+      null,
+      0,
+    ]);
     expect(reading('M1', 'Nozzle', 'position')).toEqual({ value: null, bad: null });
   });
 
   it('no jet is drawn over a position that is not known', () => {
-    const flight = { points: [[0, 0, 0], [30, -2, 1]] as [number, number, number][], lands_m: 30, core_m: 20, speed_mps: 39 };
-    const jet = { pressure_datm: 79, reach_m: 44, flight, fault: null };
+    const flight = {
+      points: [
+        [0, 0, 0],
+        [30, -2, 1],
+      ] as [number, number, number][],
+      lands_m: 30,
+      core_m: 20,
+      speed_mps: 39,
+    };
+    const jet = { pressure_datm: 79, reach_m: 44, flight, fault: null, throw: null, no_throw: null };
     const good = planMonitor('M1', site, { status: status({}), jet })!;
     expect(good.lands).not.toBeNull();
     const bad = planMonitor('M1', site, { status: status({ Vertical: 'PosEncoderFault' }), jet })!;
     expect([bad.vertical_arcmin, bad.lands]).toEqual([null, null]);
-    expect(jetAsked(site.monitors.M1, status({ General: 'PressureSensorBreak' }))!.pressure_datm).toBe(0);
+    expect(jetAsked(site.monitors.M1, status({ General: 'PressureSensorBreak' }), null)!.pressure_datm).toBe(0);
   });
 });

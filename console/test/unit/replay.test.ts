@@ -1,8 +1,8 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
-import { difference, marksOf, parseLines, PIECE_MS, replay, stateAt, type Line } from '../../src/hub/replay';
+import { difference, type Line, marksOf, PIECE_MS, parseLines, replay, stateAt } from '../../src/hub/replay';
 import { store } from '../../src/hub/store';
+import { type Check, type Fault, grouped, ordered } from '../../src/pages/training/model';
 import { nextMark, span } from '../../src/parts/lf-timeline';
-import { grouped, ordered, type Check, type Fault } from '../../src/pages/training/model';
 
 const START = 1_763_712_000_000;
 const status = (position: number) => ({
@@ -76,7 +76,10 @@ describe('a replay', () => {
       return Promise.resolve(new Response(rows.join('\n')));
     });
     asked.length = 0;
-    store.replace({ now_ms: START + HOUR_MS, set: { 'monitors/M1/status': status(-1), 'monitors/M2/status': status(-2) } });
+    store.replace({
+      now_ms: START + HOUR_MS,
+      set: { 'monitors/M1/status': status(-1), 'monitors/M2/status': status(-2) },
+    });
   });
 
   afterEach(() => {
@@ -149,7 +152,10 @@ describe('a replay', () => {
     const [first, last] = [START + 9 * 60_000, START + 10 * 60_000];
     vi.stubGlobal('fetch', (url: URL) => {
       const [from, to] = ['from_ms', 'to_ms'].map((name) => Number(url.searchParams?.get(name)));
-      const rows = from! <= last && to! >= first ? [JSON.stringify({ at_ms: Math.max(first, from!), set: { 'monitors/M1/status': status(5) } })] : [];
+      const rows =
+        from! <= last && to! >= first
+          ? [JSON.stringify({ at_ms: Math.max(first, from!), set: { 'monitors/M1/status': status(5) } })]
+          : [];
       return Promise.resolve(new Response(rows.join('')));
     });
     await replay.open({ title: '', path: '/api/history/changes', from_ms: START, to_ms: last });
@@ -191,9 +197,19 @@ describe('timeline', () => {
 describe('training', () => {
   const text = (en: string, ru: string) => ({ en, ru });
   const faults: Fault[] = [
-    { name: 'vertical-jam', group: 'v', group_text: text('Vertical drive', 'Вертикальный привод'), text: text('jammed', 'заклинил') },
+    {
+      name: 'vertical-jam',
+      group: 'v',
+      group_text: text('Vertical drive', 'Вертикальный привод'),
+      text: text('jammed', 'заклинил'),
+    },
     { name: 'low-voltage', group: 's', group_text: text('Supply', 'Питание'), text: text('low', 'низкое') },
-    { name: 'vertical-slow', group: 'v', group_text: text('Vertical drive', 'Вертикальный привод'), text: text('slow', 'медленно') },
+    {
+      name: 'vertical-slow',
+      group: 'v',
+      group_text: text('Vertical drive', 'Вертикальный привод'),
+      text: text('slow', 'медленно'),
+    },
   ];
 
   it('groups faults and finds them in either language', () => {
@@ -201,7 +217,9 @@ describe('training', () => {
       ['Vertical drive', 2],
       ['Supply', 1],
     ]);
-    expect(grouped(faults, 'ВЕРТ закл', 'ru').flatMap(([, list]) => list.map(({ name }) => name))).toEqual(['vertical-jam']);
+    expect(grouped(faults, 'ВЕРТ закл', 'ru').flatMap(([, list]) => list.map(({ name }) => name))).toEqual([
+      'vertical-jam',
+    ]);
     expect(grouped(faults, 'nothing', 'en')).toEqual([]);
   });
 

@@ -4,7 +4,12 @@ import { quenchOf } from '../../src/pages/operate/state';
 describe('the sector of a program that runs', () => {
   it('is read from its request', () => {
     const request = 'StartQuench Control centre=1200,-300 nozzle=60 sector=600,120 step=2 distance=25';
-    expect(quenchOf(request)).toEqual({ centre_arcmin: [1200, -300], width_arcmin: 600, height_arcmin: 120, distance_m: 25 });
+    expect(quenchOf(request)).toEqual({
+      centre_arcmin: [1200, -300],
+      width_arcmin: 600,
+      height_arcmin: 120,
+      distance_m: 25,
+    });
   });
 
   it('is not known of a stored program or of anything else', () => {

@@ -109,11 +109,14 @@ test('a summary renews what it has of a state, and leaves the rest', () => {
   const told: string[] = [];
   store.subscribe('monitors/M2/status', (topic) => told.push(topic));
   const now = { Vertical: { bits: 0, flags: [], position: 6 } };
-  store.apply({ now_ms: 2000, set: { 'monitors/M2/summary': { at_ms: 1900, stale: true, error: null, subsystems: now } } });
+  store.apply({
+    now_ms: 2000,
+    set: { 'monitors/M2/summary': { at_ms: 1900, stale: true, error: null, subsystems: now } },
+  });
   const status = store.get('monitors/M2/status')!;
   expect(told).toEqual(['monitors/M2/status']);
   expect(store.get('monitors/M2/summary')).toBeUndefined();
   expect([status.at_ms, store.stale('M2')]).toEqual([1900, true]);
-  expect(status.subsystems['Vertical']).toEqual({ ...vertical, bits: 0, flags: [], position: 6, bad: undefined });
-  expect(status.subsystems['Radio']).toBeDefined();
+  expect(status.subsystems.Vertical).toEqual({ ...vertical, bits: 0, flags: [], position: 6, bad: undefined });
+  expect(status.subsystems.Radio).toBeDefined();
 });

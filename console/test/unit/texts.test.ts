@@ -2,7 +2,8 @@ import { beforeAll, expect, test } from 'vitest';
 import { age, lang, loadLang, num, plural, setLang, t, tt } from '../../src/i18n';
 import en from '../../src/i18n/en';
 import ru from '../../src/i18n/ru';
-import { measured, parse, setUnit, show, toWire, fromWire } from '../../src/units';
+import { outside } from '../../src/pages/params/words';
+import { fromWire, measured, parse, setUnit, show, toWire } from '../../src/units';
 
 const kept = new Map<string, string>();
 
@@ -38,7 +39,7 @@ test('no text calls it an emergency stop', () => {
 
 test('one word for a thing: none of those that were replaced', () => {
   const words = {
-    en: /\b(hotbeds?|wrap(s|ped|ping)?|justif\w+|reckon\w*|anew|begun|mend\w*|(no|some|every)body|whoever|lest|spoilt|t(ells?|old)|(let|lets) go|seats?|beats?|stands?|bears?|teach|taught|wanted)\b/i,
+    en: /\b(hotbeds?|wrap(s|ped|ping)?|justif\w+|reckon\w*|anew|begun|mend\w*|(no|some|every)body|whoever|lest|spoilt|t(ells?|old)|(let|lets) go|seats?|beats?|stands?|bears?|teach|taught|wanted|is heard|allowed is|as it should be)\b/i,
     ru: /симул|центр\S* управления|(этот|из|самого?) центр|шин[аыуе]\b|обучите|водян|(^|\s)верно(?=$|[\s,.])|уз(ел|лы)|хаб|таблиц\S* коррекции|подъём \{elevation|свёрнут(?=$|[\s,.:])/i,
   };
   const found = (texts: Record<string, string>, forbidden: RegExp) =>
@@ -65,6 +66,15 @@ test('angles, pressure, flow in the chosen unit', () => {
   expect(measured('flow', 20)).toEqual({ value: '317', unit: 'gpm' });
   setUnit('angle', 'deg');
   setUnit('pressure', 'mpa');
+});
+
+test('a range ends with its unit, an angle without a space', async () => {
+  expect(outside('0', '546.12', '°')).toBe('Must be between 0 and 546.12°.');
+  expect(outside('1', '255', '°/s')).toBe('Must be between 1 and 255 °/s.');
+  expect(outside('0', '1', '', 2)).toBe('Value 3 must be between 0 and 1.');
+  await setLang('ru');
+  expect(outside('0', '546,12', '°')).toBe('Должно быть от 0 до 546,12°.');
+  await setLang('en');
 });
 
 test('what is unknown is a dash', () => {

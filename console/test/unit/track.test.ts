@@ -5,7 +5,14 @@ import { Track } from '../../src/parts/scene/track';
 
 /** A fall from 8 m over 36 m; over the roof of a tank of 6 m at 28 m. */
 const flight: Flight = {
-  points: [[0, 0, 0], [10, 3, 0.3], [20, 2, 0.7], [28, -2, 1.1], [32, -5, 1.4], [36, -8, 1.7]],
+  points: [
+    [0, 0, 0],
+    [10, 3, 0.3],
+    [20, 2, 0.7],
+    [28, -2, 1.1],
+    [32, -5, 1.4],
+    [36, -8, 1.7],
+  ],
   lands_m: 36,
   core_m: 15,
   speed_mps: 39,
@@ -40,7 +47,12 @@ describe('water in three dimensions', () => {
       particles.add(Kind.Water, { track, stray: [0, 0, 0], age: count / 100, life: track.end_s + 1 });
     }
     for (let step = 0; step < 200; step++) {
-      particles.step(1 / 60, [8, 8], () => 0, (body) => fallen.push([body.x, -body.z]));
+      particles.step(
+        1 / 60,
+        [8, 8],
+        () => 0,
+        (body) => fallen.push([body.x, -body.z]),
+      );
     }
     expect(fallen).toHaveLength(20);
     for (const [x, y] of fallen) expect(Math.hypot(x! - lands[0], y! - lands[1])).toBeLessThan(1);

@@ -2,25 +2,32 @@ export default {
   'admin.title': 'Users and hub',
   'admin.tab_users': 'Users',
   'admin.tab_sessions': 'Sessions',
-  'admin.sessions_text': 'Who is logged in now, with the pages that are open. A session that is ended loses control at once, and a motion that it holds stops.',
+  'admin.sessions_text':
+    'Who is logged in now, with the pages that are open. A session that is ended loses control at once, and a motion that it holds stops.',
   'admin.pages': 'Open pages',
   'admin.no_pages': 'none open',
   'admin.used': 'Last used',
   'admin.end_session': 'End',
   'admin.end_session_title': 'End the session of {user}?',
-  'admin.end_session_text': 'Its pages have to log in again; for ten minutes STOP still works on them, nothing else. A motion by hand that it holds stops.',
+  'admin.end_session_text':
+    'Its pages have to log in again; for ten minutes STOP still works on them, nothing else. A motion by hand that it holds stops.',
   'admin.no_session': 'It did not log in with a password: remove the token or the certificate instead',
   'admin.tab_tokens': 'Tokens',
   'admin.tab_own': 'My session',
   'admin.tab_hub': 'Hub',
   'admin.tab_roles': 'Roles',
-  'admin.no_login': 'This hub listens on this computer only and needs no login: every user here is an administrator. Users take effect once login is on.',
-  'admin.users_text': 'Each user has an account: the audit log then records who did what. There is no default password.',
-  'admin.tokens_text': 'A token admits a program in place of a user and a password. It is shown once, when it is created; the hub keeps only its digest.',
+  'admin.no_login':
+    'This hub listens on this computer only and needs no login: every user here is an administrator. Users take effect once login is on.',
+  'admin.users_text':
+    'Each user has an account: the audit log then records who did what. There is no default password.',
+  'admin.tokens_text':
+    'A token admits a program in place of a user and a password. It is shown once, when it is created; the hub keeps only its digest.',
   'admin.no_users': 'No users yet',
-  'admin.no_users_text': 'The first administrator is created with the one-time link that the hub prints at its first start.',
+  'admin.no_users_text':
+    'The first administrator is created with the one-time link that the hub prints at its first start.',
   'admin.no_tokens': 'No tokens',
-  'admin.no_tokens_text': 'Give SCADA, scripts and the metrics collector a token each, with the lowest sufficient role.',
+  'admin.no_tokens_text':
+    'Give SCADA, scripts and the metrics collector a token each, with the lowest sufficient role.',
   'admin.user': 'User',
   'admin.name': 'Name',
   'admin.role': 'Role',
@@ -81,7 +88,8 @@ export default {
   'admin.password_old': 'Current password',
   'admin.password_new': 'New password',
   'admin.password_again': 'New password again',
-  'admin.password_text': 'At least 10 characters that are not easily guessed: three or four unrelated words. Your other sessions end.',
+  'admin.password_text':
+    'At least 10 characters that are not easily guessed: three or four unrelated words. Your other sessions end.',
   'admin.password_changed': 'The password is changed',
   'admin.no_password': 'You logged in without a password: there is none to change.',
   'admin.hub': 'Hub',
@@ -122,7 +130,8 @@ export default {
   'admin.monitor_up': 'connected',
   'admin.monitor_stale': 'no answers',
   'admin.monitor_down': 'not connected',
-  'admin.roles_text': 'Each role includes the permissions of the one before. Every user who is logged in may always stop, close and lock out, without control and without delay.',
+  'admin.roles_text':
+    'Each role includes the permissions of the one before. Every user who is logged in may always stop, close and lock out, without control and without delay.',
   'admin.may': 'Permission',
   'admin.yes': 'yes',
   'admin.no': 'no',

@@ -46,7 +46,8 @@ export default {
   'alarms.none_match_text': '{n} alarms are hidden by the filter.',
   'alarms.show_all': 'Show all',
   'alarms.none_shelved': 'Nothing is shelved',
-  'alarms.none_shelved_text': 'A known alarm that cannot be fixed at once can be shelved for up to 8 hours: it then no longer counts, and returns when the time is over.',
+  'alarms.none_shelved_text':
+    'A known alarm that cannot be fixed at once can be shelved for up to 8 hours: it then no longer counts, and returns when the time is over.',
   'alarms.none_history': 'No history in this time',
   'alarms.fresh': '{n} new: {what}',
   'alarms.show_more': 'Show more ({n} less urgent)',
@@ -54,7 +55,8 @@ export default {
   'alarms.unlinked': 'No connection to the hub: state at {time}.',
   'alarms.failed': 'This could not be loaded: {what}',
   'alarms.shelve_title': 'Shelve an alarm',
-  'alarms.shelve_text': 'It is not counted or highlighted until the time is over; then it returns, if it still holds. Who shelved it, and why, goes into the audit log.',
+  'alarms.shelve_text':
+    'It is not counted or highlighted until the time is over; then it returns, if it still holds. Who shelved it, and why, goes into the audit log.',
   'alarms.shelve_reason': 'Reason',
   'alarms.shelve_for': 'For how long',
   'alarms.shelve_until': 'Returns at {time}',

@@ -64,11 +64,16 @@ export default {
   'diagnosis.severity_info': 'state',
   'diagnosis.try': 'Recommended actions',
   'diagnosis.try_nothing': 'No action needed.',
-  'diagnosis.try_loss': '{figure} of the requests were lost. Check cable, connectors, termination and the speed of the line; on radio, the antenna and other users of the channel.',
-  'diagnosis.try_errors': 'Broken frames: {figure}. Check the shield and its earthing, the termination, and that both ends use the same speed.',
-  'diagnosis.try_late': 'Late answers: {figure}. The line is slow or shared: increase the poll interval in the configuration.',
-  'diagnosis.try_collisions': 'Collisions: {figure}. There are two masters on this line: leave only one, or put a bus controller between them.',
-  'diagnosis.try_strays': 'Foreign frames: {figure}. There are other clients on this line; make sure that every address is used once.',
+  'diagnosis.try_loss':
+    '{figure} of the requests were lost. Check cable, connectors, termination and the speed of the line; on radio, the antenna and other users of the channel.',
+  'diagnosis.try_errors':
+    'Broken frames: {figure}. Check the shield and its earthing, the termination, and that both ends use the same speed.',
+  'diagnosis.try_late':
+    'Late answers: {figure}. The line is slow or shared: increase the poll interval in the configuration.',
+  'diagnosis.try_collisions':
+    'Collisions: {figure}. There are two masters on this line: leave only one, or put a bus controller between them.',
+  'diagnosis.try_strays':
+    'Foreign frames: {figure}. There are other clients on this line; make sure that every address is used once.',
   'diagnosis.try_doctor': 'Examine the line from a terminal: lafet doctor "{figure}"',
   'diagnosis.try_crash': 'The software of the monitor has crashed: save the report and send it to the manufacturer.',
   'diagnosis.link': 'Link',
@@ -83,7 +88,8 @@ export default {
   'diagnosis.crash_lr': 'Return address',
   'diagnosis.crash_sp': 'Stack pointer',
   'diagnosis.crash_unknown': '{register} has bits of no known meaning: {bits}',
-  'diagnosis.crash_send': 'The manufacturer finds the place in the software by these addresses and the version: send the report.',
+  'diagnosis.crash_send':
+    'The manufacturer finds the place in the software by these addresses and the version: send the report.',
   'diagnosis.crash_words': 'All registers',
   'diagnosis.past': 'Last alarms',
   'diagnosis.past_none': 'No alarms recorded.',

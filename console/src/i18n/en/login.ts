@@ -14,9 +14,12 @@ export default {
   'login.unreachable': 'The hub does not answer. Check the network and try again.',
   'login.capitals': 'Caps Lock is on',
   'login.ended': 'Your session has ended. Log in again: the same page will open.',
-  'login.ended_all': 'Your session has ended. STOP and LOCKOUT still work here for {n} min; for everything else log in again: the same page will open.',
-  'login.ended_all_hours': 'Your session has ended. STOP and LOCKOUT still work here for {n} h; for everything else log in again: the same page will open.',
-  'login.ended_stop': 'Your session was ended by an administrator or by a new password. Only STOP still works here, for {n} min. For LOCKOUT and everything else log in again.',
+  'login.ended_all':
+    'Your session has ended. STOP and LOCKOUT still work here for {n} min; for everything else log in again: the same page will open.',
+  'login.ended_all_hours':
+    'Your session has ended. STOP and LOCKOUT still work here for {n} h; for everything else log in again: the same page will open.',
+  'login.ended_stop':
+    'Your session was ended by an administrator or by a new password. Only STOP still works here, for {n} min. For LOCKOUT and everything else log in again.',
   'login.ended_nothing':
     'Your session has ended. STOP does NOT work here any more: log in, or stop the monitor from another console or at its own buttons.',
   'login.link_used': 'This link has been used: there is an administrator already. Log in.',

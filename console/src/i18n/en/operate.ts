@@ -3,14 +3,17 @@ export default {
   'operate.look': 'Look',
   'operate.aim': 'Aim',
   'operate.aimed_jet': 'aimed at {bearing}, {distance}; elevation {elevation} for the jet at {pressure}',
-  'operate.aimed_sight': 'pointed at {bearing}, {distance}, along the line of sight: without pressure the jet cannot be computed. Aim again when water flows.',
+  'operate.aimed_sight':
+    'pointed at {bearing}, {distance}, along the line of sight: without pressure the jet cannot be computed. Aim again when water flows.',
   'operate.aimed_far': '{bearing}, {distance} is beyond the reach of this jet: pointed along the line of sight',
   'operate.direct': 'Direct aim with the narrowest jet: {why}',
   'operate.aim_late': 'the answer took too long; point again',
-  'operate.pressure_unknown': 'The pressure is not known: its sensor is faulty, or the monitor does not answer. The jet cannot be computed from it.',
+  'operate.pressure_unknown':
+    'The pressure is not known: its sensor is faulty, or the monitor does not answer. The jet cannot be computed from it.',
   'operate.pressure_assume': 'Aim for {pressure}',
   'operate.bad_value': 'not valid',
-  'operate.position_unknown': 'The position of the barrel is not known: its sensor is faulty, or the unit does not answer.',
+  'operate.position_unknown':
+    'The position of the barrel is not known: its sensor is faulty, or the unit does not answer.',
   'operate.aim_jet': 'Click where the jet should fall',
   'operate.aim_sight': 'Click where the barrel should point (without water: line of sight)',
   'operate.begun_by': 'started by {user} {age} ago',
@@ -62,12 +65,17 @@ export default {
   'operate.found_distance': 'Distance',
   'operate.found_take': 'Use {distance}',
   'operate.found_tank': '{tank} is in that direction: {distance} to its centre, ± {give}.',
-  'operate.found_height': 'Computed: the nozzle is {height} above the ground and sees the fire at {angle}, so the distance is {distance}. With an error of half a metre in height: {near} to {far}.',
-  'operate.found_level': 'The distance cannot be computed: seen at {angle}, level or upwards, the fire may be at any distance. Enter the distance if you know it.',
-  'operate.found_no_height': 'The distance cannot be computed: the height of {monitor} is not set (height in the hub’s configuration, or its parameter Height). Enter the distance if you know it.',
-  'operate.found_far': 'The nozzle is {height} above the ground; at {angle} the distance is {distance}, more than the {most} that a program allows. Enter the distance if it is less.',
+  'operate.found_height':
+    'Computed: the nozzle is {height} above the ground and sees the fire at {angle}, so the distance is {distance}. With an error of half a metre in height: {near} to {far}.',
+  'operate.found_level':
+    'The distance cannot be computed: seen at {angle}, level or upwards, the fire may be at any distance. Enter the distance if you know it.',
+  'operate.found_no_height':
+    'The distance cannot be computed: the height of {monitor} is not set (height in the hub’s configuration, or its parameter Height). Enter the distance if you know it.',
+  'operate.found_far':
+    'The nozzle is {height} above the ground; at {angle} the distance is {distance}, more than the {most} that a program allows. Enter the distance if it is less.',
   'operate.found_doubtful': 'From such a low position this is an estimate only. Measure the distance and enter it.',
-  'operate.found_own': 'The monitor computes with a height of {height} (parameter Height of Control): its jet will miss a fire on the ground. Set it under Parameters.',
+  'operate.found_own':
+    'The monitor computes with a height of {height} (parameter Height of Control): its jet will miss a fire on the ground. Set it under Parameters.',
   'operate.found_first': 'Enter the distance first',
   'operate.found_range': 'From {least} to {most}',
   'operate.draw_how': 'Drag on the plan over the area to extinguish.',
@@ -75,7 +83,8 @@ export default {
   'operate.clipped': 'A part is beyond the limits and is left out.',
   'operate.valves_stay': 'The program moves the barrel; valves stay as they are.',
   'operate.seek_title': 'Search for fire with {monitor}',
-  'operate.seek_text': 'The detector on the barrel scans this sector; a stowed barrel deploys first. What it finds is drawn on the plan.',
+  'operate.seek_text':
+    'The detector on the barrel scans this sector; a stowed barrel deploys first. What it finds is drawn on the plan.',
   'operate.seek_from': 'From (right)',
   'operate.seek_to': 'To (left)',
   'operate.seek_low': 'From (below)',

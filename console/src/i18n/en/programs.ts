@@ -16,7 +16,8 @@ export default {
   'programs.runs': 'runs now',
   'programs.not_read': 'The programs of {monitor} have not been read yet.',
   'programs.read': 'Read them',
-  'programs.look': 'All users may view. Storing needs the role engineer and control of {monitor}; running needs operator and control.',
+  'programs.look':
+    'All users may view. Storing needs the role engineer and control of {monitor}; running needs operator and control.',
   'programs.view_chart': 'Barrel view',
   'programs.view_plan': 'Plan',
   'programs.centre_h': 'Centre, traverse',

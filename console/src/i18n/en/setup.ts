@@ -1,6 +1,7 @@
 export default {
   'setup.title': 'The first administrator',
-  'setup.text': 'This hub has no users yet. The user that you name here becomes the administrator, who may do everything and adds the others.',
+  'setup.text':
+    'This hub has no users yet. The user that you name here becomes the administrator, who may do everything and adds the others.',
   'setup.no_token':
     'This hub has no users yet. Open the one-time link that it printed when it was first started; it ends in /setup# and a token.',
   'setup.user_first': 'Choose a user name',

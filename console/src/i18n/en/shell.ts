@@ -32,6 +32,7 @@ export default {
   'topbar.help': 'Help and keys',
   'topbar.settings': 'Settings',
   'topbar.fire': 'Fire · {monitors}',
+  'topbar.over_one': '{n}, returned to normal',
   'topbar.over': '{n}, all returned to normal',
   'topbar.no_alarms': 'No alarms',
   'topbar.alarms.one': '{n} alarm',
@@ -63,7 +64,8 @@ export default {
   'stop.stands': '{monitor} is locked out: the lockout has stopped it already.',
   'stop.release': 'RELEASE…',
   'stop.release_title': 'Release the lockout of {monitor}',
-  'stop.release_text': 'Make sure that no one is near the barrel. After the release the monitor accepts commands again, those of its button posts too.',
+  'stop.release_text':
+    'Make sure that no one is near the barrel. After the release the monitor accepts commands again, those of its button posts too.',
   'stop.release_yes': 'Release',
   'role.observer': 'observer',
   'role.operator': 'operator',
@@ -108,7 +110,8 @@ export default {
   'authority.reason': 'Reason for taking over by force (goes into the audit log)',
   'authority.reason_short': 'Write a reason first',
   'authority.held_title': '{monitor} is controlled by {user}',
-  'authority.held_text': '{user} is asked and has 10 s to answer. Without an answer control passes to you, unless {user} has just given a command.',
+  'authority.held_text':
+    '{user} is asked and has 10 s to answer. Without an answer control passes to you, unless {user} has just given a command.',
   'authority.denied': 'Your request for {monitor} was declined',
   'authority.granted': 'You control {monitor} now',
   'authority.lost_forced': '{user} has taken over {monitor}',
@@ -128,7 +131,8 @@ export default {
   'settings.sound': 'Sound of the fire alarm',
   'settings.sound_on': 'On',
   'settings.sound_off': 'Off',
-  'settings.sound_text': 'Two tones every 2 s until the fire alarm is acknowledged, and while the zones sound an alarm; on this device only.',
+  'settings.sound_text':
+    'Two tones every 2 s until the fire alarm is acknowledged, and while the zones sound an alarm; on this device only.',
   'settings.units': 'Units',
   'settings.angle': 'Angles',
   'settings.pressure': 'Pressure',

@@ -6,7 +6,8 @@ export default {
   'training.choose_title': 'Start an exercise',
   'training.start': 'Start',
   'training.start_again': 'Start again',
-  'training.start_text': 'The simulated site is created again. Control of its monitors is lost, and its alarms are cleared.',
+  'training.start_text':
+    'The simulated site is created again. Control of its monitors is lost, and its alarms are cleared.',
   'training.seed': 'Random seed (wind, noise)',
   'training.automatic': 'The scenario’s own operator acts',
   'training.automatic_on': 'The scenario acts',
@@ -52,7 +53,7 @@ export default {
   'training.place': 'Place a fire on the plan',
   'training.placing': 'Click on the plan where the fire should be',
   'training.kind': 'Kind',
-  'training.kind_pool': 'pool',
+  'training.kind_pool': 'pool of fuel (foam)',
   'training.kind_pile': 'pile',
   'training.kind_spray': 'spray',
   'training.size': 'Size, m',

@@ -1,22 +1,22 @@
 import type { Dictionary } from '..';
-import shell from './shell';
-import parts from './parts';
-import login from './login';
-import setup from './setup';
-import overview from './overview';
-import operate from './operate';
-import guide from './guide';
-import help from './help';
+import admin from './admin';
 import alarms from './alarms';
-import events from './events';
-import params from './params';
-import programs from './programs';
 import commissioning from './commissioning';
 import diagnosis from './diagnosis';
+import events from './events';
+import guide from './guide';
+import help from './help';
 import inspector from './inspector';
+import login from './login';
+import operate from './operate';
+import overview from './overview';
+import params from './params';
+import parts from './parts';
+import programs from './programs';
 import replay from './replay';
+import setup from './setup';
+import shell from './shell';
 import training from './training';
-import admin from './admin';
 import zones from './zones';
 
 // The type checker requires every key of the English texts here.

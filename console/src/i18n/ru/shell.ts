@@ -32,6 +32,7 @@ export default {
   'topbar.help': 'Справка и клавиши',
   'topbar.settings': 'Настройки',
   'topbar.fire': 'Пожар · {monitors}',
+  'topbar.over_one': '{n}, снялась',
   'topbar.over': '{n}, все снялись',
   'topbar.no_alarms': 'Тревог нет',
   'topbar.alarms.one': '{n} тревога',
@@ -63,7 +64,8 @@ export default {
   'stop.stands': '{monitor}: включена блокировка, она уже остановила ствол.',
   'stop.release': 'СНЯТЬ…',
   'stop.release_title': 'Снять блокировку {monitor}',
-  'stop.release_text': 'Убедитесь, что возле ствола никого нет. После снятия ствол снова выполняет команды, в том числе своих кнопочных постов.',
+  'stop.release_text':
+    'Убедитесь, что возле ствола никого нет. После снятия ствол снова выполняет команды, в том числе своих кнопочных постов.',
   'stop.release_yes': 'Снять',
   'role.observer': 'наблюдатель',
   'role.operator': 'оператор',
@@ -108,7 +110,8 @@ export default {
   'authority.reason': 'Причина принудительной передачи (попадёт в журнал)',
   'authority.reason_short': 'Сначала укажите причину',
   'authority.held_title': 'Стволом {monitor} управляет {user}',
-  'authority.held_text': 'Пользователь {user} получит запрос, на ответ 10 с. Без ответа управление перейдёт к вам, если {user} не подавал команд в это время.',
+  'authority.held_text':
+    'Пользователь {user} получит запрос, на ответ 10 с. Без ответа управление перейдёт к вам, если {user} не подавал команд в это время.',
   'authority.denied': 'В управлении {monitor} вам отказано',
   'authority.granted': 'Теперь стволом {monitor} управляете вы',
   'authority.lost_forced': '{user} забрал управление {monitor}',
@@ -128,7 +131,8 @@ export default {
   'settings.sound': 'Звук пожарной тревоги',
   'settings.sound_on': 'Включён',
   'settings.sound_off': 'Выключен',
-  'settings.sound_text': 'Два тона каждые 2 с, пока пожарная тревога не квитирована и пока зоны подают сигнал тревоги; только на этом устройстве.',
+  'settings.sound_text':
+    'Два тона каждые 2 с, пока пожарная тревога не квитирована и пока зоны подают сигнал тревоги; только на этом устройстве.',
   'settings.units': 'Единицы',
   'settings.angle': 'Углы',
   'settings.pressure': 'Давление',

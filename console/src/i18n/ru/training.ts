@@ -54,7 +54,7 @@ const ru: Record<keyof typeof en, string> = {
   'training.place': 'Поставить пожар на плане',
   'training.placing': 'Укажите на плане место пожара',
   'training.kind': 'Вид',
-  'training.kind_pool': 'разлив',
+  'training.kind_pool': 'разлив топлива (пена)',
   'training.kind_pile': 'штабель',
   'training.kind_spray': 'факел',
   'training.size': 'Размер, м',

@@ -1,5 +1,5 @@
 // The hub itself, and the permissions of the roles.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
 import { linkFigures } from '../../hub/session';
@@ -154,7 +154,12 @@ export class LfAdminHub extends LitElement {
   private async load(): Promise<void> {
     if (document.hidden) return;
     // Health answers 503 with the same body when something is wrong.
-    this.health = await fetch('/health').then((answer) => answer.json() as Promise<Health>, () => null).catch(() => null);
+    this.health = await fetch('/health')
+      .then(
+        (answer) => answer.json() as Promise<Health>,
+        () => null,
+      )
+      .catch(() => null);
     const text = await http.get<string>('/metrics').catch(() => '');
     if (typeof text === 'string') this.metrics = metricsOf(text);
   }

@@ -57,8 +57,9 @@ export async function askForm(form: Form): Promise<boolean> {
   const done = await dialog.open<boolean>({
     title: form.title,
     content: () => html`<p>${form.text}</p>
-      ${form.name
-        ? html`<label class="field"
+      ${
+        form.name
+          ? html`<label class="field"
             >${form.name.label}
             <input
               name="name"
@@ -70,7 +71,8 @@ export async function askForm(form: Form): Promise<boolean> {
               @input=${(e: Event) => set({ name: (e.target as HTMLInputElement).value })}
             />
           </label>`
-        : nothing}
+          : nothing
+      }
       ${form.role ? roleField(value.role, (role) => set({ role })) : nothing}
       ${form.password ? passwordField(value.password, (password) => set({ password })) : nothing}
       <p class="error" role="alert">${error}</p>`,
@@ -120,7 +122,7 @@ export async function copy(text: string): Promise<void> {
 }
 
 /** A token is shown only once. */
-export function showToken(name: string, token: string): Promise<void | undefined> {
+export function showToken(name: string, token: string): Promise<unknown> {
   return dialog.open<void>({
     title: t('admin.token_title', { name }),
     content: () => html`<p>${t('admin.token_once')}</p>

@@ -73,7 +73,8 @@ export function suggestPassword(random: (count: number) => Uint8Array): string {
   // Bytes that would make some letters more likely are discarded.
   const limit = 256 - (256 % LETTERS.length);
   while (letters.length < 16) {
-    for (const byte of random(32)) if (byte < limit && letters.length < 16) letters.push(LETTERS[byte % LETTERS.length]!);
+    for (const byte of random(32))
+      if (byte < limit && letters.length < 16) letters.push(LETTERS[byte % LETTERS.length]!);
   }
   return letters.join('').replace(/(.{4})(?=.)/g, '$1-');
 }

@@ -1,5 +1,5 @@
 // The user of this page: session and password.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
@@ -42,16 +42,20 @@ export class LfAdminOwn extends LitElement {
           </dd>
           <dt>${t('admin.kind')}</dt>
           <dd>${own ? t(`admin.kind_${own.kind}`) : '—'}</dd>
-          ${own && own.expires_ms > 0
-            ? html`<dt>${t('admin.expires')}</dt>
+          ${
+            own && own.expires_ms > 0
+              ? html`<dt>${t('admin.expires')}</dt>
                 <dd>${dateTime(own.expires_ms)}</dd>`
-            : nothing}
+              : nothing
+          }
           <dt>${t('admin.seat')}</dt>
           <dd class="mono">${store.hello?.seat ?? '—'}</dd>
         </dl>
-        ${own?.kind === 'session'
-          ? html`<p><lf-button icon="logout" id="logout" @click=${this.logout}>${t('admin.logout')}</lf-button></p>`
-          : nothing}
+        ${
+          own?.kind === 'session'
+            ? html`<p><lf-button icon="logout" id="logout" @click=${this.logout}>${t('admin.logout')}</lf-button></p>`
+            : nothing
+        }
       </section>
       ${own?.kind === 'session' ? this.renderPassword() : this.renderNoPassword()}
     </div>`;
@@ -73,7 +77,13 @@ export class LfAdminOwn extends LitElement {
         />
       </label>`;
     const bad = badPassword(this.value.new, this.value.again);
-    const why = this.busy ? t('shell.loading') : !this.value.old ? t('admin.bad_old') : bad ? t(`admin.bad_${bad}`) : '';
+    const why = this.busy
+      ? t('shell.loading')
+      : !this.value.old
+        ? t('admin.bad_old')
+        : bad
+          ? t(`admin.bad_${bad}`)
+          : '';
     return html`<section class="card">
       <header><h2>${t('admin.change_password')}</h2></header>
       <div class="form">

@@ -1,5 +1,5 @@
 // Users, and tokens for programs.
-import { LitElement, html, nothing, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
@@ -96,17 +96,19 @@ export class LfAdminUsers extends List<User> {
     const users = this.list ?? [];
     return html`${this.renderBar(t('admin.users_text'), 'add-user', t('admin.add_user'), this.add)}
       ${this.renderError()}
-      ${this.list && users.length === 0
-        ? html`<lf-blank icon="user" .head=${t('admin.no_users')} .text=${t('admin.no_users_text')}></lf-blank>`
-        : this.renderTable(
-            [
-              { text: t('admin.user') },
-              { text: t('admin.role') },
-              { text: t('admin.created'), late: true },
-              { text: t('admin.last_login'), late: true },
-            ],
-            users.map((user) => this.renderUser(user, users)),
-          )}`;
+      ${
+        this.list && users.length === 0
+          ? html`<lf-blank icon="user" .head=${t('admin.no_users')} .text=${t('admin.no_users_text')}></lf-blank>`
+          : this.renderTable(
+              [
+                { text: t('admin.user') },
+                { text: t('admin.role') },
+                { text: t('admin.created'), late: true },
+                { text: t('admin.last_login'), late: true },
+              ],
+              users.map((user) => this.renderUser(user, users)),
+            )
+      }`;
   }
 
   private renderUser(user: User, users: User[]) {
@@ -206,17 +208,19 @@ export class LfAdminTokens extends List<Token> {
     const tokens = this.list ?? [];
     return html`${this.renderBar(t('admin.tokens_text'), 'add-token', t('admin.add_token'), this.add)}
       ${this.renderError()}
-      ${this.list && tokens.length === 0
-        ? html`<lf-blank icon="lock" .head=${t('admin.no_tokens')} .text=${t('admin.no_tokens_text')}></lf-blank>`
-        : this.renderTable(
-            [
-              { text: t('admin.name') },
-              { text: t('admin.role') },
-              { text: t('admin.created'), late: true },
-              { text: t('admin.last_used'), late: true },
-            ],
-            tokens.map((token) => this.renderToken(token)),
-          )}`;
+      ${
+        this.list && tokens.length === 0
+          ? html`<lf-blank icon="lock" .head=${t('admin.no_tokens')} .text=${t('admin.no_tokens_text')}></lf-blank>`
+          : this.renderTable(
+              [
+                { text: t('admin.name') },
+                { text: t('admin.role') },
+                { text: t('admin.created'), late: true },
+                { text: t('admin.last_used'), late: true },
+              ],
+              tokens.map((token) => this.renderToken(token)),
+            )
+      }`;
   }
 
   private renderToken(token: Token) {
@@ -306,11 +310,14 @@ export class LfAdminSessions extends List<SessionSeen> {
       </td>
       <td>${t(`admin.kind_${one.kind}`)}</td>
       <td>
-        ${one.seats.length
-          ? one.seats.map(
-              (seat) => html`<div><span class="mono">${seat.seat}</span> <span class="dim">${seat.from} · ${dateTime(seat.since_ms)}</span></div>`,
-            )
-          : html`<span class="dim">${t('admin.no_pages')}</span>`}
+        ${
+          one.seats.length
+            ? one.seats.map(
+                (seat) =>
+                  html`<div><span class="mono">${seat.seat}</span> <span class="dim">${seat.from} · ${dateTime(seat.since_ms)}</span></div>`,
+              )
+            : html`<span class="dim">${t('admin.no_pages')}</span>`
+        }
       </td>
       <td class="late">${when(one.used_ms, '—')}</td>
       <td class="late">${when(one.expires_ms, '—')}</td>

@@ -31,18 +31,18 @@ export const adminStyle = css`
     white-space: nowrap;
   }
   td.acts > * + * {
-    margin-left: 4px;
+    margin-left: var(--s1);
   }
   .who {
     font-weight: 650;
-    font-size: 15px;
+    font-size: var(--t-normal);
     overflow-wrap: anywhere;
   }
   dl.facts {
     margin: 0;
     display: grid;
     grid-template-columns: minmax(140px, max-content) minmax(0, 1fr);
-    gap: 10px var(--s4);
+    gap: var(--s2) var(--s4);
     line-height: 1.4;
   }
   dl.facts dt {
@@ -70,9 +70,9 @@ export const adminStyle = css`
   .monitors li {
     display: grid;
     grid-template-columns: minmax(0, 1fr) auto;
-    gap: 12px;
+    gap: var(--s25);
     align-items: center;
-    padding: 10px 0;
+    padding: var(--s2) 0;
     border-top: 1px solid var(--line);
   }
   .monitors .mono {
@@ -102,9 +102,9 @@ export const adminStyle = css`
   .links a {
     display: inline-flex;
     align-items: center;
-    gap: 8px;
+    gap: var(--s2);
     min-height: 48px;
-    margin-right: 20px;
+    margin-right: var(--s3);
     font-weight: 600;
   }
   @media (max-width: 720px) {
@@ -112,7 +112,7 @@ export const adminStyle = css`
       display: none;
     }
     .flat td {
-      padding: 8px;
+      padding: var(--s2);
       height: auto;
     }
     .flat.stack thead {
@@ -121,12 +121,12 @@ export const adminStyle = css`
     .flat.stack tr {
       display: grid;
       grid-template-columns: minmax(0, 1fr) auto;
-      padding: 8px;
+      padding: var(--s2);
       border-bottom: 1px solid var(--line);
     }
     .flat.stack td {
       border: 0;
-      padding: 4px 8px;
+      padding: var(--s1) var(--s2);
     }
     .flat.stack td.acts {
       grid-column: 1 / -1;
@@ -135,21 +135,21 @@ export const adminStyle = css`
     }
     .yes {
       width: auto;
-      padding: 8px 4px;
+      padding: var(--s2) var(--s1);
     }
     th.yes {
       font-size: 0;
     }
     th.yes::before {
       content: attr(data-short);
-      font-size: 12px;
+      font-size: var(--t-small);
     }
     dl.facts:not(.figures) {
       grid-template-columns: 1fr;
-      gap: 2px;
+      gap: var(--s05);
     }
     dl.facts:not(.figures) dd {
-      margin-bottom: 10px;
+      margin-bottom: var(--s2);
     }
   }
 `;

@@ -3,7 +3,7 @@ import { css, html, svg } from 'lit';
 import { may } from '../../hub/session';
 import { store } from '../../hub/store';
 import type { Priority, Role } from '../../hub/types';
-import { t, tt, type Key } from '../../i18n';
+import { type Key, t, tt } from '../../i18n';
 import '../../parts/lf-button';
 
 /** Why an action of the hub is not possible now; empty: it is. */
@@ -66,7 +66,7 @@ export const markStyle = css`
     display: block;
   }
   .mark text {
-    font: 700 13px var(--font);
+    font: 700 var(--t-note) var(--font);
     fill: var(--surface);
   }
   .mark.fire,
@@ -95,7 +95,7 @@ export const notice = css`
     display: flex;
     align-items: center;
     gap: var(--s2);
-    padding: 10px var(--s3);
+    padding: var(--s2) var(--s3);
     border-radius: var(--radius);
     border: 1px solid var(--line-strong);
     background: var(--info-soft);

@@ -1,5 +1,5 @@
 // The history of alarms: raised, acknowledged, cleared.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { dictionary } from '../../hub/dictionary';
@@ -7,12 +7,12 @@ import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import { dateTime, lang, t } from '../../i18n';
-import { Blocks, type Block, room } from '../../parts/blocks';
+import { type Block, Blocks, room } from '../../parts/blocks';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base, card, fields, table } from '../../theme/shared';
 import { failedNotice, filters, markStyle, notice, saveFile, stamp } from './common';
-import { csv, newer, partsOf, stepOf, type AlarmStep } from './model';
+import { type AlarmStep, csv, newer, partsOf, stepOf } from './model';
 import { subsystemText, titleOf } from './names';
 import { alarmStyle } from './style';
 
@@ -54,7 +54,10 @@ export class LfAlarmHistory extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
     this.ends = [
       store.subscribe('alarms/', () => {
         clearTimeout(this.timer);
@@ -93,12 +96,12 @@ export class LfAlarmHistory extends LitElement {
           >${t('alarms.csv')}</lf-button
         >
       </div>
-      ${this.error
-        ? failedNotice(t('alarms.failed', { what: this.error }), () => this.load())
-        : nothing}
-      ${this.steps && shown.length === 0
-        ? html`<lf-blank icon="clock" .head=${t('alarms.none_history')}></lf-blank>`
-        : this.renderTable(shown)}`;
+      ${this.error ? failedNotice(t('alarms.failed', { what: this.error }), () => this.load()) : nothing}
+      ${
+        this.steps && shown.length === 0
+          ? html`<lf-blank icon="clock" .head=${t('alarms.none_history')}></lf-blank>`
+          : this.renderTable(shown)
+      }`;
   }
 
   private renderTable(shown: AlarmStep[]) {
@@ -119,9 +122,11 @@ export class LfAlarmHistory extends LitElement {
           (block) => this.renderBlock(block),
         )}
       </table>
-      ${this.more
-        ? html`<div class="foot"><lf-button @click=${() => this.load('earlier')}>${t('alarms.more')}</lf-button></div>`
-        : nothing}
+      ${
+        this.more
+          ? html`<div class="foot"><lf-button @click=${() => this.load('earlier')}>${t('alarms.more')}</lf-button></div>`
+          : nothing
+      }
     </section>`;
   }
 

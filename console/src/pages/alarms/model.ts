@@ -46,6 +46,8 @@ export function matching(alarms: Alarm[], filter: Filter, lang: 'en' | 'ru'): Al
 }
 
 export interface Counts {
+  /** Some of those that wait have not cleared. */
+  urgent: boolean;
   waiting: number;
   shelved: number;
   active: number;
@@ -53,7 +55,13 @@ export interface Counts {
 }
 
 export function countOf(alarms: Alarm[]): Counts {
-  const counts: Counts = { waiting: 0, shelved: 0, active: 0, by: { fire: 0, high: 0, medium: 0, low: 0 } };
+  const counts: Counts = {
+    urgent: false,
+    waiting: 0,
+    shelved: 0,
+    active: 0,
+    by: { fire: 0, high: 0, medium: 0, low: 0 },
+  };
   for (const alarm of alarms) {
     if (alarm.state === 'shelved') {
       counts.shelved += 1;
@@ -61,7 +69,9 @@ export function countOf(alarms: Alarm[]): Counts {
     }
     counts.active += 1;
     counts.by[alarm.priority] += 1;
-    if (waits(alarm)) counts.waiting += 1;
+    if (!waits(alarm)) continue;
+    counts.waiting += 1;
+    counts.urgent ||= alarm.active;
   }
   return counts;
 }
@@ -102,7 +112,7 @@ export function csv(rows: (string | number)[][]): string {
     const safe = /^[=+@\t\r]|^-(?!\d)/.test(text) ? `'${text}` : text;
     return /[",;\n\r]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
   };
-  return rows.map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
+  return `${rows.map((row) => row.map(cell).join(',')).join('\r\n')}\r\n`;
 }
 
 /** The known entries with those that came since; null: they do not overlap. */

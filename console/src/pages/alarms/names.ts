@@ -1,6 +1,6 @@
 // Names of alarms.
 import { flag, subsystem } from '../../hub/dictionary';
-import { lang, t, tt, type Key } from '../../i18n';
+import { type Key, lang, t, tt } from '../../i18n';
 import { partsOf } from './model';
 
 /** Name of an alarm, from the dictionary; of the hub's own alarms from here. */

@@ -38,9 +38,7 @@ export function askShelve(alarm: Alarm): Promise<Shelving | undefined> {
         />
       </label>
       <div class="row wrap">
-        ${REASONS.map(
-          (key) => html`<lf-button @click=${() => set({ reason: t(key) })}>${t(key)}</lf-button>`,
-        )}
+        ${REASONS.map((key) => html`<lf-button @click=${() => set({ reason: t(key) })}>${t(key)}</lf-button>`)}
       </div>
       <div class="col" role="group" aria-label=${t('alarms.shelve_for')}>
         <h3>${t('alarms.shelve_for')}</h3>

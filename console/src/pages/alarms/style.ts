@@ -9,10 +9,10 @@ export const alarmStyle = css`
   .count {
     display: inline-flex;
     align-items: center;
-    gap: 8px;
+    gap: var(--s2);
     min-height: 36px;
-    padding: 0 12px 0 8px;
-    border-radius: 18px;
+    padding: 0 var(--s25) 0 var(--s2);
+    border-radius: var(--radius-round);
     border: 1px solid var(--line);
     background: var(--surface);
     font-weight: 600;
@@ -20,7 +20,7 @@ export const alarmStyle = css`
   .count b {
     min-width: 1.3ch;
     text-align: right;
-    font-size: 17px;
+    font-size: var(--t-large);
   }
   .count.zero {
     color: var(--dim);
@@ -42,9 +42,9 @@ export const alarmStyle = css`
     position: relative;
     display: grid;
     grid-template-columns: 40px minmax(0, 1fr) 168px 340px 48px;
-    gap: 4px var(--s3);
+    gap: var(--s1) var(--s3);
     align-items: center;
-    padding: 10px var(--s2) 10px 20px;
+    padding: var(--s2) var(--s2) var(--s2) var(--s3);
     border: 1px solid var(--line);
     border-radius: var(--radius-large);
     background: var(--surface);
@@ -112,23 +112,23 @@ export const alarmStyle = css`
     display: flex;
     flex-wrap: wrap;
     align-items: baseline;
-    gap: 0 10px;
-    font-size: 13px;
+    gap: 0 var(--s2);
+    font-size: var(--t-note);
     color: var(--dim);
   }
   .where b {
     color: var(--text);
     font-weight: 700;
-    font-size: 14px;
+    font-size: var(--t-normal);
   }
   .what {
-    font-size: 16px;
+    font-size: var(--t-field);
     font-weight: 600;
     line-height: 1.35;
     overflow-wrap: anywhere;
   }
   .state {
-    font-size: 13px;
+    font-size: var(--t-note);
     color: var(--dim);
   }
   .unack .state {
@@ -136,13 +136,13 @@ export const alarmStyle = css`
     font-weight: 600;
   }
   .when {
-    font-size: 13px;
+    font-size: var(--t-note);
     color: var(--dim);
     line-height: 1.4;
   }
   .when b {
     display: block;
-    font-size: 17px;
+    font-size: var(--t-large);
     color: var(--text);
   }
   .acts {
@@ -159,13 +159,13 @@ export const alarmStyle = css`
     display: grid;
     grid-template-columns: repeat(auto-fit, minmax(230px, 1fr));
     gap: var(--s3);
-    margin: var(--s2) var(--s2) 6px 0;
+    margin: var(--s2) var(--s2) var(--s15) 0;
     padding-top: var(--s3);
     border-top: 1px solid color-mix(in srgb, var(--edge) 40%, var(--line));
     line-height: 1.5;
   }
   .more h3 {
-    margin-bottom: 2px;
+    margin-bottom: var(--s05);
     color: var(--dim);
   }
   .more .do p {
@@ -175,9 +175,9 @@ export const alarmStyle = css`
     grid-column: 1 / -1;
     display: flex;
     flex-wrap: wrap;
-    gap: 4px var(--s4);
+    gap: var(--s1) var(--s4);
     align-items: center;
-    font-size: 13px;
+    font-size: var(--t-note);
     color: var(--dim);
   }
   .meta a {
@@ -185,7 +185,7 @@ export const alarmStyle = css`
     align-items: center;
     min-height: 48px;
     font-weight: 600;
-    font-size: 14px;
+    font-size: var(--t-normal);
   }
   .fresh {
     /* Below the list: above it, it would move the target of the pointer. */
@@ -195,7 +195,7 @@ export const alarmStyle = css`
     display: flex;
     align-items: center;
     gap: var(--s3);
-    padding: 10px var(--s3);
+    padding: var(--s2) var(--s3);
     border-radius: var(--radius-large);
     border: 2px solid var(--high);
     background: var(--surface);
@@ -247,7 +247,7 @@ export const alarmStyle = css`
   @media (max-width: 1180px) {
     .alarm {
       grid-template-columns: 40px minmax(0, 1fr) 112px 240px 48px;
-      gap: 4px 12px;
+      gap: var(--s1) var(--s25);
     }
   }
   /* A tablet must show a flood of alarms, not a few. */
@@ -263,8 +263,8 @@ export const alarmStyle = css`
   @media (max-width: 720px) {
     .alarm {
       grid-template-columns: 32px minmax(0, 1fr) 48px;
-      gap: 6px 10px;
-      padding-left: 16px;
+      gap: var(--s15) var(--s2);
+      padding-left: var(--s3);
     }
     .open {
       grid-area: 1 / 3;
@@ -273,11 +273,11 @@ export const alarmStyle = css`
       grid-area: 2 / 2 / 3 / -1;
       display: flex;
       flex-wrap: wrap;
-      gap: 0 10px;
+      gap: 0 var(--s2);
       align-items: baseline;
     }
     .when b {
-      font-size: 14px;
+      font-size: var(--t-normal);
     }
     .acts {
       grid-area: 3 / 1 / 4 / -1;
@@ -290,18 +290,18 @@ export const alarmStyle = css`
       flex: 1 1 auto;
     }
     .acts lf-button::part(button) {
-      padding: 6px 8px;
+      padding: var(--s15) var(--s2);
     }
     .more {
       grid-column: 1 / -1;
     }
     .counts {
-      gap: 6px;
+      gap: var(--s15);
     }
     .count {
-      padding: 0 10px 0 6px;
-      gap: 6px;
-      font-size: 13px;
+      padding: 0 var(--s2) 0 var(--s15);
+      gap: var(--s15);
+      font-size: var(--t-note);
     }
     td.late,
     th.late {
@@ -319,8 +319,8 @@ export const alarmStyle = css`
     .step-row {
       display: grid;
       grid-template-columns: auto minmax(0, 1fr);
-      gap: 4px 12px;
-      padding: 10px 14px;
+      gap: var(--s1) var(--s25);
+      padding: var(--s2) var(--s25);
       border-bottom: 1px solid var(--line);
     }
     .step-row td {

@@ -1,5 +1,5 @@
 // The record of the last hardware fault, as text.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionaryNow } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
@@ -9,7 +9,7 @@ import { lang, t, time, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import { base, card, table } from '../../theme/shared';
-import { wordHex, type Crash } from './model';
+import { type Crash, wordHex } from './model';
 
 @customElement('lf-crash')
 export class LfCrash extends LitElement {
@@ -25,7 +25,7 @@ export class LfCrash extends LitElement {
         margin: 0;
       }
       td {
-        padding: 6px 8px;
+        padding: var(--s15) var(--s2);
       }
       td.hex {
         font-family: var(--mono);
@@ -33,7 +33,7 @@ export class LfCrash extends LitElement {
       }
       .facts {
         display: grid;
-        gap: 6px;
+        gap: var(--s15);
         margin: 0;
         padding: 0;
         list-style: none;
@@ -42,7 +42,7 @@ export class LfCrash extends LitElement {
       .facts li {
         display: grid;
         grid-template-columns: 24px minmax(0, 1fr);
-        gap: 8px;
+        gap: var(--s2);
       }
       .facts b {
         font-family: var(--mono);
@@ -52,13 +52,13 @@ export class LfCrash extends LitElement {
         min-height: 48px;
         display: flex;
         align-items: center;
-        gap: 10px;
+        gap: var(--s2);
         cursor: pointer;
         font-weight: 600;
       }
       summary::before {
         content: '›';
-        font-size: 20px;
+        font-size: var(--t-title);
         color: var(--dim);
       }
       details[open] > summary::before {
@@ -79,7 +79,9 @@ export class LfCrash extends LitElement {
 
   override render() {
     const { crash } = this;
-    const why = this.busy ? t('shell.loading') : whyNot(this.monitor, { role: 'observer', authority: false, lockedOut: true });
+    const why = this.busy
+      ? t('shell.loading')
+      : whyNot(this.monitor, { role: 'observer', authority: false, lockedOut: true });
     return html`<section class="card">
       <header>
         <h2>${t('diagnosis.crash')}</h2>

@@ -1,16 +1,16 @@
 // Every flag of every subsystem: meaning, cause, remedy.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import type { Severity } from '../../hub/types';
 import { lang, num, t, tt } from '../../i18n';
-import { icon, type IconName } from '../../parts/icons';
+import { type IconName, icon } from '../../parts/icons';
 import '../../parts/lf-blank';
 import '../../parts/lf-chip';
 import '../../parts/lf-find';
 import { base, card } from '../../theme/shared';
 import { subsystemText } from '../alarms/names';
-import { matchingFlags, type FlagSeen } from './model';
+import { type FlagSeen, matchingFlags } from './model';
 
 export const SEVERITY_ICONS: Record<Severity, IconName> = {
   alarm: 'alarm',
@@ -23,8 +23,8 @@ export const flagStyle = css`
   .flag {
     display: grid;
     grid-template-columns: 28px minmax(0, 1fr);
-    gap: 2px 10px;
-    padding: 10px 12px 10px 8px;
+    gap: var(--s05) var(--s2);
+    padding: var(--s2) var(--s25) var(--s2) var(--s2);
     border-top: 1px solid var(--line);
     line-height: 1.45;
   }
@@ -50,7 +50,7 @@ export const flagStyle = css`
   .flag .name {
     display: flex;
     flex-wrap: wrap;
-    gap: 0 10px;
+    gap: 0 var(--s2);
     align-items: baseline;
   }
   .flag .name b {
@@ -58,7 +58,7 @@ export const flagStyle = css`
   }
   .flag .code {
     font-family: var(--mono);
-    font-size: 12px;
+    font-size: var(--t-small);
     color: var(--dim);
   }
   .flag .meaning {
@@ -72,14 +72,14 @@ export const flagStyle = css`
     color: var(--faint);
   }
   .flag dl {
-    margin: 4px 0 0;
+    margin: var(--s1) 0 0;
     display: grid;
     grid-template-columns: max-content minmax(0, 1fr);
-    gap: 2px 12px;
+    gap: var(--s05) var(--s25);
   }
   .flag dt {
     color: var(--dim);
-    font-size: 13px;
+    font-size: var(--t-note);
   }
   .flag dd {
     margin: 0;
@@ -93,7 +93,7 @@ export const flagStyle = css`
       gap: 0;
     }
     .flag dd {
-      margin-bottom: 6px;
+      margin-bottom: var(--s15);
     }
   }
 `;
@@ -109,18 +109,24 @@ export function renderFlag(flag: FlagSeen, { where, full }: { where: boolean; fu
         ${flag.set && !where ? html`<b class="small">${t('diagnosis.is_set')}</b>` : nothing}
       </div>
       <div class="meaning">${tt(flag.flag.meaning)}</div>
-      ${full
-        ? html`<dl>
-            ${tt(flag.flag.cause)
-              ? html`<dt>${t('diagnosis.cause')}</dt>
+      ${
+        full
+          ? html`<dl>
+            ${
+              tt(flag.flag.cause)
+                ? html`<dt>${t('diagnosis.cause')}</dt>
                   <dd>${tt(flag.flag.cause)}</dd>`
-              : nothing}
-            ${tt(flag.flag.remedy)
-              ? html`<dt>${t('diagnosis.remedy')}</dt>
+                : nothing
+            }
+            ${
+              tt(flag.flag.remedy)
+                ? html`<dt>${t('diagnosis.remedy')}</dt>
                   <dd class="do">${tt(flag.flag.remedy)}</dd>`
-              : nothing}
+                : nothing
+            }
           </dl>`
-        : nothing}
+          : nothing
+      }
     </div>
   </div>`;
 }
@@ -149,7 +155,7 @@ export class LfAllFlags extends LitElement {
       summary {
         display: flex;
         align-items: center;
-        gap: 12px;
+        gap: var(--s25);
         min-height: 52px;
         padding: 0 var(--s3);
         cursor: pointer;
@@ -160,7 +166,7 @@ export class LfAllFlags extends LitElement {
       }
       summary::before {
         content: '›';
-        font-size: 20px;
+        font-size: var(--t-title);
         width: 12px;
         text-align: center;
         color: var(--dim);
@@ -177,8 +183,8 @@ export class LfAllFlags extends LitElement {
       @media (max-width: 720px) {
         summary {
           flex-wrap: wrap;
-          gap: 2px 12px;
-          padding: 8px var(--s3);
+          gap: var(--s05) var(--s25);
+          padding: var(--s2) var(--s3);
         }
         summary .mono {
           display: none;
@@ -188,7 +194,7 @@ export class LfAllFlags extends LitElement {
         }
       }
       .flags {
-        padding: 0 var(--s3) var(--s2) calc(var(--s3) + 12px);
+        padding: 0 var(--s3) var(--s2) calc(var(--s3) + var(--s25));
       }
     `,
   ];
@@ -213,13 +219,19 @@ export class LfAllFlags extends LitElement {
           @find=${(e: CustomEvent<string>) => (this.text = e.detail)}
         ></lf-find>
       </header>
-      ${subsystems.length === 0
-        ? html`<lf-blank icon="search" .head=${t('diagnosis.none_match')}></lf-blank>`
-        : repeat(
-            subsystems,
-            (name) => name,
-            (name) => this.renderSubsystem(name, shown.filter((flag) => flag.subsystem === name)),
-          )}
+      ${
+        subsystems.length === 0
+          ? html`<lf-blank icon="search" .head=${t('diagnosis.none_match')}></lf-blank>`
+          : repeat(
+              subsystems,
+              (name) => name,
+              (name) =>
+                this.renderSubsystem(
+                  name,
+                  shown.filter((flag) => flag.subsystem === name),
+                ),
+            )
+      }
     </section>`;
   }
 
@@ -242,16 +254,22 @@ export class LfAllFlags extends LitElement {
         <span class="title">${subsystemText(name)}</span>
         <span class="small dim mono">${name}</span>
         <span class="grow"></span>
-        ${bad.length > 0
-          ? html`<lf-chip kind=${worst} icon=${worst === 'high' ? 'alarm' : 'warning'} ?stale=${this.stale}
+        ${
+          bad.length > 0
+            ? html`<lf-chip kind=${worst} icon=${worst === 'high' ? 'alarm' : 'warning'} ?stale=${this.stale}
               >${bad.map((flag) => flag.flag.name).join(', ')}</lf-chip
             >`
-          : html`<span class="small dim">${this.never ? t('diagnosis.unknown') : t('diagnosis.set_of', { n: num(set.length), of: num(flags.length) })}</span>`}
+            : html`<span class="small dim">${this.never ? t('diagnosis.unknown') : t('diagnosis.set_of', { n: num(set.length), of: num(flags.length) })}</span>`
+        }
       </summary>
       <div class="flags">
-        ${open
-          ? [...set, ...flags.filter((flag) => !flag.set)].map((flag) => renderFlag(flag, { where: false, full: true }))
-          : nothing}
+        ${
+          open
+            ? [...set, ...flags.filter((flag) => !flag.set)].map((flag) =>
+                renderFlag(flag, { where: false, full: true }),
+              )
+            : nothing
+        }
       </div>
     </details>`;
   }

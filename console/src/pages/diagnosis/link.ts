@@ -1,14 +1,14 @@
 // The link to a monitor in figures: since the hub's start, and over the last minutes.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { linkFigures } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
 import type { LinkFigures } from '../../hub/types';
-import { age, num, t, tt, type Key } from '../../i18n';
+import { age, type Key, num, t, tt } from '../../i18n';
 import '../../parts/lf-chip';
 import '../../parts/lf-trend';
 import { base } from '../../theme/shared';
-import { fillSamples, points, samplesOf, spanOf, type Measure } from './samples';
+import { fillSamples, type Measure, points, samplesOf, spanOf } from './samples';
 
 const COUNTS = [
   'sent',
@@ -49,7 +49,7 @@ export class LfLinkStats extends LitElement {
       }
       .endpoint {
         font-family: var(--mono);
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
         overflow-wrap: anywhere;
       }
@@ -59,23 +59,23 @@ export class LfLinkStats extends LitElement {
         gap: var(--s3);
       }
       .span {
-        margin-top: -8px;
-        font-size: 12px;
+        margin-top: calc(-1 * var(--s2));
+        font-size: var(--t-small);
         color: var(--dim);
       }
       dl {
         margin: 0;
         display: grid;
         grid-template-columns: repeat(auto-fill, minmax(104px, 1fr));
-        gap: 10px var(--s3);
+        gap: var(--s2) var(--s3);
       }
       dt {
-        font-size: 12px;
+        font-size: var(--t-small);
         color: var(--dim);
       }
       dd {
         margin: 0;
-        font-size: 16px;
+        font-size: var(--t-field);
         font-weight: 600;
       }
       .zero dd {

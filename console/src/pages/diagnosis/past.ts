@@ -1,12 +1,12 @@
 // The last alarms of a monitor.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import { dateTime, t } from '../../i18n';
 import { base, card } from '../../theme/shared';
+import { type AlarmStep, partsOf, stepOf } from '../alarms/model';
 import { subsystemText, titleOf } from '../alarms/names';
-import { partsOf, stepOf, type AlarmStep } from '../alarms/model';
 
 const SHOWN = 12;
 
@@ -24,8 +24,8 @@ export class LfPastAlarms extends LitElement {
       li {
         display: grid;
         grid-template-columns: 116px minmax(0, 1fr);
-        gap: 12px;
-        padding: 8px 0;
+        gap: var(--s25);
+        padding: var(--s2) 0;
         border-top: 1px solid var(--line);
         line-height: 1.4;
       }

@@ -81,7 +81,9 @@ export async function fillSamples(monitor: string): Promise<void> {
     to_ms: String(Math.round(now)),
     points: String(KEEP_MS / EVERY_MS),
   });
-  const got = await http.get<{ series: Record<string, [number, ...number[]][]> }>(`/api/history?${query}`).catch(() => null);
+  const got = await http
+    .get<{ series: Record<string, [number, ...number[]][]> }>(`/api/history?${query}`)
+    .catch(() => null);
   if (!got) return;
   const known = all.get(monitor) ?? [];
   const before = known[0]?.t ?? now;
@@ -91,7 +93,9 @@ export async function fillSamples(monitor: string): Promise<void> {
 
 /** A value holds until the next one: a sample each second from the first that is known. */
 export function fromHistory(series: Record<string, [number, ...number[]][]>, from_ms: number, to_ms: number): Sample[] {
-  const at = Object.fromEntries(SERIES.map((name) => [name, { rows: series[`Link.${name}`] ?? [], next: 0, value: null as number | null }]));
+  const at = Object.fromEntries(
+    SERIES.map((name) => [name, { rows: series[`Link.${name}`] ?? [], next: 0, value: null as number | null }]),
+  );
   const first = Math.min(...SERIES.map((name) => at[name]!.rows[0]?.[0] ?? Infinity));
   const samples: Sample[] = [];
   for (let t = Math.max(from_ms, first); t < to_ms; t += EVERY_MS) {

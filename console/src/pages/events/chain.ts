@@ -1,5 +1,5 @@
 // Verification of the audit log, and a copy of it.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
@@ -39,12 +39,14 @@ export class LfAuditChain extends LitElement {
     return html`<section class="card chain ${bad ? 'bad' : ''}" aria-label=${t('events.chain_title')}>
       <div>
         <div class="row wrap" role="status">${this.renderState()}</div>
-        ${found
-          ? html`<div class="small dim">
+        ${
+          found
+            ? html`<div class="small dim">
               ${t('events.chain_head')}: <span class="hash" title=${found.head}>${short(found.head)}</span> ·
               ${t('events.chain_at', { time: time(this.at_ms) })}
             </div>`
-          : nothing}
+            : nothing
+        }
       </div>
       <div class="acts">
         <lf-button
@@ -69,11 +71,13 @@ export class LfAuditChain extends LitElement {
           >${t('events.export')}</lf-button
         >
       </div>
-      ${bad
-        ? html`<p class="about">${t('events.chain_bad_text')}</p>`
-        : this.told
-          ? html`<p class="about small dim">${t('events.chain_text')}</p>`
-          : nothing}
+      ${
+        bad
+          ? html`<p class="about">${t('events.chain_bad_text')}</p>`
+          : this.told
+            ? html`<p class="about small dim">${t('events.chain_text')}</p>`
+            : nothing
+      }
     </section>`;
   }
 

@@ -1,11 +1,11 @@
 // A line of the audit log, with its details.
 import { html, nothing } from 'lit';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';
-import { dateTime, t, time, type Key } from '../../i18n';
-import { icon, type IconName } from '../../parts/icons';
-import { show } from '../../units';
-import { fateOf, isNeedless, plainDetails, type Deed, type Fate } from './model';
+import { dateTime, type Key, t, time } from '../../i18n';
+import { type IconName, icon } from '../../parts/icons';
 import { subsystemName } from '../../shell/request';
+import { show } from '../../units';
+import { type Deed, type Fate, fateOf, isNeedless, plainDetails } from './model';
 import { endingWords, outcomeMeaning, outcomeWords, stateWords, wordsOf } from './words';
 
 const FATES: Record<Fate, IconName> = { done: 'check', open: 'clock', refused: 'lock', failed: 'warning' };
@@ -26,10 +26,12 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: n
   return html`<tr class="deed ${open ? 'open' : ''}" data-n=${first.n} aria-rowindex=${row} @click=${toggle}>
     <td class="c-time"><span class="time">${dateTime(first.at_ms)}</span></td>
     <td class="c-who">
-      ${first.via === 'hub' && first.user === 'hub'
-        ? t('events.hub')
-        : html`<b>${first.user}</b>
-            <div class="small dim">${first.role ? named(`role.${first.role}`, first.role) : ''}</div>`}
+      ${
+        first.via === 'hub' && first.user === 'hub'
+          ? t('events.hub')
+          : html`<b>${first.user}</b>
+            <div class="small dim">${first.role ? named(`role.${first.role}`, first.role) : ''}</div>`
+      }
     </td>
     <td class="c-monitor"><b>${first.monitor ?? ''}</b></td>
     <td class="c-what">
@@ -37,9 +39,7 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: n
     </td>
     <td class="c-outcome">
       <span class="fate ${fate}">${icon(FATES[fate], 18)} ${isNeedless(deed) ? t('events.outcome_needless') : outcomeWords(outcome)}</span>
-      ${typeof code === 'string'
-        ? html`<div class="small dim">${named(`events.code_${code}`, code)}</div>`
-        : nothing}
+      ${typeof code === 'string' ? html`<div class="small dim">${named(`events.code_${code}`, code)}</div>` : nothing}
       ${ending ? html`<div class="small dim">${ending}</div>` : nothing}
       ${deed.effect ? html`<div class="effect">${effectLine(deed.effect)}</div>` : nothing}
     </td>
@@ -75,27 +75,33 @@ function renderEntry(entry: AuditEntry, deed: Deed) {
     </div>
     <div>
       ${time(entry.at_ms)}
-      ${step === 'answer'
-        ? html`· <b>${outcomeWords(entry.outcome)}</b>
+      ${
+        step === 'answer'
+          ? html`· <b>${outcomeWords(entry.outcome)}</b>
             ${outcomeWords(entry.outcome) === entry.outcome ? nothing : html`<span class="raw">${entry.outcome}</span>`}`
-        : nothing}
+          : nothing
+      }
       ${typeof took === 'number' ? t('events.took', { took: show('duration_ms', took) }) : nothing}
       ${meaning ? html`<div class="dim">${meaning}</div>` : nothing}
       ${step === 'effect' ? nothing : html`<div class="small dim">${who(entry)}</div>`}
     </div>
     <dl>
-      ${step === 'effect'
-        ? nothing
-        : html`<dt>${t('events.text')}</dt>
-            <dd class="raw">${entry.what}</dd>`}
-      ${Array.isArray(answers)
-        ? html`<dt>${t('events.step_answer')}</dt>
+      ${
+        step === 'effect'
+          ? nothing
+          : html`<dt>${t('events.text')}</dt>
+            <dd class="raw">${entry.what}</dd>`
+      }
+      ${
+        Array.isArray(answers)
+          ? html`<dt>${t('events.step_answer')}</dt>
             <dd>
               <ul class="answers">
                 ${answers.map((line) => html`<li>${line}</li>`)}
               </ul>
             </dd>`
-        : nothing}
+          : nothing
+      }
       ${states(entry).map(
         ([name, state]) => html`<dt>${subsystemName(name)}</dt>
           <dd>${stateWords(name, state)}</dd>`,
@@ -106,10 +112,12 @@ function renderEntry(entry: AuditEntry, deed: Deed) {
           ([name, value]) => html`<dt>${named(`events.detail_${name}`, name)}</dt>
             <dd>${value}</dd>`,
         )}
-      ${entry.details?.stale === true
-        ? html`<dt></dt>
+      ${
+        entry.details?.stale === true
+          ? html`<dt></dt>
             <dd>${t('events.stale')}</dd>`
-        : nothing}
+          : nothing
+      }
       <dt>${t('events.hash')}</dt>
       <dd class="hash">${entry.hash}</dd>
     </dl>

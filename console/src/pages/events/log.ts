@@ -1,5 +1,5 @@
 // The entries of the audit log, one command per line.
-import { LitElement, html, nothing } from 'lit';
+import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { dictionary } from '../../hub/dictionary';
@@ -8,7 +8,7 @@ import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import type { AuditEntry } from '../../hub/types';
 import { dateTime, lang, num, t } from '../../i18n';
-import { Blocks, type Block, room } from '../../parts/blocks';
+import { type Block, Blocks, room } from '../../parts/blocks';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
@@ -16,10 +16,10 @@ import '../../parts/lf-find';
 import { base, card, fields, table } from '../../theme/shared';
 import { failedNotice, filters, hashQuery, monitorName, notice } from '../alarms/common';
 import './chain';
-import { renderDeed, renderInside } from './deed';
-import { deedsOf, fieldTime, joined, matches, type Deed, type Kind, type LogFilter } from './model';
-import { eventStyle } from './style';
 import type { Simulation } from '../training/model';
+import { renderDeed, renderInside } from './deed';
+import { type Deed, deedsOf, fieldTime, joined, type Kind, type LogFilter, matches } from './model';
+import { eventStyle } from './style';
 import { learnSimulation, wordsOf } from './words';
 
 const LIMIT = 200;
@@ -42,15 +42,7 @@ interface Page {
 
 @customElement('lf-audit-log')
 export class LfAuditLog extends LitElement {
-  static override styles = [
-    base,
-    card,
-    table,
-    fields,
-    filters,
-    notice,
-    eventStyle,
-  ];
+  static override styles = [base, card, table, fields, filters, notice, eventStyle];
 
   @state() private monitor = hashQuery().get('monitor') ?? '';
   @state() private user = '';
@@ -77,7 +69,10 @@ export class LfAuditLog extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
     if (store.hello?.hub.demo) void this.simulation();
     this.timer = window.setInterval(() => this.follow(), FOLLOW_MS);
     void this.load();
@@ -102,12 +97,12 @@ export class LfAuditLog extends LitElement {
     return html`<div class="stack">
       <lf-audit-chain></lf-audit-chain>
       <div class="filters">${this.renderFilters()}</div>
-      ${this.waiting > 0
-        ? html`<div class="notice warn">${icon('warning')} ${t('events.waiting', { n: num(this.waiting) })}</div>`
-        : nothing}
-      ${this.error
-        ? failedNotice(t('events.failed', { what: this.error }), () => this.load())
-        : nothing}
+      ${
+        this.waiting > 0
+          ? html`<div class="notice warn">${icon('warning')} ${t('events.waiting', { n: num(this.waiting) })}</div>`
+          : nothing
+      }
+      ${this.error ? failedNotice(t('events.failed', { what: this.error }), () => this.load()) : nothing}
       ${this.entries ? this.renderTable(shown) : nothing}
     </div>`;
   }
@@ -155,9 +150,9 @@ export class LfAuditLog extends LitElement {
         >${t('events.user')}
         <select name="user" @change=${choose('user')}>
           <option value="">${t('events.everybody')}</option>
-          ${[...this.users].sort().map(
-            (user) => html`<option value=${user} ?selected=${user === this.user}>${user}</option>`,
-          )}
+          ${[...this.users]
+            .sort()
+            .map((user) => html`<option value=${user} ?selected=${user === this.user}>${user}</option>`)}
         </select>
       </label>
       <label class="field"
@@ -204,11 +199,12 @@ export class LfAuditLog extends LitElement {
       return html`<lf-blank icon="events" .head=${t('events.none')} .text=${t('events.none_text')}></lf-blank>`;
     }
     return html`<section class="card log">
-      ${shown.length === 0
-        ? html`<lf-blank icon="search" .head=${t('events.none_match')}
+      ${
+        shown.length === 0
+          ? html`<lf-blank icon="search" .head=${t('events.none_match')}
             ><lf-button @click=${() => this.clear()}>${t('events.clear')}</lf-button></lf-blank
           >`
-        : html`<table aria-rowcount=${shown.length + 1}>
+          : html`<table aria-rowcount=${shown.length + 1}>
             <thead>
               <tr aria-rowindex="1">
                 <th class="c-time">${t('events.col_time')}</th>
@@ -224,7 +220,8 @@ export class LfAuditLog extends LitElement {
               (block) => block.key,
               (block) => this.renderBlock(block),
             )}
-          </table>`}
+          </table>`
+      }
       ${this.renderFoot()}
     </section>`;
   }
@@ -251,12 +248,14 @@ export class LfAuditLog extends LitElement {
     const told = last ? t('events.searched', { time: dateTime(last.at_ms), n: num(this.entries!.length) }) : '';
     return html`<div class="foot">
       ${this.left ? html`<lf-button id="latest" @click=${() => this.load()}>${t('events.latest')}</lf-button>` : nothing}
-      ${next === null
-        ? html`<span class="small">${t('events.beginning')}</span>`
-        : html`<span>${told}</span>
+      ${
+        next === null
+          ? html`<span class="small">${t('events.beginning')}</span>`
+          : html`<span>${told}</span>
             <lf-button id="more" .why=${this.busy ? t('shell.loading') : ''} @click=${() => this.load(next)}
               >${t('events.more')}</lf-button
-            >`}
+            >`
+      }
     </div>`;
   }
 

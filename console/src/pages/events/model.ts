@@ -99,7 +99,16 @@ export function matches(deed: Deed, filter: LogFilter, title: string): boolean {
   if (filter.to_ms !== null && first.at_ms > filter.to_ms) return false;
   const wanted = filter.text.trim().toLocaleLowerCase();
   if (!wanted) return true;
-  const texts = [first.what, title, first.user, first.role, first.from, first.monitor, deed.answer?.outcome, `#${first.n}`];
+  const texts = [
+    first.what,
+    title,
+    first.user,
+    first.role,
+    first.from,
+    first.monitor,
+    deed.answer?.outcome,
+    `#${first.n}`,
+  ];
   return (
     texts.some((text) => text?.toLocaleLowerCase().includes(wanted)) ||
     deed.entries.some((entry) => JSON.stringify(entry.details).toLocaleLowerCase().includes(wanted))

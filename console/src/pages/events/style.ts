@@ -10,7 +10,7 @@ export const eventStyle = css`
   }
   .log td {
     vertical-align: top;
-    padding: 12px;
+    padding: var(--s25);
     height: 60px;
   }
   .log tr.room,
@@ -36,7 +36,7 @@ export const eventStyle = css`
     width: 64px;
   }
   .log td.c-more {
-    padding: 6px 8px;
+    padding: var(--s15) var(--s2);
   }
   tr.deed {
     cursor: pointer;
@@ -58,14 +58,14 @@ export const eventStyle = css`
   }
   .raw {
     font-family: var(--mono);
-    font-size: 12px;
+    font-size: var(--t-small);
     color: var(--dim);
     overflow-wrap: anywhere;
   }
   .fate {
     display: inline-flex;
     align-items: center;
-    gap: 6px;
+    gap: var(--s15);
     font-weight: 600;
   }
   .fate.done {
@@ -80,12 +80,12 @@ export const eventStyle = css`
     color: var(--medium);
   }
   .deed .effect {
-    font-size: 12px;
+    font-size: var(--t-small);
     color: var(--dim);
     overflow-wrap: anywhere;
   }
   tr.inside td {
-    padding: 0 12px 16px 12px;
+    padding: 0 var(--s25) var(--s3) var(--s25);
     background: var(--surface-2);
     height: auto;
     cursor: auto;
@@ -99,7 +99,7 @@ export const eventStyle = css`
   .entry {
     display: grid;
     grid-template-columns: 104px minmax(0, 1fr);
-    gap: 4px var(--s3);
+    gap: var(--s1) var(--s3);
   }
   .entry > .label {
     font-weight: 650;
@@ -109,11 +109,11 @@ export const eventStyle = css`
     margin: 0;
     display: grid;
     grid-template-columns: max-content minmax(0, 1fr);
-    gap: 4px var(--s3);
+    gap: var(--s1) var(--s3);
   }
   dt {
     color: var(--dim);
-    font-size: 13px;
+    font-size: var(--t-note);
   }
   dd {
     margin: 0;
@@ -121,7 +121,7 @@ export const eventStyle = css`
   }
   .hash {
     font-family: var(--mono);
-    font-size: 12px;
+    font-size: var(--t-small);
     color: var(--dim);
     overflow-wrap: anywhere;
   }
@@ -130,7 +130,7 @@ export const eventStyle = css`
     padding: 0;
     list-style: none;
     font-family: var(--mono);
-    font-size: 13px;
+    font-size: var(--t-note);
   }
 :host {
     display: block;
@@ -144,7 +144,7 @@ export const eventStyle = css`
     flex-wrap: wrap;
     gap: var(--s1) var(--s4);
     align-items: center;
-    padding: 6px 8px 6px var(--s3);
+    padding: var(--s15) var(--s2) var(--s15) var(--s3);
   }
   .chain > div:first-child {
     flex: 1 1 300px;
@@ -164,7 +164,7 @@ export const eventStyle = css`
   .chain .about {
     flex: 1 0 100%;
     max-width: 110ch;
-    padding: 0 8px 8px 0;
+    padding: 0 var(--s2) var(--s2) 0;
     line-height: 1.5;
   }
   .chain.bad {
@@ -184,7 +184,7 @@ export const eventStyle = css`
     display: grid;
     grid-template-columns: 150px 150px minmax(0, 1fr);
     gap: var(--s3);
-    padding: 14px var(--s3);
+    padding: var(--s25) var(--s3);
     border-bottom: 1px solid var(--line);
   }
   @media (max-width: 1180px) {
@@ -217,8 +217,8 @@ export const eventStyle = css`
     tr.deed {
       display: grid;
       grid-template-columns: auto auto 1fr 48px;
-      gap: 2px 10px;
-      padding: 8px 8px 8px 14px;
+      gap: var(--s05) var(--s2);
+      padding: var(--s2) var(--s2) var(--s2) var(--s25);
       border-bottom: 1px solid var(--line);
     }
     .log tr.deed td {
@@ -259,7 +259,7 @@ export const eventStyle = css`
     .entry,
     .live .event {
       grid-template-columns: 1fr;
-      gap: 2px;
+      gap: var(--s05);
     }
     .entry dl {
       grid-column: 1;

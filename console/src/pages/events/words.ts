@@ -4,7 +4,7 @@ import type { Act, JogEnding, Role, SimAct } from '../../hub/api';
 import { dictionaryNow, flag } from '../../hub/dictionary';
 import { badText, readingOf } from '../../hub/readings';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';
-import { lang, num, t, tt, type Key } from '../../i18n';
+import { type Key, lang, num, t, tt } from '../../i18n';
 import { requestWords, subsystemName } from '../../shell/request';
 import { measured, show } from '../../units';
 import { titleOf } from '../alarms/names';
@@ -109,7 +109,10 @@ function simWords(act: SimAct): string {
   if ('fault' in act) {
     const { monitor, fault, on } = act.fault;
     const name = tt(simulation.faults.find((one) => one.name === fault)?.text) || fault;
-    return t(on ? 'events.sim_fault' : 'events.sim_fault_ends', { monitor, fault: fault === 'all' ? t('events.sim_all') : name });
+    return t(on ? 'events.sim_fault' : 'events.sim_fault_ends', {
+      monitor,
+      fault: fault === 'all' ? t('events.sim_all') : name,
+    });
   }
   if ('fire' in act) {
     const [east = 0, north = 0] = act.fire.at.map((value) => Math.round(value));
@@ -118,7 +121,8 @@ function simWords(act: SimAct): string {
     return t('events.sim_fire', { at, unit });
   }
   if ('ignite' in act) return t('events.sim_ignite', { name: act.ignite });
-  if ('link' in act) return t(act.link.up ? 'events.sim_link_up' : 'events.sim_link_lost', { monitor: act.link.monitor });
+  if ('link' in act)
+    return t(act.link.up ? 'events.sim_link_up' : 'events.sim_link_lost', { monitor: act.link.monitor });
   return act satisfies never;
 }
 
@@ -141,6 +145,7 @@ function endWords(end: JogEnding, at: (position: number) => string): string {
       return subsystemName(end.by);
     case 'refused':
     case 'unknown':
+      return tt(end.text);
     case 'replaced':
       return '';
     default:

@@ -20,7 +20,8 @@ export function zoneWords(entry: ZoneEntry): string {
     const { detector, bypass } = entry.bypass;
     return t('events.zone_detector', { detector, state: t(`events.zone_bypass_${bypass}`) });
   }
-  if ('cancelled' in entry) return t('events.zone_cancelled', { zone: entry.cancelled.zone, why: why(entry.cancelled.why) });
+  if ('cancelled' in entry)
+    return t('events.zone_cancelled', { zone: entry.cancelled.zone, why: why(entry.cancelled.why) });
   if ('ended' in entry) return t('events.zone_ended', { zone: entry.ended.zone, why: why(entry.ended.why) });
   if ('no' in entry) return t('events.zone_no', { scope: scope(entry.no.scope), why: why(entry.no.why) });
   if ('lapsed' in entry) return t('events.zone_reset', { scope: scope(entry.lapsed.scope) });
@@ -52,7 +53,8 @@ export function orderWords(order: ZoneOrder): string {
   if ('close' in order) return t('events.zone_close', { id: order.close.monitor });
   if ('stop' in order) return t('events.zone_stop', { id: order.stop.monitor });
   if ('pump' in order) return t(order.pump.on ? 'events.zone_start' : 'events.zone_stop', { id: order.pump.pump });
-  if ('valve' in order) return t(order.valve.open ? 'events.zone_open' : 'events.zone_close', { id: order.valve.output });
+  if ('valve' in order)
+    return t(order.valve.open ? 'events.zone_open' : 'events.zone_close', { id: order.valve.output });
   if ('sound' in order) return t('events.zone_sound', { id: order.sound.output });
   return t(order.lamp.lit ? 'events.zone_lit' : 'events.zone_dark', { id: order.lamp.output });
 }

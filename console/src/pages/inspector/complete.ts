@@ -1,6 +1,6 @@
 // Completing a request while it is written, from the dictionary. The text form is that of
 // `lafet send`: name, addressee, data.
-import type { DictParam, Dictionary, DictRequest } from '../../hub/dictionary';
+import type { Dictionary, DictParam, DictRequest } from '../../hub/dictionary';
 import type { Role, Text } from '../../hub/types';
 
 export interface Offer {
@@ -40,7 +40,12 @@ export function requestOf(text: string, dict: Dictionary): DictRequest | undefin
   return dict.requests.find((r) => r.name.toLowerCase() === name);
 }
 
-export function complete(text: string, caret: number, dict: Dictionary, has: (subsystem: string) => boolean): Completed {
+export function complete(
+  text: string,
+  caret: number,
+  dict: Dictionary,
+  has: (subsystem: string) => boolean,
+): Completed {
   const before = text.slice(0, caret);
   const from = before.search(/\S*$/);
   const word = before.slice(from);
@@ -130,7 +135,15 @@ export interface Needs {
   lockedOut: boolean;
 }
 
-const READS = new Set(['GetStatus', 'GetParam', 'RetrieveLimits', 'GetHotbed', 'GetCrashData', 'GetNetworkStatus', 'GetLog']);
+const READS = new Set([
+  'GetStatus',
+  'GetParam',
+  'RetrieveLimits',
+  'GetHotbed',
+  'GetCrashData',
+  'GetNetworkStatus',
+  'GetLog',
+]);
 const OPERATES = new Set(['Move', 'Open', 'Deploy', 'Wrap', 'StartSeek', 'StartQuench', 'StartTrajectory']);
 
 /** What the hub requires for a request (docs/hub-api.md, Access), to show it before it is sent. */

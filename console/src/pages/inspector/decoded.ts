@@ -1,9 +1,9 @@
 // A decoded frame: records, headers, fields, each with its bytes.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { dictionaryNow } from '../../hub/dictionary';
 import { lang, num, t, tt } from '../../i18n';
-import { unitText } from '../../units';
+import { inUnit, unitText } from '../../units';
 import '../../parts/lf-blank';
 import '../../parts/lf-button';
 import { base } from '../../theme/shared';
@@ -23,18 +23,18 @@ export class LfFrameDecoded extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 4px var(--s3);
-        font-size: 13px;
+        gap: var(--s1) var(--s3);
+        font-size: var(--t-note);
         color: var(--dim);
         margin-bottom: var(--s2);
       }
       .bytes {
         display: flex;
         flex-wrap: wrap;
-        gap: 2px 0;
+        gap: var(--s05) 0;
         font-family: var(--mono);
-        font-size: 13px;
-        padding: 10px;
+        font-size: var(--t-note);
+        padding: var(--s2);
         margin-bottom: var(--s3);
         background: var(--sunken);
         border-radius: var(--radius);
@@ -42,8 +42,8 @@ export class LfFrameDecoded extends LitElement {
         overflow: auto;
       }
       .bytes span {
-        padding: 1px 4px;
-        border-radius: 3px;
+        padding: 1px var(--s1);
+        border-radius: var(--radius-small);
       }
       .bytes .record {
         border-left: 2px solid var(--line-strong);
@@ -58,7 +58,7 @@ export class LfFrameDecoded extends LitElement {
       summary {
         display: flex;
         align-items: center;
-        gap: 10px;
+        gap: var(--s2);
         min-height: 48px;
         cursor: pointer;
         list-style: none;
@@ -69,7 +69,7 @@ export class LfFrameDecoded extends LitElement {
       }
       summary::before {
         content: '›';
-        font-size: 20px;
+        font-size: var(--t-title);
         width: 14px;
         text-align: center;
         color: var(--dim);
@@ -81,7 +81,7 @@ export class LfFrameDecoded extends LitElement {
         overflow-wrap: anywhere;
       }
       .status {
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 600;
         color: var(--dim);
       }
@@ -92,15 +92,15 @@ export class LfFrameDecoded extends LitElement {
         display: grid;
         grid-template-columns: minmax(96px, max-content) minmax(0, 1fr) max-content;
         gap: 0 var(--s3);
-        margin: 0 0 var(--s2) 24px;
+        margin: 0 0 var(--s2) var(--s4);
       }
       .field {
         display: grid;
         grid-column: 1 / -1;
         grid-template-columns: subgrid;
         align-items: baseline;
-        padding: 5px 6px;
-        border-radius: 4px;
+        padding: var(--s1) var(--s15);
+        border-radius: var(--radius-small);
       }
       .field:hover,
       .field:focus-visible {
@@ -108,7 +108,7 @@ export class LfFrameDecoded extends LitElement {
       }
       .name {
         color: var(--dim);
-        font-size: 13px;
+        font-size: var(--t-note);
       }
       .value {
         font-weight: 600;
@@ -116,21 +116,21 @@ export class LfFrameDecoded extends LitElement {
       }
       .about {
         display: block;
-        font-size: 12px;
+        font-size: var(--t-small);
         font-weight: 400;
         color: var(--dim);
       }
       .raw {
         font-family: var(--mono);
-        font-size: 12px;
+        font-size: var(--t-small);
         color: var(--dim);
         max-width: 96px;
         overflow-wrap: anywhere;
         text-align: right;
       }
       .note {
-        margin: 0 0 var(--s2) 30px;
-        font-size: 13px;
+        margin: 0 0 var(--s2) var(--s5);
+        font-size: var(--t-note);
         color: var(--medium);
         font-weight: 600;
       }
@@ -159,7 +159,10 @@ export class LfFrameDecoded extends LitElement {
       </div>
       <div class="bytes" tabindex="0" role="region" aria-label=${t('inspector.bytes', { n: num(bytes.length) })}>
         ${bytes.map(
-          (byte, at) => html`<span class="${this.isLit(at) ? 'lit' : ''} ${records.some((r) => r.from === at) && at > 0 ? 'record' : ''}"
+          (
+            byte,
+            at,
+          ) => html`<span class="${this.isLit(at) ? 'lit' : ''} ${records.some((r) => r.from === at) && at > 0 ? 'record' : ''}"
             >${byte.toString(16).padStart(2, '0')}</span
           >`,
         )}
@@ -181,9 +184,18 @@ export class LfFrameDecoded extends LitElement {
       <div class="fields" aria-label=${t('inspector.record', { n: index + 1, of })}>
         ${this.row(t('inspector.request'), record.requestName, tt(request?.title), from, from + 1, bytes)}
         ${this.row(t(out ? 'inspector.device_to' : 'inspector.device_from'), record.deviceName, sub, from + 1, from + 2, bytes)}
-        ${out
-          ? nothing
-          : this.row(t('inspector.status'), record.statusName, status?.success ? '' : tt(status?.meaning), from + 2, from + 3, bytes)}
+        ${
+          out
+            ? nothing
+            : this.row(
+                t('inspector.status'),
+                record.statusName,
+                status?.success ? '' : tt(status?.meaning),
+                from + 2,
+                from + 3,
+                bytes,
+              )
+        }
         ${this.row(
           t('inspector.size'),
           t('inspector.bytes', { n: record.size }),
@@ -192,7 +204,7 @@ export class LfFrameDecoded extends LitElement {
           from + HEADER,
           bytes,
         )}
-        ${record.fields.map((field) => this.row(field.name, valueOf(field), tt(field.text), field.from, field.to, bytes))}
+        ${record.fields.map((field) => this.row(field.name, wireValue(field), tt(field.text), field.from, field.to, bytes))}
       </div>
       ${record.broken ? html`<p class="note">${t('inspector.broken', { size: record.size })}</p>` : nothing}
       ${record.rest ? html`<p class="note">${t('inspector.rest')}</p>` : nothing}
@@ -217,7 +229,7 @@ export class LfFrameDecoded extends LitElement {
   }
 }
 
-function valueOf(field: WireField): string {
+function wireValue(field: WireField): string {
   if (field.type === 'Flags') {
     const names = field.names.join(', ') || t('inspector.no_flags');
     return field.value ? `${names} (${hexOf(field.value, 8)})` : names;
@@ -226,7 +238,7 @@ function valueOf(field: WireField): string {
   const unit = tt(field.unit);
   const scaled = /^×0[.,]1 (.+)$/.exec(unit);
   if (scaled) return `${num(field.value / 10, 1)} ${scaled[1]}`;
-  return `${num(field.value)}${unit ? ` ${unit === "'" ? '′' : unit}` : ''}`;
+  return inUnit(num(field.value), unit === "'" ? '′' : unit);
 }
 
 declare global {

@@ -50,7 +50,8 @@ let searched = { wanted: '', found: new WeakMap<Kept, boolean>() };
 
 function finds(frame: Kept, wanted: string): boolean {
   if (searched.wanted !== wanted) searched = { wanted, found: new WeakMap() };
-  const known = searched.found.get(frame) ?? (frame.text.toLowerCase().includes(wanted) || frame.bytes.includes(wanted));
+  const known =
+    searched.found.get(frame) ?? (frame.text.toLowerCase().includes(wanted) || frame.bytes.includes(wanted));
   searched.found.set(frame, known);
   return known;
 }

@@ -1,14 +1,14 @@
 // The frames as they pass, each in two lines. Only visible rows are in the page.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
-import { num, t, type Key } from '../../i18n';
-import { unitText } from '../../units';
+import { type Key, num, t } from '../../i18n';
 import { icon } from '../../parts/icons';
+import { unitText } from '../../units';
 import '../../parts/lf-button';
-import { base } from '../../theme/shared';
-import { slice, type Kept } from './frames';
 import { styled } from '../../parts/styled';
+import { base } from '../../theme/shared';
+import { type Kept, slice } from './frames';
 
 const ROW = 52;
 /** A longer text is cut off anyway, and expensive to lay out. */
@@ -46,8 +46,8 @@ export class LfFrameList extends LitElement {
         display: grid;
         grid-template-columns: 104px 92px minmax(0, 1fr) auto;
         align-items: center;
-        gap: 0 12px;
-        padding: 0 12px 0 14px;
+        gap: 0 var(--s25);
+        padding: 0 var(--s25) 0 var(--s25);
         border-bottom: 1px solid var(--line);
         border-left: 4px solid var(--line-strong);
         cursor: pointer;
@@ -71,20 +71,20 @@ export class LfFrameList extends LitElement {
         background: var(--accent-soft);
       }
       .time {
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
         line-height: 1.3;
         white-space: nowrap;
       }
       .took {
-        font-size: 12px;
+        font-size: var(--t-small);
       }
       .way {
         display: flex;
         align-items: center;
-        gap: 6px;
+        gap: var(--s15);
         font-weight: 650;
-        font-size: 13px;
+        font-size: var(--t-note);
         white-space: nowrap;
       }
       .out .way .icon {
@@ -104,11 +104,11 @@ export class LfFrameList extends LitElement {
       }
       .bytes {
         font-family: var(--mono);
-        font-size: 12px;
+        font-size: var(--t-small);
         color: var(--dim);
       }
       .verdict {
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 600;
         color: var(--medium);
       }
@@ -125,13 +125,13 @@ export class LfFrameList extends LitElement {
       @media (max-width: 720px) {
         .frame {
           grid-template-columns: 84px minmax(0, 1fr);
-          padding-right: 6px;
+          padding-right: var(--s15);
         }
         .way {
           display: none;
         }
         .time {
-          font-size: 12px;
+          font-size: var(--t-small);
         }
         .verdict {
           display: none;
@@ -191,11 +191,13 @@ export class LfFrameList extends LitElement {
           )}
         </div>
       </div>
-      ${this.following
-        ? nothing
-        : html`<lf-button class="newer" kind="primary" icon="down" @click=${this.follow}
+      ${
+        this.following
+          ? nothing
+          : html`<lf-button class="newer" kind="primary" icon="down" @click=${this.follow}
             >${t('inspector.newer', { n: num(newer) })}</lf-button
-          >`}`;
+          >`
+      }`;
   }
 
   private renderFrame(frame: Kept, index: number) {
@@ -224,11 +226,13 @@ export class LfFrameList extends LitElement {
         <div class="text">${frame.text.slice(0, LINE_MOST) || '—'}</div>
         <div class="bytes">${frame.bytes.slice(0, LINE_MOST)}</div>
       </div>
-      ${usual
-        ? nothing
-        : html`<span class="verdict" title=${t(`inspector.about_${verdict}` as Key)}
+      ${
+        usual
+          ? nothing
+          : html`<span class="verdict" title=${t(`inspector.about_${verdict}` as Key)}
             >${t(`inspector.verdict_${verdict}` as Key)}</span
-          >`}
+          >`
+      }
     </div>`;
   }
 

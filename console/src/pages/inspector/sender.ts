@@ -1,5 +1,5 @@
 // Sends a request as text, completed from the dictionary while it is typed.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { dictionaryNow } from '../../hub/dictionary';
@@ -7,13 +7,13 @@ import { HubError } from '../../hub/errors';
 import { whyNot } from '../../hub/session';
 import { store, TopicController } from '../../hub/store';
 import type { Answer, Result } from '../../hub/types';
-import { lang, t, tt, type Key } from '../../i18n';
+import { type Key, lang, t, tt } from '../../i18n';
 import '../../parts/lf-button';
 import '../../parts/lf-chip';
 import { confirmDialog } from '../../shell/dialog';
 import { base, fields } from '../../theme/shared';
 import { show } from '../../units';
-import { complete, needsOf, type Completed } from './complete';
+import { type Completed, complete, needsOf } from './complete';
 
 const KEPT = 50;
 
@@ -47,7 +47,7 @@ export class LfRequestSender extends LitElement {
       }
       input.text:not([type='checkbox']) {
         font-family: var(--mono);
-        font-size: 16px;
+        font-size: var(--t-field);
       }
       [role='listbox'] {
         position: absolute;
@@ -57,14 +57,14 @@ export class LfRequestSender extends LitElement {
         max-height: 336px;
         overflow: auto;
         margin: 0;
-        padding: 4px;
+        padding: var(--s1);
         list-style: none;
         background: var(--surface);
         border: 1px solid var(--line-strong);
         border-radius: var(--radius);
         box-shadow: var(--shadow-large);
         z-index: 5;
-        font-size: 14px;
+        font-size: var(--t-normal);
         font-weight: 400;
         color: var(--text);
       }
@@ -74,8 +74,8 @@ export class LfRequestSender extends LitElement {
         gap: var(--s3);
         align-items: center;
         min-height: 48px;
-        padding: 4px 12px;
-        border-radius: 4px;
+        padding: var(--s1) var(--s25);
+        border-radius: var(--radius-small);
         cursor: pointer;
       }
       [role='option'][aria-selected='true'],
@@ -88,7 +88,7 @@ export class LfRequestSender extends LitElement {
       }
       [role='option'] span {
         color: var(--dim);
-        font-size: 13px;
+        font-size: var(--t-note);
         line-height: 1.35;
         display: -webkit-box;
         -webkit-line-clamp: 2;
@@ -97,7 +97,7 @@ export class LfRequestSender extends LitElement {
       }
       .needs {
         min-height: 20px;
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
       }
       .outcome {
@@ -105,7 +105,7 @@ export class LfRequestSender extends LitElement {
         border-left: 4px solid var(--line-strong);
         border-radius: var(--radius);
         background: var(--surface);
-        padding: 10px var(--s3);
+        padding: var(--s2) var(--s3);
         max-height: 240px;
         overflow: auto;
       }
@@ -119,18 +119,18 @@ export class LfRequestSender extends LitElement {
         font-weight: 650;
       }
       .outcome ul {
-        margin: 6px 0 0;
+        margin: var(--s15) 0 0;
         padding: 0;
         list-style: none;
         display: grid;
-        gap: 6px;
+        gap: var(--s15);
       }
       .at {
         font-family: var(--mono);
-        font-size: 14px;
+        font-size: var(--t-normal);
         white-space: pre;
         overflow-x: auto;
-        margin-top: 4px;
+        margin-top: var(--s1);
       }
       .at u {
         text-decoration: underline wavy var(--medium);
@@ -138,7 +138,7 @@ export class LfRequestSender extends LitElement {
       }
       .answer {
         font-family: var(--mono);
-        font-size: 13px;
+        font-size: var(--t-note);
       }
     `,
   ];
@@ -225,11 +225,14 @@ export class LfRequestSender extends LitElement {
         <lf-button kind="quiet" icon="close" .label=${t('shell.close')} @click=${() => (this.outcome = null)}></lf-button>
       </header>
       ${outcome.text ? html`<div>${outcome.text}</div>` : nothing}
-      ${column === null
-        ? nothing
-        : html`<div class="at">${this.text.slice(0, column)}<u>${this.text.slice(column) || ' … '}</u></div>`}
-      ${outcome.answers.length > 0
-        ? html`<ul>
+      ${
+        column === null
+          ? nothing
+          : html`<div class="at">${this.text.slice(0, column)}<u>${this.text.slice(column) || ' … '}</u></div>`
+      }
+      ${
+        outcome.answers.length > 0
+          ? html`<ul>
             ${outcome.answers.map(
               (answer) => html`<li>
                 <div class="answer">${answer.text}</div>
@@ -237,7 +240,8 @@ export class LfRequestSender extends LitElement {
               </li>`,
             )}
           </ul>`
-        : nothing}
+          : nothing
+      }
     </div>`;
   }
 

@@ -1,6 +1,6 @@
 // Shared by the two pages before the console: a single form, which says what is wrong with each field, and
 // how long to wait after a failed attempt.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import type { Session } from '../../hub/types';
@@ -30,7 +30,7 @@ export abstract class Entrance extends LitElement {
         padding: var(--s4) var(--s5) var(--s5);
         background: var(--surface);
         border: 1px solid var(--line);
-        border-radius: 12px;
+        border-radius: var(--radius-large);
         box-shadow: var(--shadow-large);
       }
       header {
@@ -41,15 +41,15 @@ export abstract class Entrance extends LitElement {
       .brand {
         display: flex;
         align-items: center;
-        gap: 10px;
-        font-size: 22px;
+        gap: var(--s2);
+        font-size: var(--t-head);
         letter-spacing: -0.02em;
       }
       .brand img {
-        border-radius: 7px;
+        border-radius: var(--radius-small);
       }
       header lf-button {
-        margin-right: -16px;
+        margin-right: calc(-1 * var(--s3));
       }
       p {
         line-height: 1.5;
@@ -57,7 +57,7 @@ export abstract class Entrance extends LitElement {
       .secret {
         position: relative;
         display: block;
-        margin-top: -10px;
+        margin-top: calc(-1 * var(--s2));
       }
       .secret input {
         padding-right: 112px;
@@ -66,12 +66,12 @@ export abstract class Entrance extends LitElement {
         position: absolute;
         inset: 0 0 auto auto;
         --lf-button-size: 14px;
-        --lf-button-padding: 12px;
+        --lf-button-padding: var(--s25);
       }
       .wrong,
       .note {
         display: flex;
-        gap: 8px;
+        gap: var(--s2);
         align-items: flex-start;
         font-weight: 500;
         line-height: 1.4;
@@ -80,12 +80,12 @@ export abstract class Entrance extends LitElement {
         margin-top: calc(-1 * var(--s3));
       }
       .wrong {
-        margin-top: -8px;
+        margin-top: calc(-1 * var(--s2));
         color: var(--high);
-        font-size: 13px;
+        font-size: var(--t-note);
       }
       .note {
-        padding: 10px 12px;
+        padding: var(--s2) var(--s25);
         border-radius: var(--radius);
         background: var(--info-soft);
         font-size: var(--t-normal);
@@ -236,7 +236,8 @@ export abstract class Entrance extends LitElement {
 
   private failed(error: HubError): void {
     const wait_s = Math.ceil(Number(error.details.retry_after_ms ?? 0) / SECOND_MS);
-    const ours = error.code === 'slow_down' ? t('login.too_often') : error.code === 'not_linked' ? t('login.unreachable') : '';
+    const ours =
+      error.code === 'slow_down' ? t('login.too_often') : error.code === 'not_linked' ? t('login.unreachable') : '';
     this.error = ours || this.refusal(error.code) || error.text(lang());
     this.waitUntil(performance.now() + wait_s * SECOND_MS);
     const secret = this.renderRoot.querySelector<HTMLInputElement>('input[name=password]');

@@ -1,11 +1,12 @@
 // Where a press on the plan aims: by the jet while water flows, else by the line of sight. The monitor itself
 // corrects a program in this way (§3.14), and aims directly without a valid pressure (§3.3.6/5). It executes a
 // Move uncorrected, so the hub computes the elevation, with the monitor's own code.
-import { jets, solve, type NoJet } from '../../hub/jets';
+import type { NoJet } from '../../hub/api';
+import { jets, solve } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Site } from '../../hub/types';
 import { t } from '../../i18n';
-import { jetAsked, type AimDetail } from '../../parts/lf-plan';
+import { type AimDetail, jetAsked } from '../../parts/lf-plan';
 import { bearingText, lengthText } from '../../parts/words';
 import { show } from '../../units';
 import { field, limits } from './state';
@@ -26,17 +27,17 @@ export const UNKNOWN = 'pressure_unknown';
 
 /** Whether there is a jet to aim. */
 export function flows(monitor: string, site: Site): boolean {
-  const asked = jetAsked(site.monitors[monitor], store.get(`monitors/${monitor}/status`));
+  const asked = jetAsked(site.monitors[monitor], store.get(`monitors/${monitor}/status`), store.get('scene'));
   if (!asked || asked.pressure_datm !== field(monitor, 'General', 'pressure')) return false;
   return (jets.of(monitor, asked)?.reach_m ?? null) !== null;
 }
 
-export async function aimAt(
-  monitor: string,
-  at: AimDetail,
-  pressure_datm?: number,
-): Promise<Aimed | typeof UNKNOWN> {
-  const { elevation_arcmin, fault, pressure_datm: pressure } = await solve(monitor, {
+export async function aimAt(monitor: string, at: AimDetail, pressure_datm?: number): Promise<Aimed | typeof UNKNOWN> {
+  const {
+    elevation_arcmin,
+    fault,
+    pressure_datm: pressure,
+  } = await solve(monitor, {
     way_m: at.distance_m,
     rise_m: at.rise_m,
     ...(pressure_datm === undefined ? {} : { pressure_datm }),

@@ -1,15 +1,15 @@
 // Automatic operations of the monitor: deploy, stow, search, extinguish a drawn sector, by a stored
 // program, along stored trajectories.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
-import { has, whyNot } from '../../hub/session';
 import { flag } from '../../hub/dictionary';
+import { has, whyNot } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
 import type { Range } from '../../hub/types';
 import { age, t, tt } from '../../i18n';
-import { icon } from '../../parts/icons';
 import type { QuenchSector } from '../../parts/geometry';
+import { icon } from '../../parts/icons';
 import { dialog } from '../../shell/dialog';
 import { toast } from '../../shell/toasts';
 import { base, card, fields } from '../../theme/shared';
@@ -39,7 +39,7 @@ export class LfAutomatic extends LitElement {
         gap: var(--s2);
       }
       .card {
-        padding: 12px;
+        padding: var(--s25);
       }
       .tiles {
         display: grid;
@@ -49,15 +49,15 @@ export class LfAutomatic extends LitElement {
       }
       .tiles > lf-button::part(button) {
         flex-direction: column;
-        gap: 5px;
-        padding: 6px 4px;
-        font-size: 12.5px;
+        gap: var(--s1);
+        padding: var(--s15) var(--s1);
+        font-size: var(--t-small);
         letter-spacing: -0.01em;
       }
       /* A tablet in landscape format shows all of them without scrolling. */
       @media (max-height: 820px) {
         .card {
-          padding: 8px 12px;
+          padding: var(--s2) var(--s25);
         }
         .tiles {
           --lf-button-height: 56px;
@@ -66,10 +66,10 @@ export class LfAutomatic extends LitElement {
       .running {
         display: flex;
         align-items: center;
-        gap: 10px;
+        gap: var(--s2);
         grid-column: 1 / -1;
         min-height: 64px;
-        padding: 8px 8px 8px 12px;
+        padding: var(--s2) var(--s2) var(--s2) var(--s25);
         --lf-button-height: 48px;
         border-radius: var(--radius);
         background: var(--accent-soft);
@@ -88,7 +88,7 @@ export class LfAutomatic extends LitElement {
       .sector {
         display: grid;
         gap: var(--s2);
-        padding: 12px;
+        padding: var(--s25);
         border: 2px solid var(--accent);
         border-radius: var(--radius);
       }
@@ -121,12 +121,14 @@ export class LfAutomatic extends LitElement {
     return html`<section class="card" aria-label=${t('operate.automatic')}>
       ${this.tool === 'sector' ? this.drawing(whyQuench) : nothing}
       <div class="tiles" ?hidden=${this.tool === 'sector'}>
-        ${quenching
-          ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control')
-          : searching
-            ? this.running(t('operate.searching'), 'Detector')
-            : html`${this.deployButtons()}
-                <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>`}
+        ${
+          quenching
+            ? this.running(t(has(monitor, 'Control', 'Paused') ? 'operate.paused' : 'operate.quenching'), 'Control')
+            : searching
+              ? this.running(t('operate.searching'), 'Detector')
+              : html`${this.deployButtons()}
+                <lf-button icon="search" id="seek" .why=${whySeek} @click=${this.seek}>${t('operate.seek')}</lf-button>`
+        }
         <lf-button
           icon="sector"
           id="draw"
@@ -168,7 +170,7 @@ export class LfAutomatic extends LitElement {
     if (!exists(monitor, 'Deployer')) return nothing;
     const why = whyNot(monitor, { subsystem: 'Deployer' });
     const now = posture(monitor);
-    const open = ['Valve1', 'Valve2'].some((v) => exists(monitor, v) && !has(monitor, v, 'Closed'));
+    const open = (['Valve1', 'Valve2'] as const).some((v) => exists(monitor, v) && !has(monitor, v, 'Closed'));
     const whyDeploy = why || (now === 'deployed' ? t('operate.is_deployed') : '');
     const whyWrap =
       why || (now === 'wrapped' ? t('operate.is_wrapped') : '') || (open ? t('operate.why_valve_open') : '');
@@ -185,11 +187,13 @@ export class LfAutomatic extends LitElement {
     return html`<div class="sector">
       ${taking ? html`<lf-found .monitor=${this.monitor}></lf-found>` : html`<p>${this.drawn()}</p>`}
       ${sector?.clipped ? html`<p><b>${t('operate.clipped')}</b></p>` : nothing}
-      ${!sector && !taking && this.found > 0
-        ? html`<lf-button icon="fire" id="found" @click=${() => this.dispatchEvent(new CustomEvent('found'))}
+      ${
+        !sector && !taking && this.found > 0
+          ? html`<lf-button icon="fire" id="found" @click=${() => this.dispatchEvent(new CustomEvent('found'))}
             >${t('operate.use_found')}</lf-button
           >`
-        : nothing}
+          : nothing
+      }
       <div class="two">
         <lf-button kind="primary" id="quench" .why=${whyStart} @click=${this.quench}
           >${taking && sector ? t('operate.quench_at', { distance: wholeLength(sector.distance_m) }) : t('operate.quench')}</lf-button
@@ -246,7 +250,8 @@ export class LfAutomatic extends LitElement {
     const wrong = () =>
       Object.values(value).some((v) => !Number.isFinite(v))
         ? t('operate.number')
-        : beyond('operate.horizontal', turn, value.from, value.to) || beyond('operate.vertical', lift, value.low, value.high);
+        : beyond('operate.horizontal', turn, value.from, value.to) ||
+          beyond('operate.vertical', lift, value.low, value.high);
     const input = (key: keyof typeof value, label: string) => html`<label class="field"
       >${label}, ${unitText('angle')}
       <input
@@ -292,9 +297,7 @@ export class LfAutomatic extends LitElement {
       if (typeof ch !== 'number' || typeof cv !== 'number') {
         return toast({ kind: 'error', text: `${monitor} · ${t('operate.position_unknown')}` });
       }
-      commands
-        .request(monitor, `StartQuench Control program=${n} centre=${ch},${cv} nozzle=${nozzle}`)
-        .catch(() => {});
+      commands.request(monitor, `StartQuench Control program=${n} centre=${ch},${cv} nozzle=${nozzle}`).catch(() => {});
     };
     void dialog.open({
       title: t('operate.program_title', { monitor }),
@@ -302,7 +305,11 @@ export class LfAutomatic extends LitElement {
         <div class="col">
           ${Array.from({ length: PROGRAMS }, (_, n) => {
             const values = stored?.[`Program${n}`]?.values;
-            const why = values ? (values[3] === 0 && values[4] === 0 && values[6] === 0 ? t('operate.empty') : '') : t('operate.unread');
+            const why = values
+              ? values[3] === 0 && values[4] === 0 && values[6] === 0
+                ? t('operate.empty')
+                : ''
+              : t('operate.unread');
             const what = values
               ? t('operate.program_is', {
                   h: show('angle', values[0]),
@@ -369,7 +376,7 @@ export class LfAutomatic extends LitElement {
 }
 
 /** What prevents the monitor from computing the jet: then it aims directly (§3.3.6/5). */
-const UNRECKONED = ['TrajectoryPressureFault', 'TrajectoryRangeFault', 'TrajectoryAngleFault'];
+const UNRECKONED = ['TrajectoryPressureFault', 'TrajectoryRangeFault', 'TrajectoryAngleFault'] as const;
 
 function directAim(monitor: string): string {
   const found = UNRECKONED.find((name) => has(monitor, 'Control', name));

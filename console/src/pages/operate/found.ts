@@ -1,12 +1,12 @@
 // A found fire spot becomes a sector to extinguish: which one, its distance, how the distance was
 // computed and how reliable it is. No command uses a distance that the operator has not seen.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { store, TopicController } from '../../hub/store';
 import type { Site } from '../../hub/types';
 import { num, t } from '../../i18n';
-import { isDoubtful, reckon, type HotbedBox, type Reckoned } from '../../parts/found';
-import { DISTANCE_MAX_M, sectorOf, type QuenchSector } from '../../parts/geometry';
+import { type HotbedBox, isDoubtful, type Reckoned, reckon } from '../../parts/found';
+import { DISTANCE_MAX_M, type QuenchSector, sectorOf } from '../../parts/geometry';
 import { icon } from '../../parts/icons';
 import { standAlone } from '../../parts/stand-alone';
 import { base, fields } from '../../theme/shared';
@@ -48,7 +48,7 @@ export class LfFound extends LitElement {
         align-items: end;
       }
       input:not([type='checkbox']) {
-        font-size: 20px;
+        font-size: var(--t-title);
         font-weight: 650;
       }
       p {
@@ -57,11 +57,11 @@ export class LfFound extends LitElement {
       }
       .warn {
         display: flex;
-        gap: 8px;
-        padding: 8px 10px;
+        gap: var(--s2);
+        padding: var(--s2) var(--s2);
         border-radius: var(--radius);
         background: var(--medium-soft);
-        font-size: 13px;
+        font-size: var(--t-note);
       }
       .warn svg {
         flex: none;
@@ -88,15 +88,17 @@ export class LfFound extends LitElement {
     if (!of) return nothing;
     const where = { h: show('angle', of.horizontal_arcmin), v: show('angle', of.foot_arcmin) };
     return html`<b>${t('operate.found_title')}</b>
-      ${hotbeds.length > 1
-        ? html`<div class="which" role="group" aria-label=${t('operate.found_title')}>
+      ${
+        hotbeds.length > 1
+          ? html`<div class="which" role="group" aria-label=${t('operate.found_title')}>
             ${hotbeds.map(
               (_, n) => html`<lf-button toggle .on=${n === this.chosen} @click=${() => this.choose(n)}
                 >${t('operate.found_n', { n: n + 1 })}</lf-button
               >`,
             )}
           </div>`
-        : nothing}
+          : nothing
+      }
       <p class="dim small">${t('operate.found_at', where)}</p>
       <div class="far">
         <label class="field"
@@ -111,11 +113,13 @@ export class LfFound extends LitElement {
             @input=${(e: Event) => (this.typed = (e.target as HTMLInputElement).value)}
           />
         </label>
-        ${'distance_m' in of && of.how !== 'far' && (this.typed !== null || isDoubtful(of))
-          ? html`<lf-button id="take-reckoned" @click=${() => this.take(of)}
+        ${
+          'distance_m' in of && of.how !== 'far' && (this.typed !== null || isDoubtful(of))
+            ? html`<lf-button id="take-reckoned" @click=${() => this.take(of)}
               >${t('operate.found_take', { distance: wholeLength(of.distance_m) })}</lf-button
             >`
-          : nothing}
+            : nothing
+        }
       </div>
       ${this.wrong(of) && this.typed ? html`<p class="error small">${rangeText()}</p>` : nothing}
       <p class="small" id="how">${this.how(of)}</p>
@@ -187,7 +191,11 @@ export class LfFound extends LitElement {
       distance_m,
     };
     const stand = siteNow().monitors[this.monitor]!;
-    return { ...numbers, clipped: range ? right < range.min || left > range.max : false, sector: sectorOf(stand, numbers) };
+    return {
+      ...numbers,
+      clipped: range ? right < range.min || left > range.max : false,
+      sector: sectorOf(stand, numbers),
+    };
   }
 
   private choose(n: number): void {

@@ -1,11 +1,11 @@
 // Motion by hand: stick on screen, keyboard, gamepad; nozzle. Hold to move.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
-import { jog, type Hold, type HoldState } from '../../hub/jog';
+import { type Hold, type HoldState, jog } from '../../hub/jog';
 import { has } from '../../hub/session';
 import { store, TopicController } from '../../hub/store';
-import { t, tt, type Key } from '../../i18n';
+import { type Key, t, tt } from '../../i18n';
 import { changes, type Drive, type HoldDetail, type Holding } from '../../parts/hold';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-joystick';
@@ -28,7 +28,7 @@ export class LfHand extends LitElement {
     css`
       .card {
         position: relative;
-        padding: 12px 16px;
+        padding: var(--s25) var(--s3);
       }
 
       .turn {
@@ -49,7 +49,7 @@ export class LfHand extends LitElement {
           --joystick: 150px;
         }
         .card {
-          padding-block: 8px;
+          padding-block: var(--s2);
         }
       }
       .nozzle {
@@ -87,12 +87,12 @@ export class LfHand extends LitElement {
         position: absolute;
         left: 14px;
         top: 10px;
-        font-size: 13px;
+        font-size: var(--t-note);
         font-weight: 600;
         color: var(--dim);
         display: inline-flex;
         align-items: center;
-        gap: 4px;
+        gap: var(--s1);
       }
     `,
   ];
@@ -257,7 +257,10 @@ export class LfHand extends LitElement {
       toast({ kind: 'info', text: why });
       return;
     }
-    this.holds.set(drive, jog.hold(this.monitor, drive, toward, (told) => this.told(drive, told)));
+    this.holds.set(
+      drive,
+      jog.hold(this.monitor, drive, toward, (told) => this.told(drive, told)),
+    );
   }
 
   private told(drive: Drive, told: HoldState): void {

@@ -1,5 +1,5 @@
 // Which drives to move: stick on screen, keyboard and gamepad together. Pure.
-import { ofStick, type Holding } from '../../parts/hold';
+import { type Holding, ofStick } from '../../parts/hold';
 
 const KEYS: Record<string, Holding> = {
   ArrowUp: { Vertical: 'max' },

@@ -1,10 +1,10 @@
 // The monitors as the plan shows them. Rebuilt only for those that have changed: with a hundred monitors
 // each change would be expensive otherwise.
-import { jets, type Jet } from '../../hub/jets';
+import { type Jet, jets } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Scene, Site } from '../../hub/types';
-import { sectorOf, type Sector } from '../../parts/geometry';
-import { jetAsked, planMonitor, type PlanMonitor } from '../../parts/lf-plan';
+import { type Sector, sectorOf } from '../../parts/geometry';
+import { jetAsked, type PlanMonitor, planMonitor } from '../../parts/lf-plan';
 import { quenchOf } from './state';
 
 export class OnPlan {
@@ -50,6 +50,6 @@ export class OnPlan {
 
 /** Flight and reach of a monitor's jet, as the hub computes them; null: not known (yet). */
 export function jetOf(id: string, site: Site): Jet | null {
-  const asked = jetAsked(site.monitors[id], store.get(`monitors/${id}/status`));
+  const asked = jetAsked(site.monitors[id], store.get(`monitors/${id}/status`), store.get('scene'));
   return (asked && jets.of(id, asked)) ?? null;
 }

@@ -1,12 +1,12 @@
 // Hours and days of a few values, from the history: the mean of each interval as a line, minimum to maximum as an area.
-import { LitElement, css, html, nothing, type PropertyValues } from 'lit';
+import { css, html, LitElement, nothing, type PropertyValues } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import { age, lang, t } from '../../i18n';
 import type { LfPlot, PlotSeries } from '../../parts/lf-plot';
-import { curveOf, type Curve } from '../../parts/plot/data';
+import { type Curve, curveOf } from '../../parts/plot/data';
 import { base } from '../../theme/shared';
 import { fromWire } from '../../units';
 import type { Source } from './sources';
@@ -84,11 +84,13 @@ export class LfPast extends LitElement {
         .span=${this.shown}
         .label=${this.label}
       ></lf-plot>
-      ${this.fault
-        ? html`<p class="small error" role="status">${this.fault}</p>`
-        : this.resolution_ms
-          ? html`<p class="small dim">${t('operate.band', { step: age(this.resolution_ms) })}</p>`
-          : nothing}`;
+      ${
+        this.fault
+          ? html`<p class="small error" role="status">${this.fault}</p>`
+          : this.resolution_ms
+            ? html`<p class="small dim">${t('operate.band', { step: age(this.resolution_ms) })}</p>`
+            : nothing
+      }`;
   }
 
   private async read(): Promise<void> {
@@ -119,7 +121,9 @@ function curve(source: Source, { resolution_ms, series }: History, to: number): 
   const points = series[nameOf(source)] ?? [];
   const own = (value: number) => fromWire(source.quantity, value);
   if (resolution_ms > 0) {
-    const spans = (points as Span[]).map(([at, ...values]): Span => [at, ...(values.map(own) as [number, number, number])]);
+    const spans = (points as Span[]).map(
+      ([at, ...values]): Span => [at, ...(values.map(own) as [number, number, number])],
+    );
     return curveOf(spans, resolution_ms);
   }
   const value = steps(points as Past[], to).map(([at, one]): Past => [at, one === null ? null : own(one)]);

@@ -1,5 +1,5 @@
 // Pressure, flow and the currents of the drives: as they arrive, or over hours and days from the history.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
 import { validOf } from '../../hub/readings';
@@ -9,7 +9,7 @@ import type { LfPlot, PlotSeries } from '../../parts/lf-plot';
 import '../../parts/lf-plot';
 import { base, card } from '../../theme/shared';
 import { digitsOf, fromWire, unitText } from '../../units';
-import { steps, type Past } from './past';
+import { type Past, steps } from './past';
 import { SOURCES, type What } from './sources';
 
 const RANGES: Partial<Record<string, [number, number]>> = { pressure: [0, 100], flow: [0, 25] };
@@ -40,26 +40,26 @@ export class LfTrends extends LitElement {
       }
       .card {
         position: relative;
-        padding: 10px 12px 6px;
+        padding: var(--s2) var(--s25) var(--s15);
         display: grid;
         grid-template-rows: auto 1fr;
-        gap: 4px;
+        gap: var(--s1);
       }
       .card.hidden {
         display: none;
       }
       .what {
         display: flex;
-        gap: 4px;
+        gap: var(--s1);
         --lf-button-height: 48px;
         --lf-button-size: 13px;
         --lf-button-wrap: nowrap;
       }
       .span {
         font: inherit;
-        font-size: 14px;
+        font-size: var(--t-normal);
         min-height: 48px;
-        padding: 0 8px;
+        padding: 0 var(--s2);
         border: 1px solid var(--line-strong);
         border-radius: var(--radius);
         background: var(--surface);
@@ -78,8 +78,8 @@ export class LfTrends extends LitElement {
       @container (max-width: 540px) {
         .what {
           flex-wrap: wrap;
-          gap: 2px;
-          --lf-button-padding: 9px;
+          gap: var(--s05);
+          --lf-button-padding: var(--s2);
         }
       }
       @container (min-width: 1000px) {
@@ -123,7 +123,9 @@ export class LfTrends extends LitElement {
       (what) => html`<section class="card ${what === this.shown ? '' : 'hidden'}">
         <div class="what">
           ${(['water', 'currents'] as const).map(
-            (one) => html`<lf-button class="tab" kind="quiet" toggle .on=${one === this.shown} @click=${() => (this.shown = one)}
+            (
+              one,
+            ) => html`<lf-button class="tab" kind="quiet" toggle .on=${one === this.shown} @click=${() => (this.shown = one)}
               >${t(`operate.plot_${one}`)}</lf-button
             >`,
           )}
@@ -140,15 +142,17 @@ export class LfTrends extends LitElement {
           .stale=${this.stale}
           .label=${t(`operate.plot_${what}`)}
         ></lf-plot>
-        ${this.span_ms > PAST_MS
-          ? html`<lf-past
+        ${
+          this.span_ms > PAST_MS
+            ? html`<lf-past
               .monitor=${this.monitor}
               .sources=${SOURCES[what]}
               .series=${this.series(what)}
               .span_ms=${this.span_ms}
               .label=${t(`operate.plot_${what}`)}
             ></lf-past>`
-          : nothing}
+            : nothing
+        }
       </section>`,
     )}</div>`;
   }
@@ -195,13 +199,14 @@ export class LfTrends extends LitElement {
     for (const what of ['water', 'currents'] as const) {
       const series = SOURCES[what].map((s) => `${s.subsystem}.${s.field}`).join(',');
       const query = `monitor=${this.monitor}&series=${series}&from_ms=${Math.round(to - PAST_MS)}&to_ms=${Math.round(to)}`;
-      const answer = await http
-        .get<{ series: Record<string, Past[]> }>(`/api/history?${query}`)
-        .catch(() => null);
+      const answer = await http.get<{ series: Record<string, Past[]> }>(`/api/history?${query}`).catch(() => null);
       if (!answer || !this.isConnected) return;
       const values = SOURCES[what].map((s) => {
         const points = answer.series[`${s.subsystem}.${s.field}`] ?? [];
-        return [s.id, steps(points, to).map(([at, v]) => [at, v === null ? null : fromWire(s.quantity, v)] as const)] as const;
+        return [
+          s.id,
+          steps(points, to).map(([at, v]) => [at, v === null ? null : fromWire(s.quantity, v)] as const),
+        ] as const;
       });
       (what === 'water' ? this.water : this.currents).fill(Object.fromEntries(values));
     }

@@ -2,11 +2,11 @@
 import { html } from 'lit';
 import { badText, reading } from '../../hub/readings';
 import { store } from '../../hub/store';
-import { t, type Key } from '../../i18n';
+import { type Key, t } from '../../i18n';
 import '../../parts/lf-value';
 import type { Quantity } from '../../units';
 
-export function valueOf(monitor: string, quantity: Quantity, label: Key, subsystem: string, field = 'position') {
+export function readingOf(monitor: string, quantity: Quantity, label: Key, subsystem: string, field = 'position') {
   const of = reading(monitor, subsystem, field);
   return html`<lf-value
     quantity=${quantity}

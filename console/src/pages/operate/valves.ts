@@ -1,12 +1,12 @@
 // Valves: a second to open, one press to close.
-import { LitElement, css, html } from 'lit';
+import { css, html, LitElement } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { flag } from '../../hub/dictionary';
 import { has } from '../../hub/session';
 import { store, TopicController } from '../../hub/store';
 import type { Valve } from '../../hub/types';
-import { t, tt, type Key } from '../../i18n';
+import { type Key, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-hold';
 import { base, card } from '../../theme/shared';
@@ -25,7 +25,7 @@ export class LfValves extends LitElement {
         container-type: inline-size;
       }
       .card {
-        padding: 12px;
+        padding: var(--s25);
       }
       .valve {
         display: grid;
@@ -41,10 +41,10 @@ export class LfValves extends LitElement {
       .name {
         display: flex;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
         min-width: 0;
         line-height: 1.25;
-        font-size: 13px;
+        font-size: var(--t-note);
       }
       .name b {
         display: block;
@@ -63,7 +63,7 @@ export class LfValves extends LitElement {
       .open .mark {
         background: var(--water);
         border-color: var(--water);
-        color: #fff;
+        color: var(--white);
       }
       .open.foam .mark {
         background: var(--foam);
@@ -87,7 +87,7 @@ export class LfValves extends LitElement {
       lf-hold,
       lf-button {
         --lf-button-height: 52px;
-        --lf-button-padding: 8px;
+        --lf-button-padding: var(--s2);
       }
       @container (max-width: 350px) {
         .valve {
@@ -122,8 +122,8 @@ export class LfValves extends LitElement {
   private valve(valve: Valve) {
     const { monitor } = this;
     const state = STATES.find((flag) => has(monitor, valve, flag));
-    const fault = ['OpenSensorFault', 'CloseSensorFault', 'AmperageOverload', 'Blocked', 'ConnLost'].find((flag) =>
-      has(monitor, valve, flag),
+    const fault = (['OpenSensorFault', 'CloseSensorFault', 'AmperageOverload', 'Blocked', 'ConnLost'] as const).find(
+      (flag) => has(monitor, valve, flag),
     );
     const heard = store.get(`monitors/${monitor}/status`)?.at_ms != null;
     const foam = valve === 'Valve2';

@@ -1,9 +1,9 @@
 // The file of `lafet param backup` (docs/service.md), read and written by this page as well: TOML,
 // or the same as JSON.
-import type { DictParam, Dictionary } from '../../hub/dictionary';
+import { parse, TomlError } from 'smol-toml';
+import type { Dictionary, DictParam } from '../../hub/dictionary';
 import type { Key } from '../../i18n';
 import { check, isKept, same, titleOf } from './model';
-import { quoted, readToml, TomlError, type TomlValue } from './toml';
 
 const FORMAT = 1;
 const ABOUT = 'monitor';
@@ -91,11 +91,20 @@ export function fromText(text: string, dictionary: Dictionary): Backup {
     : fromTables(tomlTables(text), dictionary);
 }
 
-type Tables = Map<string, Map<string, TomlValue>>;
+/** A TOML string; control characters become spaces. */
+function quoted(text: string): string {
+  const safe = text.replace(/["\\]/g, (c) => `\\${c}`).replace(/\p{Cc}/gu, ' ');
+  return `"${safe}"`;
+}
+
+/** Tables by name; what is before the first one is in the table ''. */
+type Tables = Map<string, Map<string, unknown>>;
 
 function tomlTables(text: string): Tables {
   try {
-    return readToml(text);
+    // Integers become bigint: 12.0 is not one, although it is whole.
+    const file = parse(text, { integersAsBigInt: true });
+    return tablesOf(file, (value) => (typeof value === 'bigint' ? Number(value) : null));
   } catch (cause) {
     if (cause instanceof TomlError) throw new FileError('params.file.syntax', { line: cause.line });
     throw cause;
@@ -109,19 +118,26 @@ function jsonTables(text: string): Tables {
   } catch {
     throw new FileError('params.file.json');
   }
-  const tables: Tables = new Map([['', new Map()]]);
-  for (const [name, value] of Object.entries(file as Record<string, unknown>)) {
-    if (value && typeof value === 'object' && !Array.isArray(value)) {
-      tables.set(name, new Map(Object.entries(value as Record<string, TomlValue>)));
-    } else {
-      tables.get('')!.set(name, value as TomlValue);
-    }
+  return tablesOf(file as object, (value) => (Number.isInteger(value) ? (value as number) : null));
+}
+
+/** Numbers are those that `integer` takes; the others become null. */
+function tablesOf(file: object, integer: (value: unknown) => number | null): Tables {
+  const plain = (value: unknown): unknown => {
+    if (Array.isArray(value)) return value.map(plain);
+    return typeof value === 'string' || typeof value === 'boolean' ? value : integer(value);
+  };
+  const root = new Map<string, unknown>();
+  const tables: Tables = new Map([['', root]]);
+  for (const [name, value] of Object.entries(file)) {
+    if (!value || typeof value !== 'object' || Array.isArray(value)) root.set(name, plain(value));
+    else tables.set(name, new Map(Object.entries(value).map(([key, one]) => [key, plain(one)])));
   }
   return tables;
 }
 
 function fromTables(tables: Tables, dictionary: Dictionary): Backup {
-  const root = tables.get('') ?? new Map<string, TomlValue>();
+  const root = tables.get('') ?? new Map<string, unknown>();
   if (root.get('format') !== FORMAT) throw new FileError('params.file.format');
   const stray = [...root.keys()].find((name) => name !== 'format');
   if (stray) throw new FileError('params.file.unknown', { name: stray });
@@ -140,11 +156,11 @@ function fromTables(tables: Tables, dictionary: Dictionary): Backup {
   return { about: aboutOf(tables.get(ABOUT)), values, unread: new Map() };
 }
 
-function valuesOf(param: DictParam, value: TomlValue): number[] {
+function valuesOf(param: DictParam, value: unknown): number[] {
   const name = titleOf(param);
   if (!isKept(param)) throw new FileError('params.file.read_only', { name });
   const values = Array.isArray(value) ? value : [value];
-  if (!values.every((v): v is number => typeof v === 'number' && Number.isInteger(v))) {
+  if (!values.every((v): v is number => typeof v === 'number')) {
     throw new FileError('params.file.number', { name });
   }
   const problem = check(param, values);
@@ -158,7 +174,7 @@ function valuesOf(param: DictParam, value: TomlValue): number[] {
   return values;
 }
 
-function aboutOf(table: Map<string, TomlValue> | undefined): About {
+function aboutOf(table: Map<string, unknown> | undefined): About {
   const word = (key: string) => {
     const value = table?.get(key);
     return typeof value === 'string' ? value : undefined;

@@ -1,19 +1,19 @@
 // A file compared with the monitor: what differs, what to restore, and the outcome of each.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { param as paramOf, type DictParam, type Dictionary } from '../../hub/dictionary';
+import { type Dictionary, type DictParam, param as paramOf } from '../../hub/dictionary';
 import { plural, t } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import { base, card, table } from '../../theme/shared';
-import { differences, otherKind, type Backup } from './backup';
-import { readJournal, writeJournal, type Journal } from './journal';
+import { type Backup, differences, otherKind } from './backup';
+import { type Journal, readJournal, writeJournal } from './journal';
 import { titleOf } from './model';
 import { outcomeLine } from './row';
 import type { Item, Outcome } from './save';
 import type { Editing } from './state';
-import { toldOf } from './words';
 import { outcomeStyle } from './style';
+import { toldOf } from './words';
 
 /** A file that was opened. */
 export interface OpenFile {
@@ -45,15 +45,15 @@ export class LfParamFile extends LitElement {
       .facts {
         display: flex;
         flex-wrap: wrap;
-        gap: 4px var(--s3);
+        gap: var(--s1) var(--s3);
         color: var(--dim);
-        font-size: 13px;
+        font-size: var(--t-note);
         margin: calc(-1 * var(--s2)) 0 var(--s3);
       }
       .note {
         display: flex;
-        gap: 8px;
-        padding: 10px 12px;
+        gap: var(--s2);
+        padding: var(--s2) var(--s25);
         margin-bottom: var(--s3);
         border-radius: var(--radius);
         background: var(--info-soft);
@@ -121,7 +121,7 @@ export class LfParamFile extends LitElement {
       @media (max-width: 600px) {
         td,
         th {
-          padding: 6px;
+          padding: var(--s15);
         }
       }
     `,
@@ -168,14 +168,18 @@ export class LfParamFile extends LitElement {
         <span>${plural(this.lines.length, 'params.file_differ')}</span>
         <span>${plural(this.equal, 'params.file_equal')}</span>
       </div>
-      ${other
-        ? html`<p class="note careful">${icon('warning')}<span>${t('params.file_other_kind')}</span></p>`
-        : nothing}
-      ${this.absent.length
-        ? html`<p class="note">
+      ${
+        other
+          ? html`<p class="note careful">${icon('warning')}<span>${t('params.file_other_kind')}</span></p>`
+          : nothing
+      }
+      ${
+        this.absent.length
+          ? html`<p class="note">
             ${icon('info')}<span>${t('params.file_absent', { monitor, list: this.absent.join(', ') })}</span>
           </p>`
-        : nothing}
+          : nothing
+      }
       ${this.lines.length ? this.table() : html`<p class="note">${icon('check')}${t('params.file_same', { monitor })}</p>`}
     </section>`;
   }
@@ -238,17 +242,21 @@ export class LfParamFile extends LitElement {
     const why = left.length ? this.why || (editing.busy ? t('params.busy') : '') : t('params.file_nothing');
     return html`<div class="foot">
       <span class="told" role="status"
-        >${writing
-          ? t('params.writing', { done: editing.progress?.done ?? 0, total: editing.progress?.total ?? 0 })
-          : tried.length
-            ? t(done ? 'params.file_done' : 'params.file_some')
-            : nothing}</span
+        >${
+          writing
+            ? t('params.writing', { done: editing.progress?.done ?? 0, total: editing.progress?.total ?? 0 })
+            : tried.length
+              ? t(done ? 'params.file_done' : 'params.file_some')
+              : nothing
+        }</span
       >
-      ${writing
-        ? html`<lf-button @click=${() => editing.cancel()}>${t('params.stop_writing')}</lf-button>`
-        : html`<lf-button kind="primary" icon="upload" .why=${why} @click=${this.restore}
+      ${
+        writing
+          ? html`<lf-button @click=${() => editing.cancel()}>${t('params.stop_writing')}</lf-button>`
+          : html`<lf-button kind="primary" icon="upload" .why=${why} @click=${this.restore}
             >${plural(left.length, 'params.file_restore')}</lf-button
-          >`}
+          >`
+      }
     </div>`;
   }
 
@@ -291,9 +299,7 @@ export class LfParamFile extends LitElement {
   }
 
   private toDo(): Line[] {
-    return this.lines.filter(
-      ({ param, outcome }) => this.chosen.has(titleOf(param)) && !(outcome && isDone(outcome)),
-    );
+    return this.lines.filter(({ param, outcome }) => this.chosen.has(titleOf(param)) && !(outcome && isDone(outcome)));
   }
 
   private readonly restore = async (): Promise<void> => {

@@ -1,6 +1,6 @@
 // Parameters as the dictionary describes them: names, lengths, ranges, and how a value is shown and
 // typed. Values are whole numbers in units of the wire.
-import type { DictParam, Dictionary } from '../../hub/dictionary';
+import type { Dictionary, DictParam } from '../../hub/dictionary';
 import type { Params, Text } from '../../hub/types';
 
 /** `Vertical.Speed` */
@@ -121,7 +121,10 @@ export function fromField(text: string, scale: Scale): number | null {
 
 /** A list of numbers: `1800, −120; 60`. Null if any is not a whole number. */
 export function fromList(text: string): number[] | null {
-  const words = text.replaceAll('−', '-').split(/[\s,;]+/).filter((word) => word !== '');
+  const words = text
+    .replaceAll('−', '-')
+    .split(/[\s,;]+/)
+    .filter((word) => word !== '');
   if (!words.every((word) => /^[+-]?\d+$/.test(word))) return null;
   return words.map(Number);
 }
@@ -142,9 +145,7 @@ export function groups(
   return dictionary.subsystems
     .map(({ name }) => ({
       subsystem: name,
-      params: dictionary.params.filter(
-        (param) => param.subsystem === name && params?.values[name] !== undefined,
-      ),
+      params: dictionary.params.filter((param) => param.subsystem === name && params?.values[name] !== undefined),
     }))
     .filter((group) => group.params.length > 0);
 }

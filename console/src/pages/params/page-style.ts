@@ -19,7 +19,7 @@ export const pageStyle = css`
   }
   .look {
     display: flex;
-    gap: 8px;
+    gap: var(--s2);
     color: var(--dim);
     line-height: 1.45;
   }
@@ -32,7 +32,7 @@ export const pageStyle = css`
     align-items: center;
     flex-wrap: wrap;
     gap: var(--s2);
-    padding: 8px 12px;
+    padding: var(--s2) var(--s25);
     min-height: 48px;
     border-radius: var(--radius);
     background: var(--info-soft);
@@ -72,7 +72,7 @@ export const pageStyle = css`
   .filters {
     display: flex;
     flex-wrap: wrap;
-    gap: 4px;
+    gap: var(--s1);
   }
   .filter-list {
     display: none;
@@ -89,14 +89,14 @@ export const pageStyle = css`
   }
   .count {
     font-weight: 500;
-    font-size: 12px;
+    font-size: var(--t-small);
     color: var(--dim);
     font-variant-numeric: tabular-nums;
   }
   .switch {
     display: flex;
     align-items: center;
-    gap: 8px;
+    gap: var(--s2);
     min-height: var(--touch);
     cursor: pointer;
   }
@@ -117,9 +117,9 @@ export const pageStyle = css`
     display: flex;
     align-items: center;
     justify-content: space-between;
-    gap: 8px;
+    gap: var(--s2);
     min-height: 48px;
-    padding: 0 12px;
+    padding: 0 var(--s25);
     border: 0;
     border-radius: var(--radius);
     background: none;
@@ -151,7 +151,7 @@ export const pageStyle = css`
     display: flex;
     align-items: baseline;
     gap: var(--s2);
-    padding: 12px var(--s3);
+    padding: var(--s25) var(--s3);
     background: var(--surface-2);
   }
   .group > header h2 {
@@ -178,7 +178,7 @@ export const pageStyle = css`
     padding: var(--s2) var(--s4);
     border-top: 1px solid var(--line-strong);
     background: var(--surface);
-    box-shadow: 0 -4px 16px rgb(10 18 26 / 10%);
+    box-shadow: var(--shadow-up);
   }
   .foot .told {
     margin-right: auto;
@@ -190,7 +190,7 @@ export const pageStyle = css`
   .foot .wrong {
     display: inline-flex;
     align-items: center;
-    gap: 6px;
+    gap: var(--s15);
     color: var(--high);
   }
   @media (max-width: 900px) {

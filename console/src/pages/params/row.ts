@@ -1,18 +1,18 @@
 // One parameter: name and meaning, the field, the monitor's value, the outcome of writing.
-import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { DictParam } from '../../hub/dictionary';
 import { lang, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
 import '../../parts/lf-chip';
-import { base, fields } from '../../theme/shared';
 import { hrefOf } from '../../shell/router';
-import { defaultOf, isDefault, isKept, isProgram, titleOf, type Problem } from './model';
+import { base, fields } from '../../theme/shared';
+import { defaultOf, isDefault, isKept, isProgram, type Problem, titleOf } from './model';
 import type { Outcome } from './save';
 import type { Editing } from './state';
 import { rowStyle } from './style';
-import { chainNames, choiceText, scaleFor, textOf, toldOf, wireShown, withUnit } from './words';
+import { chainNames, choiceText, outside, scaleFor, textOf, toldOf, wireShown, withUnit } from './words';
 
 @customElement('lf-param-row')
 export class LfParamRow extends LitElement {
@@ -45,9 +45,7 @@ export class LfParamRow extends LitElement {
         ${outcome ? outcomeLine(param, outcome) : nothing}
       </div>
       <div class="facts">
-        ${changed
-          ? html`<span class="was">${t('params.monitor_has', { value: this.told(now) })}</span>`
-          : nothing}
+        ${changed ? html`<span class="was">${t('params.monitor_has', { value: this.told(now) })}</span>` : nothing}
         <span>${this.range()}</span>
         ${isKept(param) ? html`<span>${t('params.default', { value: this.told(defaultOf(param)) })}</span>` : nothing}
       </div>
@@ -58,23 +56,23 @@ export class LfParamRow extends LitElement {
   private marks(now: number[] | undefined): TemplateResult {
     const { param } = this;
     const changed = isKept(param) && now !== undefined && !isDefault(param, now);
-    return html`${param.effect === 'after-restart'
-      ? html`<span class="mark">${icon('refresh', 14)}${t('params.restart')}</span>`
-      : nothing}${this.onUnit()
-      ? html`<span class="mark">${t('params.on_unit')}</span>`
-      : nothing}${changed ? html`<span class="mark strong">${t('params.not_default')}</span>` : nothing}`;
+    return html`${
+      param.effect === 'after-restart'
+        ? html`<span class="mark">${icon('refresh', 14)}${t('params.restart')}</span>`
+        : nothing
+    }${
+      this.onUnit() ? html`<span class="mark">${t('params.on_unit')}</span>` : nothing
+    }${changed ? html`<span class="mark strong">${t('params.not_default')}</span>` : nothing}`;
   }
 
   /** Stored on a remote unit, if there is one. */
   private onUnit(): boolean {
     const { param, editing } = this;
     if (param.placement !== 'unit') return false;
-    return ['DriveType', 'ValveType'].some(
-      (name) => editing.read(`${param.subsystem}.${name}`)?.[0] === 1,
-    );
+    return ['DriveType', 'ValveType'].some((name) => editing.read(`${param.subsystem}.${name}`)?.[0] === 1);
   }
 
-  private field(problem: Problem | null): TemplateResult {
+  private field(problem: Problem | null): TemplateResult | typeof nothing {
     const { param, editing } = this;
     const name = t('params.field', { name: titleOf(param) });
     const text = editing.text(param);
@@ -142,13 +140,13 @@ export class LfParamRow extends LitElement {
     </span>`;
   }
 
-  private acts(now: number[] | undefined, changed: boolean, problem: Problem | null): TemplateResult {
+  private acts(now: number[] | undefined, changed: boolean, problem: Problem | null): TemplateResult | typeof nothing {
     const { param, editing } = this;
     if (isProgram(param) && !changed) {
       const href = hrefOf('programs', editing.monitor);
       return html`<a class="link" href=${href}>${icon('programs', 16)}${t('params.in_programs')}</a>`;
     }
-    if (!isKept(param)) return html``;
+    if (!isKept(param)) return nothing;
     const busy = editing.busy ? t('params.busy') : '';
     if (changed) {
       const wrong = problem ? problemText(param, problem) : '';
@@ -163,16 +161,14 @@ export class LfParamRow extends LitElement {
         >${t('params.to_default')}</lf-button
       >`;
     }
-    return html``;
+    return nothing;
   }
 
   private range(): string {
     const { param } = this;
     if (param.elements.length) {
       const { min, max, step } = param.len;
-      return min === max
-        ? t('params.values_count', { n: max })
-        : t('params.values_upto', { n: max, step });
+      return min === max ? t('params.values_count', { n: max }) : t('params.values_upto', { n: max, step });
     }
     if (!isKept(param) || param.quantity === 'Choice' || param.quantity === 'Bits') return '';
     const [min, max] = [textOf(param, [param.min]), textOf(param, [param.max])];
@@ -195,9 +191,7 @@ export class LfParamRow extends LitElement {
   }
 
   private readonly write = (): void => {
-    this.dispatchEvent(
-      new CustomEvent('write', { detail: this.param, bubbles: true, composed: true }),
-    );
+    this.dispatchEvent(new CustomEvent('write', { detail: this.param, bubbles: true, composed: true }));
   };
 }
 
@@ -212,11 +206,10 @@ export function problemText(param: DictParam, problem: Problem): string {
   }
   if (param.len.max === 1) {
     const [min, max] = [textOf(param, [problem.min]), textOf(param, [problem.max])];
-    return t('params.problem.range', { min, max, unit: scaleFor(param).unit }).replace(/ \.$/, '.');
+    return outside(min, max, scaleFor(param).unit);
   }
   const unit = param.elements[problem.at % param.elements.length]?.unit[lang()] ?? '';
-  const { at, min, max } = problem;
-  return t('params.problem.range_at', { at: at + 1, min, max, unit }).replace(/ \.$/, '.');
+  return outside(String(problem.min), String(problem.max), unit, problem.at);
 }
 
 export function outcomeText(param: DictParam, outcome: Outcome): string {

@@ -105,9 +105,7 @@ export type Outcome =
 /** Parameters that could cut the connection come last. */
 export function inOrder(items: readonly Item[]): Item[] {
   const last = ['General.Address', 'General.Chain', 'ExternalConn.Check', 'Radio.Check'];
-  return [...items].sort(
-    (a, b) => last.indexOf(titleOf(a.param)) - last.indexOf(titleOf(b.param)),
-  );
+  return [...items].sort((a, b) => last.indexOf(titleOf(a.param)) - last.indexOf(titleOf(b.param)));
 }
 
 /**

@@ -1,19 +1,11 @@
 // The values being edited, by monitor: they outlive the page, so that nothing is lost on another page.
-import { dictionaryNow, type DictParam } from '../../hub/dictionary';
+import { type DictParam, dictionaryNow } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
 import { store } from '../../hub/store';
 import type { Params } from '../../hub/types';
-import {
-  check,
-  fromField,
-  fromList,
-  isKept,
-  same,
-  titleOf,
-  type Problem,
-} from './model';
-import { saveAll, waysTo, type Item, type Outcome } from './save';
+import { check, fromField, fromList, isKept, type Problem, same, titleOf } from './model';
+import { type Item, type Outcome, saveAll, waysTo } from './save';
 import { scaleFor, textOf } from './words';
 
 export type Typed = { values: number[] } | { problem: Problem };
@@ -134,10 +126,7 @@ export class Editing extends EventTarget {
   }
 
   /** Writes given values; `tell` is called for each. */
-  async save(
-    items: readonly Item[],
-    tell: (title: string, outcome: Outcome) => void = () => {},
-  ): Promise<void> {
+  async save(items: readonly Item[], tell: (title: string, outcome: Outcome) => void = () => {}): Promise<void> {
     if (this.busy || !items.length) return;
     this.begin('writing');
     this.progress = { done: 0, total: items.length };

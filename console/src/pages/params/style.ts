@@ -3,9 +3,9 @@ import { css } from 'lit';
 export const outcomeStyle = css`
   .outcome {
     display: flex;
-    gap: 6px;
+    gap: var(--s15);
     align-items: flex-start;
-    font-size: 13px;
+    font-size: var(--t-note);
     line-height: 1.35;
   }
   .outcome .icon {
@@ -34,9 +34,9 @@ export const rowStyle = [
       display: grid;
       /* On a wide screen a value is near its name. */
       grid-template-columns: minmax(200px, 640px) 240px 176px 208px;
-      gap: 4px var(--s3);
+      gap: var(--s1) var(--s3);
       align-items: start;
-      padding: 10px var(--s3);
+      padding: var(--s2) var(--s3);
       border-top: 1px solid var(--line);
       border-left: 3px solid transparent;
     }
@@ -54,27 +54,27 @@ export const rowStyle = [
       display: none;
     }
     .about {
-      padding-top: 3px;
+      padding-top: var(--s1);
       min-width: 0;
     }
     .about p {
       color: var(--dim);
-      font-size: 13px;
+      font-size: var(--t-note);
       line-height: 1.4;
       max-width: 68ch;
-      margin-top: 2px;
+      margin-top: var(--s05);
     }
     .name {
       font-weight: 650;
-      font-size: 15px;
-      margin-right: 8px;
+      font-size: var(--t-normal);
+      margin-right: var(--s2);
     }
     .mark {
       display: inline-flex;
       align-items: center;
-      gap: 4px;
-      margin-right: 8px;
-      font-size: 12px;
+      gap: var(--s1);
+      margin-right: var(--s2);
+      font-size: var(--t-small);
       color: var(--dim);
       white-space: nowrap;
     }
@@ -86,14 +86,14 @@ export const rowStyle = [
       content: '';
       width: 7px;
       height: 7px;
-      border-radius: 2px;
+      border-radius: var(--radius-small);
       background: var(--accent);
       transform: rotate(45deg);
     }
     .edit {
       display: flex;
       flex-direction: column;
-      gap: 6px;
+      gap: var(--s15);
       min-width: 0;
     }
     .field {
@@ -108,10 +108,10 @@ export const rowStyle = [
       text-align: right;
     }
     .field.wide input {
-      padding-right: 12px;
+      padding-right: var(--s25);
       text-align: left;
       font-family: var(--mono);
-      font-size: 14px;
+      font-size: var(--t-normal);
     }
     .unit {
       position: absolute;
@@ -121,41 +121,41 @@ export const rowStyle = [
       display: grid;
       place-items: center;
       color: var(--dim);
-      font-size: 13px;
+      font-size: var(--t-note);
       pointer-events: none;
     }
     .edit .error {
-      font-size: 13px;
+      font-size: var(--t-note);
       line-height: 1.35;
     }
     .bits {
       display: grid;
       grid-template-columns: repeat(auto-fill, minmax(118px, 1fr));
-      gap: 0 8px;
+      gap: 0 var(--s2);
     }
     .bits label {
       display: flex;
       align-items: center;
-      gap: 8px;
+      gap: var(--s2);
       min-height: 48px;
       cursor: pointer;
-      font-size: 13px;
+      font-size: var(--t-note);
     }
     .read-only {
       display: flex;
       flex-wrap: wrap;
-      gap: 4px 12px;
+      gap: var(--s1) var(--s25);
       align-items: center;
       min-height: var(--touch);
       overflow-wrap: anywhere;
-      font-size: 13px;
+      font-size: var(--t-note);
     }
     .facts {
       display: flex;
       flex-direction: column;
-      gap: 2px;
-      padding-top: 5px;
-      font-size: 13px;
+      gap: var(--s05);
+      padding-top: var(--s1);
+      font-size: var(--t-note);
       color: var(--dim);
       overflow-wrap: anywhere;
     }
@@ -172,9 +172,9 @@ export const rowStyle = [
     .link {
       display: inline-flex;
       align-items: center;
-      gap: 6px;
+      gap: var(--s15);
       min-height: 48px;
-      font-size: 13px;
+      font-size: var(--t-note);
     }
     @media (max-width: 1180px) {
       .row {
@@ -207,7 +207,7 @@ export const rowStyle = [
       .facts {
         flex-direction: row;
         flex-wrap: wrap;
-        gap: 2px 14px;
+        gap: var(--s05) var(--s25);
         text-align: left;
       }
     }

@@ -1,8 +1,8 @@
 // Values of parameters as text with units.
-import { dictionaryNow, type DictParam } from '../../hub/dictionary';
-import { lang, t, type Key } from '../../i18n';
-import { digitsOf, fromWire, unitText } from '../../units';
-import { scaleOf, toField, toList, type Scale } from './model';
+import { type DictParam, dictionaryNow } from '../../hub/dictionary';
+import { type Key, lang, t } from '../../i18n';
+import { digitsOf, fromWire, inUnit, unitText } from '../../units';
+import { type Scale, scaleOf, toField, toList } from './model';
 
 const WIRE_KEY = 'lafet.params.wire';
 
@@ -35,7 +35,13 @@ export function textOf(param: DictParam, values: readonly number[] | undefined):
 /** The same with its unit: `−15°`, `8 A`. */
 export function withUnit(param: DictParam, text: string): string {
   const unit = param.len.max === 1 ? scaleFor(param).unit : '';
-  return /^[°′]$/.test(unit) ? text + unit : `${text} ${unit}`.trim();
+  return inUnit(text, unit);
+}
+
+/** Says that a value is outside its range; the value at this place of a list. */
+export function outside(min: string, max: string, unit: string, at?: number): string {
+  const range = { min, max: inUnit(max, unit) };
+  return at === undefined ? t('params.problem.range', range) : t('params.problem.range_at', { at: at + 1, ...range });
 }
 
 /** Values for display: with the unit, a choice by its name. */

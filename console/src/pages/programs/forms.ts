@@ -1,10 +1,10 @@
 // The numbers of a program, and the points of a trajectory as a table.
 import { html, nothing, type TemplateResult } from 'lit';
-import { plural, t, type Key } from '../../i18n';
+import { type Key, plural, t } from '../../i18n';
 import '../../parts/lf-button';
 import '../../parts/lf-number';
-import { isInside, type DriveLimits } from '../../parts/raster';
 import type { Range } from '../../hub/types';
+import { type DriveLimits, isInside } from '../../parts/raster';
 import type { Scale } from '../params/model';
 import { POINTS_MAX, type Point, type Program } from './model';
 import { scales } from './state';
@@ -25,28 +25,53 @@ export function programForm(p: Program, change: (p: Program) => void): TemplateR
   const angle = scales.angle();
   const fields: Field[] = [
     {
-      key: 'programs.centre_h', hint: 'programs.hint_h', value: p.centre.h, min: -ANGLE, max: ANGLE, scale: angle,
+      key: 'programs.centre_h',
+      hint: 'programs.hint_h',
+      value: p.centre.h,
+      min: -ANGLE,
+      max: ANGLE,
+      scale: angle,
       set: (h) => ({ ...p, centre: { ...p.centre, h } }),
     },
     {
-      key: 'programs.centre_v', hint: 'programs.hint_v', value: p.centre.v, min: -ANGLE, max: ANGLE, scale: angle,
+      key: 'programs.centre_v',
+      hint: 'programs.hint_v',
+      value: p.centre.v,
+      min: -ANGLE,
+      max: ANGLE,
+      scale: angle,
       set: (v) => ({ ...p, centre: { ...p.centre, v } }),
     },
     { key: 'programs.width', value: p.width, min: 0, max: ANGLE, scale: angle, set: (width) => ({ ...p, width }) },
     { key: 'programs.height', value: p.height, min: 0, max: ANGLE, scale: angle, set: (height) => ({ ...p, height }) },
     {
-      key: 'programs.step', hint: 'programs.hint_step', value: p.step, min: 0, max: 127, scale: scales.step(),
+      key: 'programs.step',
+      hint: 'programs.hint_step',
+      value: p.step,
+      min: 0,
+      max: 127,
+      scale: scales.step(),
       set: (step) => ({ ...p, step }),
     },
     {
-      key: 'programs.distance', hint: 'programs.hint_distance', value: p.distance, min: 0, max: 127,
-      scale: scales.length(), set: (distance) => ({ ...p, distance }),
+      key: 'programs.distance',
+      hint: 'programs.hint_distance',
+      value: p.distance,
+      min: 0,
+      max: 127,
+      scale: scales.length(),
+      set: (distance) => ({ ...p, distance }),
     },
     {
-      key: 'programs.nozzle', hint: 'programs.hint_nozzle', value: p.nozzle, min: -ANGLE, max: ANGLE,
-      scale: scales.nozzle(), set: (nozzle) => ({ ...p, nozzle }),
+      key: 'programs.nozzle',
+      hint: 'programs.hint_nozzle',
+      value: p.nozzle,
+      min: -ANGLE,
+      max: ANGLE,
+      scale: scales.nozzle(),
+      set: (nozzle) => ({ ...p, nozzle }),
     },
-  ]; // prettier-ignore
+  ];
   return html`<div class="form">
     ${fields.map(
       ({ key, hint, value, min, max, scale, set }) => html`<lf-number
@@ -75,7 +100,14 @@ export function pointTable({ points, selected, limits, select, change }: Table):
   const angle = scales.angle();
   const put = (index: number, part: Partial<Point>) =>
     change(points.map((point, n) => (n === index ? { ...point, ...part } : point)));
-  const number = (index: number, key: Key, value: number, [min, max]: [number, number], scale: Scale, set: (value: number) => Partial<Point>) =>
+  const number = (
+    index: number,
+    key: Key,
+    value: number,
+    [min, max]: [number, number],
+    scale: Scale,
+    set: (value: number) => Partial<Point>,
+  ) =>
     html`<lf-number
       bare
       .label="${t('programs.point')} ${index + 1}: ${t(key)}"
@@ -107,12 +139,14 @@ export function pointTable({ points, selected, limits, select, change }: Table):
         >
         <span role="cell">${number(n, 'programs.dwell', point.dwell, [0, 255], scales.dwell(), (dwell) => ({ dwell }))}</span>
         <span role="cell" class="acts">
-          ${n > 0
-            ? html`<lf-button kind="quiet" icon="up" .label=${t('programs.point_up', { n: n + 1 })} @click=${() => {
-                change(swapped(points, n, n - 1));
-                select(n - 1);
-              }}></lf-button>`
-            : html`<span class="gap"></span>`}
+          ${
+            n > 0
+              ? html`<lf-button kind="quiet" icon="up" .label=${t('programs.point_up', { n: n + 1 })} @click=${() => {
+                  change(swapped(points, n, n - 1));
+                  select(n - 1);
+                }}></lf-button>`
+              : html`<span class="gap"></span>`
+          }
           <lf-button kind="quiet" icon="trash" .label=${t('programs.remove', { n: n + 1 })} @click=${() =>
             change(points.filter((_, at) => at !== n))}></lf-button>
         </span>

@@ -1,19 +1,19 @@
 // Programs and trajectories stored in a monitor (docs/protocol.md §3.14, §3.15): their values by
 // name, what is wrong with them, and their files.
-import type { DictParam, Dictionary } from '../../hub/dictionary';
+import type { Dictionary, DictParam } from '../../hub/dictionary';
 import {
+  type Direction,
+  type DriveLimits,
   inLimits,
   isInside,
   lengthOf,
   lineCount,
   passOver,
   reach,
-  type Direction,
-  type DriveLimits,
   type Sector,
 } from '../../parts/raster';
-import { FileError, fromText, toJson, toToml, type Backup } from '../params/backup';
-import { check, isProgram, titleOf, type Problem } from '../params/model';
+import { type Backup, FileError, fromText, toJson, toToml } from '../params/backup';
+import { check, isProgram, type Problem, titleOf } from '../params/model';
 
 export const COUNT = 8;
 export const POINTS_MAX = 15;
@@ -117,7 +117,11 @@ export function problemOf(param: DictParam, values: readonly number[]): Problem 
 }
 
 /** The request that runs a stored program or trajectory. */
-export function runRequest(which: Which, stored: readonly number[], run: { repeat: boolean; ballistics: boolean }): string {
+export function runRequest(
+  which: Which,
+  stored: readonly number[],
+  run: { repeat: boolean; ballistics: boolean },
+): string {
   if (which.kind === 'Trajectory') {
     const words = ['StartTrajectory Control'];
     if (run.ballistics) words.push('ballistics');

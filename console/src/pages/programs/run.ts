@@ -1,5 +1,5 @@
 // Runs a stored program, after saying what will happen.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
@@ -11,8 +11,17 @@ import '../../parts/lf-hold';
 import { lengthText } from '../../parts/words';
 import { base, card } from '../../theme/shared';
 import { show } from '../../units';
-import { factsOfPoints, factsOfProgram, isEmpty, pointsOf, programOf, runRequest, type Program, type Which } from './model';
 import { position } from '../operate/state';
+import {
+  factsOfPoints,
+  factsOfProgram,
+  isEmpty,
+  type Program,
+  pointsOf,
+  programOf,
+  runRequest,
+  type Which,
+} from './model';
 import { limitsOf } from './state';
 
 @customElement('lf-program-run')
@@ -37,13 +46,13 @@ export class LfProgramRun extends LitElement {
         padding: 0;
         list-style: none;
         display: grid;
-        gap: 10px;
+        gap: var(--s2);
         line-height: 1.45;
       }
       li {
         display: grid;
         grid-template-columns: 20px 1fr;
-        gap: 10px;
+        gap: var(--s2);
       }
       li .icon {
         margin-top: 1px;
@@ -58,7 +67,7 @@ export class LfProgramRun extends LitElement {
       label {
         display: flex;
         align-items: center;
-        gap: 10px;
+        gap: var(--s2);
         min-height: 48px;
         cursor: pointer;
       }
@@ -73,7 +82,7 @@ export class LfProgramRun extends LitElement {
         padding-top: var(--s2);
       }
       .flags p {
-        font-size: 13px;
+        font-size: var(--t-note);
         color: var(--dim);
       }
       lf-hold,
@@ -83,13 +92,13 @@ export class LfProgramRun extends LitElement {
       .now {
         display: grid;
         gap: var(--s2);
-        padding: 12px;
+        padding: var(--s25);
         border-radius: var(--radius);
         background: var(--accent-soft);
       }
       .now b {
         display: flex;
-        gap: 8px;
+        gap: var(--s2);
         align-items: center;
       }
     `,
@@ -114,8 +123,9 @@ export class LfProgramRun extends LitElement {
       ${running ? this.now() : nothing}
       <header><h2>${t('programs.run_title')}</h2></header>
       ${empty ? html`<p class="dim">${t('programs.why_empty')}.</p>` : this.will(this.stored!)}
-      ${trajectory
-        ? html`<div class="flags">
+      ${
+        trajectory
+          ? html`<div class="flags">
             <label
               ><input type="checkbox" .checked=${this.repeat} @change=${() => (this.repeat = !this.repeat)} />${t(
                 'programs.repeat',
@@ -128,7 +138,8 @@ export class LfProgramRun extends LitElement {
             >
             <p>${t('programs.flags_note')}</p>
           </div>`
-        : nothing}
+          : nothing
+      }
       <lf-hold kind="primary" icon="play" .why=${this.why(empty)} @held=${this.run}>${t(key, { n: which.number })}</lf-hold>
     </section>`;
   }
@@ -151,7 +162,9 @@ export class LfProgramRun extends LitElement {
     const runs = has(monitor, 'Control', 'Quench') || has(monitor, 'Control', 'Trajectory');
     if (runs) lines.push({ text: t('programs.will_replace') });
     lines.push(...(this.which.kind === 'Program' ? this.willScan(stored) : this.willWalk(stored)));
-    const wet = ['Valve1', 'Valve2'].some((valve) => has(monitor, valve, 'Open') || has(monitor, valve, 'Opening'));
+    const wet = (['Valve1', 'Valve2'] as const).some(
+      (valve) => has(monitor, valve, 'Open') || has(monitor, valve, 'Opening'),
+    );
     lines.push(wet ? { text: t('programs.will_wet'), careful: true } : { text: t('programs.will_dry') });
     lines.push({ text: t('programs.clear_area'), careful: true });
     return html`<ul>

@@ -1,13 +1,13 @@
 // Programs that are being edited, by monitor; they outlive the page.
 import { param } from '../../hub/dictionary';
-import type { Range } from '../../hub/types';
 import { store } from '../../hub/store';
+import type { Range } from '../../hub/types';
 import { lang, t } from '../../i18n';
 import type { DriveLimits } from '../../parts/raster';
 import { digitsOf, fromWire, unitText } from '../../units';
-import { same as sameValues, type Scale } from '../params/model';
+import { type Scale, same as sameValues } from '../params/model';
 import { editing } from '../params/state';
-import { COUNT, titleFor, type Kind, type Which } from './model';
+import { COUNT, type Kind, titleFor, type Which } from './model';
 
 export class Drafts {
   private readonly drafts = new Map<string, number[]>();

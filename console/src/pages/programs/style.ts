@@ -8,7 +8,7 @@ export const programsStyle = css`
   }
   .look {
     display: flex;
-    gap: 8px;
+    gap: var(--s2);
     color: var(--dim);
     line-height: 1.45;
   }
@@ -42,21 +42,21 @@ export const programsStyle = css`
     }
   }
   .list h2 {
-    font-size: 13px;
+    font-size: var(--t-note);
     color: var(--dim);
-    padding: 10px 8px 6px;
+    padding: var(--s2) var(--s2) var(--s15);
   }
   .cards {
     display: grid;
     grid-template-columns: 1fr 1fr;
-    gap: 6px;
+    gap: var(--s15);
   }
   .entry {
     font: inherit;
     display: grid;
     grid-template-columns: 1fr;
-    gap: 4px;
-    padding: 6px;
+    gap: var(--s1);
+    padding: var(--s15);
     border: 1px solid var(--line);
     border-radius: var(--radius);
     background: none;
@@ -77,7 +77,7 @@ export const programsStyle = css`
   .thumb {
     width: 100%;
     height: 44px;
-    border-radius: 4px;
+    border-radius: var(--radius-small);
     background: var(--sunken);
   }
   .entry.none .thumb {
@@ -104,14 +104,14 @@ export const programsStyle = css`
   .entry .text {
     display: flex;
     flex-wrap: wrap;
-    gap: 0 6px;
+    gap: 0 var(--s15);
     align-items: baseline;
-    font-size: 12px;
+    font-size: var(--t-small);
     line-height: 1.3;
     min-width: 0;
   }
   .entry b {
-    font-size: 15px;
+    font-size: var(--t-normal);
   }
   .sum {
     color: var(--dim);
@@ -123,7 +123,7 @@ export const programsStyle = css`
   .unsaved {
     display: inline-flex;
     align-items: center;
-    gap: 4px;
+    gap: var(--s1);
     font-weight: 650;
   }
   .editor {
@@ -140,7 +140,7 @@ export const programsStyle = css`
   }
   .views {
     display: flex;
-    gap: 4px;
+    gap: var(--s1);
   }
   .picture {
     height: clamp(260px, calc(42vh / var(--zoom, 1)), 560px);
@@ -156,13 +156,13 @@ export const programsStyle = css`
   .facts {
     display: flex;
     flex-wrap: wrap;
-    gap: 4px var(--s3);
+    gap: var(--s1) var(--s3);
     font-weight: 600;
     min-height: 20px;
   }
   .facts .warn {
     display: inline-flex;
-    gap: 6px;
+    gap: var(--s15);
     align-items: center;
     color: var(--medium);
   }
@@ -180,12 +180,12 @@ export const programsStyle = css`
   }
   .points {
     display: grid;
-    gap: 4px;
+    gap: var(--s1);
   }
   .points .line {
     display: grid;
     grid-template-columns: 32px repeat(4, minmax(76px, 1fr)) 100px;
-    gap: 6px;
+    gap: var(--s15);
     align-items: center;
     border-radius: var(--radius);
   }

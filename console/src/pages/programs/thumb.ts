@@ -1,6 +1,6 @@
 // A program in a few strokes, for the list.
 import { html, nothing, svg, type TemplateResult } from 'lit';
-import { areaOf, passOver, type Direction } from '../../parts/raster';
+import { areaOf, type Direction, passOver } from '../../parts/raster';
 import { isEmpty, pointsOf, programOf, type Which } from './model';
 
 const WIDE = 64;
@@ -17,7 +17,7 @@ export function thumb(which: Which, values: readonly number[]): TemplateResult {
 function picture(which: Which, values: readonly number[]): unknown {
   if (which.kind === 'Trajectory') {
     const points = pointsOf(values);
-    const at = fit(points);
+    const at = scaleTo(points);
     const path = points.map((p, n) => `${n ? 'L' : 'M'}${at(p).join(' ')}`).join('');
     return svg`<path class="way" d=${path}></path>
       ${points.map((p) => svg`<circle class="dot" cx=${at(p)[0]} cy=${at(p)[1]} r="2.5"></circle>`)}`;
@@ -28,7 +28,7 @@ function picture(which: Which, values: readonly number[]): unknown {
     { h: area.left, v: area.top },
     { h: area.right, v: area.bottom },
   ];
-  const at = fit(corners);
+  const at = scaleTo(corners);
   const [x, y] = at(corners[0]!);
   const [x1, y1] = at(corners[1]!);
   // A fine raster gets no more lines than can be distinguished.
@@ -43,17 +43,11 @@ function picture(which: Which, values: readonly number[]): unknown {
 }
 
 /** Scales to fit the frame. */
-function fit(points: readonly Direction[]): (p: Direction) => [number, number] {
+function scaleTo(points: readonly Direction[]): (p: Direction) => [number, number] {
   const [hs, vs] = [points.map(({ h }) => h), points.map(({ v }) => v)];
   const [h0, h1] = [Math.min(...hs), Math.max(...hs)];
   const [v0, v1] = [Math.min(...vs), Math.max(...vs)];
-  const scale = Math.min(
-    (WIDE - 2 * MARGIN) / Math.max(h1 - h0, 60),
-    (HIGH - 2 * MARGIN) / Math.max(v1 - v0, 60),
-  );
+  const scale = Math.min((WIDE - 2 * MARGIN) / Math.max(h1 - h0, 60), (HIGH - 2 * MARGIN) / Math.max(v1 - v0, 60));
   const round = (value: number) => Math.round(value * 10) / 10;
-  return ({ h, v }) => [
-    round(WIDE / 2 - (h - (h0 + h1) / 2) * scale),
-    round(HIGH / 2 - (v - (v0 + v1) / 2) * scale),
-  ];
+  return ({ h, v }) => [round(WIDE / 2 - (h - (h0 + h1) / 2) * scale), round(HIGH / 2 - (v - (v0 + v1) / 2) * scale)];
 }

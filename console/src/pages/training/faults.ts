@@ -1,5 +1,5 @@
 // Faults of one monitor, by group, each with a switch.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { lang, plural, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
@@ -8,7 +8,7 @@ import '../../parts/lf-chip';
 import { emit } from '../../parts/part-style';
 import { hrefOf } from '../../shell/router';
 import { base, card, fields } from '../../theme/shared';
-import { grouped, type Fault, type SimState } from './model';
+import { type Fault, grouped, type SimState } from './model';
 
 @customElement('lf-training-faults')
 export class LfTrainingFaults extends LitElement {
@@ -25,7 +25,7 @@ export class LfTrainingFaults extends LitElement {
       .tabs {
         display: flex;
         flex-wrap: wrap;
-        gap: 4px;
+        gap: var(--s1);
         margin-bottom: var(--s3);
       }
       .tabs button {
@@ -33,7 +33,7 @@ export class LfTrainingFaults extends LitElement {
         font-weight: 600;
         min-height: var(--touch);
         min-width: 72px;
-        padding: 0 14px;
+        padding: 0 var(--s25);
         border: 1px solid var(--line);
         border-radius: var(--radius);
         background: transparent;
@@ -42,7 +42,7 @@ export class LfTrainingFaults extends LitElement {
         display: inline-flex;
         align-items: center;
         justify-content: center;
-        gap: 8px;
+        gap: var(--s2);
       }
       .tabs button:hover {
         background: var(--surface-2);
@@ -53,18 +53,18 @@ export class LfTrainingFaults extends LitElement {
       }
       .badge {
         min-width: 22px;
-        padding: 1px 6px;
-        border-radius: 11px;
+        padding: 1px var(--s15);
+        border-radius: var(--radius-round);
         background: var(--medium);
         color: var(--surface);
-        font-size: 12px;
+        font-size: var(--t-small);
         font-weight: 700;
       }
       .link {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 12px;
+        gap: var(--s25);
         padding-bottom: var(--s3);
         margin-bottom: var(--s3);
         border-bottom: 1px solid var(--line);
@@ -76,29 +76,29 @@ export class LfTrainingFaults extends LitElement {
         flex: 1;
         display: inline-flex;
         align-items: center;
-        gap: 8px;
+        gap: var(--s2);
         font-weight: 600;
       }
       .scroll {
         max-height: 560px;
         overflow: auto;
-        margin: 12px -16px -16px;
+        margin: var(--s25) calc(-1 * var(--s3)) calc(-1 * var(--s3));
         border-top: 1px solid var(--line);
       }
       h3 {
         position: sticky;
         top: 0;
-        padding: 10px 16px 6px;
+        padding: var(--s2) var(--s3) var(--s15);
         background: var(--surface);
         z-index: 1;
       }
       .fault {
         display: flex;
         align-items: center;
-        gap: 12px;
+        gap: var(--s25);
         width: 100%;
         min-height: var(--touch);
-        padding: 6px 16px;
+        padding: var(--s15) var(--s3);
         border: 0;
         background: transparent;
         color: var(--text);
@@ -126,7 +126,7 @@ export class LfTrainingFaults extends LitElement {
         position: relative;
         width: 40px;
         height: 24px;
-        border-radius: 12px;
+        border-radius: var(--radius-round);
         border: 2px solid var(--line-strong);
         background: var(--surface);
       }
@@ -152,7 +152,7 @@ export class LfTrainingFaults extends LitElement {
         flex: 1 0 auto;
       }
       .none {
-        padding: 16px;
+        padding: var(--s3);
         color: var(--dim);
       }
       .foot {
@@ -198,9 +198,11 @@ export class LfTrainingFaults extends LitElement {
       </div>
       <div class="foot">
         <span class="faulty"
-          >${active.length
-            ? html`<lf-chip kind="medium" icon="warning">${plural(active.length, 'training.active')}</lf-chip>`
-            : html`<lf-chip>${plural(0, 'training.active')}</lf-chip>`}</span
+          >${
+            active.length
+              ? html`<lf-chip kind="medium" icon="warning">${plural(active.length, 'training.active')}</lf-chip>`
+              : html`<lf-chip>${plural(0, 'training.active')}</lf-chip>`
+          }</span
         >
         <lf-button
           .why=${this.why}

@@ -19,16 +19,16 @@ export const pageStyle = css`
   }
   .empty {
     display: flex;
-    gap: 16px;
+    gap: var(--s3);
     align-items: center;
-    padding: 32px;
+    padding: var(--s5);
     color: var(--dim);
     max-width: 70ch;
   }
   .run .what {
     display: flex;
     flex-wrap: wrap;
-    gap: 8px 16px;
+    gap: var(--s2) var(--s3);
     align-items: center;
     min-height: 32px;
   }
@@ -42,8 +42,8 @@ export const pageStyle = css`
   }
   .bar {
     height: 8px;
-    margin: 12px 0 10px;
-    border-radius: 4px;
+    margin: var(--s25) 0 var(--s2);
+    border-radius: var(--radius-small);
     background: var(--line);
     overflow: hidden;
   }
@@ -53,14 +53,14 @@ export const pageStyle = css`
     background: var(--dim);
   }
   .clock {
-    font-size: 20px;
+    font-size: var(--t-title);
     min-width: 5ch;
   }
   .inline {
     display: inline-flex;
-    gap: 8px;
+    gap: var(--s2);
     align-items: center;
-    font-size: 13px;
+    font-size: var(--t-note);
     color: var(--dim);
     white-space: nowrap;
   }
@@ -92,15 +92,15 @@ export const pageStyle = css`
     display: flex;
     flex-wrap: wrap;
     align-items: baseline;
-    gap: 0 8px;
-    padding: 8px 12px;
+    gap: 0 var(--s2);
+    padding: var(--s2) var(--s25);
     border: 1px solid var(--line);
     border-radius: var(--radius);
     color: var(--dim);
-    font-size: 13px;
+    font-size: var(--t-note);
   }
   .count b {
-    font-size: 24px;
+    font-size: var(--t-head);
     font-weight: 650;
     color: var(--text);
   }
@@ -116,9 +116,9 @@ export const pageStyle = css`
   }
   .score li {
     display: flex;
-    gap: 12px;
+    gap: var(--s25);
     align-items: baseline;
-    padding: 8px 4px;
+    padding: var(--s2) var(--s1);
     border-top: 1px solid var(--line);
     line-height: 1.35;
   }
@@ -157,7 +157,7 @@ export const pageStyle = css`
   article {
     display: flex;
     flex-direction: column;
-    gap: 8px;
+    gap: var(--s2);
     padding: var(--s3);
     border: 1px solid var(--line);
     border-radius: var(--radius-large);
@@ -185,7 +185,7 @@ export const pageStyle = css`
   article footer span {
     display: inline-flex;
     align-items: center;
-    gap: 6px;
+    gap: var(--s15);
   }
   @container (max-width: 900px) {
     .stage {

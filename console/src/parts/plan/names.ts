@@ -48,7 +48,9 @@ export function namePlaces(
     const taken = [...fixed, ...names, ...others.map((other) => box(other.at, BODY_PX, BODY_PX))];
     // In a crowd whatever the barrel does: names that jump from side to side would be worse than a covered one.
     const sides = others.length ? SIDES : [monitor.barrel + 180, ...SIDES];
-    const tried = [clear, Math.min(clear, CLOSE_PX)].flatMap((radius) => sides.map((side) => toward(monitor, side, radius)));
+    const tried = [clear, Math.min(clear, CLOSE_PX)].flatMap((radius) =>
+      sides.map((side) => toward(monitor, side, radius)),
+    );
     const place = least(tried, (one) => hidden(nameBox(monitor, one), taken, screen));
     places.set(monitor.id, place);
     names.push(nameBox(monitor, place));

@@ -6,8 +6,8 @@ export const planStyle = css`
     position: relative;
     min-height: 120px;
     overflow: hidden;
-    background: var(--p-surface);
-    border-radius: var(--radius, 8px);
+    background: var(--surface);
+    border-radius: var(--radius);
     contain: content;
   }
   :host > svg {
@@ -41,57 +41,100 @@ export const planStyle = css`
   }
   svg:focus-visible,
   button:focus-visible {
-    outline: 3px solid var(--p-focus);
+    outline: 3px solid var(--focus);
   }
   text {
-    font: 500 12px system-ui, sans-serif;
-    fill: var(--p-text);
+    font: 500 var(--t-small) system-ui, sans-serif;
+    fill: var(--text);
     text-anchor: middle;
   }
   .grid {
-    stroke: var(--p-line);
+    stroke: var(--line);
     stroke-width: 1;
     opacity: 0.4;
     fill: none;
   }
   .tank {
-    fill: var(--p-raised);
-    stroke: var(--p-line-strong);
+    fill: var(--surface-2);
+    stroke: var(--line-strong);
     stroke-width: 1.5;
   }
   .roof {
     fill: none;
-    stroke: var(--p-line);
+    stroke: var(--line);
   }
   .tank-name {
-    fill: var(--p-dim);
+    fill: var(--dim);
     paint-order: stroke;
-    stroke: var(--p-raised);
+    stroke: var(--surface-2);
     stroke-width: 5px;
     stroke-linejoin: round;
   }
   .wall {
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     stroke-width: 5;
     stroke-linecap: square;
   }
   .ring {
     fill: none;
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     stroke-opacity: 0.45;
     stroke-width: 1;
   }
   .reach {
     fill: none;
-    stroke: var(--p-dim);
+    stroke: var(--dim);
     stroke-width: 1.25;
     stroke-dasharray: 6 5;
   }
+  .landing-area {
+    pointer-events: none;
+  }
+  .landing-area path {
+    fill: none;
+    stroke: var(--water);
+    stroke-width: 1.5;
+  }
+  .landing-area .area {
+    fill: var(--water);
+    fill-opacity: 0.2;
+    stroke-dasharray: 2 4;
+  }
+  .landing-area .outermost {
+    stroke-dasharray: 7 4;
+  }
+  .landing-area.stale {
+    opacity: 0.45;
+  }
+  .landing-legend {
+    margin: 0;
+    padding: var(--s1) var(--s2);
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 0 var(--s2);
+    font-size: var(--t-small);
+    font-variant-numeric: tabular-nums;
+    border-radius: var(--radius);
+    background: var(--surface);
+    border: 1px solid var(--line);
+    color: var(--dim);
+  }
+  .landing-legend strong {
+    color: var(--text);
+    font-weight: 600;
+  }
+  .swatch {
+    width: 18px;
+    height: 12px;
+    border: 1.5px dashed var(--water);
+    background: color-mix(in srgb, var(--water) 20%, transparent);
+  }
   .ring-name {
-    fill: var(--p-dim);
-    font-size: 11px;
+    fill: var(--dim);
+    font-size: var(--t-tiny);
     paint-order: stroke;
-    stroke: var(--p-surface);
+    stroke: var(--surface);
     stroke-width: 4px;
     stroke-linejoin: round;
   }
@@ -99,44 +142,44 @@ export const planStyle = css`
     font-weight: 600;
   }
   .hatch {
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     stroke-width: 2;
     opacity: 0.45;
   }
   .forbidden {
     fill: url(#hatch);
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     stroke-opacity: 0.5;
   }
   .fire-area {
-    fill: var(--p-fire);
+    fill: var(--fire);
     fill-opacity: 0.22;
-    stroke: var(--p-fire);
+    stroke: var(--fire);
     stroke-width: 1.5;
   }
   .flame {
-    fill: var(--p-fire);
-    stroke: var(--p-surface);
+    fill: var(--fire);
+    stroke: var(--surface);
     stroke-width: 1.5;
     paint-order: stroke;
   }
   .drop {
-    fill: var(--p-water);
+    fill: var(--water);
   }
   .drop.foam {
-    fill: var(--p-line-strong);
+    fill: var(--line-strong);
   }
   .jet {
-    fill: var(--p-water);
+    fill: var(--water);
     fill-opacity: 0.42;
   }
   .landing {
     fill: none;
-    stroke: var(--p-water);
+    stroke: var(--water);
     stroke-width: 2;
   }
   .jet.foam {
-    fill: var(--p-dim);
+    fill: var(--dim);
     fill-opacity: 0.35;
   }
   .jet.stale,
@@ -144,7 +187,7 @@ export const planStyle = css`
     opacity: 0.35;
   }
   .aim {
-    stroke: var(--p-text);
+    stroke: var(--text);
     stroke-width: 1.25;
     stroke-opacity: 0.55;
   }
@@ -152,34 +195,34 @@ export const planStyle = css`
     stroke-dasharray: 2 6;
   }
   .goal {
-    stroke: var(--p-accent);
+    stroke: var(--accent);
     stroke-width: 1.25;
     stroke-dasharray: 3 5;
   }
   .goal-mark {
-    fill: var(--p-surface);
-    stroke: var(--p-accent);
+    fill: var(--surface);
+    stroke: var(--accent);
     stroke-width: 1.75;
   }
   .hotbed-way {
-    fill: var(--p-fire);
+    fill: var(--fire);
     fill-opacity: 0.08;
-    stroke: var(--p-fire);
+    stroke: var(--fire);
     stroke-opacity: 0.45;
     stroke-dasharray: 4 4;
   }
   .hotbed line {
-    stroke: var(--p-fire);
+    stroke: var(--fire);
     stroke-width: 2;
   }
   .hotbed path {
-    fill: var(--p-surface);
-    stroke: var(--p-fire);
+    fill: var(--surface);
+    stroke: var(--fire);
     stroke-width: 2;
   }
   .hotbed text {
     font-weight: 700;
-    font-size: 11px;
+    font-size: var(--t-tiny);
   }
   .monitor {
     cursor: pointer;
@@ -188,101 +231,101 @@ export const planStyle = css`
     fill: transparent;
   }
   .halo {
-    fill: var(--p-accent);
+    fill: var(--accent);
     fill-opacity: 0.16;
   }
   .travel {
     fill: none;
-    stroke: var(--p-line-strong);
+    stroke: var(--line-strong);
     stroke-width: 1.5;
   }
   .stop {
-    stroke: var(--p-dim);
+    stroke: var(--dim);
     stroke-width: 3;
   }
   .body,
   .barrel {
-    fill: var(--p-dim);
-    stroke: var(--p-surface);
+    fill: var(--dim);
+    stroke: var(--surface);
     stroke-width: 2;
     paint-order: stroke;
   }
   .pin {
-    fill: var(--p-surface);
+    fill: var(--surface);
   }
   .selected .body,
   .selected .barrel {
-    fill: var(--p-accent);
+    fill: var(--accent);
   }
   .selected .travel {
-    stroke: var(--p-accent);
+    stroke: var(--accent);
     stroke-opacity: 0.7;
   }
   .monitor.warning .body {
-    fill: var(--p-medium);
+    fill: var(--medium);
   }
   .monitor.alarm .body {
-    fill: var(--p-high);
+    fill: var(--high);
   }
   .sign {
-    stroke: var(--p-surface);
+    stroke: var(--surface);
     stroke-width: 2.6;
     stroke-linecap: round;
     fill: none;
   }
   .monitor.stale .body,
   .monitor.stale .barrel {
-    fill: var(--p-surface);
-    stroke: var(--p-line-strong);
+    fill: var(--surface);
+    stroke: var(--line-strong);
     stroke-width: 1.5;
     stroke-dasharray: 3 2.5;
   }
   .monitor.stale .pin {
-    fill: var(--p-line-strong);
+    fill: var(--line-strong);
   }
   .monitor.stale .sign {
-    stroke: var(--p-dim);
+    stroke: var(--dim);
   }
   .name {
     font-weight: 650;
   }
   :host([mode='mini']) .name {
-    font-size: 11px;
-    fill: var(--p-dim);
+    font-size: var(--t-tiny);
+    fill: var(--dim);
     paint-order: stroke;
-    stroke: var(--p-surface);
+    stroke: var(--surface);
     stroke-width: 3px;
   }
   .name-box {
-    fill: var(--p-surface);
-    stroke: var(--p-line);
+    fill: var(--surface);
+    stroke: var(--line);
   }
   .selected .name-box {
-    fill: var(--p-accent);
-    stroke: var(--p-accent);
+    fill: var(--accent);
+    stroke: var(--accent);
   }
   .selected .name {
-    fill: var(--p-on-accent);
+    fill: var(--on-accent);
   }
   :host([mode='mini']) .selected .name {
-    fill: var(--p-text);
+    fill: var(--text);
   }
   .sector {
     stroke-width: 2;
     fill-opacity: 0.16;
-    fill: var(--p-accent);
-    stroke: var(--p-accent);
+    fill: var(--accent);
+    stroke: var(--accent);
   }
   .sector.running {
-    fill: var(--p-water);
+    fill: var(--water);
     fill-opacity: 0.08;
-    stroke: var(--p-water);
+    stroke: var(--water);
     stroke-dasharray: 7 4;
     stroke-width: 1.5;
   }
   .sector.bad {
-    stroke: var(--p-medium);
-    fill: var(--p-medium);
+    stroke: var(--medium);
+    fill: var(--medium);
     stroke-dasharray: 7 4;
   }
   .grip {
@@ -294,16 +337,16 @@ export const planStyle = css`
     cursor: col-resize;
   }
   .knob {
-    fill: var(--p-surface);
-    stroke: var(--p-accent);
+    fill: var(--surface);
+    stroke: var(--accent);
     stroke-width: 2.5;
   }
   .grip.move .knob {
-    fill: var(--p-accent);
-    stroke: var(--p-surface);
+    fill: var(--accent);
+    stroke: var(--surface);
   }
   .grip:focus-visible .knob {
-    stroke: var(--p-focus);
+    stroke: var(--focus);
     stroke-width: 6;
     paint-order: stroke;
   }
@@ -311,9 +354,9 @@ export const planStyle = css`
     pointer-events: none;
   }
   .sector-label rect {
-    fill: var(--p-surface);
-    stroke: var(--p-accent);
-    filter: drop-shadow(0 1px 3px rgb(0 0 0 / 20%));
+    fill: var(--surface);
+    stroke: var(--accent);
+    filter: drop-shadow(var(--shadow-knob));
   }
   .sector-label text {
     text-anchor: start;
@@ -321,33 +364,33 @@ export const planStyle = css`
     font-weight: 600;
   }
   .sector-label.bad rect {
-    stroke: var(--p-medium);
+    stroke: var(--medium);
   }
   .sector-label.bad text:last-of-type {
-    fill: var(--p-medium);
+    fill: var(--medium);
   }
   .scale path {
     fill: none;
-    stroke: var(--p-dim);
+    stroke: var(--dim);
     stroke-width: 1.5;
   }
   .scale text,
   .wind-speed {
-    fill: var(--p-dim);
+    fill: var(--dim);
     paint-order: stroke;
-    stroke: var(--p-surface);
+    stroke: var(--surface);
     stroke-width: 4px;
   }
   .compass circle {
-    fill: var(--p-surface);
-    stroke: var(--p-line);
+    fill: var(--surface);
+    stroke: var(--line);
   }
   .needle {
-    fill: var(--p-text);
+    fill: var(--text);
   }
   .compass text {
     font-weight: 700;
-    font-size: 12px;
+    font-size: var(--t-small);
   }
   .compass .wind-speed {
     text-anchor: end;
@@ -355,7 +398,7 @@ export const planStyle = css`
   }
   .wind {
     fill: none;
-    stroke: var(--p-dim);
+    stroke: var(--dim);
     stroke-width: 2;
     stroke-linecap: round;
     stroke-linejoin: round;
@@ -365,10 +408,10 @@ export const planStyle = css`
     right: 12px;
     bottom: 12px;
     display: grid;
-    border: 1px solid var(--p-line);
-    border-radius: 8px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
     overflow: hidden;
-    background: var(--p-surface);
+    background: var(--surface);
   }
   .zoom button {
     width: 48px;
@@ -376,16 +419,16 @@ export const planStyle = css`
     padding: 0;
     border: 0;
     background: none;
-    color: var(--p-text);
+    color: var(--text);
     cursor: pointer;
     display: grid;
     place-items: center;
   }
   .zoom button + button {
-    border-top: 1px solid var(--p-line);
+    border-top: 1px solid var(--line);
   }
   .zoom button:hover {
-    background: var(--p-raised);
+    background: var(--surface-2);
   }
   .zoom button:focus-visible {
     outline-offset: -3px;
@@ -398,23 +441,29 @@ export const planStyle = css`
     stroke-width: 2;
     stroke-linecap: round;
   }
-  .hint {
+  .notes {
     position: absolute;
     left: 12px;
     top: var(--lf-plan-hint, 12px);
-    max-width: min(60%, 420px);
-    margin: 0;
-    padding: 8px 12px;
-    font-size: 13px;
-    border-radius: 6px;
-    background: var(--p-surface);
-    border: 1px solid var(--p-line);
-    color: var(--p-dim);
+    /* The wind is beside it. */
+    max-width: min(calc(100% - 190px), 420px);
+    display: grid;
+    justify-items: start;
+    gap: var(--s1);
     pointer-events: none;
+  }
+  .hint {
+    margin: 0;
+    padding: var(--s2) var(--s25);
+    font-size: var(--t-note);
+    border-radius: var(--radius);
+    background: var(--surface);
+    border: 1px solid var(--line);
+    color: var(--dim);
   }
   .route {
     fill: none;
-    stroke: var(--p-accent);
+    stroke: var(--accent);
     stroke-width: 2.5;
     stroke-linejoin: round;
     pointer-events: none;
@@ -426,8 +475,8 @@ export const planStyle = css`
     fill: transparent;
   }
   .route-point .knob {
-    fill: var(--p-surface);
-    stroke: var(--p-accent);
+    fill: var(--surface);
+    stroke: var(--accent);
     stroke-width: 2;
   }
   .route-point text {
@@ -435,9 +484,9 @@ export const planStyle = css`
     pointer-events: none;
   }
   .route-point.selected .knob {
-    fill: var(--p-accent);
+    fill: var(--accent);
   }
   .route-point.selected text {
-    fill: var(--p-on-accent);
+    fill: var(--on-accent);
   }
 `;

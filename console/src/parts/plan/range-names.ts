@@ -1,6 +1,6 @@
 // Placement of the distances of the rings: on the ring, near the barrel's direction, covering nothing else.
 import type { Place } from '../geometry';
-import { box, hidden, type Box } from './names';
+import { type Box, box, hidden } from './names';
 
 export interface RangeName {
   range: number;

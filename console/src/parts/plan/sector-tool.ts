@@ -4,12 +4,12 @@ import {
   bearingTo,
   compass,
   distanceTo,
+  type Place,
   placeAt,
+  type Sector,
   sectorBetween,
   sectorMiddle,
   signedDegrees,
-  type Place,
-  type Sector,
 } from '../geometry';
 
 export type Grip = 'move' | 'left' | 'right' | 'near' | 'far';

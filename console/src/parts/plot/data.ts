@@ -67,7 +67,11 @@ export class Columns {
   push(at_ms: number, values: readonly (Value | undefined)[]): void {
     const last = this.last_ms;
     if (last !== null && at_ms <= last) return;
-    if (last !== null && at_ms - last > this.gap_ms) this.row(last + 1, this.columns.map(() => null));
+    if (last !== null && at_ms - last > this.gap_ms)
+      this.row(
+        last + 1,
+        this.columns.map(() => null),
+      );
     this.row(at_ms, values);
     this.trim(at_ms);
   }

@@ -1,4 +1,5 @@
-import { html, LitElement, nothing, svg, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyValues, svg, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { placeIn } from '../theme/display';
 import {
@@ -6,29 +7,30 @@ import {
   bearingTo,
   boundsOf,
   distanceTo,
-  fit,
   groundAt,
   horizontalOf,
+  type Place,
   placeAt,
+  type QuenchSector,
   quenchSector,
+  type Sector,
   sectorMiddle,
   sightOf,
   toScreen,
   toSite,
-  zoomed,
-  type Place,
-  type QuenchSector,
-  type Sector,
   type View,
+  viewOf,
+  zoomed,
 } from './geometry';
 import { emit, partStyle } from './part-style';
-import { bearingText, lengthText, openingText, Words } from './words';
-import { planStyle } from './plan/plan-style';
+import type { LandingArea } from './plan/landing';
 import * as layers from './plan/layers';
-import { fireTitle, foundFires, placesOf, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
-import { dragged, drawnSector, GRIPS, gripAt, keyed, tidy, usualSector, type Grip } from './plan/sector-tool';
+import { fireTitle, foundFires, type PlanMonitor, type PlanScene, type PlanSite, shownPlaces } from './plan/model';
+import { planStyle } from './plan/plan-style';
+import { dragged, drawnSector, GRIPS, type Grip, gripAt, keyed, tidy, usualSector } from './plan/sector-tool';
+import { bearingText, lengthText, openingText, spanText, Words } from './words';
 
-export { jetAsked, planMonitor, type PlanMonitor, type PlanScene, type PlanSite } from './plan/model';
+export { jetAsked, type PlanMonitor, type PlanScene, type PlanSite, planMonitor } from './plan/model';
 
 /** What `aim` says: where the operator pointed. */
 export interface AimDetail {
@@ -72,45 +74,28 @@ export interface PlanPointDetail extends AimDetail {
  * Events: `select` {id}; `sector` QuenchSector when a drawing is finished, `sector-change` while it
  * goes on, null when it was taken away; `aim` AimDetail.
  */
+@customElement('lf-plan')
 export class LfPlan extends LitElement {
-  static override properties = {
-    site: { attribute: false },
-    monitors: { attribute: false },
-    scene: { attribute: false },
-    selected: {},
-    mode: { reflect: true },
-    tool: { reflect: true },
-    sector: { attribute: false },
-    running: { attribute: false },
-    points: { attribute: false },
-    pointSelected: { type: Number, attribute: 'point-selected' },
-    note: {},
-    above: { type: Number },
-    view: { state: true },
-    size: { state: true },
-    drag: { state: true },
-  };
-
-  declare site: PlanSite | null;
-  declare monitors: readonly PlanMonitor[];
-  declare scene: PlanScene | null;
-  declare selected: string;
-  declare mode: 'full' | 'mini';
-  declare tool: 'look' | 'sector' | 'aim';
+  @property({ attribute: false }) site: PlanSite | null = null;
+  @property({ attribute: false }) monitors: readonly PlanMonitor[] = [];
+  @property({ attribute: false }) scene: PlanScene | null = null;
+  @property() selected: string = '';
+  @property({ reflect: true }) mode: 'full' | 'mini' = 'full';
+  @property({ reflect: true }) tool: 'look' | 'sector' | 'aim' = 'look';
   /** The drawing; the page may set it. */
-  declare sector: Sector | null;
+  @property({ attribute: false }) sector: Sector | null = null;
   /** The sector of a running program, by monitor. */
-  declare running: Readonly<Record<string, Sector>>;
+  @property({ attribute: false }) running: Readonly<Record<string, Sector>> = {};
   /** Places of a trajectory. */
-  declare points: readonly Place[];
-  declare pointSelected: number;
+  @property({ attribute: false }) points: readonly Place[] = [];
+  @property({ type: Number, attribute: 'point-selected' }) pointSelected: number = -1;
   /** Shown instead of the plan's own hint. */
-  declare note: string;
+  @property() note: string = '';
   /** Number of pixels at the upper edge that buttons of the page cover. */
-  declare above: number;
-  declare view: View | null;
-  declare size: Place;
-  declare drag: Drag | null;
+  @property({ type: Number }) above: number = 0;
+  @state() view: View | null = null;
+  @state() size: Place = [0, 0];
+  @state() drag: Drag | null = null;
 
   private touched = false;
   private drops: layers.Drop[] = [];
@@ -121,21 +106,6 @@ export class LfPlan extends LitElement {
   constructor() {
     super();
     new Words(this);
-    this.site = null;
-    this.monitors = [];
-    this.scene = null;
-    this.selected = '';
-    this.mode = 'full';
-    this.tool = 'look';
-    this.sector = null;
-    this.running = {};
-    this.points = [];
-    this.pointSelected = -1;
-    this.note = '';
-    this.above = 0;
-    this.view = null;
-    this.size = [0, 0];
-    this.drag = null;
   }
 
   static override styles = [partStyle, planStyle];
@@ -159,7 +129,8 @@ export class LfPlan extends LitElement {
   protected override willUpdate(changed: PropertyValues): void {
     if (changed.has('scene') && this.scene !== this.seen) this.keepDrops();
     const moved = changed.has('site') || changed.has('size') || changed.has('mode');
-    if (this.size[0] && (!this.view || (moved && !this.touched))) this.view = this.whole();
+    const gone = !this.touched && (changed.has('scene') || changed.has('monitors')) && this.isBeyond();
+    if (this.size[0] && (!this.view || (moved && !this.touched) || gone)) this.view = this.whole();
     if (changed.has('tool') && this.tool === 'look') this.drag = null;
   }
 
@@ -169,14 +140,25 @@ export class LfPlan extends LitElement {
     this.view = this.whole();
   }
 
+  /** A fire is outside of the picture, which shows everything else. */
+  private isBeyond(): boolean {
+    const { view } = this;
+    const [width, height] = this.size;
+    if (!view) return false;
+    return shownPlaces(this.site, this.scene, this.monitors).some(([at]) => {
+      const [x, y] = toScreen(view, width, height, at);
+      return x < 0 || x > width || y < this.above || y > height;
+    });
+  }
+
   private whole(): View {
     const known = this.site ?? siteOf(this.monitors);
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
-    const box = boundsOf(placesOf(known, null));
+    const box = boundsOf(shownPlaces(known, this.scene, this.monitors));
     // Nothing at the edge may be covered by the buttons.
     const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
-    const view = fit(box, width - aside, height - this.above, margin);
+    const view = viewOf(box, width - aside, height - this.above, margin);
     const { scale } = view;
     return { scale, east: view.east + aside / 2 / scale, north: view.north + this.above / 2 / scale };
   }
@@ -242,7 +224,7 @@ export class LfPlan extends LitElement {
         ${t('parts.plan.keys')} ${this.tool === 'sector' ? t('parts.plan.keys_sector') : ''}
       </p>
       <p class="unseen" id="summary">${this.summary()}</p>
-      ${this.hint()}
+      <div class="notes">${this.hint()} ${this.legend()}</div>
       <div class="zoom" part="zoom">
         ${this.button('+', t('parts.plan.zoom_in'), () => this.zoom(1.4))}
         ${this.button('−', t('parts.plan.zoom_out'), () => this.zoom(1 / 1.4))}
@@ -253,11 +235,7 @@ export class LfPlan extends LitElement {
 
   private button(sign: string, label: string, act: () => void): TemplateResult {
     const drawing =
-      sign === 'fit'
-        ? 'M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4'
-        : sign === '+'
-          ? 'M12 5v14M5 12h14'
-          : 'M5 12h14';
+      sign === 'fit' ? 'M4 8V4h4M16 4h4v4M20 16v4h-4M8 20H4v-4' : sign === '+' ? 'M12 5v14M5 12h14' : 'M5 12h14';
     return html`<button type="button" aria-label=${label} title=${label} @click=${act}>
       <svg viewBox="0 0 24 24" aria-hidden="true"><path d=${drawing}></path></svg>
     </button>`;
@@ -273,6 +251,27 @@ export class LfPlan extends LitElement {
     return nothing;
   }
 
+  /** Figures of the landing area of the chosen monitor, or why it is not shown. */
+  private legend(): TemplateResult | typeof nothing {
+    const landing = this.chosen?.landing;
+    if (!landing) return nothing;
+    if (typeof landing === 'string') {
+      const why = t(`parts.plan.landing_${landing}`);
+      return html`<p class="landing-legend unknown">${t('parts.plan.landing_unknown', { why })}</p>`;
+    }
+    const { middle_m, greatest_m, with_wind } = landing;
+    return html`<p class="landing-legend">
+      <span class="swatch" aria-hidden="true"></span>
+      <strong>${this.landingText(landing)}</strong>
+      <span>${t('parts.plan.landing_parts', { middle: lengthText(middle_m), greatest: lengthText(greatest_m) })}</span>
+      <span>${t(with_wind ? 'parts.plan.landing_wind' : 'parts.plan.landing_still')}</span>
+    </p>`;
+  }
+
+  private landingText({ near_m, far_m }: LandingArea): string {
+    return t('parts.plan.landing', { d: spanText(near_m, far_m) });
+  }
+
   private picture(mini: boolean): unknown {
     const camera: layers.Camera = {
       view: this.view!,
@@ -284,15 +283,21 @@ export class LfPlan extends LitElement {
     const names = layers.namesOf(camera, this.monitors);
     const chosen = this.chosen;
     return svg`
-      ${mini ? nothing : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
-        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`}
+      ${
+        mini
+          ? nothing
+          : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
+        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`
+      }
       ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
       ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d }), layers.taken(camera, this.site, this.monitors, names)) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : layers.found(camera, foundFires(this.monitors))}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}
+      ${!mini && chosen ? layers.landingArea(camera, chosen) : nothing}
       ${layers.jets(camera, this.monitors)}
+      ${this.site ? layers.tankNames(camera, this.site, this.burning()) : nothing}
       ${mini ? nothing : this.monitors.filter((m) => m.id === chosen?.id).map((m) => layers.aims(camera, m))}
       ${mini ? nothing : this.monitors.map((m) => layers.hotbeds(camera, m))}
       ${layers.monitorMarks(camera, this.monitors, this.selected, names)}
@@ -301,6 +306,12 @@ export class LfPlan extends LitElement {
       ${mini ? nothing : layers.scaleBar(camera, lengthText)}
       ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
     `;
+  }
+
+  /** The fires that are shown: those that burn, or without a simulation those that detectors have found. */
+  private burning(): { at: Place; size: number }[] {
+    if (this.scene) return this.scene.fires.filter(({ burns }) => burns);
+    return foundFires(this.monitors).map(({ at }) => ({ at, size: 0 }));
   }
 
   private runningOf(camera: layers.Camera, monitor: PlanMonitor): unknown {
@@ -347,11 +358,7 @@ export class LfPlan extends LitElement {
       w: openingText(sector.width),
     });
     const value =
-      grip === 'near' || grip === 'far'
-        ? sector[`${grip}_m`]
-        : grip === 'move'
-          ? sector.bearing
-          : sector.width;
+      grip === 'near' || grip === 'far' ? sector[`${grip}_m`] : grip === 'move' ? sector.bearing : sector.width;
     return svg`<g class="grip ${grip}" data-grip=${grip} tabindex="0" role="slider"
       aria-label=${t(`parts.sector.${grip}`)} aria-valuetext=${text} aria-valuenow=${Math.round(value)}
       aria-valuemin="0" aria-valuemax=${grip === 'move' ? 360 : 350}
@@ -373,13 +380,17 @@ export class LfPlan extends LitElement {
       if (monitor.stale) parts.push(t('parts.plan.stale'));
       if (monitor.wrapped) parts.push(t('parts.plan.wrapped'));
       if (monitor.water) parts.push(t(monitor.foam ? 'parts.plan.foam' : 'parts.plan.water'));
+      const { landing } = monitor;
+      if (landing && typeof landing !== 'string') parts.push(this.landingText(landing));
       return parts.join(', ');
     });
     const burning = (this.scene?.fires ?? []).filter(({ burns }) => burns);
     const found = this.scene ? [] : foundFires(this.monitors);
     return [
       ...monitors,
-      ...burning.map(({ name }) => t('parts.plan.fire', { name: fireTitle(name, this.scene?.fires ?? [], this.site?.tanks ?? []) })),
+      ...burning.map(({ name }) =>
+        t('parts.plan.fire', { name: fireTitle(name, this.scene?.fires ?? [], this.site?.tanks ?? []) }),
+      ),
       ...found.map(({ seen_by }) => t('parts.plan.found', { monitors: seen_by.join(', ') })),
     ].join('; ');
   }
@@ -474,9 +485,10 @@ export class LfPlan extends LitElement {
   }
 
   private clicked(event: PointerEvent, drag: Drag): void {
-    const hit = this.renderRoot instanceof ShadowRoot
-      ? this.renderRoot.elementFromPoint(event.clientX, event.clientY)?.closest('[data-id]')
-      : null;
+    const hit =
+      this.renderRoot instanceof ShadowRoot
+        ? this.renderRoot.elementFromPoint(event.clientX, event.clientY)?.closest('[data-id]')
+        : null;
     const id = hit?.getAttribute('data-id');
     if (id && this.tool === 'look') {
       emit(this, 'select', { id });
@@ -584,8 +596,6 @@ function siteOf(monitors: readonly PlanMonitor[]): PlanSite {
     walls: [],
   };
 }
-
-customElements.define('lf-plan', LfPlan);
 
 declare global {
   interface HTMLElementTagNameMap {

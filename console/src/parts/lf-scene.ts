@@ -1,4 +1,5 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { emit, partStyle } from './part-style';
 import type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
@@ -15,25 +16,16 @@ const FRAME_MAX_S = 0.1;
  * The site in three dimensions. The drawing (three.js) is loaded when the element is first seen.
  * Event: `no-webgl`, when the browser cannot: show the plan instead.
  */
+@customElement('lf-scene')
 export class LfScene extends LitElement {
-  static override properties = {
-    site: { attribute: false },
-    monitors: { attribute: false },
-    scene: { attribute: false },
-    selected: {},
-    preset: {},
-    paused: { type: Boolean },
-    state: { state: true },
-  };
-
-  declare site: PlanSite | null;
-  declare monitors: readonly PlanMonitor[];
-  declare scene: PlanScene | null;
-  declare selected: string;
-  declare preset: Preset;
+  @property({ attribute: false }) site: PlanSite | null = null;
+  @property({ attribute: false }) monitors: readonly PlanMonitor[] = [];
+  @property({ attribute: false }) scene: PlanScene | null = null;
+  @property() selected: string = '';
+  @property() preset: Preset = 'orbit';
   /** Nothing moves (a paused simulation or replay). */
-  declare paused: boolean;
-  declare state: 'idle' | 'loading' | 'drawing' | 'unable';
+  @property({ type: Boolean }) paused: boolean = false;
+  @state() state: 'idle' | 'loading' | 'drawing' | 'unable' = 'idle';
 
   private world: World | null = null;
   private frame = 0;
@@ -44,13 +36,6 @@ export class LfScene extends LitElement {
   constructor() {
     super();
     new Words(this);
-    this.site = null;
-    this.monitors = [];
-    this.scene = null;
-    this.selected = '';
-    this.preset = 'orbit';
-    this.paused = false;
-    this.state = 'idle';
   }
 
   static override styles = [
@@ -61,8 +46,8 @@ export class LfScene extends LitElement {
         position: relative;
         min-height: 160px;
         overflow: hidden;
-        border-radius: var(--radius, 8px);
-        background: var(--p-raised);
+        border-radius: var(--radius);
+        background: var(--surface-2);
         contain: strict;
         container-type: inline-size;
       }
@@ -81,7 +66,7 @@ export class LfScene extends LitElement {
       }
       canvas:focus-visible,
       button:focus-visible {
-        outline: 3px solid var(--p-focus);
+        outline: 3px solid var(--focus);
       }
       .views {
         position: absolute;
@@ -89,31 +74,31 @@ export class LfScene extends LitElement {
         bottom: 12px;
         max-width: calc(100% - 24px);
         display: flex;
-        border: 1px solid var(--p-line);
-        border-radius: 8px;
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
         overflow: hidden;
-        background: var(--p-surface);
+        background: var(--surface);
       }
       .views button {
         min-height: 48px;
-        padding: 0 clamp(8px, 3cqw, 16px);
+        padding: 0 clamp(var(--s2), 3cqw, var(--s3));
         border: 0;
         background: none;
-        color: var(--p-dim);
+        color: var(--dim);
         font: inherit;
-        font-size: 13px;
+        font-size: var(--t-note);
         cursor: pointer;
         outline-offset: -3px;
       }
       .views button + button {
-        border-left: 1px solid var(--p-line);
+        border-left: 1px solid var(--line);
       }
       .views button:hover {
-        background: var(--p-raised);
+        background: var(--surface-2);
       }
       .views button[aria-pressed='true'] {
-        background: var(--p-raised);
-        color: var(--p-text);
+        background: var(--surface-2);
+        color: var(--text);
         font-weight: 600;
       }
       .word {
@@ -121,10 +106,10 @@ export class LfScene extends LitElement {
         inset: 0;
         display: grid;
         place-items: center;
-        padding: 24px;
+        padding: var(--s4);
         text-align: center;
-        color: var(--p-dim);
-        font-size: 14px;
+        color: var(--dim);
+        font-size: var(--t-normal);
         pointer-events: none;
       }
     `,
@@ -303,24 +288,24 @@ export class LfScene extends LitElement {
 
   private looks(): [Colours, Palette, boolean] {
     const style = getComputedStyle(this);
-    const of = (name: string): string => style.getPropertyValue(`--p-${name}`).trim();
+    const of = (name: string): string => style.getPropertyValue(`--${name}`).trim();
     const dark = document.documentElement.dataset.theme === 'night';
     const colours: Colours = {
-      sky: dark ? '#10161c' : '#dfe6ec',
-      ground: dark ? '#1d242b' : '#c3cacd',
-      grid: dark ? '#37434d' : '#a3adb3',
-      shell: dark ? '#64717d' : '#e3e7ea',
-      roof: dark ? '#46525c' : '#bcc5cb',
-      wall: dark ? '#56616b' : '#aab2b8',
-      steel: dark ? '#4b5863' : '#8b979f',
-      dark: dark ? '#8d9ba7' : '#46525c',
+      sky: of('scene-sky'),
+      ground: of('scene-ground'),
+      grid: of('scene-grid'),
+      shell: of('scene-shell'),
+      roof: of('scene-roof'),
+      wall: of('scene-wall'),
+      steel: of('scene-steel'),
+      dark: of('scene-dark'),
       accent: of('accent'),
       high: of('high'),
       water: of('water'),
       text: of('text'),
       surface: of('surface'),
       line: of('line-strong'),
-      quiet: dark ? '#c7d1da' : '#3c4852',
+      quiet: of('scene-quiet'),
     };
     const palette: Palette = {
       water: dark ? [0.5, 0.74, 0.96] : [0.24, 0.53, 0.85],
@@ -343,8 +328,6 @@ function able(): boolean {
     return false;
   }
 }
-
-customElements.define('lf-scene', LfScene);
 
 declare global {
   interface HTMLElementTagNameMap {

@@ -1,22 +1,22 @@
 // The contents of the plan, layer by layer, as SVG. Pure: a camera and objects in, templates out.
-import { nothing, svg, type SVGTemplateResult } from 'lit';
+import { nothing, type SVGTemplateResult, svg } from 'lit';
 import { num } from '../../i18n';
+import type { Spot } from '../found';
 import {
   ARCMIN,
   bearingOf,
   compass,
+  type Place,
   placeAt,
   ringPath,
   roundStep,
+  type Sector,
   toScreen,
   toSite,
-  type Place,
-  type Sector,
   type View,
 } from '../geometry';
-import type { Spot } from '../found';
 import type { PlanMonitor, PlanScene, PlanSite } from './model';
-import { box, NAME_PX, nameBox, namePlaces, nameWidth, type Box } from './names';
+import { type Box, box, NAME_PX, nameBox, namePlaces, nameWidth } from './names';
 import { rangePlaces } from './range-names';
 
 export interface Camera {
@@ -47,8 +47,7 @@ const CLEAR_PX = RING_PX + 5;
 const CLEAR_MINI_PX = 8;
 export const DROP_LIFE_MS = 2400;
 
-const px = (camera: Camera, place: Place): Place =>
-  toScreen(camera.view, camera.width, camera.height, place);
+const px = (camera: Camera, place: Place): Place => toScreen(camera.view, camera.width, camera.height, place);
 /** Where the barrel points to; straight ahead while unknown. */
 const barrelOf = (monitor: PlanMonitor): number => bearingOf(monitor.heading, monitor.horizontal_arcmin ?? 0);
 const f = (value: number): string => value.toFixed(1);
@@ -56,10 +55,7 @@ const f = (value: number): string => value.toFixed(1);
 export function grid(camera: Camera): SVGTemplateResult {
   const step = roundStep(90 / camera.view.scale);
   const [west, north] = toSite(camera.view, camera.width, camera.height, [0, 0]);
-  const [east, south] = toSite(camera.view, camera.width, camera.height, [
-    camera.width,
-    camera.height,
-  ]);
+  const [east, south] = toSite(camera.view, camera.width, camera.height, [camera.width, camera.height]);
   let path = '';
   for (let at = Math.ceil(west / step) * step; at <= east; at += step) {
     path += `M${f(px(camera, [at, 0])[0])} 0V${f(camera.height)}`;
@@ -84,22 +80,42 @@ export function structures(camera: Camera, site: PlanSite): SVGTemplateResult {
       <circle class="tank" r=${f(radius)}></circle>
       <circle class="roof" r=${f(inner)}></circle>
       <path class="roof" d="M${f(-spoke)} ${f(-spoke)}L${f(spoke)} ${f(spoke)}M${f(-spoke)} ${f(spoke)}L${f(spoke)} ${f(-spoke)}"></path>
-      ${radius > 17 ? svg`<text class="tank-name" dy="0.35em">${tank.name}</text>` : nothing}
     </g>`;
   })}`;
 }
 
+/** Names of the tanks, above whatever is drawn on them: of one that burns below the flame. */
+export function tankNames(
+  camera: Camera,
+  site: PlanSite,
+  burning: readonly { at: Place; size: number }[],
+): SVGTemplateResult {
+  return svg`${site.tanks.map((tank) => {
+    if ((tank.diameter / 2) * camera.view.scale <= 17) return nothing;
+    const [x, y] = px(camera, tank.at);
+    const feet = burning
+      .filter(({ at }) => Math.hypot(at[0] - tank.at[0], at[1] - tank.at[1]) <= tank.diameter / 2)
+      .map(({ at, size }) => px(camera, at)[1] + FLAME_FOOT_PX * flameSize(fireRadius(camera, size)) + NAME_PX / 2);
+    return svg`<text class="tank-name" dy="0.35em" x=${f(x)} y=${f(Math.max(y, ...feet))}>${tank.name}</text>`;
+  })}`;
+}
+
 /** An outline of a flame, about 20 high, standing on the origin. */
-const FLAME =
-  'M0 9C-5 9-8 5.6-8 1.4-8-2.4-5-4.6-4-8c2 1 3 2.4 3.4 4C1-6 1.6-9 .6-12 5-9.6 8-4 8 .8 8 5.6 5 9 0 9Z';
+const FLAME = 'M0 9C-5 9-8 5.6-8 1.4-8-2.4-5-4.6-4-8c2 1 3 2.4 3.4 4C1-6 1.6-9 .6-12 5-9.6 8-4 8 .8 8 5.6 5 9 0 9Z';
+
+/** How far it goes below the origin. */
+const FLAME_FOOT_PX = 9;
+
+const fireRadius = (camera: Camera, size: number): number => Math.max((size / 2) * camera.view.scale, 9);
+const flameSize = (radius: number): number => Math.min(Math.max(radius / 15, 0.75), 2);
 
 export function fires(camera: Camera, scene: PlanScene): SVGTemplateResult {
   return svg`${scene.fires
     .filter(({ burns }) => burns)
     .map((fire) => {
       const [x, y] = px(camera, fire.at);
-      const radius = Math.max((fire.size / 2) * camera.view.scale, 9);
-      const size = Math.min(Math.max(radius / 15, 0.75), 2);
+      const radius = fireRadius(camera, fire.size);
+      const size = flameSize(radius);
       return svg`<g transform="translate(${f(x)} ${f(y)})">
         <circle class="fire-area" r=${f(radius)}></circle>
         <path class="flame" transform="scale(${f(size)})" d=${FLAME}></path>
@@ -148,11 +164,23 @@ export function jets(camera: Camera, monitors: readonly PlanMonitor[]): SVGTempl
     })}`;
 }
 
+/** Where the water of a monitor is expected to land: from the nearest to the farthest; the middle and the outermost. */
+export function landingArea(camera: Camera, monitor: PlanMonitor): SVGTemplateResult | typeof nothing {
+  const { landing } = monitor;
+  if (!landing || typeof landing === 'string') return nothing;
+  const [x, y] = px(camera, monitor.at);
+  const { scale } = camera.view;
+  const { bearing, width, near_m, far_m } = landing;
+  const line = (range: number): string => ringPath(bearing, width, range * scale, range * scale).split('L')[0]!;
+  return svg`<g class="landing-area ${monitor.stale ? 'stale' : ''}" transform="translate(${f(x)} ${f(y)})">
+    <path class="area" d=${ringPath(bearing, width, near_m * scale, far_m * scale)}></path>
+    <path class="middle" d=${line(landing.middle_m)}></path>
+    <path class="outermost" d=${line(landing.greatest_m)}></path>
+  </g>`;
+}
+
 /** Reach, rings of distance and the part that Horizontal cannot go to, of the chosen monitor. */
-export function ranges(
-  camera: Camera,
-  monitor: PlanMonitor,
-): SVGTemplateResult {
+export function ranges(camera: Camera, monitor: PlanMonitor): SVGTemplateResult {
   const [x, y] = px(camera, monitor.at);
   const { scale } = camera.view;
   const { reach, far, rings } = ringsOf(monitor);
@@ -186,8 +214,15 @@ export function rangeNames(
 }
 
 /** What no text may cover: tanks, monitors and their names, and the controls at the edges. */
-export function taken(camera: Camera, site: PlanSite | null, monitors: readonly PlanMonitor[], names: ReadonlyMap<string, Place>): Box[] {
-  const tanks = (site?.tanks ?? []).map(({ at, diameter }) => box(px(camera, at), diameter * camera.view.scale, diameter * camera.view.scale));
+export function taken(
+  camera: Camera,
+  site: PlanSite | null,
+  monitors: readonly PlanMonitor[],
+  names: ReadonlyMap<string, Place>,
+): Box[] {
+  const tanks = (site?.tanks ?? []).map(({ at, diameter }) =>
+    box(px(camera, at), diameter * camera.view.scale, diameter * camera.view.scale),
+  );
   const marks = monitors.flatMap((monitor) => {
     const at = px(camera, monitor.at);
     return [box(at, 2 * CLEAR_PX, 2 * CLEAR_PX), nameBox({ ...monitor, at, barrel: 0 }, names.get(monitor.id)!)];
@@ -197,7 +232,7 @@ export function taken(camera: Camera, site: PlanSite | null, monitors: readonly 
 
 /** The page's buttons, compass with the wind, buttons of the plan, scale. */
 function edges({ width, height, above, view }: Camera): Box[] {
-  const [, compassY] = compassAt(width);
+  const [, compassY] = compassAt({ width, above });
   return [
     { x: 0, y: 0, wide: width, high: above },
     { x: width - 34 - WIND_PX, y: compassY - 22, wide: 34 + WIND_PX, high: 44 },
@@ -278,12 +313,7 @@ export function monitorMarks(
   return svg`${ordered.map((monitor) => monitorMark(camera, monitor, monitor.id === selected, names.get(monitor.id)!))}`;
 }
 
-function monitorMark(
-  camera: Camera,
-  monitor: PlanMonitor,
-  selected: boolean,
-  name: Place,
-): SVGTemplateResult {
+function monitorMark(camera: Camera, monitor: PlanMonitor, selected: boolean, name: Place): SVGTemplateResult {
   const [x, y] = px(camera, monitor.at);
   const bearing = barrelOf(monitor);
   const known = monitor.horizontal_arcmin !== null;
@@ -324,10 +354,7 @@ function travel(monitor: PlanMonitor, ring: number): SVGTemplateResult | typeof 
   const limits = monitor.limits?.Horizontal;
   if (!limits) return nothing;
   const open = (limits.max - limits.min) / ARCMIN;
-  const [left, right] = [
-    bearingOf(monitor.heading, limits.max),
-    bearingOf(monitor.heading, limits.min),
-  ];
+  const [left, right] = [bearingOf(monitor.heading, limits.max), bearingOf(monitor.heading, limits.min)];
   const tick = (bearing: number): SVGTemplateResult =>
     svg`<line class="stop" y1=${-ring - 4} y2=${-ring + 4} transform="rotate(${f(bearing)})"></line>`;
   if (open >= 359) {
@@ -393,8 +420,9 @@ export function scaleBar(camera: Camera, length: (metres: number) => string): SV
   </g>`;
 }
 
-function compassAt(width: number): Place {
-  return [width - 34, width < NARROW_PX ? 92 : 34];
+/** Beside the page's buttons, and below what else it has on the picture. */
+export function compassAt({ width, above }: Pick<Camera, 'width' | 'above'>): Place {
+  return [width - 34, width < NARROW_PX ? 92 : Math.max(34, above - 26)];
 }
 
 export function compassMark(
@@ -407,17 +435,17 @@ export function compassMark(
   const speed = scene ? Math.hypot(...scene.wind) : 0;
   // The arrow points to where the wind blows.
   const toward = scene ? compass((Math.atan2(scene.wind[0], scene.wind[1]) * 180) / Math.PI) : 0;
-  return svg`<g class="compass" transform="translate(${compassAt(camera.width).join(' ')})">
+  return svg`<g class="compass" transform="translate(${compassAt(camera).join(' ')})">
     <circle r="19"></circle>
     <path class="needle" d="M0-16 5-3H-5Z"></path><text y="9">${north}</text>
     ${
       !scene
         ? svg`<text class="wind-speed" x="-28" dy="0.35em">${camera.width < TIGHT_PX ? '' : noWind}</text>`
         : speed > 0.2
-        ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
+          ? svg`<g transform="translate(-46 0)"><g transform="rotate(${f(toward)})">
             <path class="wind" d="M0 12V-12M-5-6 0-12 5-6"></path></g>
             <text class="wind-speed" x="-16" dy="0.35em">${wind(num(speed, 1), camera.width < TIGHT_PX)}</text></g>`
-        : nothing
+          : nothing
     }
   </g>`;
 }

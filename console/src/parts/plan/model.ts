@@ -1,16 +1,10 @@
 // What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
 import type { Jet, JetAsked } from '../../hub/jets';
-import { t } from '../../i18n';
 import { validOf } from '../../hub/readings';
-import { isDoubtful, reckon, spotsOf, type HotbedBox, type Spot } from '../found';
-import {
-  bearingOf,
-  placeAt,
-  type Limits,
-  type Place,
-  type Tank,
-  type Wall,
-} from '../geometry';
+import { t } from '../../i18n';
+import { type HotbedBox, isDoubtful, reckon, type Spot, spotsOf } from '../found';
+import { bearingOf, type Limits, type Place, placeAt, type Tank, type Wall } from '../geometry';
+import { type LandingArea, landingOf, type Unknown, windOf } from './landing';
 
 export interface PlanSite {
   monitors: Record<string, { at: Place; heading: number; height: number }>;
@@ -53,6 +47,8 @@ export interface PlanMonitor {
   lands?: Place | null;
   /** The present flight of the jet, while water flows and its values are known. */
   flight?: Jet['flight'];
+  /** Where its water is expected to land, or why that is not known; null while none flows. */
+  landing?: LandingArea | Unknown | null;
   pressure_datm?: number;
   water: boolean;
   foam: boolean;
@@ -108,7 +104,7 @@ export function planMonitor(
     status?.subsystems[subsystem]?.flags?.includes(name) ?? false;
   const water = flag('Valve1', 'Open') || flag('Valve1', 'Opening');
   const foam = flag('Valve2', 'Open') || flag('Valve2', 'Opening');
-  const pressure = number('General', 'pressure') ?? 0;
+  const pressure_datm = number('General', 'pressure');
   const monitor: PlanMonitor = {
     id,
     ...stand,
@@ -116,7 +112,7 @@ export function planMonitor(
     vertical_arcmin: number('Vertical', 'position'),
     nozzle_mm: number('Nozzle', 'position'),
     limits: limits ?? null,
-    pressure_datm: pressure,
+    pressure_datm: pressure_datm ?? 0,
     water: water || foam,
     foam,
     wrapped: flag('Deployer', 'Wrapped'),
@@ -129,14 +125,17 @@ export function planMonitor(
   const flows = monitor.water && monitor.horizontal_arcmin !== null && monitor.vertical_arcmin !== null;
   monitor.reach_m = jet?.reach_m ?? null;
   monitor.flight = flows ? jet?.flight : null;
+  const flow_lps = number('General', 'flowrate');
+  monitor.landing = landingOf({ ...monitor, pressure_datm, flow_lps }, jet);
   monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor);
   return monitor;
 }
 
 /** The query for a monitor's jet; null: nothing is known of it. */
 export function jetAsked(
-  stand: { height: number } | undefined,
+  stand: { height: number; heading: number } | undefined,
   status: StatusLike | null | undefined,
+  scene: { wind: Place } | null | undefined,
 ): JetAsked | null {
   if (!stand || !status) return null;
   const of = (subsystem: string, field: string) => validOf(status.subsystems[subsystem], field);
@@ -152,6 +151,8 @@ export function jetAsked(
     height_cm: Math.round(stand.height * 100),
     // The reach does not depend on it: no new query while a dry barrel moves.
     elevation_arcmin: water ? (of('Vertical', 'position') ?? 0) : 0,
+    flow_lps: water ? of('General', 'flowrate') : null,
+    wind: water && scene ? windOf(scene.wind, bearingOf(stand.heading, of('Horizontal', 'position') ?? 0)) : null,
     live: water,
   };
 }
@@ -207,10 +208,7 @@ export function foundFires(monitors: readonly PlanMonitor[]): Spot[] {
 }
 
 /** Everything that must be in the picture, with its radius. */
-export function placesOf(
-  site: PlanSite | null,
-  scene: PlanScene | null,
-): (readonly [Place, number])[] {
+export function placesOf(site: PlanSite | null, scene: PlanScene | null): (readonly [Place, number])[] {
   if (!site) return [];
   return [
     ...Object.values(site.monitors).map(({ at }) => [at, 4] as const),
@@ -218,6 +216,19 @@ export function placesOf(
     ...site.walls.flatMap(({ from, to }) => [[from, 1] as const, [to, 1] as const]),
     ...(scene?.fires ?? []).map(({ at, size }) => [at, size / 2] as const),
   ];
+}
+
+/** Radius of a found fire, whose size is not known, m. */
+const FOUND_M = 3;
+
+/** Everything that the plan must show: without a simulation with the fires that detectors have found. */
+export function shownPlaces(
+  site: PlanSite | null,
+  scene: PlanScene | null,
+  monitors: readonly PlanMonitor[],
+): (readonly [Place, number])[] {
+  const found = scene ? [] : foundFires(monitors).map(({ at }) => [at, FOUND_M] as const);
+  return [...placesOf(site, scene), ...found];
 }
 
 /** Name of a fire: the tank that it is on, else its number. */

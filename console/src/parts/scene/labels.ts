@@ -20,9 +20,7 @@ export class Label {
 
   constructor(hideable: boolean) {
     this.texture = this.newTexture();
-    this.sprite = new Sprite(
-      new SpriteMaterial({ map: this.texture, depthTest: hideable, sizeAttenuation: false }),
-    );
+    this.sprite = new Sprite(new SpriteMaterial({ map: this.texture, depthTest: hideable, sizeAttenuation: false }));
     this.sprite.renderOrder = 10;
     this.sprite.center.set(0.5, 0);
   }

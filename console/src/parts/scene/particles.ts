@@ -11,12 +11,8 @@ import {
 } from 'three';
 import type { Track } from './track';
 
-export const enum Kind {
-  Water = 0,
-  Splash = 1,
-  Smoke = 2,
-  Flame = 3,
-}
+export const Kind = { Water: 0, Splash: 1, Smoke: 2, Flame: 3 } as const;
+export type Kind = (typeof Kind)[keyof typeof Kind];
 
 interface Body {
   kind: Kind;
@@ -177,9 +173,11 @@ export class Particles {
       alpha *= Math.min(part * 6, 1) * (1 - part) ** 1.2;
     } else if (body.kind === Kind.Flame) {
       const mix = Math.min(part * 1.6, 1);
-      from = [0, 1, 2].map(
-        (channel) => palette.flame[channel]! * (1 - mix) + palette.ember[channel]! * mix,
-      ) as [number, number, number];
+      from = [0, 1, 2].map((channel) => palette.flame[channel]! * (1 - mix) + palette.ember[channel]! * mix) as [
+        number,
+        number,
+        number,
+      ];
       alpha *= Math.min(part * 8, 1) * (1 - part);
     } else {
       alpha *= body.kind === Kind.Splash ? (1 - part) ** 1.5 : Math.min(part * 10, 1);

@@ -1,13 +1,5 @@
 // The part of a jet that holds together: a strip of light along its flight, wider where it breaks up.
-import {
-  BufferAttribute,
-  BufferGeometry,
-  DoubleSide,
-  DynamicDrawUsage,
-  Mesh,
-  MeshBasicMaterial,
-  Vector3,
-} from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Mesh, MeshBasicMaterial, Vector3 } from 'three';
 import { sprayHalfAngle } from '../spray';
 import type { Track } from './track';
 

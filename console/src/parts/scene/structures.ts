@@ -83,8 +83,7 @@ export class Structures {
     ground.position.y = -0.04;
     this.group.add(ground);
     const places: number[] = [];
-    const round = (value: number, up: boolean): number =>
-      (up ? Math.ceil(value / 10) : Math.floor(value / 10)) * 10;
+    const round = (value: number, up: boolean): number => (up ? Math.ceil(value / 10) : Math.floor(value / 10)) * 10;
     const [west, east] = [round(box.west - 20, false), round(box.east + 20, true)];
     const [south, north] = [round(box.south - 20, false), round(box.north + 20, true)];
     for (let x = west; x <= east; x += 10) places.push(x, 0, -south, x, 0, -north);
@@ -108,25 +107,17 @@ export class Structures {
     this.many(
       new CylinderGeometry(1, 1, 1, 40, 1, true),
       new MeshLambertMaterial({ color: colours.shell, side: DoubleSide }),
-      round.map(({ x, z, radius, height }) =>
-        at(x, height / 2, z, none, new Vector3(radius, height, radius)),
-      ),
+      round.map(({ x, z, radius, height }) => at(x, height / 2, z, none, new Vector3(radius, height, radius))),
     );
     this.many(
       new CircleGeometry(1, 40),
       new MeshLambertMaterial({ color: colours.roof }),
-      round.map(({ x, z, radius, height }) =>
-        at(x, height - ROOF_BELOW_M, z, FLAT, new Vector3(radius, radius, 1)),
-      ),
+      round.map(({ x, z, radius, height }) => at(x, height - ROOF_BELOW_M, z, FLAT, new Vector3(radius, radius, 1))),
     );
     const rims = round.flatMap(({ x, z, radius, height }) =>
       [1, 0.55].map((part) => at(x, height * part, z, FLAT, new Vector3(radius, radius, radius))),
     );
-    this.many(
-      new TorusGeometry(1, 0.022, 6, 40),
-      new MeshLambertMaterial({ color: colours.steel }),
-      rims,
-    );
+    this.many(new TorusGeometry(1, 0.022, 6, 40), new MeshLambertMaterial({ color: colours.steel }), rims);
     this.shadows(round);
   }
 
@@ -136,11 +127,7 @@ export class Structures {
       new CircleGeometry(1, 32),
       new MeshBasicMaterial({ color: '#000000', transparent: true, opacity: 0.18, depthWrite: false }),
       round.map(({ x, z, radius }) =>
-        new Matrix4().compose(
-          new Vector3(x + 0.9, 0.01, z + 0.7),
-          FLAT,
-          new Vector3(radius + 0.9, radius + 0.9, 1),
-        ),
+        new Matrix4().compose(new Vector3(x + 0.9, 0.01, z + 0.7), FLAT, new Vector3(radius + 0.9, radius + 0.9, 1)),
       ),
     );
   }

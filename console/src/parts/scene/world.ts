@@ -13,16 +13,17 @@ import {
   WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { sprayHalfAngle, sprayOf } from '../spray';
 import type { Flight } from '../../hub/jets';
 import { boundsOf, groundAt, type Place } from '../geometry';
-import { placesOf, type PlanMonitor, type PlanScene, type PlanSite } from '../plan/model';
+import { type PlanMonitor, type PlanScene, type PlanSite, placesOf } from '../plan/model';
+import { sprayHalfAngle, sprayOf } from '../spray';
+import { Area } from './area';
 import { Barrels, directionOf, type Pose } from './barrels';
 import { Label } from './labels';
-import { Kind, Particles, type Palette } from './particles';
+import { Kind, type Palette, Particles } from './particles';
 import { Ribbon } from './ribbon';
-import { Structures, type Colours } from './structures';
-import { Track, type At } from './track';
+import { type Colours, Structures } from './structures';
+import { type At, Track } from './track';
 
 export type Preset = 'eye' | 'orbit' | 'top' | 'side';
 
@@ -72,6 +73,7 @@ export class World {
   private readonly labels = new Map<string, Label>();
   private readonly glows: PointLight[] = [];
   private readonly ribbons = new Map<string, Ribbon>();
+  private readonly area: Area;
   private structures: Structures | null = null;
   private shown: Shown = { site: null, monitors: [], scene: null, selected: '' };
   private builtFor: PlanSite | null = null;
@@ -97,7 +99,8 @@ export class World {
     this.lights(dark);
     this.particles = new Particles(PARTICLES_MAX, palette);
     this.barrels = new Barrels(MONITORS_MAX, colours);
-    this.scene.add(this.particles.points, this.barrels.group);
+    this.area = new Area(colours.water);
+    this.scene.add(this.particles.points, this.barrels.group, this.area.mesh);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.maxPolarAngle = Math.PI / 2 - 0.03;
     this.controls.minDistance = 4;
@@ -171,6 +174,7 @@ export class World {
   frame(seconds: number): void {
     this.barrels.step(this.shown.monitors, this.shown.selected, seconds, this.preset !== 'eye');
     this.water(seconds);
+    this.landing();
     this.fire(seconds);
     const wind = this.shown.scene?.wind ?? [0, 0];
     this.particles.step(seconds, wind, this.floorAt, (drop) => this.splash(drop));
@@ -185,6 +189,7 @@ export class World {
     this.controls.dispose();
     this.particles.dispose();
     this.barrels.dispose();
+    this.area.dispose();
     this.structures?.dispose();
     for (const label of this.labels.values()) label.dispose();
     for (const glow of this.glows) glow.dispose();
@@ -229,7 +234,10 @@ export class World {
     const pose = this.chosen();
     if (preset === 'eye' && pose) {
       const ahead = directionOf({ bearing: pose.bearing, elevation: 0 });
-      const to = pose.foot.clone().addScaledVector(ahead, -7).add(new Vector3(0, 3.4, 0));
+      const to = pose.foot
+        .clone()
+        .addScaledVector(ahead, -7)
+        .add(new Vector3(0, 3.4, 0));
       return [to, pose.foot.clone().addScaledVector(ahead, 26)];
     }
     const box = boundsOf(placesOf(this.shown.site, this.shown.scene));
@@ -246,7 +254,13 @@ export class World {
     const wide = high * this.camera.aspect;
     let most = 20;
     for (const [[east, north], radius] of placesOf(this.shown.site, this.shown.scene)) {
-      for (const [x, y, z] of [[-1, 0, 1], [1, 0, 1], [-1, 0, -1], [1, 0, -1], [0, ROOM_ABOVE_M, 0]] as const) {
+      for (const [x, y, z] of [
+        [-1, 0, 1],
+        [1, 0, 1],
+        [-1, 0, -1],
+        [1, 0, -1],
+        [0, ROOM_ABOVE_M, 0],
+      ] as const) {
         const at = new Vector3(east + x * radius, y, -north + z * radius).sub(middle);
         const near = at.dot(from);
         most = Math.max(most, near + Math.abs(at.dot(across)) / wide, near + Math.abs(at.dot(up)) / high);
@@ -294,6 +308,14 @@ export class World {
       this.ribbon(monitor, track, pose?.bearing ?? 0);
       if (track) this.pour(monitor, track, seconds);
     }
+  }
+
+  /** Of the chosen monitor, as on the plan. */
+  private landing(): void {
+    const { monitors, selected } = this.shown;
+    const chosen = monitors.find(({ id }) => id === selected) ?? (monitors.length === 1 ? monitors[0] : undefined);
+    const area = chosen?.landing;
+    this.area.set(chosen?.at ?? [0, 0], area && typeof area !== 'string' && !chosen?.stale ? area : null);
   }
 
   private track(monitor: PlanMonitor, pose: Pose, flight: Flight): Track {
@@ -377,23 +399,29 @@ export class World {
       const strong = Math.min(Math.sqrt(Math.max(fire.heat_kw, 200) / 2800), 1.3);
       const many = Math.min(Math.max(radius / 3, 0.5), 2);
       for (let count = this.due(`${fire.name}/f`, FLAMES_PER_S * many, seconds); count > 0; count--) {
-        this.particles.add(Kind.Flame, this.spot(fire, radius * 0.85, {
-          vy: (3.2 + Math.random() * 3) * strong,
-          life: 0.7 + Math.random() * 0.7,
-          size: radius * 0.62 * strong,
-          grow: -radius * 0.22,
-          alpha: this.dark ? 0.62 : 0.8,
-        }));
+        this.particles.add(
+          Kind.Flame,
+          this.spot(fire, radius * 0.85, {
+            vy: (3.2 + Math.random() * 3) * strong,
+            life: 0.7 + Math.random() * 0.7,
+            size: radius * 0.62 * strong,
+            grow: -radius * 0.22,
+            alpha: this.dark ? 0.62 : 0.8,
+          }),
+        );
       }
       for (let count = this.due(`${fire.name}/s`, SMOKE_PER_S * many, seconds); count > 0; count--) {
-        this.particles.add(Kind.Smoke, this.spot(fire, radius * 0.6, {
-          y: fire.base + 2.5 + Math.random() * 2,
-          vy: 2.6 + Math.random() * 1.8,
-          life: 6 + Math.random() * 4,
-          size: radius * 0.9,
-          grow: 0.95,
-          alpha: this.dark ? 0.36 : 0.26,
-        }));
+        this.particles.add(
+          Kind.Smoke,
+          this.spot(fire, radius * 0.6, {
+            y: fire.base + 2.5 + Math.random() * 2,
+            vy: 2.6 + Math.random() * 1.8,
+            life: 6 + Math.random() * 4,
+            size: radius * 0.9,
+            grow: 0.95,
+            alpha: this.dark ? 0.36 : 0.26,
+          }),
+        );
       }
     }
   }

@@ -1,0 +1,87 @@
+import { describe, expect, it } from 'vitest';
+import type { Thrown } from '../../src/hub/api';
+import type { Jet } from '../../src/hub/jets';
+import { type LandingArea, landingOf, type Thrower, windOf } from '../../src/parts/plan/landing';
+import { spanText } from '../../src/parts/words';
+
+const thrower: Thrower = {
+  at: [0, 0],
+  heading: 90,
+  water: true,
+  horizontal_arcmin: 600,
+  vertical_arcmin: 1800,
+  pressure_datm: 79,
+  flow_lps: 20,
+};
+
+const thrown: Thrown = {
+  middle_m: { value: 35, low: 28.4, high: 41.6 },
+  greatest_m: { value: 41.4, low: 37.3, high: 45.2 },
+  left_m: { value: 0, low: 0, high: 0 },
+  across_m: 1.2,
+  flow_lps: 20,
+  wind: null,
+};
+
+const jet = (more: Partial<Thrown> | null, no_throw: Jet['no_throw'] = null): Jet => ({
+  pressure_datm: 79,
+  reach_m: 44,
+  flight: null,
+  fault: null,
+  throw: more && { ...thrown, ...more },
+  no_throw,
+});
+
+const area = (more: Partial<Thrown> = {}): LandingArea => landingOf(thrower, jet(more)) as LandingArea;
+
+describe('the landing area', () => {
+  it('goes from the nearest middle to the farthest drop, ahead of the barrel', () => {
+    const { bearing, near_m, far_m, middle_m, greatest_m, width, with_wind } = area();
+    // Ten degrees to the left of a monitor that looks east.
+    expect([bearing, near_m, far_m, middle_m, greatest_m, with_wind]).toEqual([80, 28.4, 45.2, 35, 41.4, false]);
+    expect(width).toBeCloseTo(3.93, 1);
+  });
+
+  it('follows the wind to its side, and is wider by what is not certain of it', () => {
+    const left = area({ left_m: { value: 9.5, low: 6.3, high: 12.7 }, wind: { along_mps: 0, left_mps: 5 } });
+    const right = area({ left_m: { value: -9.5, low: -12.7, high: -6.3 }, wind: { along_mps: 0, left_mps: -5 } });
+    expect(left.bearing).toBeLessThan(66);
+    expect(left.bearing + right.bearing).toBeCloseTo(160);
+    expect([left.width > 10, left.width, left.with_wind]).toEqual([true, right.width, true]);
+  });
+
+  it('is hidden while no water flows, and before the answer', () => {
+    expect(landingOf({ ...thrower, water: false }, jet({}))).toBeNull();
+    expect(landingOf({ ...thrower, flow_lps: 0 }, jet({}))).toBeNull();
+    expect(landingOf(thrower, null)).toBeNull();
+    // Without a flow meter it is that of the outlet.
+    expect(landingOf({ ...thrower, flow_lps: null }, jet({}))).toEqual(area());
+  });
+
+  it('says what is not known instead of showing a figure', () => {
+    expect(landingOf({ ...thrower, pressure_datm: null }, jet({}))).toBe('pressure');
+    expect(landingOf({ ...thrower, horizontal_arcmin: null }, jet({}))).toBe('direction');
+    expect(landingOf({ ...thrower, vertical_arcmin: null }, jet({}))).toBe('direction');
+    expect(landingOf(thrower, jet(null, 'pressure_unknown'))).toBe('pressure');
+    expect(landingOf(thrower, jet(null, 'flow'))).toBe('law');
+  });
+
+  it('is rounded outwards', () => {
+    expect(spanText(28.4, 45.2)).toBe('28–46\u202fm');
+    expect(spanText(9, 12)).toBe('9–12\u202fm');
+  });
+});
+
+describe('the wind of a jet', () => {
+  it('is along it and to its left', () => {
+    // To the north, for a jet to the north, the east, the west.
+    expect(windOf([0, 5], 0)).toEqual({ along_mps: 5, left_mps: 0 });
+    expect(windOf([0, 5], 90)).toEqual({ along_mps: 0, left_mps: 5 });
+    expect(windOf([0, 5], 270)).toEqual({ along_mps: 0, left_mps: -5 });
+    expect(windOf([3, 0], 0)).toEqual({ along_mps: 0, left_mps: -3 });
+  });
+
+  it('has coarse steps: gusts cause few queries', () => {
+    expect(windOf([0.2, 5.2], 0)).toEqual(windOf([0, 5], 0));
+  });
+});

@@ -1,5 +1,5 @@
 // Commissioning: a checklist in its order, kept in the browser, with a report at the end.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { html as staticHtml, unsafeStatic } from 'lit/static-html.js';
 import { dictionary } from '../hub/dictionary';
@@ -16,24 +16,25 @@ import { download } from './params/files';
 import './commissioning/drives';
 import './commissioning/first';
 import {
-  begun,
   BLOCKING,
+  begun,
+  type Done,
+  type Fact,
   finish,
   gate,
   keepWork,
   nextOf,
+  type Progress,
   readProgress,
   redo,
+  type StepId,
   stepsOf,
   verdict,
   writeProgress,
-  type Done,
-  type Fact,
-  type Progress,
-  type StepId,
 } from './commissioning/model';
-import { factText, reportHtml, reportJson, type About } from './commissioning/report';
+import { type About, factText, reportHtml, reportJson } from './commissioning/report';
 import './commissioning/senses';
+import './commissioning/tune';
 import './commissioning/water';
 import { styled } from '../parts/styled';
 
@@ -50,7 +51,7 @@ export class PageCommissioning extends LitElement {
     css`
       .look {
         display: flex;
-        gap: 8px;
+        gap: var(--s2);
         color: var(--dim);
         line-height: 1.45;
         max-width: 90ch;
@@ -71,17 +72,17 @@ export class PageCommissioning extends LitElement {
         padding: var(--s2);
         display: flex;
         flex-direction: column;
-        gap: 2px;
+        gap: var(--s05);
       }
       li button {
         font: inherit;
         display: grid;
         grid-template-columns: 32px 1fr;
         align-items: center;
-        gap: 2px 10px;
+        gap: var(--s05) var(--s2);
         width: 100%;
         min-height: 52px;
-        padding: 6px 10px;
+        padding: var(--s15) var(--s2);
         border: 0;
         border-radius: var(--radius);
         background: none;
@@ -104,7 +105,7 @@ export class PageCommissioning extends LitElement {
         border-radius: 50%;
         border: 2px solid var(--line-strong);
         font-weight: 650;
-        font-size: 13px;
+        font-size: var(--t-note);
       }
       .n .icon {
         width: 18px;
@@ -133,7 +134,7 @@ export class PageCommissioning extends LitElement {
       .sub {
         display: block;
         font-weight: 400;
-        font-size: 12px;
+        font-size: var(--t-small);
         color: var(--dim);
       }
       .failed .sub {
@@ -141,10 +142,10 @@ export class PageCommissioning extends LitElement {
       }
       .bar {
         height: 6px;
-        border-radius: 3px;
+        border-radius: var(--radius-small);
         background: var(--sunken);
         overflow: hidden;
-        margin: 12px 12px 4px;
+        margin: var(--s25) var(--s25) var(--s1);
       }
       .bar i {
         display: block;
@@ -159,8 +160,8 @@ export class PageCommissioning extends LitElement {
         overflow-y: auto;
       }
       .steps footer {
-        padding: 4px 12px 12px;
-        font-size: 12px;
+        padding: var(--s1) var(--s25) var(--s25);
+        font-size: var(--t-small);
         color: var(--dim);
       }
       .step {
@@ -174,15 +175,15 @@ export class PageCommissioning extends LitElement {
         flex-wrap: wrap;
       }
       .step h2 {
-        font-size: 22px;
+        font-size: var(--t-head);
         letter-spacing: -0.01em;
       }
       .outcome {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 8px 12px;
-        padding: 12px;
+        gap: var(--s2) var(--s25);
+        padding: var(--s25);
         border-radius: var(--radius);
         background: var(--accent-soft);
       }
@@ -194,8 +195,8 @@ export class PageCommissioning extends LitElement {
         line-height: 1.45;
       }
       .outcome ul {
-        margin: 6px 0 0;
-        padding-left: 18px;
+        margin: var(--s15) 0 0;
+        padding-left: var(--s3);
       }
       .acts {
         display: flex;
@@ -207,8 +208,8 @@ export class PageCommissioning extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 12px;
-        padding: 16px;
+        gap: var(--s25);
+        padding: var(--s3);
         border: 1px dashed var(--line-strong);
         border-radius: var(--radius);
       }
@@ -222,11 +223,11 @@ export class PageCommissioning extends LitElement {
       .verdict {
         display: inline-flex;
         align-items: center;
-        gap: 12px;
-        padding: 14px 20px;
+        gap: var(--s25);
+        padding: var(--s25) var(--s3);
         border: 2px solid;
         border-radius: var(--radius);
-        font-size: 20px;
+        font-size: var(--t-title);
         font-weight: 700;
         letter-spacing: 0.04em;
         align-self: flex-start;
@@ -243,7 +244,7 @@ export class PageCommissioning extends LitElement {
       .lines {
         display: grid;
         grid-template-columns: minmax(140px, auto) 1fr;
-        gap: 10px var(--s3);
+        gap: var(--s2) var(--s3);
         margin: 0;
       }
       .lines dt {
@@ -268,10 +269,10 @@ export class PageCommissioning extends LitElement {
       @media (max-width: 480px) {
         .lines {
           grid-template-columns: 1fr;
-          gap: 4px;
+          gap: var(--s1);
         }
         .lines dd {
-          margin-bottom: 10px;
+          margin-bottom: var(--s2);
         }
       }
     `,
@@ -313,12 +314,14 @@ export class PageCommissioning extends LitElement {
         <lf-button kind="quiet" icon="refresh" @click=${this.anew}>${t('commissioning.anew')}</lf-button>
       </header>
       <p class="look">${icon('info', 18)}<span>${t('commissioning.intro')} ${why ? html`<b>${t('commissioning.look', { monitor })} ${why}.</b>` : nothing}</span></p>
-      ${this.placed
-        ? html`<div class="columns">
+      ${
+        this.placed
+          ? html`<div class="columns">
             ${this.list(steps)}
             <section class="step card">${this.shown === 'report' ? this.report(steps) : this.step(this.shown, steps)}</section>
           </div>`
-        : html`<p class="gate">${icon('unlinked', 24)}<span>${t('commissioning.unknown', { monitor })}</span></p>`}
+          : html`<p class="gate">${icon('unlinked', 24)}<span>${t('commissioning.unknown', { monitor })}</span></p>`
+      }
     </div>`;
   }
 
@@ -395,11 +398,13 @@ export class PageCommissioning extends LitElement {
         </div>
       </div>
       <div class="acts">
-        ${next !== id
-          ? html`<lf-button kind="primary" icon="right" @click=${() => (this.shown = next ?? 'report')}
+        ${
+          next !== id
+            ? html`<lf-button kind="primary" icon="right" @click=${() => (this.shown = next ?? 'report')}
               >${t('commissioning.next', { step: t(`commissioning.step.${next ?? 'report'}`) })}</lf-button
             >`
-          : nothing}
+            : nothing
+        }
         <lf-button icon="refresh" @click=${() => this.redo(id, steps)}>${t('commissioning.redo')}</lf-button>
       </div>`;
   }
@@ -431,12 +436,14 @@ export class PageCommissioning extends LitElement {
           const done = this.progress.steps[id];
           return html`<dt>${t(`commissioning.step.${id}`)}</dt>
             <dd>
-              ${done
-                ? done.state === 'passed'
-                  ? html`${done.facts.map((fact) => html`<div>${factText(fact)}</div>`)}
+              ${
+                done
+                  ? done.state === 'passed'
+                    ? html`${done.facts.map((fact) => html`<div>${factText(fact)}</div>`)}
                       <span class="dim">${t('commissioning.passed_by', { at: dateTime(done.at_ms), by: done.by })}</span>`
-                  : html`<b>${t('commissioning.failed_by', { at: dateTime(done.at_ms), by: done.by, reason: done.reason ?? '' })}</b>`
-                : html`<span class="dim">${t('commissioning.report.not_done')}</span>`}
+                    : html`<b>${t('commissioning.failed_by', { at: dateTime(done.at_ms), by: done.by, reason: done.reason ?? '' })}</b>`
+                  : html`<span class="dim">${t('commissioning.report.not_done')}</span>`
+              }
             </dd>`;
         })}
       </dl>`;

@@ -1,5 +1,5 @@
 // The whole console: the bar, the strip, the rail, the page; or login, or setup.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { html as staticHtml, unsafeStatic } from 'lit/static-html.js';
@@ -8,12 +8,13 @@ import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
-import { UNKNOWN, leftOf, type Left } from '../hub/left';
+import { type Left, leftOf, UNKNOWN } from '../hub/left';
 import { session, setSession } from '../hub/me';
 import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
+import { guardTuning } from '../hub/tuning';
 import type { Session } from '../hub/types';
-import { lang, langChanged, t, type Key } from '../i18n';
+import { type Key, lang, langChanged, t } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-chip';
 import '../parts/lf-value';
@@ -22,11 +23,11 @@ import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
 import { followAuthority } from './authority';
 import './banners';
+import { dialog } from './dialog';
 import { followFire } from './fire';
 import { guideChanged, guideIsWanted } from './guide-key';
-import { dialog } from './dialog';
 import './nav';
-import { fetchPages, loadPage, router, type Route } from './router';
+import { fetchPages, loadPage, type Route, router } from './router';
 import { followTheme, openHelp } from './settings';
 import './replay-bar';
 import './stop';
@@ -115,7 +116,7 @@ export class LfApp extends LitElement {
         padding: 0 var(--s3);
         background: var(--chrome);
         color: var(--on-chrome);
-        font-size: 18px;
+        font-size: var(--t-large);
       }
       .boot {
         display: grid;
@@ -165,7 +166,7 @@ export class LfApp extends LitElement {
           display: block;
           position: fixed;
           inset: 0;
-          background: rgb(12 18 24 / 45%);
+          background: var(--scrim);
           z-index: 40;
         }
       }
@@ -195,6 +196,7 @@ export class LfApp extends LitElement {
     followDisplay();
     followFire();
     guardJog();
+    guardTuning();
     followAuthority();
     http.onLoginNeeded = (setup) => this.leave(setup ? 'setup' : 'login');
     socket.on('hello', () => this.requestUpdate());
@@ -251,7 +253,8 @@ export class LfApp extends LitElement {
   }
 
   private page(name: string, monitor: string | null) {
-    if (this.phase === 'unreachable') return html`<div class="boot" role="alert">
+    if (this.phase === 'unreachable')
+      return html`<div class="boot" role="alert">
         ${icon('unlinked', 44)}<b>${t('shell.unreachable')}</b>
         <span>${t('shell.unreachable_stop')}</span>
       </div>`;
@@ -337,7 +340,10 @@ export class LfApp extends LitElement {
     this.left = null;
     this.phase = 'on';
     socket.start();
-    dictionary().then(() => this.requestUpdate(), () => {});
+    dictionary().then(
+      () => this.requestUpdate(),
+      () => {},
+    );
     void this.load(this.route.page);
   }
 
@@ -373,7 +379,8 @@ export class LfApp extends LitElement {
   }
 
   private readonly keyed = (event: KeyboardEvent): void => {
-    const typing = event.composedPath()[0] instanceof HTMLInputElement || event.composedPath()[0] instanceof HTMLTextAreaElement;
+    const typing =
+      event.composedPath()[0] instanceof HTMLInputElement || event.composedPath()[0] instanceof HTMLTextAreaElement;
     if (event.key === '?' && !typing && !this.modal && this.phase === 'on') openHelp();
   };
 }

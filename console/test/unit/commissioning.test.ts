@@ -2,21 +2,21 @@ import { describe, expect, it } from 'vitest';
 import {
   begun,
   buttonState,
+  type Done,
   finish,
   gate,
   keepWork,
   nextOf,
+  type Progress,
   readProgress,
   redo,
-  stepsOf,
   STEPS,
+  type StepId,
+  type StopTest,
+  stepsOf,
   stopTest,
   verdict,
   wayOf,
-  type Done,
-  type Progress,
-  type StepId,
-  type StopTest,
   whyNotLimits,
 } from '../../src/pages/commissioning/model';
 import { escaped, reportHtml, reportJson, settings } from '../../src/pages/commissioning/report';
@@ -29,8 +29,15 @@ const upTo = (last: StepId, done = passed): Progress =>
 describe('the checklist', () => {
   it('has the steps of what the monitor has', () => {
     expect(stepsOf(['General', 'Horizontal', 'Vertical'])).toEqual([
-      'prepare', 'stop', 'directions', 'zero', 'limits', 'sensors', 'lockout',
-    ]); // prettier-ignore
+      'prepare',
+      'stop',
+      'directions',
+      'zero',
+      'limits',
+      'tune',
+      'sensors',
+      'lockout',
+    ]);
     expect(stepsOf(['Nozzle', 'Valve2', 'ExtButtons', 'Detector', 'Climatics'])).toEqual([...STEPS]);
   });
 
@@ -44,7 +51,7 @@ describe('the checklist', () => {
 
   it('goes on after a failure that has a reason, but never past STOP and the directions', () => {
     const steps = [...STEPS];
-    const valves = finish(upTo('nozzle'), 'valves', failed);
+    const valves = finish(upTo('tune'), 'valves', failed);
     expect(gate(valves, steps, 'sensors')).toBe(null);
     expect(nextOf(valves, steps)).toBe('sensors');
     for (const id of ['prepare', 'stop', 'directions'] as const) {
@@ -121,11 +128,21 @@ describe('what is seen', () => {
 });
 
 describe('the report', () => {
-  const about = { id: 'M1', name: { en: 'West', ru: 'Запад' }, address: 1, endpoint: 'sim:', hub: 'lafet 1', simulation: true, at_ms: 9 };
+  const about = {
+    id: 'M1',
+    name: { en: 'West', ru: 'Запад' },
+    address: 1,
+    endpoint: 'sim:',
+    hub: 'lafet 1',
+    simulation: true,
+    at_ms: 9,
+  };
   const params = {
-    at_ms: 1, reading: false, progress: null,
+    at_ms: 1,
+    reading: false,
+    progress: null,
     values: { Horizontal: { MaxLimit: { values: [10800] }, Speed: { error: { en: 'x', ru: 'x' } } } },
-  }; // prettier-ignore
+  };
 
   it('has steps, reasons and settings, and nothing of it is markup', () => {
     const html = reportHtml(about, finish(upTo('lockout'), 'valves', failed), [...STEPS], params);

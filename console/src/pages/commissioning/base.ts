@@ -1,12 +1,12 @@
 // What all steps have in common: the monitor, what was found so far, passing.
-import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { HubError } from '../../hub/errors';
 import { validOf } from '../../hub/readings';
-import { has, whyNot, type Wants } from '../../hub/session';
+import { has, type Wants, whyNot } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
-import type { Range, Result, SubsystemStatus } from '../../hub/types';
+import type { FlagOf, Range, Result, SubsystemName, SubsystemStatus } from '../../hub/types';
 import { lang, t } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
@@ -29,8 +29,8 @@ export const stepStyle = css`
   .moves {
     display: grid;
     grid-template-columns: 24px 1fr;
-    gap: 10px;
-    padding: 12px;
+    gap: var(--s2);
+    padding: var(--s25);
     border-radius: var(--radius);
     background: var(--medium-soft);
     line-height: 1.45;
@@ -48,7 +48,7 @@ export const stepStyle = css`
   .check {
     display: flex;
     align-items: center;
-    gap: 12px;
+    gap: var(--s25);
     min-height: 48px;
     line-height: 1.4;
     cursor: pointer;
@@ -69,14 +69,14 @@ export const stepStyle = css`
   .box {
     border: 1px solid var(--line);
     border-radius: var(--radius);
-    padding: 12px var(--s3);
+    padding: var(--s25) var(--s3);
     display: flex;
     flex-direction: column;
-    gap: 12px;
+    gap: var(--s25);
     min-width: 0;
   }
   .box h3 {
-    font-size: 15px;
+    font-size: var(--t-normal);
     color: var(--text);
   }
   .pair {
@@ -87,7 +87,7 @@ export const stepStyle = css`
   .told {
     display: flex;
     align-items: flex-start;
-    gap: 8px;
+    gap: var(--s2);
     min-height: 24px;
     line-height: 1.45;
   }
@@ -113,7 +113,7 @@ export const stepStyle = css`
     color: var(--dim);
   }
   .big {
-    font-size: 24px;
+    font-size: var(--t-head);
     font-weight: 650;
     font-variant-numeric: tabular-nums;
   }
@@ -157,7 +157,7 @@ export class Step extends LitElement {
     return store.get(`monitors/${this.monitor}/status`)?.subsystems[subsystem];
   }
 
-  protected has(subsystem: string, flag: string): boolean {
+  protected has<S extends SubsystemName>(subsystem: S, flag: FlagOf<S>): boolean {
     return has(this.monitor, subsystem, flag);
   }
 
@@ -193,7 +193,8 @@ export class Step extends LitElement {
     const why = this.why({ subsystem: drive });
     if (why) return why;
     if (this.position(drive) === null) return `${this.monitor}: ${t('operate.position_unknown')}`;
-    if (this.has('Detector', 'Searching') || this.has('Detector', 'Justifying')) return t('commissioning.why_searching');
+    if (this.has('Detector', 'Searching') || this.has('Detector', 'Justifying'))
+      return t('commissioning.why_searching');
     if (!this.exists('Deployer') || this.has('Deployer', 'Deployed')) return '';
     return t('commissioning.why_wrapped');
   }
@@ -223,8 +224,8 @@ export class Step extends LitElement {
     return html`<p class="told ${tone}">${icon(PICTURES[tone], 20)}<span>${text}</span></p>`;
   }
 
-  protected failed(): TemplateResult {
-    return this.failure ? this.told('bad', this.failure.text(lang())) : html``;
+  protected failed(): TemplateResult | typeof nothing {
+    return this.failure ? this.told('bad', this.failure.text(lang())) : nothing;
   }
 
   protected check(text: string, on: boolean, change: (on: boolean) => void): TemplateResult {

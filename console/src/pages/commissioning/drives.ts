@@ -7,7 +7,7 @@ import type { Toward } from '../../hub/types';
 import { t } from '../../i18n';
 import { save, waysTo } from '../params/save';
 import { Step } from './base';
-import { near, whyNotLimits, type Fact } from './model';
+import { type Fact, near, whyNotLimits } from './model';
 import { WAYS } from './move';
 
 const TURNED = ['Horizontal', 'Vertical'] as const;
@@ -33,7 +33,7 @@ class Teaching extends Step {
   }
 
   /** The present position becomes a parameter (§3.17/5). */
-  protected async take(drive: string, name: string): Promise<number | null> {
+  protected async take(drive: Limited, name: string): Promise<number | null> {
     const at = this.position(drive);
     const spec = param(drive, name);
     if (at === null || !spec || this.has(drive, 'Move')) {
@@ -105,13 +105,11 @@ export class StepZero extends Teaching {
         <lf-hold .why=${why} @held=${() => this.zero(drive)}>${t('commissioning.zero.take')}</lf-hold>
         <lf-button .why=${why || off} @click=${() => this.keep({ [drive]: 'kept' })}>${t('commissioning.zero.keep')}</lf-button>
       </div>
-      ${done
-        ? this.told('good', t(done === 'kept' ? 'commissioning.zero.kept' : 'commissioning.zero.taken'))
-        : nothing}
+      ${done ? this.told('good', t(done === 'kept' ? 'commissioning.zero.kept' : 'commissioning.zero.taken')) : nothing}
     </div>`;
   }
 
-  private async zero(drive: string): Promise<void> {
+  private async zero(drive: Limited): Promise<void> {
     if (!(await this.switchLimits(drive, 'off'))) return;
     const taken = await this.take(drive, 'ZeroPoint');
     const refused = this.failure;
@@ -145,8 +143,10 @@ export class StepLimits extends Teaching {
       if (!limits || at === null || this.has(drive, 'Limitless')) continue;
       const of = this.taught(drive);
       // A limit is verified when the monitor reports that it is at it.
-      if (!of.seenMax && this.has(drive, 'MaxLimitReached') && near(drive, at, limits.max)) this.note(drive, { seenMax: true });
-      if (!of.seenMin && this.has(drive, 'MinLimitReached') && near(drive, at, limits.min)) this.note(drive, { seenMin: true });
+      if (!of.seenMax && this.has(drive, 'MaxLimitReached') && near(drive, at, limits.max))
+        this.note(drive, { seenMax: true });
+      if (!of.seenMin && this.has(drive, 'MinLimitReached') && near(drive, at, limits.min))
+        this.note(drive, { seenMin: true });
     }
   }
 
@@ -173,9 +173,11 @@ export class StepLimits extends Teaching {
     return html`<div class="box">
       <div class="acts">
         <h3 class="grow">${t(`commissioning.drive.${drive}`)}</h3>
-        ${limits
-          ? html`<span class="dim">${t('commissioning.limits.now', { min: this.angle(drive, limits.min), max: this.angle(drive, limits.max) })}</span>`
-          : nothing}
+        ${
+          limits
+            ? html`<span class="dim">${t('commissioning.limits.now', { min: this.angle(drive, limits.min), max: this.angle(drive, limits.max) })}</span>`
+            : nothing
+        }
         ${this.where(drive)}
       </div>
       ${off ? this.teaching(drive) : this.verifying(drive)}
@@ -192,9 +194,11 @@ export class StepLimits extends Teaching {
         <lf-button .why=${why} @click=${() => this.takeLimit(drive, toward)}
           >${t('commissioning.limits.take', { way: way.toLocaleLowerCase() })}</lf-button
         >
-        ${taken === undefined
-          ? this.told('dim', t('commissioning.limits.not_taken'))
-          : this.told('good', t('commissioning.limits.taken', { at: this.angle(drive, taken) }))}
+        ${
+          taken === undefined
+            ? this.told('dim', t('commissioning.limits.not_taken'))
+            : this.told('good', t('commissioning.limits.taken', { at: this.angle(drive, taken) }))
+        }
       </div>`;
     };
     const bad = whyNotLimits(drive, of, this.limits(drive));
@@ -213,7 +217,9 @@ export class StepLimits extends Teaching {
     const seen = (toward: Toward, done: boolean | undefined) =>
       this.told(
         done ? 'good' : 'dim',
-        t(done ? 'commissioning.limits.seen' : 'commissioning.limits.drive_to', { way: t(WAYS[drive]![toward].name).toLocaleLowerCase() }),
+        t(done ? 'commissioning.limits.seen' : 'commissioning.limits.drive_to', {
+          way: t(WAYS[drive]![toward].name).toLocaleLowerCase(),
+        }),
       );
     const why = this.whyMove(drive);
     const switches = this.value(drive, 'DriveType') === 2 ? t('commissioning.limits.why_switches') : '';
@@ -237,7 +243,7 @@ export class StepLimits extends Teaching {
     if (await this.switchLimits(drive, 'off')) this.keep({ [drive]: {} });
   }
 
-  private async takeLimit(drive: string, toward: Toward): Promise<void> {
+  private async takeLimit(drive: Limited, toward: Toward): Promise<void> {
     const at = await this.take(drive, toward === 'max' ? 'MaxLimit' : 'MinLimit');
     if (at !== null) this.note(drive, { [toward]: at });
   }
@@ -249,7 +255,11 @@ export class StepLimits extends Teaching {
     const told = answer?.answers[0]?.values as { min?: number; max?: number } | undefined;
     const same = (max === undefined || told?.max === max) && (min === undefined || told?.min === min);
     if (same) this.keep({ [drive]: { taught: true } });
-    else this.error = t('commissioning.limits.other', { min: this.angle(drive, told?.min), max: this.angle(drive, told?.max) });
+    else
+      this.error = t('commissioning.limits.other', {
+        min: this.angle(drive, told?.min),
+        max: this.angle(drive, told?.max),
+      });
   }
 
   private async giveUp(drive: string): Promise<void> {
@@ -268,7 +278,12 @@ export class StepNozzle extends Teaching {
   override render() {
     const { work } = this;
     const trv = this.value('Nozzle', 'TrvPosition');
-    const why = !work.wide || !work.narrow ? t('commissioning.nozzle.why') : !work.looks ? t('commissioning.nozzle.why_looks') : '';
+    const why =
+      !work.wide || !work.narrow
+        ? t('commissioning.nozzle.why')
+        : !work.looks
+          ? t('commissioning.nozzle.why_looks')
+          : '';
     const end = (name: 'wide' | 'narrow') =>
       this.told(work[name] ? 'good' : 'dim', t(`commissioning.nozzle.${name}${work[name] ? '_seen' : ''}`));
     return html`<p>${t('commissioning.nozzle.text')}</p>
@@ -277,9 +292,14 @@ export class StepNozzle extends Teaching {
         <div class="acts"><h3 class="grow">${t('commissioning.drive.Nozzle')}</h3>${this.where('Nozzle')}</div>
         ${this.hold('Nozzle')}
         <div class="pair">${end('narrow')} ${end('wide')}</div>
-        ${trv !== undefined && trv >= 0
-          ? this.told(this.has('Nozzle', 'TRVEngage') ? 'good' : 'dim', t('commissioning.nozzle.trv', { at: this.angle('Nozzle', trv) }))
-          : nothing}
+        ${
+          trv !== undefined && trv >= 0
+            ? this.told(
+                this.has('Nozzle', 'TRVEngage') ? 'good' : 'dim',
+                t('commissioning.nozzle.trv', { at: this.angle('Nozzle', trv) }),
+              )
+            : nothing
+        }
         ${this.check(t('commissioning.nozzle.looks'), work.looks === true, (on) => this.keep({ looks: on }))}
       </div>
       ${this.errors()}

@@ -7,7 +7,7 @@ import type { Drive, Toward } from '../../hub/types';
 import { num, t } from '../../i18n';
 import { icon } from '../../parts/icons';
 import { Step } from './base';
-import { leastWay, stopTest, wayOf, type Fact, type StopTest } from './model';
+import { type Fact, leastWay, type StopTest, stopTest, wayOf } from './model';
 import { WAYS } from './move';
 
 const DRIVES = ['Horizontal', 'Vertical', 'Nozzle'] as const;
@@ -102,27 +102,30 @@ export class StepStop extends Step {
 
   private rest(wrapped: boolean) {
     return html`${this.told('good', t('commissioning.stop.passed', { ms: num(Number(this.work.took_ms)) }))}
-      ${wrapped
-        ? html`${this.moves(t('commissioning.stop.moves_rest'))}
+      ${
+        wrapped
+          ? html`${this.moves(t('commissioning.stop.moves_rest'))}
             <div class="acts">
               <lf-hold icon="deploy" .why=${this.why()} @held=${() => this.send('Deploy')}
                 >${t('commissioning.stop.deploy_rest')}</lf-hold
               >
             </div>`
-        : nothing}`;
+          : nothing
+      }`;
   }
 
   private outcome() {
     if (this.work.took_ms !== undefined) return nothing;
     const { phase, why } = this.test;
-    if (phase === 'moving') return html`<p class="told good" role="alert">${icon('stop')}<span>${t('commissioning.stop.now')}</span></p>`;
+    if (phase === 'moving')
+      return html`<p class="told good" role="alert">${icon('stop')}<span>${t('commissioning.stop.now')}</span></p>`;
     if (phase === 'stopping') return this.told('dim', t('commissioning.stop.waiting'));
     if (phase === 'failed') return this.told('bad', t('commissioning.stop.moves_on'));
     return why === 'let_go' ? this.told('soso', t('commissioning.stop.let_go')) : nothing;
   }
 
   private moving(): boolean {
-    return ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'].some((drive) => this.has(drive, 'Move'));
+    return (['Horizontal', 'Vertical', 'Nozzle', 'Deployer'] as const).some((drive) => this.has(drive, 'Move'));
   }
 
   private seen(what: Parameters<typeof stopTest>[1]): void {
@@ -204,13 +207,21 @@ export class StepDirections extends Step {
     return html`<div class="col">
       <lf-move .monitor=${this.monitor} .drive=${drive} .toward=${toward} .why=${this.whyMove(drive)} @begin=${() =>
         (this.from = { key, at: this.position(drive) ?? 0 })}></lf-move>
-      ${tried === undefined
-        ? this.told('dim', stands ? t('commissioning.directions.at_end') : t('commissioning.directions.hold', { way: this.angle(drive, leastWay(drive)) }))
-        : tried.way === 'wrong'
-          ? this.told('bad', t('commissioning.directions.wrong', { by: this.angle(drive, tried.delta) }))
-          : this.told('good', t('commissioning.directions.right', { by: this.angle(drive, tried.delta) }))}
-      ${tried?.way === 'right'
-        ? html`<div class="acts">
+      ${
+        tried === undefined
+          ? this.told(
+              'dim',
+              stands
+                ? t('commissioning.directions.at_end')
+                : t('commissioning.directions.hold', { way: this.angle(drive, leastWay(drive)) }),
+            )
+          : tried.way === 'wrong'
+            ? this.told('bad', t('commissioning.directions.wrong', { by: this.angle(drive, tried.delta) }))
+            : this.told('good', t('commissioning.directions.right', { by: this.angle(drive, tried.delta) }))
+      }
+      ${
+        tried?.way === 'right'
+          ? html`<div class="acts">
             <span>${t('commissioning.directions.ask', { way: name })}</span>
             <lf-button toggle .on=${tried.seen === true} @click=${() => this.keep({ [key]: { ...tried, seen: true } })}
               >${t('commissioning.yes')}</lf-button
@@ -218,9 +229,9 @@ export class StepDirections extends Step {
               >${t('commissioning.no')}</lf-button
             >
           </div>`
-        : nothing}
+          : nothing
+      }
       ${tried?.seen === false ? this.told('bad', t('commissioning.directions.swap')) : nothing}
     </div>`;
   }
 }
-

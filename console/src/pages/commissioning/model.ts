@@ -8,6 +8,7 @@ export const STEPS = [
   'zero',
   'limits',
   'nozzle',
+  'tune',
   'valves',
   'sensors',
   'buttons',
@@ -22,13 +23,15 @@ export const BLOCKING: readonly StepId[] = ['prepare', 'stop', 'directions'];
 
 /** What is measured again when a step is repeated. */
 const UPON: Partial<Record<StepId, readonly StepId[]>> = {
-  directions: ['zero', 'limits'],
+  directions: ['zero', 'limits', 'tune'],
   zero: ['limits'],
+  limits: ['tune'],
 };
 
 /** Subsystems that a step needs: one of them. */
 const NEEDS: Partial<Record<StepId, readonly string[]>> = {
   nozzle: ['Nozzle'],
+  tune: ['Horizontal', 'Vertical', 'Nozzle'],
   valves: ['Valve1', 'Valve2'],
   buttons: ['Buttons', 'ExtButtons'],
   detector: ['Detector'],
@@ -142,9 +145,7 @@ export interface StopTest {
 /** Time within which the monitor must report that it is at rest. */
 export const STOP_MOST_MS = 2000;
 
-export type StopSeen =
-  | { kind: 'status'; moving: boolean; at_ms: number }
-  | { kind: 'stop'; at_ms: number };
+export type StopSeen = { kind: 'status'; moving: boolean; at_ms: number } | { kind: 'stop'; at_ms: number };
 
 export function stopTest(test: StopTest, seen: StopSeen): StopTest {
   if (test.phase === 'passed') return test;

@@ -1,10 +1,10 @@
 // A button that moves a drive for as long as it is held.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { jog, type Hold, type HoldState } from '../../hub/jog';
+import { type Hold, type HoldState, jog } from '../../hub/jog';
 import type { Drive, Toward } from '../../hub/types';
-import { t, tt, type Key } from '../../i18n';
-import { icon, type IconName } from '../../parts/icons';
+import { type Key, t, tt } from '../../i18n';
+import { type IconName, icon } from '../../parts/icons';
 import { buttonStyle } from '../../parts/lf-button';
 import { hideWhy, showWhy } from '../../parts/why';
 import { base } from '../../theme/shared';

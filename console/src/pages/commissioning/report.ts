@@ -1,8 +1,7 @@
 // The report of commissioning: a page of its own (no script, prints on paper), or JSON.
-import type { Params } from '../../hub/types';
+import type { Params, Text } from '../../hub/types';
 import { dateTime, lang, t, tt } from '../../i18n';
-import type { Text } from '../../hub/types';
-import { verdict, type Fact, type Progress, type StepId } from './model';
+import { type Fact, type Progress, type StepId, verdict } from './model';
 
 export interface About {
   id: string;
@@ -42,7 +41,12 @@ export function people(progress: Progress): string[] {
   return [...new Set(Object.values(progress.steps).map((done) => done.by))];
 }
 
-export function reportJson(about: About, progress: Progress, steps: readonly StepId[], params: Params | undefined): string {
+export function reportJson(
+  about: About,
+  progress: Progress,
+  steps: readonly StepId[],
+  params: Params | undefined,
+): string {
   const report = {
     report: 'lafet commissioning',
     version: 1,
@@ -67,7 +71,12 @@ export function reportJson(about: About, progress: Progress, steps: readonly Ste
   return `${JSON.stringify(report, null, 2)}\n`;
 }
 
-export function reportHtml(about: About, progress: Progress, steps: readonly StepId[], params: Params | undefined): string {
+export function reportHtml(
+  about: About,
+  progress: Progress,
+  steps: readonly StepId[],
+  params: Params | undefined,
+): string {
   const outcome = verdict(progress, steps);
   const facts: [string, string][] = [
     [t('commissioning.report.monitor'), `${about.id} · ${tt(about.name)}`],

@@ -4,23 +4,31 @@ import { customElement } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { flag as flagOf } from '../../hub/dictionary';
 import { badText, readingOf } from '../../hub/readings';
+import type { FlagSet, SubsystemName } from '../../hub/types';
 import { t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
-import { show, type Quantity } from '../../units';
+import { type Quantity, show } from '../../units';
 import { Step } from './base';
-import { BUTTONS, buttonState, type ButtonName, type ButtonState, type Fact } from './model';
+import { BUTTONS, type ButtonName, type ButtonState, buttonState, type Fact } from './model';
 
 interface Row {
   id: string;
   name: string;
   value: string;
   /** Flags that mark it as faulty. */
-  faults: { subsystem: string; flags: string[] };
+  faults: FlagSet;
   note?: string;
 }
 
 const DRIVES = ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'] as const;
-const DRIVE_FAULTS = ['PositionWayFault', 'PosEncoderFault', 'SpeedEncoderFault', 'SpeedWayFault', 'MotorBroken', 'ConnLost'];
+const DRIVE_FAULTS = [
+  'PositionWayFault',
+  'PosEncoderFault',
+  'SpeedEncoderFault',
+  'SpeedWayFault',
+  'MotorBroken',
+  'ConnLost',
+] as const;
 
 @customElement('lf-step-sensors')
 export class StepSensors extends Step {
@@ -43,8 +51,10 @@ export class StepSensors extends Step {
           </tbody>
         </table>
       </div>
-      ${this.done(left ? t('commissioning.sensors.why', { n: left }) : this.stale ? t('commissioning.why_stale') : '', () =>
-        rows.map((row): Fact => ({ key: 'commissioning.fact.sensor', args: { name: row.name, value: row.value } })),
+      ${this.done(
+        left ? t('commissioning.sensors.why', { n: left }) : this.stale ? t('commissioning.why_stale') : '',
+        () =>
+          rows.map((row): Fact => ({ key: 'commissioning.fact.sensor', args: { name: row.name, value: row.value } })),
       )}`;
   }
 
@@ -54,9 +64,11 @@ export class StepSensors extends Step {
       <td>${row.name}${row.note ? html`<div class="small dim">${row.note}</div>` : nothing}</td>
       <td class="num ${this.stale ? 'stale' : ''}"><b>${row.value}</b></td>
       <td>
-        ${faults.length
-          ? faults.map((name) => this.told('bad', tt(flagOf(row.faults.subsystem, name)?.meaning) || name))
-          : this.told('good', t('commissioning.sensors.sound'))}
+        ${
+          faults.length
+            ? faults.map((name) => this.told('bad', tt(flagOf(row.faults.subsystem, name)?.meaning) || name))
+            : this.told('good', t('commissioning.sensors.sound'))
+        }
       </td>
       <td>
         <label class="check alone"
@@ -101,7 +113,11 @@ export class StepSensors extends Step {
     ];
     for (const drive of DRIVES.filter((name) => this.exists(name))) {
       const ends = (['Min', 'Max'] as const).map((end) =>
-        t(this.has(drive, `Absolute${end}LimitReached`) ? 'commissioning.sensors.switch_on' : 'commissioning.sensors.switch_off'),
+        t(
+          this.has(drive, `Absolute${end}LimitReached`)
+            ? 'commissioning.sensors.switch_on'
+            : 'commissioning.sensors.switch_off',
+        ),
       );
       rows.push({
         id: drive,
@@ -115,7 +131,8 @@ export class StepSensors extends Step {
   }
 
   private faults(row: Row): string[] {
-    return row.faults.flags.filter((name) => this.has(row.faults.subsystem, name));
+    const { subsystem, flags } = row.faults;
+    return flags.filter((name) => this.has<SubsystemName>(subsystem, name));
   }
 }
 
@@ -135,12 +152,12 @@ export class StepButtons extends Step {
       .button {
         display: grid;
         justify-items: center;
-        gap: 4px;
-        padding: 10px 4px;
+        gap: var(--s1);
+        padding: var(--s2) var(--s1);
         border: 1px solid var(--line);
         border-radius: var(--radius);
         text-align: center;
-        font-size: 13px;
+        font-size: var(--t-note);
       }
       .button svg.dial {
         width: 56px;
@@ -202,20 +219,24 @@ export class StepButtons extends Step {
     const open = posts.filter((post) => !this.isDone(post));
     return html`<p>${t('commissioning.buttons.text')}</p>
       ${this.moves(t('commissioning.buttons.moves'))}
-      ${locked
-        ? this.told('good', t('commissioning.buttons.locked'))
-        : html`<div class="acts">
+      ${
+        locked
+          ? this.told('good', t('commissioning.buttons.locked'))
+          : html`<div class="acts">
             <lf-button icon="lock" @click=${() => commands.lockout(this.monitor).catch(() => {})}
               >${t('commissioning.buttons.lock')}</lf-button
             >
             <span class="dim">${t('commissioning.buttons.lock_text')}</span>
-          </div>`}
+          </div>`
+      }
       ${posts.map((post) => this.post(post))}
       ${this.done(open.length ? t('commissioning.buttons.why', { list: open.join(', ') }) : '', () =>
-        posts.map((post): Fact => ({
-          key: this.work[`${post}None`] ? 'commissioning.fact.no_post' : 'commissioning.fact.post',
-          args: { post },
-        })),
+        posts.map(
+          (post): Fact => ({
+            key: this.work[`${post}None`] ? 'commissioning.fact.no_post' : 'commissioning.fact.post',
+            args: { post },
+          }),
+        ),
       )}`;
   }
 
@@ -258,7 +279,13 @@ export class StepButtons extends Step {
 }
 
 const NODES = ['horizontal', 'vertical', 'nozzle', 'deployer', 'housing'] as const;
-const NODE_FLAG = { horizontal: 'Horizontal', vertical: 'Vertical', nozzle: 'Nozzle', deployer: 'Deployer', housing: 'Box' };
+const NODE_FLAG = {
+  horizontal: 'Horizontal',
+  vertical: 'Vertical',
+  nozzle: 'Nozzle',
+  deployer: 'Deployer',
+  housing: 'Box',
+} as const;
 
 @customElement('lf-step-climatics')
 export class StepClimatics extends Step {
@@ -266,7 +293,8 @@ export class StepClimatics extends Step {
     const climate = this.of('Climatics');
     const on = this.value('Climatics', 'HeatOn');
     const off = this.value('Climatics', 'HeatOff');
-    const faults = NODES.flatMap((node) => this.faults(node)).length + (this.has('Climatics', 'HumiditySensorFault') ? 1 : 0);
+    const faults =
+      NODES.flatMap((node) => this.faults(node)).length + (this.has('Climatics', 'HumiditySensorFault') ? 1 : 0);
     const order = on !== undefined && off !== undefined && off <= on;
     const why = faults
       ? t('commissioning.climatics.why_faults', { n: faults })
@@ -296,9 +324,11 @@ export class StepClimatics extends Step {
                 <td class="num ${this.stale ? 'stale' : ''}"><b>${show('temperature', climate?.[node] as number | undefined)}</b></td>
                 <td>${t(heats ? 'commissioning.climatics.on' : 'commissioning.climatics.off')}</td>
                 <td>
-                  ${bad.length
-                    ? bad.map((name) => this.told('bad', tt(flagOf('Climatics', name)?.meaning)))
-                    : this.told('good', t('commissioning.sensors.sound'))}
+                  ${
+                    bad.length
+                      ? bad.map((name) => this.told('bad', tt(flagOf('Climatics', name)?.meaning)))
+                      : this.told('good', t('commissioning.sensors.sound'))
+                  }
                 </td>
               </tr>`;
             })}
@@ -307,9 +337,11 @@ export class StepClimatics extends Step {
               <td class="num ${this.stale ? 'stale' : ''}"><b>${show('percent', climate?.humidity as number | undefined)}</b></td>
               <td></td>
               <td>
-                ${this.has('Climatics', 'HumiditySensorFault')
-                  ? this.told('bad', tt(flagOf('Climatics', 'HumiditySensorFault')?.meaning))
-                  : this.told('good', t('commissioning.sensors.sound'))}
+                ${
+                  this.has('Climatics', 'HumiditySensorFault')
+                    ? this.told('bad', tt(flagOf('Climatics', 'HumiditySensorFault')?.meaning))
+                    : this.told('good', t('commissioning.sensors.sound'))
+                }
               </td>
             </tr>
           </tbody>
@@ -317,15 +349,20 @@ export class StepClimatics extends Step {
       </div>
       ${this.check(t('commissioning.climatics.plausible'), this.work.plausible === true, (yes) => this.keep({ plausible: yes }))}
       ${this.done(why, () =>
-        NODES.map((node): Fact => ({
-          key: 'commissioning.fact.sensor',
-          args: { name: t(`commissioning.node.${node}`), value: show('temperature', climate?.[node] as number | undefined) },
-        })),
+        NODES.map(
+          (node): Fact => ({
+            key: 'commissioning.fact.sensor',
+            args: {
+              name: t(`commissioning.node.${node}`),
+              value: show('temperature', climate?.[node] as number | undefined),
+            },
+          }),
+        ),
       )}`;
   }
 
   private faults(node: (typeof NODES)[number]): string[] {
     const name = NODE_FLAG[node];
-    return [`${name}Fault`, `${name}SensorFault`].filter((flag) => this.has('Climatics', flag));
+    return ([`${name}Fault`, `${name}SensorFault`] as const).filter((flag) => this.has('Climatics', flag));
   }
 }

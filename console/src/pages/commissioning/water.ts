@@ -64,12 +64,15 @@ export class StepValves extends Step {
   private valve(valve: Valve) {
     const { opened_ms, closed_ms } = this.travel(valve);
     const limit = this.value(valve, 'TravelTime');
-    const now = ['Opening', 'Closing', 'Open', 'Closed'].find((flag) => this.has(valve, flag));
+    const now = (['Opening', 'Closing', 'Open', 'Closed'] as const).find((flag) => this.has(valve, flag));
     const why = this.whyMove(valve) || (this.work.water ? '' : t('commissioning.valves.why_water'));
     const time = (ms: number | undefined, key: 'opened' | 'closed') => {
       if (ms === undefined) return this.told('dim', t(`commissioning.valves.not_${key}`));
       const slow = limit !== undefined && ms > limit;
-      return this.told(slow ? 'soso' : 'good', t(`commissioning.valves.${key}`, { s: seconds(ms), limit: seconds(limit) }));
+      return this.told(
+        slow ? 'soso' : 'good',
+        t(`commissioning.valves.${key}`, { s: seconds(ms), limit: seconds(limit) }),
+      );
     };
     return html`<div class="box">
       <div class="acts">
@@ -123,7 +126,11 @@ export class StepDetector extends Step {
     const v = work.v as number | undefined;
     const justified = work.justified === true;
     const busy = this.has('Detector', 'Justifying') || this.has('Detector', 'Searching');
-    const why = !justified ? t('commissioning.detector.why') : work.found !== true ? t('commissioning.detector.why_found') : '';
+    const why = !justified
+      ? t('commissioning.detector.why')
+      : work.found !== true
+        ? t('commissioning.detector.why_found')
+        : '';
     return html`<p>${t('commissioning.detector.text')}</p>
       ${this.moves(t('commissioning.detector.moves'))}
       ${this.has('Detector', 'DirtyLens') ? this.told('soso', t('commissioning.detector.dirty')) : nothing}
@@ -146,11 +153,16 @@ export class StepDetector extends Step {
           ${busy ? html`<lf-button icon="stop" @click=${() => commands.stop(this.monitor, 'Detector').catch(() => {})}>${t('commissioning.detector.stop')}</lf-button>` : nothing}
         </div>
         ${this.has('Detector', 'Justifying') ? this.told('dim', t('commissioning.detector.justifying')) : nothing}
-        ${justified
-          ? this.told('good', t('commissioning.detector.justified', { h: this.angle('Horizontal', h), v: this.angle('Vertical', v) }))
-          : work.justified === false
-            ? this.told('bad', t('commissioning.detector.not_justified'))
-            : nothing}
+        ${
+          justified
+            ? this.told(
+                'good',
+                t('commissioning.detector.justified', { h: this.angle('Horizontal', h), v: this.angle('Vertical', v) }),
+              )
+            : work.justified === false
+              ? this.told('bad', t('commissioning.detector.not_justified'))
+              : nothing
+        }
       </div>
       <div class="box">
         <h3>${t('commissioning.detector.seek')}</h3>
@@ -161,11 +173,13 @@ export class StepDetector extends Step {
           >
         </div>
         ${this.has('Detector', 'Searching') ? this.told('dim', t('commissioning.detector.searching')) : nothing}
-        ${work.found === true
-          ? this.told('good', t('commissioning.detector.found'))
-          : work.found === false
-            ? this.told('bad', t('commissioning.detector.not_found'))
-            : nothing}
+        ${
+          work.found === true
+            ? this.told('good', t('commissioning.detector.found'))
+            : work.found === false
+              ? this.told('bad', t('commissioning.detector.not_found'))
+              : nothing
+        }
       </div>
       ${this.failed()}
       ${this.done(why, () => [
@@ -256,9 +270,10 @@ export class StepLockout extends Step {
         ${work.released ? this.told('good', t('commissioning.lockout.released')) : nothing}
       </div>
       ${this.failed()}
-      ${this.done(left ? t(`commissioning.lockout.why_${left}`) : locked ? t('commissioning.lockout.why_release') : '', () => [
-        { key: 'commissioning.fact.lockout' },
-      ])}`;
+      ${this.done(
+        left ? t(`commissioning.lockout.why_${left}`) : locked ? t('commissioning.lockout.why_release') : '',
+        () => [{ key: 'commissioning.fact.lockout' }],
+      )}`;
   }
 
   private readonly attempt = async (): Promise<void> => {

@@ -1,0 +1,63 @@
+// The tuning of a drive (docs/hub-api.md, Tuning): the hub measures while this page sends beats. Each way in which the
+// page is left ends it, as it ends a held motion.
+import { commands } from './commands';
+import { socket } from './socket';
+import { LINKED, store } from './store';
+
+const BEAT_MS = 500;
+
+class Tuning {
+  private monitor: string | null = null;
+  private timer: ReturnType<typeof setInterval> | undefined;
+  /** Of the last one that is known to have ended before this one. */
+  private former_ms: number | undefined;
+
+  /** Begins to measure a drive; rejects with the hub's refusal. */
+  async begin(monitor: string, drive: string): Promise<void> {
+    const former = store.getLive(`monitors/${monitor}/tune`);
+    this.former_ms = former?.at_ms;
+    await socket.ask({ type: 'tune', monitor, drive });
+    this.monitor = monitor;
+    clearInterval(this.timer);
+    this.timer = setInterval(() => this.beat(), BEAT_MS);
+    this.beat();
+  }
+
+  /** Ends it: the hub stops the drive and writes the values back. */
+  end(): void {
+    clearInterval(this.timer);
+    this.timer = undefined;
+    if (this.monitor) socket.send({ type: 'tune_beat', monitor: this.monitor, end: true });
+    this.monitor = null;
+  }
+
+  private beat(): void {
+    const { monitor } = this;
+    if (!monitor) return;
+    const told = store.getLive(`monitors/${monitor}/tune`);
+    const over = told && told.at_ms !== this.former_ms && told.state !== 'running';
+    if (document.hidden) this.end();
+    else if (over) this.forget();
+    else socket.send({ type: 'tune_beat', monitor });
+  }
+
+  private forget(): void {
+    clearInterval(this.timer);
+    this.timer = undefined;
+    this.monitor = null;
+  }
+}
+
+export const tuning = new Tuning();
+
+/** What ends it without its button. */
+export function guardTuning(): void {
+  const leave = () => tuning.end();
+  window.addEventListener('pagehide', leave);
+  document.addEventListener('visibilitychange', () => document.hidden && leave());
+  document.addEventListener('freeze', leave);
+  commands.onStop(leave);
+  store.subscribe(LINKED, () => {
+    if (!store.linked || store.source === 'replay') leave();
+  });
+}

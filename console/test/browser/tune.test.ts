@@ -1,0 +1,115 @@
+// Tuning on the page of commissioning, with a drive that follows late and does not turn slowly: STOP in the middle of
+// it, leaving the page, and a measurement that is written when the engineer says so.
+import type { Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
+import type { Tune } from '../../src/hub/types';
+import { STEPS } from '../../src/pages/commissioning/model';
+import { holdUntil, Site, take, until } from './site';
+
+let site: Site;
+let page: Page;
+
+beforeAll(async () => {
+  site = await Site.start('', ['horizontal-lag', 'horizontal-dead-band']);
+});
+afterAll(() => site?.stop());
+afterEach(() => page?.context().close());
+
+const box = () => page.locator('#tune-Horizontal');
+
+async function open(): Promise<void> {
+  page = await site.open('#/m/M1/commissioning');
+  await page.evaluate(
+    (before) => {
+      const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
+      const steps = Object.fromEntries(before.map((id) => [id, done]));
+      localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
+    },
+    STEPS.slice(0, STEPS.indexOf('tune')),
+  );
+  await page.reload();
+  await take(page);
+  await page.locator('lf-step-tune').waitFor();
+}
+
+async function stored(name: string): Promise<number[]> {
+  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/requests`, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({ request: `GetParam Horizontal ${name}` }),
+  });
+  const told = (await answer.json()) as { answers: { values: { values: number[] } }[] };
+  return told.answers[0]!.values.values;
+}
+
+/** What the hub publishes of it. */
+async function told(): Promise<Tune> {
+  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1`);
+  return ((await answer.json()) as { tune: Tune }).tune;
+}
+
+/** Measures until so many moves are done. */
+async function measure(moves: number): Promise<void> {
+  await holdUntil(page, box().locator('lf-hold'), () => box().locator('#tune-end').isVisible());
+  await box()
+    .getByText(new RegExp(`^Move ([${moves}-9]|[12]\\d) of 20$`))
+    .waitFor({ timeout: 60_000 });
+}
+
+test('STOP in the middle of it stops the drive, and the values are as before', async () => {
+  await open();
+  await measure(3);
+  expect(await stored('StopLag')).toEqual([0]);
+  await until(() => site.moves('M1'));
+  await page.keyboard.press('F9');
+  await box().getByText('Ended by STOP or another command to the monitor.').waitFor();
+  expect(await site.stands('M1')).toBe(true);
+  expect(await stored('MinSpeed')).toEqual([0]);
+  // Nothing goes on by itself, and nothing was measured.
+  await page.waitForTimeout(3000);
+  expect(await site.moves('M1')).toBe(false);
+  expect(await box().locator('.write').count()).toBe(0);
+});
+
+test('leaving the page ends it', async () => {
+  await open();
+  await measure(1);
+  await page.evaluate(() => (location.hash = '#/overview'));
+  await until(async () => (await told()).state === 'ended', 30_000);
+  expect(await site.stands('M1')).toBe(true);
+  await page.evaluate(() => (location.hash = '#/m/M1/commissioning'));
+  await box().getByText('Ended by its operator.').waitFor();
+});
+
+test('an open valve is refused before anything moves', async () => {
+  await open();
+  await site.send('M1', 'Open Valve1');
+  try {
+    await box().locator('lf-hold button[aria-disabled=true]').waitFor();
+    await box().locator('lf-hold').hover();
+    await page.getByText('Close first: Valve1').waitFor();
+  } finally {
+    await site.send('M1', 'Close Valve1');
+    await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Closed'), 60_000);
+  }
+});
+
+test('what was measured is shown beside the present values, and is written on request', async () => {
+  await open();
+  await measure(1);
+  await until(async () => (await told()).state !== 'running', 120_000);
+  expect(await told()).toMatchObject({ state: 'done', restored: true, text: null });
+  await box().locator('.write').waitFor();
+  expect(await stored('StopLag')).toEqual([0]);
+  const lag = box().locator('tr', { hasText: 'StopLag' });
+  expect(await lag.locator('td').nth(1).textContent()).toMatch(/^0/);
+  const found = (await told()).found!;
+  // The fault `lag` is 300 ms; the page shows seconds.
+  expect(found.stop_lag).toBeGreaterThan(240);
+  expect(found.stop_lag).toBeLessThan(360);
+  expect(Number.parseFloat((await lag.locator('td').nth(2).textContent())!)).toBeCloseTo(found.stop_lag / 1000, 3);
+  await box().locator('.write').click();
+  await box().getByText('Written to the monitor').waitFor();
+  expect(await stored('StopLag')).toEqual([found.stop_lag]);
+  expect((await stored('MinSpeed'))[0]).toBeGreaterThanOrEqual(10);
+});

@@ -1,5 +1,5 @@
 // The zones of the installation: a list of all, and one of them whole.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import type { ZonesView } from '../hub/api';
 import { may } from '../hub/session';
@@ -16,6 +16,7 @@ import { base, card, page } from '../theme/shared';
 import './zones/deeds';
 import './zones/detail';
 import './zones/list';
+import './zones/outputs';
 import './zones/troubles';
 
 @customElement('lf-page-zones')
@@ -42,8 +43,8 @@ export class PageZones extends LitElement {
       .note {
         display: flex;
         align-items: center;
-        gap: 10px;
-        padding: 10px 16px;
+        gap: var(--s2);
+        padding: var(--s2) var(--s3);
         border-radius: var(--radius);
         background: var(--info-soft);
         font-weight: 550;
@@ -80,7 +81,8 @@ export class PageZones extends LitElement {
 
   override render() {
     const view = zones.view();
-    if (!view) return html`<div class="page"><header class="head"><h1>${t('nav.zones')}</h1></header><p>${t('zones.none')}</p></div>`;
+    if (!view)
+      return html`<div class="page"><header class="head"><h1>${t('nav.zones')}</h1></header><p>${t('zones.none')}</p></div>`;
     const shown = this.shown(view);
     return html`<div class="page">
       <header class="head">
@@ -93,6 +95,7 @@ export class PageZones extends LitElement {
         <lf-zone-list .chosen=${shown}></lf-zone-list>
         <div class="main">
           <lf-zone-detail .zone=${shown}></lf-zone-detail>
+          <lf-zone-outputs></lf-zone-outputs>
           <lf-zone-troubles></lf-zone-troubles>
           ${may('operator') ? html`<lf-zone-deeds .zone=${shown}></lf-zone-deeds>` : nothing}
         </div>
@@ -103,24 +106,32 @@ export class PageZones extends LitElement {
   private ofSite({ state }: ZonesView) {
     const locked = state.lockout;
     return html`${locked ? html`<lf-chip kind="high" icon="lock">${t('zones.locked')}</lf-chip>` : nothing}
-      ${may('operator') && state.tone !== 'off'
-        ? html`<lf-button id="silence" icon="sound" .why=${whyNotOrder() || whyNotSilent(state.tone)} @click=${() => void silenceZones()}
+      ${
+        may('operator') && state.tone !== 'off'
+          ? html`<lf-button id="silence" icon="sound" .why=${whyNotOrder() || whyNotSilent(state.tone)} @click=${() => void silenceZones()}
             >${t('zones.silence')}</lf-button
           >`
-        : nothing}
-      ${may('operator')
-        ? html`<lf-hold id="reset-all" .why=${whyNotOrder()} @held=${() => void resetAll()}>${t('zones.reset_all')}</lf-hold>`
-        : nothing}
-      ${locked
-        ? may('operator')
-          ? html`<lf-hold id="unlock" kind="danger" .seconds=${2} .why=${whyNotOrder()} @held=${() => void lockZones(false)}>${t('zones.unlock')}</lf-hold>`
           : nothing
-        : html`<lf-button id="lock" icon="lock" @click=${() => void lockZones(true)}>${t('zones.lock')}</lf-button>`}`;
+      }
+      ${
+        may('operator')
+          ? html`<lf-hold id="reset-all" .why=${whyNotOrder()} @held=${() => void resetAll()}>${t('zones.reset_all')}</lf-hold>`
+          : nothing
+      }
+      ${
+        locked
+          ? may('operator')
+            ? html`<lf-hold id="unlock" kind="danger" .seconds=${2} .why=${whyNotOrder()} @held=${() => void lockZones(false)}>${t('zones.unlock')}</lf-hold>`
+            : nothing
+          : html`<lf-button id="lock" icon="lock" @click=${() => void lockZones(true)}>${t('zones.lock')}</lf-button>`
+      }`;
   }
 
   private unknown() {
     const unknown = zones.unknownFor();
-    return unknown === null ? nothing : note('high', `${t('zones.unknown', { age: age(unknown) })} ${t('zones.as_last')}`);
+    return unknown === null
+      ? nothing
+      : note('high', `${t('zones.unknown', { age: age(unknown) })} ${t('zones.as_last')}`);
   }
 
   /** An address of a zone that is not configured any more. */

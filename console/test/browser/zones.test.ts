@@ -3,7 +3,7 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
-import type { ZonesConfigured, ZonesView, ZoneState } from '../../src/hub/api';
+import type { ZoneState, ZonesConfigured, ZonesView } from '../../src/hub/api';
 import { clipped } from './clipped';
 import { Guarded } from './guarded';
 import { holdUntil, Site, until } from './site';
@@ -11,7 +11,8 @@ import { holdUntil, Site, until } from './site';
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const TAGS = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'];
 
-const detector = (id: string, zone: string) => `[[detector]]\nid = "${id}"\nkind = "${id}"\nzones = ["${zone}"]\nsilent_after_s = 3600\n`;
+const detector = (id: string, zone: string) =>
+  `[[detector]]\nid = "${id}"\nkind = "${id}"\nzones = ["${zone}"]\nsilent_after_s = 3600\n`;
 const aim = (zone: string, monitor: string) =>
   `[[aim]]\nzone = "${zone}"\nmonitor = "${monitor}"\nhorizontal = 600\nvertical = 300\nnozzle = 60\n`;
 const hall = (monitors: string[], keys: string) =>
@@ -59,8 +60,14 @@ async function calm(): Promise<void> {
 async function clean(on: Page): Promise<void> {
   await on.evaluate(axe);
   const found = await on.evaluate(async (tags) => {
-    const run = (globalThis as unknown as { axe: { run: (o: object) => Promise<{ violations: { id: string; nodes: { target: unknown }[] }[] }> } }).axe;
-    return (await run.run({ runOnly: tags })).violations.map(({ id, nodes }) => `${id} ${JSON.stringify(nodes.map(({ target }) => target))}`);
+    const run = (
+      globalThis as unknown as {
+        axe: { run: (o: object) => Promise<{ violations: { id: string; nodes: { target: unknown }[] }[] }> };
+      }
+    ).axe;
+    return (await run.run({ runOnly: tags })).violations.map(
+      ({ id, nodes }) => `${id} ${JSON.stringify(nodes.map(({ target }) => target))}`,
+    );
   }, TAGS);
   expect(found).toEqual([]);
 }
@@ -75,7 +82,16 @@ async function picture(on: Page, name: string): Promise<void> {
 
 const strip = () => page.locator('lf-zone-alert section');
 /** The seconds that the strip shows, of the first zone. */
-const figure = async () => parseInt((await page.locator('lf-zone-alert .figure lf-zone-left').first().evaluate((it) => it.shadowRoot!.textContent!)).trim(), 10);
+const figure = async () =>
+  parseInt(
+    (
+      await page
+        .locator('lf-zone-alert .figure lf-zone-left')
+        .first()
+        .evaluate((it) => it.shadowRoot!.textContent!)
+    ).trim(),
+    10,
+  );
 
 describe('an installation', () => {
   beforeEach(calm);
@@ -151,7 +167,8 @@ describe('an installation', () => {
     await strip().getByText('Воду дают: M2').waitFor();
     await strip().getByRole('button', { name: 'Отмена пуска' }).click();
     await strip().waitFor({ state: 'detached' });
-    for (const id of ['M1', 'M2']) await until(async () => (await site.outputs(id)).Valve1?.flags.includes('Closed') === true, 30_000);
+    for (const id of ['M1', 'M2'])
+      await until(async () => (await site.outputs(id)).Valve1?.flags.includes('Closed') === true, 30_000);
     await detail.locator('.now').getByText('Прекращено (отмена), нужен сброс').waitFor();
   });
 
@@ -194,12 +211,19 @@ describe('an installation', () => {
     const hub = (await view()).state.zones[0]!.left_ms! / 1000;
     expect(Math.abs((await figure()) - hub)).toBeLessThan(2);
     const ages = await page.locator('lf-zone-detectors td', { hasText: 'ago' }).allInnerTexts();
-    expect(ages.every((age) => /^\d+ sec ago$/.test(age)), ages.join()).toBe(true);
+    expect(
+      ages.every((age) => /^\d+ sec ago$/.test(age)),
+      ages.join(),
+    ).toBe(true);
 
     site.way.freeze();
-    await strip().getByText(/hall: State unknown for/).waitFor();
+    await strip()
+      .getByText(/hall: State unknown for/)
+      .waitFor();
     expect(await page.locator('lf-zone-alert .figure').count(), 'no figure that is not known').toBe(0);
-    await strip().getByText(/Last report: Countdown, release in \d+ s/).waitFor();
+    await strip()
+      .getByText(/Last report: Countdown, release in \d+ s/)
+      .waitFor();
     expect(await strip().locator('.hold button').getAttribute('aria-disabled')).toBe('true');
     await picture(page, 'lost.en.day');
     await clean(page);
@@ -281,22 +305,58 @@ describe('a large installation', () => {
   const detectors = Array.from({ length: 20 }, (_, n) => `Извещатель пламени инфракрасный № ${n + 1}`);
   const monitors = Array.from({ length: 8 }, (_, n) => `M${n + 1}`);
   const zoneOf = (n: number): ZoneState => ({
-    zone: `${NAME} ${n}`, phase: n < 5 ? 'countdown' : n % 7 === 0 ? 'alarm' : 'quiet', mode: n % 11 === 0 ? 'off' : 'automatic', switch_manual: false,
-    votes: n < 5 ? detectors.slice(0, 3) : [], alarms: n < 5 || n % 7 === 0 ? detectors.slice(0, 3) : [], need: 2,
-    unable: [{ detector: detectors[9]!, why: 'silent' }], ready: n % 11 !== 0, left_ms: n < 5 ? n * 9000 : null, hold_left_ms: 60_000,
-    not_released: n < 5 ? ['delay'] : [], monitors: n < 5 ? monitors : [],
+    zone: `${NAME} ${n}`,
+    phase: n < 5 ? 'countdown' : n % 7 === 0 ? 'alarm' : 'quiet',
+    mode: n % 11 === 0 ? 'off' : 'automatic',
+    switch_manual: false,
+    votes: n < 5 ? detectors.slice(0, 3) : [],
+    alarms: n < 5 || n % 7 === 0 ? detectors.slice(0, 3) : [],
+    need: 2,
+    unable: [{ detector: detectors[9]!, why: 'silent' }],
+    ready: n % 11 !== 0,
+    left_ms: n < 5 ? n * 9000 : null,
+    hold_left_ms: 60_000,
+    not_released: n < 5 ? ['delay'] : [],
+    monitors: n < 5 ? monitors : [],
   });
   const many = Array.from({ length: 30 }, (_, n) => zoneOf(n));
   const state: ZonesView['state'] = {
-    at_ms: 90_000, lockout: false, tone: 'countdown', zones: many, pumps: [],
-    detectors: detectors.map((id, n) => ({ detector: id, signal: n < 3 ? 'alarm' : 'quiet', unable: n === 9 ? 'silent' : null, stale: n === 4 })),
-    monitors: monitors.map((monitor, n) => ({ monitor, closing: n === 7, withheld: n === 6 ? 'unreachable' : null, engaged_for: n < 6 ? many[0]!.zone : null })),
+    at_ms: 90_000,
+    lockout: false,
+    tone: 'countdown',
+    zones: many,
+    pumps: [],
+    outputs: [],
+    detectors: detectors.map((id, n) => ({
+      detector: id,
+      signal: n < 3 ? 'alarm' : 'quiet',
+      unable: n === 9 ? 'silent' : null,
+      stale: n === 4,
+    })),
+    monitors: monitors.map((monitor, n) => ({
+      monitor,
+      closing: n === 7,
+      withheld: n === 6 ? 'unreachable' : null,
+      engaged_for: n < 6 ? many[0]!.zone : null,
+    })),
     troubles: [{ trouble: 'detector_silent', subject: detectors[9]!, since_ms: 30_000, active: true }],
-    disablements: [{ mode: { zone: many[0]!.zone, mode: 'off', returns_in_ms: 90_000 } }, { delay: { zone: many[1]!.zone, delay_ms: 9000 } }],
+    disablements: [
+      { mode: { zone: many[0]!.zone, mode: 'off', returns_in_ms: 90_000 } },
+      { delay: { zone: many[1]!.zone, delay_ms: 9000 } },
+    ],
   };
   const configured: ZonesConfigured = {
     zones: many.map(({ zone }) => ({
-      zone, detectors, monitors, votes: '2oo20', kinds: 1, coincidence_s: 5, delay_s: 30, hold_max_s: 60, water_max_s: 600, return_after_s: null,
+      zone,
+      detectors,
+      monitors,
+      votes: '2oo20',
+      kinds: 1,
+      coincidence_s: 5,
+      delay_s: 30,
+      hold_max_s: 60,
+      water_max_s: 600,
+      return_after_s: null,
     })),
     detectors: Object.fromEntries(detectors.map((id) => [id, 'flame' as const])),
   };
@@ -311,7 +371,8 @@ describe('a large installation', () => {
       const hub = ws.connectToServer();
       hub.onMessage((message) => {
         const said = JSON.parse(String(message)) as { type: string; set?: Record<string, unknown> };
-        if (said.type === 'state') Object.assign(said.set!, { zones: { state, reported: {} }, 'zones/configured': configured });
+        if (said.type === 'state')
+          Object.assign(said.set!, { zones: { state, reported: {} }, 'zones/configured': configured });
         else if (said.set) delete said.set.zones;
         ws.send(JSON.stringify(said));
       });
@@ -348,13 +409,18 @@ test('an observer sees everything, may abort and lock, and no more', async () =>
     page = await site.open('#/overview');
     await guarded.enter(page, 'olga');
     for (const signal of ['quiet', 'alarm']) {
-      for (const id of ['flame', 'heat']) expect((await guarded.asRoot(`/api/detectors/${id}`, { signal })).status).toBe(204);
+      for (const id of ['flame', 'heat'])
+        expect((await guarded.asRoot(`/api/detectors/${id}`, { signal })).status).toBe(204);
     }
     await strip().getByText('hall: countdown').waitFor();
     await page.evaluate(() => (location.hash = '#/zones/hall'));
     await page.locator('lf-zone-detail .orders').waitFor();
     const words = async (of: string) => page.locator(`${of} :is(lf-button, lf-hold)`).allInnerTexts();
-    expect([...(await words('lf-zone-alert')), ...(await words('lf-page-zones'))].map((text) => text.trim())).toEqual(['Abort', 'Lock the zones', 'Abort']);
+    expect([...(await words('lf-zone-alert')), ...(await words('lf-page-zones'))].map((text) => text.trim())).toEqual([
+      'Abort',
+      'Lock the zones',
+      'Abort',
+    ]);
     expect((await guarded.asRoot('/api/zones/hall/hold', { on: true })).status).toBe(200);
     await strip().getByText('held').waitFor();
     await strip().getByRole('button', { name: 'Abort' }).click();

@@ -1,18 +1,45 @@
 // Zones: whose turn it is, what is left of a time, and that every state of the hub has words in both languages.
 import { afterEach, beforeAll, beforeEach, describe, expect, test, vi } from 'vitest';
-import type { Act, DetectorUnable, ZoneDisablement, ZoneNotReleased, ZonesView, ZoneState, ZoneWithheld } from '../../src/hub/api';
+import type {
+  Act,
+  DetectorUnable,
+  ZoneDisablement,
+  ZoneNotReleased,
+  ZoneState,
+  ZonesView,
+  ZoneWithheld,
+} from '../../src/hub/api';
 import { store } from '../../src/hub/store';
 import type { AuditEntry } from '../../src/hub/types';
 import { goesOn, leftOf, OLD_MS, phaseOf, runningOf, whyNotOrder, zones } from '../../src/hub/zones';
 import { loadLang, setLang } from '../../src/i18n';
 import { concerns } from '../../src/pages/zones/model';
 import {
-  doingOf, leftWords, notReady, orderedWords, phaseWords, signalWords, unableWords, waitsFor, withheldWords, withWater,
+  doingOf,
+  leftWords,
+  notReady,
+  orderedWords,
+  phaseWords,
+  signalWords,
+  unableWords,
+  waitsFor,
+  withheldWords,
+  withWater,
 } from '../../src/shell/zone-words';
 
 const HALL: ZoneState = {
-  zone: 'hall', phase: 'quiet', mode: 'automatic', switch_manual: false, votes: [], alarms: [], need: 2, unable: [],
-  ready: true, hold_left_ms: 60_000, not_released: [], monitors: [],
+  zone: 'hall',
+  phase: 'quiet',
+  mode: 'automatic',
+  switch_manual: false,
+  votes: [],
+  alarms: [],
+  need: 2,
+  unable: [],
+  ready: true,
+  hold_left_ms: 60_000,
+  not_released: [],
+  monitors: [],
 };
 
 function zone(more: Partial<ZoneState>): ZoneState {
@@ -22,7 +49,19 @@ function zone(more: Partial<ZoneState>): ZoneState {
 function view(...of: ZoneState[]): ZonesView {
   return {
     reported: {},
-    state: { at_ms: 0, lockout: false, tone: 'off', zones: of, detectors: [], monitors: [], pumps: [], troubles: [], disablements: [] },
+    fires: [],
+    state: {
+      at_ms: 0,
+      lockout: false,
+      tone: 'off',
+      zones: of,
+      detectors: [],
+      monitors: [],
+      pumps: [],
+      outputs: [],
+      troubles: [],
+      disablements: [],
+    },
   };
 }
 
@@ -30,7 +69,10 @@ beforeAll(async () => {
   const kept = new Map<string, string>();
   Object.assign(globalThis, {
     document: { documentElement: { lang: '' } },
-    localStorage: { getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, value: string) => kept.set(key, value) },
+    localStorage: {
+      getItem: (key: string) => kept.get(key) ?? null,
+      setItem: (key: string, value: string) => kept.set(key, value),
+    },
   });
   await setLang('en');
   await loadLang();
@@ -39,7 +81,9 @@ beforeAll(async () => {
 describe('what is left of a time', () => {
   test('of a countdown falls, that of a hold only while it is held, and none below 0', () => {
     const counts = zone({ phase: 'countdown', left_ms: 7000 });
-    expect([leftOf(counts, 'release', 0), leftOf(counts, 'release', 2500), leftOf(counts, 'release', 9000)]).toEqual([7000, 4500, 0]);
+    expect([leftOf(counts, 'release', 0), leftOf(counts, 'release', 2500), leftOf(counts, 'release', 9000)]).toEqual([
+      7000, 4500, 0,
+    ]);
     expect(leftOf(counts, 'hold', 2500)).toBe(60_000);
     const held = zone({ phase: 'held', left_ms: 7000, hold_left_ms: 5000 });
     expect([leftOf(held, 'release', 2500), leftOf(held, 'hold', 2500)]).toEqual([7000, 2500]);
@@ -101,7 +145,12 @@ describe('the zones of the store', () => {
   test('the hub starts again without zones, or with one that this page has never seen', () => {
     hear(view(zone({ phase: 'countdown', left_ms: 9000 })));
     store.replace({ now_ms: 9, set: {} });
-    expect([zones.exist(), zones.zone('hall'), zones.left('hall', 'release'), zones.eventful()]).toEqual([false, null, null, 0]);
+    expect([zones.exist(), zones.zone('hall'), zones.left('hall', 'release'), zones.eventful()]).toEqual([
+      false,
+      null,
+      null,
+      0,
+    ]);
     hear(view(zone({ zone: 'новая', phase: 'alarm', votes: ['d'] })));
     expect([zones.eventful(), zones.configured('новая')]).toEqual([1, null]);
   });
@@ -127,17 +176,41 @@ test('a phase that this page does not know is one to look at', () => {
 });
 
 test('a hold is renewed until another person ends it, or there is nothing to hold', () => {
-  expect((['coincidence', 'countdown', 'held'] as const).map((phase) => goesOn(phase, false))).toEqual([true, true, true]);
+  expect((['coincidence', 'countdown', 'held'] as const).map((phase) => goesOn(phase, false))).toEqual([
+    true,
+    true,
+    true,
+  ]);
   expect([goesOn('held', true), goesOn('countdown', true)]).toEqual([true, false]);
-  expect((['quiet', 'alarm', 'released', 'ended', null] as const).map((phase) => goesOn(phase, false))).toEqual([false, false, false, false, false]);
+  expect((['quiet', 'alarm', 'released', 'ended', null] as const).map((phase) => goesOn(phase, false))).toEqual([
+    false,
+    false,
+    false,
+    false,
+    false,
+  ]);
 });
 
 const WAITS: ZoneNotReleased[] = [
-  'lockout', 'abort_pressed', { ended: 'abort' }, { mode: 'manual' }, { votes: { have: 1, need: 2 } }, 'kinds', 'failed', 'stale',
-  'coincidence', 'delay', 'held', 'no_monitor',
+  'lockout',
+  'abort_pressed',
+  { ended: 'abort' },
+  { mode: 'manual' },
+  { votes: { have: 1, need: 2 } },
+  'kinds',
+  'failed',
+  'stale',
+  'coincidence',
+  'delay',
+  'held',
+  'no_monitor',
 ];
 const UNABLE: DetectorUnable[] = [
-  'never_heard', 'silent', 'test_stuck', { bypass: 'masked' }, { bypass: 'disabled' },
+  'never_heard',
+  'silent',
+  'test_stuck',
+  { bypass: 'masked' },
+  { bypass: 'disabled' },
   ...(['ready', 'dirty', 'fault', 'masked', 'self_test', 'starting'] as const).map((condition) => ({ condition })),
 ];
 const WITHHELD: ZoneWithheld[] = ['lockout', 'refused', 'person', 'unreachable', 'failure'];
@@ -149,18 +222,31 @@ describe.each(['en', 'ru'] as const)('words in %s', (lang) => {
 
   test('of every state, without a key or a name that is not filled in', () => {
     const phases: ZoneState['phase'][] = [
-      'quiet', 'alarm', 'coincidence', 'countdown', 'held', { ended: 'duration' },
-      { released: { automatic: true, wet: true } }, { released: { automatic: true, wet: false } },
+      'quiet',
+      'alarm',
+      'coincidence',
+      'countdown',
+      'held',
+      { ended: 'duration' },
+      { released: { automatic: true, wet: true } },
+      { released: { automatic: true, wet: false } },
     ];
     const said = [
       ...phases.map((phase) => phaseWords(zone({ phase }))),
-      phaseWords(zone({ ready: false })), phaseWords(zone({ phase: 'alarm', need: null })),
-      ...waitsFor(zone({ not_released: WAITS })), ...UNABLE.map(unableWords),
+      phaseWords(zone({ ready: false })),
+      phaseWords(zone({ phase: 'alarm', need: null })),
+      ...waitsFor(zone({ not_released: WAITS })),
+      ...UNABLE.map(unableWords),
       ...WITHHELD.map((withheld) => withheldWords({ ...monitor, withheld })),
-      ...(['quiet', 'pre_alarm', 'alarm'] as const).map((signal) => signalWords({ detector: 'd', signal, stale: false })),
-      signalWords({ detector: 'd', stale: false }), signalWords({ detector: 'd', signal: 'alarm', stale: true }),
-      orderedWords({ ...monitor, closing: true }, HALL), orderedWords(monitor, HALL),
-      orderedWords({ ...monitor, engaged_for: 'other' }, HALL), orderedWords({ ...monitor, engaged_for: 'hall' }, HALL),
+      ...(['quiet', 'pre_alarm', 'alarm'] as const).map((signal) =>
+        signalWords({ detector: 'd', signal, stale: false }),
+      ),
+      signalWords({ detector: 'd', stale: false }),
+      signalWords({ detector: 'd', signal: 'alarm', stale: true }),
+      orderedWords({ ...monitor, closing: true }, HALL),
+      orderedWords(monitor, HALL),
+      orderedWords({ ...monitor, engaged_for: 'other' }, HALL),
+      orderedWords({ ...monitor, engaged_for: 'hall' }, HALL),
       orderedWords({ ...monitor, engaged_for: 'hall' }, zone({ phase: phases[6] })),
     ];
     for (const text of said) expect(text).toMatch(/^[^{}]*$/);
@@ -170,7 +256,12 @@ describe.each(['en', 'ru'] as const)('words in %s', (lang) => {
 
   test('of why a quiet zone would release nothing', () => {
     const state = view().state;
-    const none = { ...state, lockout: true, disablements: DISABLED, monitors: [{ ...monitor, withheld: 'failure' as const }] };
+    const none = {
+      ...state,
+      lockout: true,
+      disablements: DISABLED,
+      monitors: [{ ...monitor, withheld: 'failure' as const }],
+    };
     const many = notReady(zone({ ready: false, mode: 'off', need: null, switch_manual: true }), none, ['M1']);
     expect(many).toHaveLength(5);
     expect(notReady(zone({}), none, ['M1']), 'the hub says whether it is ready').toEqual([]);
@@ -180,8 +271,12 @@ describe.each(['en', 'ru'] as const)('words in %s', (lang) => {
 test('what a monitor does comes from what it reports now', async () => {
   await setLang('en');
   const status = (flags: Record<string, string[]>) => ({
-    at_ms: 1, stale: false, error: null,
-    subsystems: Object.fromEntries(Object.entries(flags).map(([name, of]) => [name, { bits: 0, flags: of, severity: 'info' }])),
+    at_ms: 1,
+    stale: false,
+    error: null,
+    subsystems: Object.fromEntries(
+      Object.entries(flags).map(([name, of]) => [name, { bits: 0, flags: of, severity: 'info' }]),
+    ),
   });
   store.replace({
     now_ms: 0,
@@ -203,17 +298,26 @@ test('entries of the audit log about a zone, its detectors and its monitors', ()
   const entry = (act: Act) => ({ n: 1, act: { v: 1, ...act } }) as unknown as AuditEntry;
   const about = (act: Act) => concerns(entry(act), 'hall', ['flame'], ['M1']);
   const zoned = (of: Extract<Act, { type: 'zone' }>['entry']) => about({ type: 'zone', entry: of, cause: [] });
-  const ordered = (order: Extract<Act, { type: 'zone_order' }>['order']) => about({ type: 'zone_order', order, cause: [] });
+  const ordered = (order: Extract<Act, { type: 'zone_order' }>['order']) =>
+    about({ type: 'zone_order', order, cause: [] });
   expect([
-    zoned({ released: { zone: 'hall', automatic: true, wet: true, condition_at_ms: 1 } }), zoned({ lockout: { on: true } }),
-    zoned({ bypass: { detector: 'flame', bypass: 'masked' } }), zoned({ no: { scope: 'site', why: 'stop' } }),
-    zoned({ no: { scope: { monitor: 'M1' }, why: 'close' } }), zoned({ refused: { order: { release: { zone: 'hall' } }, why: 'off' } }),
-    zoned({ reset: { zone: 'hall' } }), ordered({ prepare: { zone: 'hall', monitor: 'M1' } }), ordered({ close: { monitor: 'M1' } }),
+    zoned({ released: { zone: 'hall', automatic: true, wet: true, condition_at_ms: 1 } }),
+    zoned({ lockout: { on: true } }),
+    zoned({ bypass: { detector: 'flame', bypass: 'masked' } }),
+    zoned({ no: { scope: 'site', why: 'stop' } }),
+    zoned({ no: { scope: { monitor: 'M1' }, why: 'close' } }),
+    zoned({ refused: { order: { release: { zone: 'hall' } }, why: 'off' } }),
+    zoned({ reset: { zone: 'hall' } }),
+    ordered({ prepare: { zone: 'hall', monitor: 'M1' } }),
+    ordered({ close: { monitor: 'M1' } }),
   ]).not.toContain(false);
   expect([
-    zoned({ released: { zone: 'deck', automatic: true, wet: true, condition_at_ms: 1 } }), zoned({ reset: { zone: 'deck' } }),
-    zoned({ bypass: { detector: 'heat', bypass: 'none' } }), ordered({ engage: { zone: 'deck', monitor: 'M1' } }),
-    ordered({ stop: { monitor: 'M2' } }), zoned({ refused: { order: { release: { zone: 'deck' } }, why: 'off' } }),
+    zoned({ released: { zone: 'deck', automatic: true, wet: true, condition_at_ms: 1 } }),
+    zoned({ reset: { zone: 'deck' } }),
+    zoned({ bypass: { detector: 'heat', bypass: 'none' } }),
+    ordered({ engage: { zone: 'deck', monitor: 'M1' } }),
+    ordered({ stop: { monitor: 'M2' } }),
+    zoned({ refused: { order: { release: { zone: 'deck' } }, why: 'off' } }),
     concerns({ n: 1 } as AuditEntry, 'hall', ['flame'], ['M1']),
   ]).not.toContain(true);
 });

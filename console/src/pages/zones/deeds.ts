@@ -1,5 +1,5 @@
 // What was done about a zone last, and by whom: from the audit log.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
 import { http } from '../../hub/http';
@@ -28,12 +28,12 @@ export class LfZoneDeeds extends LitElement {
         margin: 0;
         padding: 0;
         display: grid;
-        gap: 6px;
+        gap: var(--s15);
       }
       li {
         display: grid;
         grid-template-columns: minmax(130px, auto) minmax(80px, 140px) minmax(0, 1fr);
-        gap: 2px 12px;
+        gap: var(--s05) var(--s25);
         overflow-wrap: anywhere;
       }
       time {
@@ -78,8 +78,9 @@ export class LfZoneDeeds extends LitElement {
     return html`<section class="card" aria-label=${t('zones.deeds')}>
       <header><h2>${t('zones.deeds')}</h2></header>
       ${this.failed ? html`<p role="status">${this.failed}</p>` : nothing}
-      ${about.length
-        ? html`<ol>
+      ${
+        about.length
+          ? html`<ol>
             ${about.map(
               (entry) => html`<li>
                 <time>${dateTime(entry.at_ms)}</time><b>${entry.user === 'zones' ? t('zones.controller') : entry.user}</b>
@@ -87,7 +88,8 @@ export class LfZoneDeeds extends LitElement {
               </li>`,
             )}
           </ol>`
-        : html`<p class="dim">${t('zones.no_deeds')}</p>`}
+          : html`<p class="dim">${t('zones.no_deeds')}</p>`
+      }
     </section>`;
   }
 
@@ -110,7 +112,9 @@ export class LfZoneDeeds extends LitElement {
 
   private async read(): Promise<void> {
     try {
-      const { entries } = await http.get<{ entries: AuditEntry[] }>(`/api/audit?text=${encodeURIComponent('zones: ')}&limit=${READ}`);
+      const { entries } = await http.get<{ entries: AuditEntry[] }>(
+        `/api/audit?text=${encodeURIComponent('zones: ')}&limit=${READ}`,
+      );
       this.entries = entries;
       this.failed = '';
     } catch (cause) {

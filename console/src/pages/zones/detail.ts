@@ -1,5 +1,5 @@
 // One zone: what it does and waits for, its mode, orders to it, detectors, monitors.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { ZoneState } from '../../hub/api';
 import { may } from '../../hub/session';
@@ -45,8 +45,8 @@ export class LfZoneDetail extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 8px 16px;
-        padding: 12px 16px;
+        gap: var(--s2) var(--s3);
+        padding: var(--s25) var(--s3);
         border-radius: var(--radius);
         background: var(--surface-2);
         border-left: 6px solid var(--line-strong);
@@ -65,22 +65,22 @@ export class LfZoneDetail extends LitElement {
         border-color: var(--accent);
       }
       .now b {
-        font-size: 18px;
+        font-size: var(--t-large);
       }
       .now .figure {
-        font-size: 30px;
+        font-size: var(--t-value);
         font-weight: 750;
       }
       .now ul {
         flex: 1 1 100%;
         margin: 0;
-        padding-left: 20px;
+        padding-left: var(--s3);
         line-height: 1.5;
       }
       .orders {
         display: flex;
         flex-wrap: wrap;
-        gap: 8px;
+        gap: var(--s2);
       }
       .orders .abort {
         min-width: 128px;
@@ -88,7 +88,7 @@ export class LfZoneDetail extends LitElement {
       dl {
         display: grid;
         grid-template-columns: repeat(auto-fit, minmax(min(180px, 100%), 1fr));
-        gap: 10px 16px;
+        gap: var(--s2) var(--s3);
         margin: 0;
       }
       dt {
@@ -97,7 +97,7 @@ export class LfZoneDetail extends LitElement {
         color: var(--dim);
       }
       dd {
-        margin: 2px 0 0;
+        margin: var(--s05) 0 0;
         overflow-wrap: anywhere;
       }
     `,
@@ -131,9 +131,11 @@ export class LfZoneDetail extends LitElement {
           >${t(zone.ready ? 'zones.ready' : 'zones.not_ready')}</lf-chip
         >
         <lf-chip kind=${automatic ? 'normal' : 'medium'} icon=${automatic ? 'settings' : 'hand'}
-          >${modeWords(zone)}${zone.returns_in_ms != null
-            ? html`; ${t('zones.returns_in')} <lf-zone-left .zone=${zone.zone} time="mode"></lf-zone-left>`
-            : nothing}</lf-chip
+          >${modeWords(zone)}${
+            zone.returns_in_ms != null
+              ? html`; ${t('zones.returns_in')} <lf-zone-left .zone=${zone.zone} time="mode"></lf-zone-left>`
+              : nothing
+          }</lf-chip
         >
       </header>
       ${this.now(zone)} ${this.orders(zone)} ${this.rule(zone)}
@@ -168,17 +170,21 @@ export class LfZoneDetail extends LitElement {
     return html`<div class="orders">
       <lf-button class="abort" id="abort" kind="danger" icon="close" @click=${() => void abortZone(zone.zone)}>${t('zones.abort')}</lf-button>
       ${counts ? holdButton(zone) : nothing}
-      ${may('operator')
-        ? html`<lf-button id="release-zone" icon="water" .why=${whyNotOrder()} @click=${() => void askRelease(zone.zone)}
+      ${
+        may('operator')
+          ? html`<lf-button id="release-zone" icon="water" .why=${whyNotOrder()} @click=${() => void askRelease(zone.zone)}
               >${t('zones.release')}</lf-button
             >
             <lf-hold id="reset-zone" .why=${whyNotOrder()} @held=${() => void resetZone(zone.zone)}>${t('zones.reset')}</lf-hold>`
-        : nothing}
-      ${may('engineer')
-        ? html`<lf-button id="mode" icon="settings" .why=${whyNotOrder('engineer')} @click=${() => void askMode(zone)}
+          : nothing
+      }
+      ${
+        may('engineer')
+          ? html`<lf-button id="mode" icon="settings" .why=${whyNotOrder('engineer')} @click=${() => void askMode(zone)}
             >${t('zones.mode')}</lf-button
           >`
-        : nothing}
+          : nothing
+      }
     </div>`;
   }
 
@@ -188,12 +194,18 @@ export class LfZoneDetail extends LitElement {
     if (!rule) return nothing;
     const s = (value: number) => `${num(value)} ${t('banner.s')}`;
     const facts: [string, string][] = [
-      [t('zones.rule_votes'), rule.kinds > 1 ? t('zones.rule_kinds', { votes: rule.votes, kinds: rule.kinds }) : rule.votes],
+      [
+        t('zones.rule_votes'),
+        rule.kinds > 1 ? t('zones.rule_kinds', { votes: rule.votes, kinds: rule.kinds }) : rule.votes,
+      ],
       [t('zones.rule_need'), zone.need == null ? t('zones.alarm_only') : num(zone.need)],
       [t('zones.rule_delay'), `${s(rule.coincidence_s)} + ${s(rule.delay_s)}`],
       [t('zones.rule_hold'), rule.hold_max_s === null ? t('zones.rule_no_hold') : s(rule.hold_max_s)],
       [t('zones.rule_water'), s(rule.water_max_s)],
-      [t('zones.rule_reacted'), zone.reacted_in_ms == null ? '—' : `${num(zone.reacted_in_ms / 1000, 1)} ${t('banner.s')}`],
+      [
+        t('zones.rule_reacted'),
+        zone.reacted_in_ms == null ? '—' : `${num(zone.reacted_in_ms / 1000, 1)} ${t('banner.s')}`,
+      ],
     ];
     return html`<dl>${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>`;
   }

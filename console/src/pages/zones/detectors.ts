@@ -1,5 +1,5 @@
 // The detectors of a zone: what each sees, whether it votes, how old its report is.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { DetectorState, ZoneState } from '../../hub/api';
 import { may } from '../../hub/session';
@@ -23,7 +23,7 @@ export class LfZoneDetectors extends LitElement {
       .seen {
         display: flex;
         flex-wrap: wrap;
-        gap: 6px;
+        gap: var(--s15);
       }
     `,
   ];
@@ -77,11 +77,13 @@ export class LfZoneDetectors extends LitElement {
       </td>
       <td><div class="seen">${this.vote(detector)}</div></td>
       <td title=${reported?.by ?? nothing}>${reported ? t('zones.ago', { age: age(store.hubNow() - reported.at_ms) }) : '—'}</td>
-      ${may('engineer')
-        ? html`<td>
+      ${
+        may('engineer')
+          ? html`<td>
             <lf-button class="bypass" .why=${whyNotOrder('engineer')} @click=${() => void askBypass(detector)}>${t('zones.bypass')}</lf-button>
           </td>`
-        : nothing}
+          : nothing
+      }
     </tr>`;
   }
 
@@ -91,7 +93,9 @@ export class LfZoneDetectors extends LitElement {
     if (why) return html`<lf-chip kind="medium" icon="warning" ?stale=${old}>${why}</lf-chip>`;
     if (detector.stale) return html`<lf-chip kind="medium" icon="clock" ?stale=${old}>${t('zones.no_vote')}</lf-chip>`;
     const votes = zones.zone(this.zone)?.votes.includes(detector.detector);
-    return votes ? html`<lf-chip kind="high" icon="check" ?stale=${old}>${t('zones.votes')}</lf-chip>` : html`<span class="dim">${t('zones.can_vote')}</span>`;
+    return votes
+      ? html`<lf-chip kind="high" icon="check" ?stale=${old}>${t('zones.votes')}</lf-chip>`
+      : html`<span class="dim">${t('zones.can_vote')}</span>`;
   }
 }
 

@@ -52,9 +52,10 @@ export async function askMode(zone: ZoneState): Promise<void> {
           ${MODES.map((one) => html`<option value=${one} ?selected=${one === mode}>${t(`zones.mode_${one}`)}</option>`)}
         </select>
       </label>
-      ${mode === 'automatic'
-        ? ''
-        : html`<label class="field"
+      ${
+        mode === 'automatic'
+          ? ''
+          : html`<label class="field"
             >${t('zones.mode_for')}
             <select
               id="mode-for"
@@ -64,15 +65,19 @@ export async function askMode(zone: ZoneState): Promise<void> {
               }}
             >
               ${FOR_S[isTest() ? 'test' : 'mode'].map(
-                (time) => html`<option value=${time ?? ''} ?selected=${time === for_s}>${forWords(zone.zone, time, isTest())}</option>`,
+                (time) =>
+                  html`<option value=${time ?? ''} ?selected=${time === for_s}>${forWords(zone.zone, time, isTest())}</option>`,
               )}
             </select>
-          </label>`}
+          </label>`
+      }
       <p>${t(`zones.mode_text_${mode}` as 'zones.mode_text_off')}</p>`,
     actions: (close) => html`<lf-button @click=${() => close(false)}>${t('shell.cancel')}</lf-button>
-      ${mode === 'automatic'
-        ? html`<lf-hold kind="danger" .seconds=${HOLD_S} .why=${whyNotOrder('engineer')} @held=${() => close(true)}>${t('zones.mode_set')}</lf-hold>`
-        : html`<lf-button kind="primary" .why=${whyNotOrder('engineer')} @click=${() => close(true)}>${t('zones.mode_set')}</lf-button>`}`,
+      ${
+        mode === 'automatic'
+          ? html`<lf-hold kind="danger" .seconds=${HOLD_S} .why=${whyNotOrder('engineer')} @held=${() => close(true)}>${t('zones.mode_set')}</lf-hold>`
+          : html`<lf-button kind="primary" .why=${whyNotOrder('engineer')} @click=${() => close(true)}>${t('zones.mode_set')}</lf-button>`
+      }`,
   });
   if (chosen) await setMode(zone.zone, mode, mode === 'automatic' ? undefined : (for_s ?? undefined));
 }
@@ -87,7 +92,8 @@ function forWords(zone: string, time: number | null, test: boolean): string {
 
 /** Masked or disabled at once; a vote that counts again needs the held button. */
 export async function askBypass({ detector, unable }: DetectorState): Promise<void> {
-  const now: DetectorBypass = unable != null && typeof unable !== 'string' && 'bypass' in unable ? unable.bypass : 'none';
+  const now: DetectorBypass =
+    unable != null && typeof unable !== 'string' && 'bypass' in unable ? unable.bypass : 'none';
   const wanted = await dialog.open<DetectorBypass>({
     title: t('zones.bypass_title', { detector }),
     content: () => html`<p>${unableWords(unable) || t('zones.can_vote')}</p>

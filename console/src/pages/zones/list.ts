@@ -1,5 +1,5 @@
 // All zones, in the configured order: phase, mode, what is wrong.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { ZoneState } from '../../hub/api';
 import { SECOND, TopicController } from '../../hub/store';
@@ -18,12 +18,12 @@ export class LfZoneList extends LitElement {
     css`
       nav {
         display: grid;
-        gap: 6px;
+        gap: var(--s15);
       }
       a {
         display: grid;
-        gap: 6px;
-        padding: 10px 12px;
+        gap: var(--s15);
+        padding: var(--s2) var(--s25);
         border: 1px solid var(--line);
         border-left: 4px solid var(--line-strong);
         border-radius: var(--radius);
@@ -46,13 +46,13 @@ export class LfZoneList extends LitElement {
         border-left-color: var(--high);
       }
       b {
-        font-size: 16px;
+        font-size: var(--t-field);
         overflow-wrap: anywhere;
       }
       .chips {
         display: flex;
         flex-wrap: wrap;
-        gap: 6px;
+        gap: var(--s15);
       }
       @media (max-width: 1000px) {
         nav {
@@ -96,12 +96,16 @@ export function chipsOf(zone: ZoneState) {
   return html`<lf-chip kind=${looks.kind} icon=${looks.icon} ?stale=${stale}
       >${phaseWords(zone)}${counts ? html` <lf-zone-left .zone=${zone.zone} time=${time}></lf-zone-left>` : nothing}</lf-chip
     >
-    ${zone.mode !== 'automatic' || zone.switch_manual
-      ? html`<lf-chip kind="medium" icon="hand" ?stale=${stale}>${modeWords(zone)}</lf-chip>`
-      : nothing}
-    ${zone.unable.length > 0
-      ? html`<lf-chip kind="low" icon="warning" ?stale=${stale}>${plural(zone.unable.length, 'zones.voteless')}</lf-chip>`
-      : nothing}`;
+    ${
+      zone.mode !== 'automatic' || zone.switch_manual
+        ? html`<lf-chip kind="medium" icon="hand" ?stale=${stale}>${modeWords(zone)}</lf-chip>`
+        : nothing
+    }
+    ${
+      zone.unable.length > 0
+        ? html`<lf-chip kind="low" icon="warning" ?stale=${stale}>${plural(zone.unable.length, 'zones.voteless')}</lf-chip>`
+        : nothing
+    }`;
 }
 
 export function modeWords(zone: ZoneState): string {

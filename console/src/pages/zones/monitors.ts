@@ -1,5 +1,5 @@
 // The monitors that serve a zone: what each was ordered, and what it does.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { ZoneMonitorState, ZoneState } from '../../hub/api';
 import { SECOND, TopicController } from '../../hub/store';
@@ -21,7 +21,7 @@ export class LfZoneMonitors extends LitElement {
       .does {
         display: flex;
         flex-wrap: wrap;
-        gap: 6px;
+        gap: var(--s15);
       }
       a {
         display: inline-flex;
@@ -54,7 +54,13 @@ export class LfZoneMonitors extends LitElement {
             </tr>
           </thead>
           <tbody>
-            ${ids.map((id) => this.row(id, zone, view.state.monitors.find(({ monitor }) => monitor === id)))}
+            ${ids.map((id) =>
+              this.row(
+                id,
+                zone,
+                view.state.monitors.find(({ monitor }) => monitor === id),
+              ),
+            )}
           </tbody>
         </table>
       </div>`;

@@ -1,5 +1,5 @@
 // The zones on the overview: each with its phase; of many, those that are not simply ready.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import type { ZoneState } from '../../hub/api';
 import { SECOND, TopicController } from '../../hub/store';
@@ -19,7 +19,7 @@ export class LfZoneStrip extends LitElement {
       nav {
         display: flex;
         flex-wrap: wrap;
-        gap: 8px;
+        gap: var(--s2);
         max-height: 220px;
         overflow-y: auto;
       }
@@ -27,10 +27,10 @@ export class LfZoneStrip extends LitElement {
         display: flex;
         flex-wrap: wrap;
         align-items: center;
-        gap: 6px 10px;
+        gap: var(--s15) var(--s2);
         min-height: 48px;
         max-width: 100%;
-        padding: 6px 12px;
+        padding: var(--s15) var(--s25);
         border: 1px solid var(--line);
         border-radius: var(--radius);
         background: var(--surface);
@@ -59,7 +59,9 @@ export class LfZoneStrip extends LitElement {
     return html`<nav aria-label=${t('nav.zones')}>
       ${all
         .filter((zone) => !plain.includes(zone))
-        .map((zone) => html`<a href="#/zones/${encodeURIComponent(zone.zone)}"><b>${zone.zone}</b>${chipsOf(zone)}</a>`)}
+        .map(
+          (zone) => html`<a href="#/zones/${encodeURIComponent(zone.zone)}"><b>${zone.zone}</b>${chipsOf(zone)}</a>`,
+        )}
       ${plain.length ? html`<a href="#/zones">${plural(plain.length, 'zones.plain')}</a>` : nothing}
     </nav>`;
   }

@@ -7,13 +7,13 @@ export const tableStyle = css`
     min-width: 0;
   }
   h3 {
-    margin-bottom: 4px;
+    margin-bottom: var(--s1);
   }
   .scroll {
     overflow-x: auto;
   }
   td {
-    padding-block: 4px;
+    padding-block: var(--s1);
   }
   .id {
     min-width: 9ch;

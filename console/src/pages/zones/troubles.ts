@@ -1,5 +1,5 @@
 // Troubles of the whole installation, apart from alarms, and everything that is disabled.
-import { LitElement, css, html, nothing } from 'lit';
+import { css, html, LitElement, nothing } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import type { ZoneDisablement, ZonesView, ZoneTroubleState } from '../../hub/api';
 import { SECOND, TopicController } from '../../hub/store';
@@ -25,12 +25,12 @@ export class LfZoneTroubles extends LitElement {
         margin: 0;
         padding: 0;
         display: grid;
-        gap: 8px;
+        gap: var(--s2);
       }
       li {
         display: flex;
         align-items: flex-start;
-        gap: 10px;
+        gap: var(--s2);
         line-height: 1.35;
       }
       li > span {
@@ -65,9 +65,11 @@ export class LfZoneTroubles extends LitElement {
       </section>
       <section class="card" aria-label=${t('zones.disablements')}>
         <header><h2>${t('zones.disablements')}</h2></header>
-        ${disablements.length
-          ? html`<ul>${disablements.map((one) => html`<li class=${isDelay(one) ? 'low' : ''}>${icon('lock', 18)}<span>${disabledWords(one)}</span></li>`)}</ul>`
-          : html`<p class="dim">${t('zones.no_disablements')}</p>`}
+        ${
+          disablements.length
+            ? html`<ul>${disablements.map((one) => html`<li class=${isDelay(one) ? 'low' : ''}>${icon('lock', 18)}<span>${disabledWords(one)}</span></li>`)}</ul>`
+            : html`<p class="dim">${t('zones.no_disablements')}</p>`
+        }
       </section>`;
   }
 }
@@ -98,7 +100,8 @@ export function disabledWords(one: ZoneDisablement): string {
     return returns_in_ms == null ? what : `${what}; ${t('zones.returns_in')} ${age(returns_in_ms)}`;
   }
   if ('ended' in one) return t('zones.disabled_ended', { scope: one.ended.zone, why: endWords(one.ended.why) });
-  if ('monitor' in one) return t('zones.disabled_ended', { scope: one.monitor.monitor, why: endWords(one.monitor.why) });
+  if ('monitor' in one)
+    return t('zones.disabled_ended', { scope: one.monitor.monitor, why: endWords(one.monitor.why) });
   return t('zones.disabled_delay', { zone: one.delay.zone, s: num(one.delay.delay_ms / 1000) });
 }
 

@@ -16,6 +16,7 @@ use lafet_texts::{Text as _, cli as text};
 use tokio::io::DuplexStream;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
+use tokio::time::timeout;
 
 use crate::cli::Global;
 use crate::failure::{Asked, Failure};
@@ -23,6 +24,8 @@ use crate::lang::current;
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
 
+/// Longest wait of a refusal for the state that explains it.
+const EXPLAINED: Duration = Duration::from_secs(1);
 /// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
 
@@ -81,7 +84,9 @@ impl Connection {
     /// A request and its refusal. One that is denied is explained by the state of the monitor.
     pub async fn refused(&self, request: &Request<'_>, refusal: &AnswerBuf) -> Asked {
         let state = match refusal.status() {
-            Status::DENIED => self.monitor.status_all().await.ok(),
+            Status::DENIED => {
+                timeout(EXPLAINED, self.monitor.status_all()).await.ok().and_then(Result::ok)
+            }
             _ => None,
         };
         Asked::new(request, refusal, state.as_ref())

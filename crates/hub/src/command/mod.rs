@@ -9,8 +9,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_client::{Answers, Monitor, Saved};
-use lafet_proto::{RequestId, SubsystemId};
+use lafet_client::{Answers, Monitor, MonitorStatus, Saved};
+use lafet_proto::{RequestId, Status, SubsystemId};
 use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 use tokio::sync::oneshot;
@@ -31,6 +31,8 @@ use crate::sync::lock;
 const NOTED: Duration = Duration::from_millis(50);
 /// Longest wait of an answer for the number of its entry.
 pub const NUMBERED: Duration = Duration::from_millis(500);
+/// Longest wait of a refusal for the state that explains it.
+const EXPLAINED: Duration = Duration::from_millis(500);
 /// Time from the answer to the look at the effect of a command.
 const EFFECT: Duration = Duration::from_secs(2);
 
@@ -169,8 +171,13 @@ impl Hub {
             drop(self.audit().note(record.about(&request.act())));
             return Err(ApiError::void());
         }
-        let sent = self.send_now(station, request, terms.save, began).await;
-        let request = &sent.noted.request;
+        let (request, exchanged) = (&request, exchange(station, &request, terms.save).await);
+        let took_ms = millis(began.elapsed());
+        let state = match &exchanged {
+            Ok((answers, _)) => state_of_denied(station, answers).await,
+            Err(_) => None,
+        };
+        let sent = Sent::new(request, exchanged, state.as_ref(), took_ms);
         tracing::info!(user = %caller.principal.user, from = %caller.seat.from, monitor = station.id(),
             request = %request.text(), outcome = %sent.noted.outcome, "command");
         let mut audit = None;
@@ -197,7 +204,9 @@ impl Hub {
         request: MonitorRequest,
         since: Instant,
     ) -> Sent {
-        let sent = self.send_now(station, request, false, since).await;
+        let exchanged = exchange(station, &request, false).await;
+        // The next Stop does not wait for an explanation of this one: all reasons are named.
+        let sent = Sent::new(&request, exchanged, None, millis(since.elapsed()));
         let micros = u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX);
         self.counts().stop_max_us.fetch_max(micros, Ordering::Relaxed);
         if let (Some(simulation), Ok(Outcome { ok: true, .. })) = (self.simulated(), &sent.result) {
@@ -241,32 +250,6 @@ impl Hub {
         let number = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
         self.watch_effect(caller, station, &noted.request, number);
         number
-    }
-
-    async fn send_now(
-        &self,
-        station: &Arc<Station>,
-        request: MonitorRequest,
-        save: bool,
-        began: Instant,
-    ) -> Sent {
-        let exchanged = exchange(station, &request, save).await;
-        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved);
-        let answers = exchanged.map(|(answers, _)| answers);
-        let outcome = match &answers {
-            Ok(answers) => answers.refusal().unwrap_or(answers.first()).status().to_string(),
-            Err(error) => error.code.to_owned(),
-        };
-        let took_ms = millis(began.elapsed());
-        let texts = answers.iter().flat_map(|answers| answers.iter()).map(answer_text).collect();
-        let result = answers
-            .and_then(|answers| {
-                let status = station.status();
-                let flags = |id| status.bits(id).filter(|_| !status.stale);
-                Outcome::new(request.text(), took_ms, &answers, &flags)
-            })
-            .map(|outcome| outcome.saved(saved));
-        Sent { result, noted: Noted { request, outcome, took_ms, answers: texts, saved } }
     }
 
     /// Others have to know what a monitor has accepted.
@@ -370,6 +353,30 @@ pub struct Sent {
     pub noted: Noted,
 }
 
+impl Sent {
+    /// An exchange, with the state of the monitor that explains a refusal.
+    fn new(
+        request: &MonitorRequest,
+        exchanged: Result<(Answers, Option<Saved>), ApiError>,
+        state: Option<&MonitorStatus>,
+        took_ms: u64,
+    ) -> Self {
+        let saved = exchanged.as_ref().ok().and_then(|(_, saved)| *saved);
+        let answers = exchanged.map(|(answers, _)| answers);
+        let outcome = match &answers {
+            Ok(answers) => answers.refusal().unwrap_or(answers.first()).status().to_string(),
+            Err(error) => error.code.to_owned(),
+        };
+        let texts = answers.iter().flat_map(|answers| answers.iter()).map(answer_text).collect();
+        let flags = |id| state?.flags(id);
+        let result = answers
+            .and_then(|answers| Outcome::new(request.text(), took_ms, &answers, &flags))
+            .map(|outcome| outcome.saved(saved));
+        let request = request.clone();
+        Self { result, noted: Noted { request, outcome, took_ms, answers: texts, saved } }
+    }
+}
+
 /// What the audit log has of an answer.
 #[derive(Clone, Debug)]
 pub struct Noted {
@@ -392,6 +399,14 @@ async fn exchange(
         false => client.send(request.buf().clone()).await.map(|answers| (answers, None)),
     };
     exchanged.map_err(|error| ApiError::from(&error))
+}
+
+/// The state of a monitor that has denied a request, read after the refusal: the last poll may be older than
+/// the reason.
+async fn state_of_denied(station: &Station, answers: &Answers) -> Option<MonitorStatus> {
+    answers.iter().find(|answer| answer.status() == Status::DENIED)?;
+    let monitor = Monitor::new(station.client().ok()?);
+    timeout(EXPLAINED, monitor.status_all()).await.ok()?.ok()
 }
 
 fn millis(time: Duration) -> u64 {

@@ -100,12 +100,15 @@ pub struct Hold {
     /// Speed of the monitor's clock, 1000 = ours: only a simulated monitor differs. MoveHold is in
     /// the monitor's time.
     pub clock_permille: u32,
+    /// Position at which the drive stops by itself, ahead of where it is. With limits off it does not
+    /// (§3.17).
+    pub no_farther: Option<i16>,
 }
 
 impl Default for Hold {
     fn default() -> Self {
         let lease = Duration::from_millis(300);
-        Self { lease, first_lease: lease, repeat: REPEAT, clock_permille: 1000 }
+        Self { lease, first_lease: lease, repeat: REPEAT, clock_permille: 1000, no_farther: None }
     }
 }
 
@@ -272,7 +275,7 @@ impl JogCore {
             toward,
             hold,
             ends,
-            steps: Steps::new(drive, toward == Toward::Max, hold.repeat),
+            steps: Steps::new(drive, toward == Toward::Max, hold.repeat, hold.no_farther),
             phase,
             sent: now,
             rtt: Duration::ZERO,
@@ -311,9 +314,10 @@ impl JogCore {
     }
 
     const fn far(&self) -> i16 {
-        match self.toward {
-            Toward::Max => FAR_AWAY,
-            Toward::Min => -FAR_AWAY,
+        match (self.toward, self.hold.no_farther) {
+            (_, Some(position)) => position,
+            (Toward::Max, None) => FAR_AWAY,
+            (Toward::Min, None) => -FAR_AWAY,
         }
     }
 

@@ -45,16 +45,18 @@ pub struct Steps {
     /// Time of the last Move, and the longest recent time between two.
     moved: Option<Now>,
     cycle: Duration,
+    no_farther: Option<i16>,
 }
 
 impl Steps {
-    /// Steps of a drive, up (left, narrow) or down; a Move is expected every `cycle`.
-    pub fn new(drive: SubsystemId, up: bool, cycle: Duration) -> Self {
+    /// Steps of a drive, up (left, narrow) or down, and no farther than a position; a Move is expected
+    /// every `cycle`.
+    pub fn new(drive: SubsystemId, up: bool, cycle: Duration, no_farther: Option<i16>) -> Self {
         let nozzle = drive == SubsystemId::NOZZLE;
         let (first, per_speed) = if nozzle { (FIRST_MM, 1.0) } else { (FIRST_ARCMIN, 60.0) };
         let sign = if up { 1.0 } else { -1.0 };
         let (lead, seen, destination, moved) = (first, None, None, None);
-        Self { sign, first, per_speed, lead, top: 0.0, seen, destination, moved, cycle }
+        Self { sign, first, per_speed, lead, top: 0.0, seen, destination, moved, cycle, no_farther }
     }
 
     /// Whether the drive has reached the end of the last step.
@@ -92,6 +94,11 @@ impl Steps {
         let from = self.seen.map_or(0.0, |(_, status)| f64::from(status.position));
         let far = f64::from(i16::MAX);
         let to = (from + self.sign * self.lead).round().clamp(-far, far);
+        let to = match self.no_farther.map(f64::from) {
+            Some(bound) if self.sign > 0.0 => to.min(bound),
+            Some(bound) => to.max(bound),
+            None => to,
+        };
         // A step never leads back behind the one before: the drive would brake.
         let to = match self.destination {
             Some(before) if self.sign > 0.0 => to.max(f64::from(before)),
@@ -119,7 +126,7 @@ mod tests {
     #[test]
     fn steps_follow_the_speed_of_the_drive() {
         for (speed, sign) in [(1.0, 1.0), (5.0, -1.0), (12.0, 1.0), (20.0, -1.0)] {
-            let mut steps = Steps::new(SubsystemId::HORIZONTAL, sign > 0.0, 100 * MS);
+            let mut steps = Steps::new(SubsystemId::HORIZONTAL, sign > 0.0, 100 * MS, None);
             let (mut position, mut now) = (100.0, Now::ZERO);
             steps.saw(now, at(100, 0));
             let mut to = f64::from(steps.next(now, 2 * MS));
@@ -137,10 +144,26 @@ mod tests {
 
     #[test]
     fn no_step_leads_back_or_out_of_range() {
-        let mut steps = Steps::new(SubsystemId::NOZZLE, true, 100 * MS);
+        let mut steps = Steps::new(SubsystemId::NOZZLE, true, 100 * MS, None);
         steps.saw(Now::ZERO, at(i16::MAX - 1, 0));
         assert_eq!(steps.next(Now::ZERO, MS), i16::MAX);
         steps.saw(100 * MS, at(10, 0));
         assert_eq!(steps.next(100 * MS, MS), i16::MAX);
+    }
+
+    #[test]
+    fn no_step_leads_farther_than_allowed() {
+        for (sign, bound) in [(1, 150), (-1, -40)] {
+            let mut steps = Steps::new(SubsystemId::HORIZONTAL, sign > 0, 100 * MS, Some(bound));
+            let (mut position, mut now) = (100, Now::ZERO);
+            for _ in 0..20 {
+                steps.saw(now, at(position, 20));
+                position = steps.next(now, 2 * MS);
+                now += 100 * MS;
+            }
+            assert_eq!(position, bound);
+            steps.saw(now, at(position, 0));
+            assert!(steps.has_arrived(&at(position, 0)));
+        }
     }
 }

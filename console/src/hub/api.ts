@@ -1262,6 +1262,30 @@ export interface components {
              */
             watchdog_ms: number;
         };
+        /** @description A sector that no water goes into. */
+        KeepOut: {
+            /** @description From and to which bearing, clockwise from north, degrees. */
+            bearings: [
+                number,
+                number
+            ];
+            /** @description From and to which elevation of the barrel, degrees. */
+            elevations: [
+                number,
+                number
+            ];
+            /** @description What is kept clear. */
+            for: components["schemas"]["KeptFor"];
+            /** @description The monitor; null: all that have a place. */
+            monitor: string | null;
+            /** @description Its name. */
+            name: string;
+        };
+        /**
+         * @description For whom a sector is kept clear.
+         * @enum {string}
+         */
+        KeptFor: "people" | "detectors" | "equipment";
         /**
          * @description How a client has identified itself.
          * @enum {string}
@@ -2503,6 +2527,8 @@ export interface components {
         };
         /** @description The map of a site. */
         Site: {
+            /** @description Sectors that no water goes into. */
+            keep_outs: components["schemas"]["KeepOut"][];
             /** @description Monitors by id. */
             monitors: {
                 [key: string]: components["schemas"]["Place"];
@@ -3687,6 +3713,8 @@ export type JogBeat = components['schemas']['JogBeat'];
 export type JogEnding = components['schemas']['JogEnding'];
 export type JogState = components['schemas']['JogState'];
 export type JogTimes = components['schemas']['JogTimes'];
+export type KeepOut = components['schemas']['KeepOut'];
+export type KeptFor = components['schemas']['KeptFor'];
 export type Kind = components['schemas']['Kind'];
 export type Line = components['schemas']['Line'];
 export type Link = components['schemas']['Link'];

@@ -241,6 +241,15 @@ impl ApiError {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "refused", text).with(details)
     }
 
+    /// 409: water could go into a keep-out; where the barrel points is known, or not.
+    pub fn keep_out(name: &str, located: bool) -> Self {
+        let text = match located {
+            true => text::KeepOutMet { name }.words(),
+            false => text::KeepOutUnknown { name }.words(),
+        };
+        Self::new(StatusCode::CONFLICT, "keep_out", text)
+    }
+
     /// There is no connection to a monitor yet.
     pub fn not_connected(monitor: &str) -> Self {
         let text = text::NotConnected { monitor }.words();

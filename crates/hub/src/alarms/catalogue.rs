@@ -55,6 +55,17 @@ pub fn stale() -> Texts {
     Texts { what: text::MonitorSilent.words(), cause: text::AlarmStaleCause.words(), ..link_down() }
 }
 
+/// Water goes where it must not.
+pub fn kept_out(name: &str) -> Texts {
+    Texts {
+        priority: Priority::High,
+        what: text::AlarmKeepOut { name }.words(),
+        cause: text::AlarmKeepOutCause.words(),
+        consequence: text::AlarmKeepOutConsequence.words(),
+        remedy: text::AlarmKeepOutRemedy.words(),
+    }
+}
+
 /// Nothing ends a motion by hand in time when the hub or the connection fails.
 pub fn unheld() -> Texts {
     Texts {

@@ -68,10 +68,14 @@ pub struct Alarms {
     all: BTreeMap<String, Alarm>,
     /// Ends of motions by hand, by monitor.
     holdings: BTreeMap<String, Holding>,
+    /// Keep-outs that water goes into, by monitor.
+    kept_out: BTreeMap<String, String>,
 }
 
 /// The flag of a monitor whose motion by hand is not sure to end in time.
 const UNHELD: &str = "Unheld";
+/// Subsystem of the alarm for water that goes into a keep-out.
+const KEEP_OUT: &str = "KeepOut";
 
 /// An active condition of an alarm.
 pub(super) struct Condition {
@@ -116,6 +120,14 @@ impl Alarms {
         }
     }
 
+    /// Water of a monitor goes into this keep-out.
+    pub fn set_kept_out(&mut self, monitor: &str, name: Option<String>) {
+        match name {
+            Some(name) => _ = self.kept_out.insert(monitor.to_owned(), name),
+            None => _ = self.kept_out.remove(monitor),
+        }
+    }
+
     /// The state of a monitor. Of one that does not answer nothing new is known.
     pub fn observe(
         &mut self,
@@ -143,6 +155,11 @@ impl Alarms {
         let bounded = self.holdings.get(monitor).and_then(|it| it.is_bounded());
         if bounded == Some(false) {
             holding.push(own(UNHELD, catalogue::unheld()));
+        }
+        if let Some(name) = self.kept_out.get(monitor) {
+            let texts = catalogue::kept_out(name);
+            let (subsystem, flag) = (KEEP_OUT.to_owned(), "Water".to_owned());
+            holding.push(Condition { monitor: monitor.to_owned(), subsystem, flag, texts });
         }
         let known = up && !status.stale;
         if known {
@@ -195,6 +212,7 @@ impl Alarms {
     /// A monitor is not there any more.
     pub fn forget(&mut self, monitor: &str) -> Vec<Change> {
         self.holdings.remove(monitor);
+        self.kept_out.remove(monitor);
         let own = self.all.extract_if(.., |_, alarm| alarm.monitor == monitor);
         let change = |(id, alarm): (String, Alarm)| Change {
             id,

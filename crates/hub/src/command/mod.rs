@@ -1,5 +1,6 @@
 //! A client's request to a monitor: permission, audit log, answer.
 
+pub mod keep_out;
 pub mod outcome;
 pub mod request;
 pub mod urgent;
@@ -166,10 +167,12 @@ impl Hub {
             let mut note = self.audit().note(record.about(&request.act()));
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
-        if terms.valid.as_ref().is_some_and(|valid| !valid()) {
-            let record = self.record(caller, station.id(), request.text(), "void");
+        let valid = terms.valid.as_ref().is_none_or(|valid| valid());
+        let may = valid.then_some(()).ok_or_else(ApiError::void);
+        if let Err(error) = may.and_then(|()| self.pass_keep_outs(station, &request)) {
+            let record = self.record(caller, station.id(), request.text(), error.code);
             drop(self.audit().note(record.about(&request.act())));
-            return Err(ApiError::void());
+            return Err(error);
         }
         let (request, exchanged) = (&request, exchange(station, &request, terms.save).await);
         let took_ms = millis(began.elapsed());

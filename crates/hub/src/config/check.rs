@@ -8,7 +8,6 @@ use lafet_client::Lang;
 use lafet_texts::{Shown, Text as _, hub as text};
 
 use super::file::{File, Recording, Tls};
-use super::places::site;
 use super::{Config, LISTEN, Overrides, RecordingConfig, TlsConfig};
 use crate::store::Address;
 use crate::text::Both;
@@ -76,11 +75,11 @@ pub fn check(
     check.range(&read.recording.after_s, 1..=3600, "after_s");
     check.range(&read.recording.keep_days, 1..=3650, "keep_days");
     check.range(&read.recording.keep_mb, 1..=10_000_000, "keep_mb");
+    let site = check.site(&read);
     let tls = read.tls.map(|tls| check.tls(tls.span().start, tls.into_inner()));
     let monitors = check.monitors(&read.monitor);
     let names = check.names(read.server.names);
     let origins = check.origins(read.server.origins);
-    check.places(&read.monitor, &read.tank, &read.wall);
     let data = overrides.data.clone().or(read.server.data).map(|path| folder.join(path));
     let data = data.unwrap_or_else(|| folder.join("lafet-data"));
     let recording = recording(read.recording, folder, &data);
@@ -100,7 +99,7 @@ pub fn check(
         postgres,
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
-        site: site(&read.monitor, read.tank, read.wall),
+        site,
         zones,
         modbus,
         monitors,
@@ -300,6 +299,41 @@ mod tests {
         assert_eq!(site.monitors["M1"].at, [1.0, 2.0]);
         assert!(!site.monitors.contains_key("M2"));
         assert_eq!(site.tanks[0].diameter, 10.0);
+    }
+
+    #[test]
+    fn keep_outs_count_where_they_are_written_for() {
+        let monitor = |id: &str, keys: &str| {
+            format!("[[monitor]]\nid = \"{id}\"\nurl = \"tcp://{id}?addr=1\"\n{keys}\n")
+        };
+        let placed = monitor("M1", "at = [0, 0]\nheading = 90");
+        let sector = |keys: &str| {
+            format!(
+                "[[keep_out]]\nname = \"stand\"\nfor = \"people\"\nbearings = [350, 10]\n{keys}\n"
+            )
+        };
+        let site = parse(&[placed.clone(), sector("monitor = \"M1\"")].concat()).unwrap().site;
+        let [stand] = &site.unwrap().keep_outs[..] else { panic!("one") };
+        assert_eq!((stand.elevations, stand.monitor.as_deref()), ([-90.0, 90.0], Some("M1")));
+        let aimed = "[[detector]]\nid = \"a\"\nkind = \"flame\"\nzones = [\"hall\"]\n\
+                     [[detector]]\nid = \"b\"\nkind = \"heat\"\nzones = [\"hall\"]\n\
+                     [[zone]]\nid = \"hall\"\nvotes = \"2oo2\"\nwater_max_s = 600\nmonitors = [\"M1\"]\n\
+                     [[aim]]\nzone = \"hall\"\nmonitor = \"M1\"\nhorizontal = 5400\nvertical = 300\nnozzle = 60\n";
+        for (rest, told) in [
+            (sector("monitor = \"M9\""), "is for monitor M9, which is not configured"),
+            (sector("elevations = [20, 10]"), "is no sector"),
+            (sector("elevations = [nan, 10]"), "is no sector"),
+            (sector("") + &sector(""), "cannot be used"),
+            (sector("") + &monitor("M2", ""), "counts for M2, which has no place"),
+            (sector("") + aimed, "M1 aims at zone hall where keep-out “stand” is"),
+            (
+                (0..65).map(|n| sector("").replace("stand", &format!("s{n}"))).collect(),
+                "more than 64",
+            ),
+        ] {
+            let problems = parse(&(placed.clone() + &rest)).unwrap_err();
+            assert!(problems.len() == 1 && problems[0].contains(told), "{told}: {problems:#?}");
+        }
     }
 
     #[test]

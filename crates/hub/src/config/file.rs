@@ -10,7 +10,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::written::{Bus, Contact, Detector, Output, Pump};
+use super::written::{Bus, Contact, Detector, KeepOut, Output, Pump};
 use super::zones::Aim;
 use super::{Problem, words};
 use crate::access::Role;
@@ -29,6 +29,7 @@ pub struct File {
     pub monitor: Vec<Spanned<Monitor>>,
     pub tank: Vec<Spanned<Tank>>,
     pub wall: Vec<Spanned<Wall>>,
+    pub keep_out: Vec<Spanned<KeepOut>>,
     pub modbus: Vec<Spanned<Bus>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,

@@ -6,12 +6,17 @@ use lafet_texts::{Text as _, hub as text};
 use toml::Spanned;
 
 use super::check::Check;
-use super::file::Monitor;
+use super::file::{File, Monitor};
+use crate::site::keep_out::{KeepOut, Span, Swept};
 use crate::site::{Place, Site, Tank, Wall};
 
 /// What is on a site is not farther from its middle, nor higher.
 const FARTHEST_M: f64 = 100_000.0;
 const HIGHEST_M: f64 = 1000.0;
+/// Most keep-outs: each request of a monitor is compared with all.
+const KEEP_OUTS_MAX: usize = 64;
+/// Longest name of a keep-out.
+const NAME_MAX: usize = 64;
 
 impl Check<'_> {
     /// Names under which the hub is reached.
@@ -50,8 +55,21 @@ impl Check<'_> {
         origins.into_iter().map(lower).collect()
     }
 
-    /// The plan has to be drawn.
-    pub fn places(
+    /// Where things are, if the file says it of a monitor. The plan has to be drawn.
+    pub fn site(&mut self, read: &File) -> Option<Site> {
+        self.places(&read.monitor, &read.tank, &read.wall);
+        let placed = read.monitor.iter().map(Spanned::get_ref).filter_map(|it| {
+            let (at, heading, height) = (*it.at.as_ref()?.get_ref(), it.heading, it.height);
+            Some((it.id.get_ref().clone(), Place { at, heading, height }))
+        });
+        let monitors: BTreeMap<String, Place> = placed.collect();
+        let keep_outs = self.keep_outs(read, &monitors);
+        let tanks = values(&read.tank);
+        let walls = values(&read.wall);
+        (!monitors.is_empty()).then_some(Site { monitors, tanks, walls, keep_outs })
+    }
+
+    fn places(
         &mut self,
         monitors: &[Spanned<Monitor>],
         tanks: &[Spanned<Tank>],
@@ -82,20 +100,84 @@ impl Check<'_> {
             self.say(byte, text::CheckPlan.words(), text::CheckPlanRemedy.words());
         }
     }
+
+    /// A keep-out that does not count for a monitor as written protects nothing.
+    fn keep_outs(&mut self, read: &File, placed: &BTreeMap<String, Place>) -> Vec<KeepOut> {
+        let mut keep_outs: Vec<KeepOut> = Vec::new();
+        for spanned in &read.keep_out {
+            let (it, at) = (spanned.get_ref(), spanned.span().start);
+            let name = it.name.get_ref();
+            let known = name.chars().count() <= NAME_MAX && !name.trim().is_empty();
+            if !known || keep_outs.iter().any(|other| other.name == *name) {
+                let byte = it.name.span().start;
+                let remedy = text::CheckKeepOutNameRemedy { most: NAME_MAX }.words();
+                self.say(byte, text::CheckKeepOutName { name }.words(), remedy);
+            }
+            let [from, to] = it.elevations;
+            let bearings = it.bearings.iter().all(|bearing| bearing.abs() <= 360.0);
+            let elevations = it.elevations.iter().all(|it| it.abs() <= 90.0) && from <= to;
+            if !bearings || !elevations {
+                let remedy = text::CheckKeepOutAnglesRemedy.words();
+                self.say(at, text::CheckKeepOutAngles { name }.words(), remedy);
+            }
+            let monitor = it.monitor.as_ref().map(Spanned::get_ref);
+            if let Some(of) = monitor
+                && !read.monitor.iter().any(|it| it.get_ref().id.get_ref() == of)
+            {
+                let remedy = text::CheckKeepOutMonitorRemedy.words();
+                self.say(at, text::CheckKeepOutMonitor { name, monitor: of }.words(), remedy);
+            }
+            let keep_out = KeepOut {
+                name: name.clone(),
+                of: it.of,
+                monitor: monitor.cloned(),
+                bearings: it.bearings,
+                elevations: it.elevations,
+            };
+            self.placed(read, placed, at, &keep_out);
+            self.aims_clear_of(read, placed, &keep_out);
+            keep_outs.push(keep_out);
+        }
+        if let Some(first) = read.keep_out.get(KEEP_OUTS_MAX) {
+            let at = first.span().start;
+            let what = text::CheckKeepOutsTooMany { most: KEEP_OUTS_MAX }.words();
+            self.say(at, what, text::CheckKeepOutsTooManyRemedy.words());
+        }
+        keep_outs
+    }
+
+    /// Bearings are those of the site: a monitor without a place has none.
+    fn placed(
+        &mut self,
+        read: &File,
+        placed: &BTreeMap<String, Place>,
+        at: usize,
+        keep_out: &KeepOut,
+    ) {
+        let ids = read.monitor.iter().map(|it| it.get_ref().id.get_ref());
+        for id in ids.filter(|id| keep_out.is_of(id) && !placed.contains_key(*id)) {
+            let what = text::CheckKeepOutPlace { name: &keep_out.name, monitor: id }.words();
+            self.say(at, what, text::CheckKeepOutPlaceRemedy { monitor: id }.words());
+        }
+    }
+
+    /// Where a monitor aims without knowing more must not be kept clear.
+    fn aims_clear_of(&mut self, read: &File, placed: &BTreeMap<String, Place>, keep_out: &KeepOut) {
+        for spanned in &read.aim {
+            let aim = spanned.get_ref();
+            let place = placed.get(&aim.monitor).filter(|_| keep_out.is_of(&aim.monitor));
+            let horizontal = Span::at(aim.horizontal.into());
+            let swept = Swept { horizontal, ..Swept::WHOLE };
+            if place.is_some_and(|place| keep_out.meets(place, swept)) {
+                let (name, monitor) = (&keep_out.name, &aim.monitor);
+                let what = text::CheckKeepOutAim { monitor, zone: &aim.zone, name }.words();
+                self.say(spanned.span().start, what, text::CheckKeepOutAimRemedy.words());
+            }
+        }
+    }
 }
 
-/// Where things are, if the file says it of a monitor.
-pub fn site(
-    monitors: &[Spanned<Monitor>],
-    tanks: Vec<Spanned<Tank>>,
-    walls: Vec<Spanned<Wall>>,
-) -> Option<Site> {
-    let placed = monitors.iter().map(Spanned::get_ref).filter_map(|it| {
-        let (at, heading, height) = (*it.at.as_ref()?.get_ref(), it.heading, it.height);
-        Some((it.id.get_ref().clone(), Place { at, heading, height }))
-    });
-    let monitors: BTreeMap<String, Place> = placed.collect();
-    let tanks = tanks.into_iter().map(Spanned::into_inner).collect();
-    let walls = walls.into_iter().map(Spanned::into_inner).collect();
-    (!monitors.is_empty()).then_some(Site { monitors, tanks, walls })
+/// What a list of tables consists of.
+pub fn values<T: Clone>(list: &[Spanned<T>]) -> Vec<T> {
+    list.iter().map(|it| it.get_ref().clone()).collect()
 }

@@ -5,6 +5,25 @@ use lafet_site::config::{ContactKind, Kind, OutputKind};
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::site::keep_out::KeptFor;
+
+/// A keep-out as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeepOut {
+    pub name: Spanned<String>,
+    #[serde(rename = "for")]
+    pub of: KeptFor,
+    pub monitor: Option<Spanned<String>>,
+    pub bearings: [f64; 2],
+    #[serde(default = "every_elevation")]
+    pub elevations: [f64; 2],
+}
+
+const fn every_elevation() -> [f64; 2] {
+    [-90.0, 90.0]
+}
+
 /// A bus as written.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -11,6 +11,7 @@ use toml::Spanned;
 
 use super::check::Check;
 use super::file::File;
+use super::places::values;
 use crate::command::request::MonitorRequest;
 use crate::error::ApiError;
 
@@ -295,10 +296,6 @@ impl Check<'_> {
         }
         aims
     }
-}
-
-fn values<T: Clone>(list: &[Spanned<T>]) -> Vec<T> {
-    list.iter().map(|it| it.get_ref().clone()).collect()
 }
 
 /// Where what a problem is about is written, by its place: `zone hall`.

@@ -76,7 +76,9 @@ impl Station {
         (number, mut beats): (u64, mpsc::Receiver<()>),
     ) -> Result<MotionWord, ApiError> {
         let speed = hub.simulated().map_or(1.0, |simulation| simulation.speed());
-        let hold = Hold { clock_permille: (speed * 1000.0) as u32, ..Hold::default() };
+        let no_farther = hub.bound_by_keep_outs(self, beat.drive, beat.toward)?;
+        let clock_permille = (speed * 1000.0) as u32;
+        let hold = Hold { clock_permille, no_farther, ..Hold::default() };
         let mut jog = drive.jog_with(beat.toward, hold).map_err(|error| ApiError::from(&error))?;
         let way = if beat.toward == Toward::Max { "max" } else { "min" };
         let what = format!("jog {} {way}", beat.drive);

@@ -34,6 +34,7 @@ use crate::publish::broadcast::Audiences;
 use crate::publish::topics::Topics;
 use crate::recording::Recordings;
 use crate::simulation::{Scene, Simulation};
+use crate::site::keep_out::KeepOut;
 use crate::site::{Place, Site};
 use crate::store::integrity::Integrity;
 use crate::store::{self, Audit, Events, History, StoreError};
@@ -213,6 +214,15 @@ impl Hub {
     /// Where a monitor is, if the configuration has it.
     pub fn place_of(&self, id: &str) -> Option<Place> {
         lock(&self.0.site).as_ref()?.monitors.get(id).copied()
+    }
+
+    /// The keep-outs that concern a monitor, if it has a place.
+    pub fn keep_outs(&self, id: &str) -> Option<(Place, Vec<KeepOut>)> {
+        let site = lock(&self.0.site);
+        let site = site.as_ref()?;
+        let place = *site.monitors.get(id)?;
+        let of: Vec<KeepOut> = site.keep_outs.iter().filter(|it| it.is_of(id)).cloned().collect();
+        (!of.is_empty()).then_some((place, of))
     }
 
     /// Height of a monitor's nozzle above the ground, cm, if the configuration has it.

@@ -180,6 +180,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
         }
         noted.note(&hub, station.id(), &status);
         station.set_status(&hub, status);
+        hub.watch_keep_outs(&station);
         observe_news(&hub, &station, &mut observed);
     }
 }

@@ -10,6 +10,7 @@ use serde::Serialize;
 use tokio::sync::{Notify, watch};
 use utoipa::ToSchema;
 
+use crate::command::keep_out::Barrel;
 use crate::command::urgent::Lane;
 use crate::config::MonitorConfig;
 use crate::control::authority::Authority;
@@ -63,6 +64,8 @@ pub struct Station {
     /// Stop, Close and Lockout on that are under way.
     pub urgent: Lane,
     state: Mutex<State>,
+    /// Where its barrel was sent.
+    pub barrel: Mutex<Barrel>,
     /// Its motions by hand.
     pub jogs: Mutex<Jogs>,
     /// The tuning that runs.
@@ -134,6 +137,7 @@ impl Station {
             programs: Mutex::default(),
             urgent: Lane::default(),
             state: Mutex::default(),
+            barrel: Mutex::default(),
             jogs: Mutex::default(),
             tuning: Mutex::default(),
             interrupted: AtomicU64::new(0),

@@ -100,6 +100,25 @@ impl Subsystem {
 }
 
 impl Status {
+    /// Where a drive is; `None` of one whose limits are off or that is not homed, too (§D/7).
+    pub fn position(&self, drive: SubsystemId) -> Option<i64> {
+        let limitless = self.is_set(drive, "Limitless");
+        self.valid(drive, "position").filter(|_| !limitless)
+    }
+
+    /// Whether water flows or may flow: a valve is not closed for certain, or there is flow.
+    pub fn flows(&self) -> bool {
+        let flow = self.valid(SubsystemId::GENERAL, "flowrate");
+        let shut = |valve: &SubsystemId| {
+            let is_set = |flag| self.is_set(*valve, flag);
+            is_set("Closed") && !is_set("Opening") && !is_set("CloseSensorFault")
+        };
+        match &self.valves()[..] {
+            [] => flow != Some(0),
+            valves => !valves.iter().all(shut) || flow.is_some_and(|flow| flow > 0),
+        }
+    }
+
     /// The status word of a subsystem, if the monitor has it.
     pub fn bits(&self, id: SubsystemId) -> Option<u32> {
         self.subsystems.get(id.name()?).map(|state| state.bits)

@@ -1,12 +1,15 @@
 //! Where things are on the site: metres east and north of its origin, bearings clockwise from north.
 
 pub mod jet;
+pub mod keep_out;
 pub mod thrown;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+use keep_out::KeepOut;
 
 /// The map of a site.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, ToSchema)]
@@ -17,6 +20,8 @@ pub struct Site {
     pub tanks: Vec<Tank>,
     /// Walls.
     pub walls: Vec<Wall>,
+    /// Sectors that no water goes into.
+    pub keep_outs: Vec<KeepOut>,
 }
 
 /// Position and bearing of a monitor.

@@ -24,6 +24,7 @@ use crate::config::{Target, ZonesConfig};
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
+use crate::site::keep_out::Span;
 use crate::site::{Place, jet};
 
 /// The ellipse of a place holds the fire with this probability.
@@ -218,7 +219,7 @@ impl Hub {
             let of = |fire: &FirePlace| {
                 let way_m = fire.distance_m(&place);
                 let far = jet::reaches(self, &station, way_m as f32) == Some(false);
-                (!points(&station, fire.azimuth_arcmin(&place)), far, (way_m / STEP_M) as u32)
+                (!self.may_aim(&station, &place, fire), far, (way_m / STEP_M) as u32)
             };
             sure().map(of).min()
         };
@@ -243,7 +244,7 @@ impl Hub {
         for id in &zone.monitors {
             let Some(place) = self.place_of(id) else { continue };
             let Ok(other) = self.station(id) else { continue };
-            let can = |index: &usize| points(&other, sure[*index].azimuth_arcmin(&place));
+            let can = |index: &usize| self.may_aim(&other, &place, sure[*index]);
             let nearest = |index: &usize| (taken[*index], sure[*index].distance_m(&place) as u32);
             let Some(fire) = (0..sure.len()).filter(can).min_by_key(nearest) else { continue };
             taken[fire] += 1;
@@ -252,6 +253,16 @@ impl Hub {
             }
         }
         None
+    }
+}
+
+impl Hub {
+    /// Whether a monitor may point at a fire: its limits have it, and no keep-out is in what it scans.
+    fn may_aim(&self, station: &Station, place: &Place, fire: &FirePlace) -> bool {
+        let azimuth = fire.azimuth_arcmin(place);
+        let half = fire.target(place).map_or(0.0, |it| f64::from(it.sector.width) / 2.0);
+        let clear = self.is_clear(station.id(), Span::around(azimuth, half));
+        points(station, azimuth) && clear
     }
 }
 

@@ -13,7 +13,7 @@
 pub mod fires;
 mod line;
 mod notes;
-mod orders;
+pub mod orders;
 mod stored;
 pub mod view;
 

@@ -170,7 +170,7 @@ impl Hub {
 }
 
 /// The requests that end water: valves, and the program that aims.
-fn closing(station: &Station) -> Vec<Result<MonitorRequest, ApiError>> {
+pub fn closing(station: &Station) -> Vec<Result<MonitorRequest, ApiError>> {
     let status = station.status();
     let valves = match &status.valves()[..] {
         [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],

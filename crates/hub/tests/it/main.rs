@@ -11,6 +11,7 @@ mod console;
 mod description;
 mod entry;
 mod jets;
+mod keep_out;
 mod kinds;
 mod modbus;
 mod packed;

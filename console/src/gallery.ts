@@ -27,6 +27,7 @@ const SITE: PlanSite = {
     { name: 'T-4', at: [15, 15], diameter: 10, height: 6 },
   ],
   walls: [{ name: 'W', from: [-12, -9], to: [-4, -14], height: 3 }],
+  keep_outs: [{ name: 'Stand', for: 'people', monitor: null, bearings: [350, 20], elevations: [-90, 90] }],
 };
 const SERIES: PlotSeries[] = [
   { id: 'pressure', label: 'Pressure', unit: 'MPa', digits: 2, range: [0, 1.2] },

@@ -209,7 +209,7 @@ export class PageOperate extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'scene', 'monitors/']);
+    new TopicController(this, () => [SECOND, 'scene', 'monitors/', 'zones']);
   }
 
   override connectedCallback(): void {
@@ -339,6 +339,7 @@ export class PageOperate extends LitElement {
         : html`<lf-plan
             .site=${site}
             .monitors=${monitors}
+            .located=${store.get('zones')?.fires ?? []}
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}

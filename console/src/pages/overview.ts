@@ -222,7 +222,7 @@ export class PageOverview extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'monitors/', 'alarms/', 'scene']);
+    new TopicController(this, () => [SECOND, 'monitors/', 'alarms/', 'scene', 'zones']);
   }
 
   override render() {
@@ -260,6 +260,7 @@ export class PageOverview extends LitElement {
         .site=${site}
         .monitors=${monitors}
         .running=${this.onPlan.running(site, ids)}
+        .located=${store.get('zones')?.fires ?? []}
         .scene=${scene}
         @select=${(e: CustomEvent<{ id: string }>) => router.go('operate', e.detail.id)}
       ></lf-plan>

@@ -1,5 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, svg, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
+import type { FirePlace } from '../hub/api';
 import { t } from '../i18n';
 import { placeIn } from '../theme/display';
 import {
@@ -80,6 +81,8 @@ export class LfPlan extends LitElement {
   @property({ attribute: false }) monitors: readonly PlanMonitor[] = [];
   @property({ attribute: false }) scene: PlanScene | null = null;
   @property() selected: string = '';
+  /** Where the zone controller has found fires, or what may be ghosts of them. */
+  @property({ attribute: false }) located: readonly FirePlace[] = [];
   @property({ reflect: true }) mode: 'full' | 'mini' = 'full';
   @property({ reflect: true }) tool: 'look' | 'sector' | 'aim' = 'look';
   /** The drawing; the page may set it. */
@@ -129,7 +132,8 @@ export class LfPlan extends LitElement {
   protected override willUpdate(changed: PropertyValues): void {
     if (changed.has('scene') && this.scene !== this.seen) this.keepDrops();
     const moved = changed.has('site') || changed.has('size') || changed.has('mode');
-    const gone = !this.touched && (changed.has('scene') || changed.has('monitors')) && this.isBeyond();
+    const gone =
+      !this.touched && (changed.has('scene') || changed.has('monitors') || changed.has('located')) && this.isBeyond();
     if (this.size[0] && (!this.view || (moved && !this.touched) || gone)) this.view = this.whole();
     if (changed.has('tool') && this.tool === 'look') this.drag = null;
   }
@@ -145,7 +149,7 @@ export class LfPlan extends LitElement {
     const { view } = this;
     const [width, height] = this.size;
     if (!view) return false;
-    return shownPlaces(this.site, this.scene, this.monitors).some(([at]) => {
+    return shownPlaces(this.site, this.scene, this.monitors, this.located).some(([at]) => {
       const [x, y] = toScreen(view, width, height, at);
       return x < 0 || x > width || y < this.above || y > height;
     });
@@ -155,7 +159,7 @@ export class LfPlan extends LitElement {
     const known = this.site ?? siteOf(this.monitors);
     const [width, height] = this.size;
     const margin = this.mode === 'mini' ? MARGIN_MINI_PX : MARGIN_PX;
-    const box = boundsOf(shownPlaces(known, this.scene, this.monitors));
+    const box = boundsOf(shownPlaces(known, this.scene, this.monitors, this.located));
     // Nothing at the edge may be covered by the buttons.
     const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
     const view = viewOf(box, width - aside, height - this.above, margin);
@@ -290,10 +294,12 @@ export class LfPlan extends LitElement {
         patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`
       }
       ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
+      ${!mini && chosen && this.site ? layers.keepOuts(camera, this.site, chosen) : nothing}
       ${this.site ? layers.structures(camera, this.site) : nothing}
       ${!mini && chosen ? layers.rangeNames(camera, chosen, lengthText, (d) => t('parts.plan.reach', { d }), layers.taken(camera, this.site, this.monitors, names)) : nothing}
       ${layers.drops(camera, this.drops, performance.now())}
       ${this.scene ? layers.fires(camera, this.scene) : layers.found(camera, foundFires(this.monitors))}
+      ${layers.located(camera, this.located)}
       ${mini ? nothing : this.monitors.map((m) => this.runningOf(camera, m))}
       ${!mini && chosen ? layers.landingArea(camera, chosen) : nothing}
       ${layers.jets(camera, this.monitors)}
@@ -391,6 +397,7 @@ export class LfPlan extends LitElement {
       ...burning.map(({ name }) =>
         t('parts.plan.fire', { name: fireTitle(name, this.scene?.fires ?? [], this.site?.tanks ?? []) }),
       ),
+      ...this.located.map(({ zone, standing }) => t(`parts.plan.located_${standing}`, { zone })),
       ...found.map(({ seen_by }) => t('parts.plan.found', { monitors: seen_by.join(', ') })),
     ].join('; ');
   }
@@ -594,6 +601,7 @@ function siteOf(monitors: readonly PlanMonitor[]): PlanSite {
     monitors: Object.fromEntries(monitors.map((monitor) => [monitor.id, monitor])),
     tanks: [],
     walls: [],
+    keep_outs: [],
   };
 }
 

@@ -11,5 +11,5 @@ export function standAlone(site: Site | null, ids: string[]): Site {
     .forEach((id, n) => {
       monitors[id] = { at: [n * APART_M, site ? -APART_M : 0], heading: 0, height: 2 };
     });
-  return { monitors, tanks: site?.tanks ?? [], walls: site?.walls ?? [] };
+  return { monitors, tanks: site?.tanks ?? [], walls: site?.walls ?? [], keep_outs: site?.keep_outs ?? [] };
 }

@@ -157,6 +157,7 @@ describe('plan model', () => {
     monitors: { M1: { at: [-20, -20] as Place, heading: 45, height: 6 } },
     tanks: [{ name: 'T-1', at: [0, 0] as Place, diameter: 10, height: 6 }],
     walls: [],
+    keep_outs: [],
   };
   const status = (flags: string[]) => ({
     stale: false,
@@ -241,6 +242,7 @@ describe('landing in a simulation', () => {
     monitors: { M1: { at: [0, 0] as Place, heading: 0, height: 2 } },
     tanks: [],
     walls: [],
+    keep_outs: [],
   };
   const scene = (splashes: { monitor: string; at: Place; litres: number; foam: number }[]) => ({
     t_s: 1,

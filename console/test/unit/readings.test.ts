@@ -4,7 +4,12 @@ import { store } from '../../src/hub/store';
 import { field, position } from '../../src/pages/operate/state';
 import { jetAsked, planMonitor } from '../../src/parts/plan/model';
 
-const site = { monitors: { M1: { at: [0, 0] as [number, number], heading: 0, height: 2 } }, tanks: [], walls: [] };
+const site = {
+  monitors: { M1: { at: [0, 0] as [number, number], heading: 0, height: 2 } },
+  tanks: [],
+  walls: [],
+  keep_outs: [],
+};
 
 const status = (bad: { General?: string; Vertical?: string }) => ({
   at_ms: 1,

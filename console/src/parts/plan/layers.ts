@@ -1,5 +1,6 @@
 // The contents of the plan, layer by layer, as SVG. Pure: a camera and objects in, templates out.
 import { nothing, type SVGTemplateResult, svg } from 'lit';
+import type { FirePlace } from '../../hub/api';
 import { num } from '../../i18n';
 import type { Spot } from '../found';
 import {
@@ -191,6 +192,34 @@ export function ranges(camera: Camera, monitor: PlanMonitor): SVGTemplateResult 
       ${forbidden(monitor, far * scale)}
     </g>
   </g>`;
+}
+
+/** The sectors that no water of the chosen monitor goes into, with their names. */
+export function keepOuts(camera: Camera, site: PlanSite, monitor: PlanMonitor): SVGTemplateResult {
+  const [x, y] = px(camera, monitor.at);
+  const far = monitor.reach_m || 40;
+  const own = site.keep_outs.filter((it) => it.monitor === null || it.monitor === monitor.id);
+  return svg`${own.map(({ name, bearings: [from, to] }) => {
+    const width = to - from >= 360 ? 360 : (to - from + 720) % 360;
+    const middle = from + width / 2;
+    const [u, v] = px(camera, placeAt(monitor.at, middle, far * 0.7));
+    return svg`<g class="keep-out" data-name=${name}>
+      <path transform="translate(${f(x)} ${f(y)})" d=${ringPath(middle, Math.max(width, 0.5), 0, far * camera.view.scale)}></path>
+      <text x=${f(u)} y=${f(v)} dy="0.35em">${name}</text>
+    </g>`;
+  })}`;
+}
+
+/** Places where bearings of detectors cross, with the ellipse that holds a fire with 95 %. */
+export function located(camera: Camera, places: readonly FirePlace[]): SVGTemplateResult {
+  return svg`${places.map(({ at, standing, zone, major_m, minor_m, direction_deg }) => {
+    const [x, y] = px(camera, at);
+    const radius = (metres: number): string => f(Math.max(metres * camera.view.scale, 4));
+    return svg`<g class="located ${standing}" data-zone=${zone} transform="translate(${f(x)} ${f(y)})">
+      <ellipse rx=${radius(minor_m)} ry=${radius(major_m)} transform="rotate(${f(direction_deg)})"></ellipse>
+      ${standing === 'sure' ? svg`<path class="flame" d=${FLAME}></path>` : svg`<text dy="0.35em">${standing === 'ghost' ? '×' : '?'}</text>`}
+    </g>`;
+  })}`;
 }
 
 /** The distances of the rings, where each can be read; one that cannot is not written. */

@@ -1,4 +1,5 @@
 // What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
+import type { FirePlace, KeepOut } from '../../hub/api';
 import type { Jet, JetAsked } from '../../hub/jets';
 import { validOf } from '../../hub/readings';
 import { t } from '../../i18n';
@@ -10,6 +11,7 @@ export interface PlanSite {
   monitors: Record<string, { at: Place; heading: number; height: number }>;
   tanks: readonly Tank[];
   walls: readonly Wall[];
+  keep_outs: readonly KeepOut[];
 }
 
 export interface PlanScene {
@@ -226,9 +228,11 @@ export function shownPlaces(
   site: PlanSite | null,
   scene: PlanScene | null,
   monitors: readonly PlanMonitor[],
+  located: readonly FirePlace[],
 ): (readonly [Place, number])[] {
   const found = scene ? [] : foundFires(monitors).map(({ at }) => [at, FOUND_M] as const);
-  return [...placesOf(site, scene), ...found];
+  const sure = located.filter(({ standing }) => standing === 'sure');
+  return [...placesOf(site, scene), ...found, ...sure.map(({ at, major_m }) => [at, major_m] as const)];
 }
 
 /** Name of a fire: the tank that it is on, else its number. */

@@ -151,6 +151,35 @@ export const planStyle = css`
     stroke: var(--line-strong);
     stroke-opacity: 0.5;
   }
+  .keep-out path {
+    fill: url(#hatch);
+    stroke: var(--high);
+    stroke-width: 1.5;
+    stroke-dasharray: 6 4;
+  }
+  .keep-out text,
+  .located text {
+    fill: var(--text);
+    font-size: var(--t-tiny);
+    font-weight: 600;
+    text-anchor: middle;
+    paint-order: stroke;
+    stroke: var(--surface);
+    stroke-width: 4px;
+    stroke-linejoin: round;
+  }
+  .located ellipse {
+    fill: none;
+    stroke: var(--line-strong);
+    stroke-width: 1.5;
+    stroke-dasharray: 4 3;
+  }
+  .located.sure ellipse {
+    fill: var(--fire);
+    fill-opacity: 0.22;
+    stroke: var(--fire);
+    stroke-dasharray: none;
+  }
   .fire-area {
     fill: var(--fire);
     fill-opacity: 0.22;

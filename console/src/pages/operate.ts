@@ -135,6 +135,8 @@ export class PageOperate extends LitElement {
         overflow-y: auto;
         padding: var(--s1);
         margin: calc(-1 * var(--s1));
+        /* Its parts are lower where it is, as beside the bar of the first steps. */
+        container-type: size;
       }
       @container (min-width: 1500px) {
         .page {
@@ -162,6 +164,7 @@ export class PageOperate extends LitElement {
           height: 56vh;
         }
         .side {
+          container-type: normal;
           height: auto;
           min-height: 0;
           overflow: visible;

@@ -47,14 +47,18 @@ export class LfGuide extends LitElement {
         max-height: 40dvh;
         overflow-y: auto;
       }
+      /* Beside the text, so that the bar takes little of a low window. */
       .name {
-        grid-column: 1 / -1;
+        grid-area: 1 / 2;
         display: flex;
         align-items: center;
         gap: var(--s3);
         font-size: var(--t-small);
         font-weight: 600;
         color: var(--dim);
+      }
+      .text {
+        grid-area: 1 / 1 / span 2;
       }
       h2 {
         font-size: var(--t-large);
@@ -116,6 +120,10 @@ export class LfGuide extends LitElement {
         .card {
           grid-template-columns: minmax(0, 1fr);
           padding: var(--s2) var(--s25);
+        }
+        .name,
+        .text {
+          grid-area: auto;
         }
       }
     `,
@@ -191,10 +199,12 @@ export class LfGuide extends LitElement {
             ${this.steps.slice(1).map((_, n) => html`<i class=${n < this.at ? 'past' : ''}></i>`)}
           </div>
         </div>
-        <div role="status">
+        <div class="text" role="status">
           <h2>${this.text(step, '_title')}</h2>
-          <p>${this.text(step)}</p>
-          ${step.name === 'fire' && this.burns() ? html`<p class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</p>` : nothing}
+          <p>
+            ${this.text(step)}
+            ${step.name === 'fire' && this.burns() ? html`<span class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</span>` : nothing}
+          </p>
         </div>
         <footer>
           ${

@@ -58,6 +58,22 @@ async function whole(page: Page, parts: string): Promise<void> {
 }
 
 test.each(VIEWS.filter(({ width }) => width > 1000))(
+  'Operate shows all its tiles beside the first steps in $lang, $width × $height',
+  async ({ lang, ...size }) => {
+    const page = await demo.open('#/m/M1/operate', lang, size, 'normal', 'wanted');
+    await page.locator('lf-automatic #draw').waitFor();
+    const next = page.locator('#guide-skip, #guide-next').first();
+    for (let more = true; more; ) {
+      await settled(page);
+      await whole(page, 'lf-automatic .tiles > lf-button');
+      more = (await next.count()) > 0;
+      if (more) await next.click();
+    }
+    await page.context().close();
+  },
+);
+
+test.each(VIEWS.filter(({ width }) => width > 1000))(
   'Operate shows all its tiles in $lang, $width × $height',
   async ({ lang, ...size }) => {
     await until(async () => (await demo.get<Monitor>('/api/monitors/M1')).authority.state === 'free');

@@ -54,13 +54,26 @@ export class LfAutomatic extends LitElement {
         font-size: var(--t-small);
         letter-spacing: -0.01em;
       }
-      /* A tablet in landscape format shows all of them without scrolling. */
-      @media (max-height: 820px) {
+      /* All of them are shown without scrolling, on a tablet and beside the bar of the first steps too. */
+      @container (max-height: 700px) {
         .card {
           padding: var(--s2) var(--s25);
         }
         .tiles {
           --lf-button-height: 56px;
+        }
+      }
+      @container (max-height: 570px) {
+        .card {
+          padding-block: var(--s1);
+        }
+        .tiles {
+          --lf-button-height: var(--touch);
+          row-gap: var(--s1);
+        }
+        .running {
+          min-height: var(--touch);
+          padding-block: 0;
         }
       }
       .running {

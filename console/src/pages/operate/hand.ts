@@ -44,12 +44,26 @@ export class LfHand extends LitElement {
       ::slotted(*) {
         height: 150px;
       }
-      @media (max-height: 820px) {
+      @container (max-height: 700px) {
         .turn {
           --joystick: 150px;
         }
         .card {
           padding-block: var(--s2);
+        }
+      }
+      @container (max-height: 570px) {
+        .turn {
+          --joystick: 100px;
+        }
+        lf-joystick {
+          gap: var(--s1);
+        }
+        ::slotted(*) {
+          height: 100px;
+        }
+        .card {
+          padding-block: var(--s1);
         }
       }
       .nozzle {
@@ -58,6 +72,11 @@ export class LfHand extends LitElement {
         align-items: end;
         gap: var(--s2);
         margin-top: var(--s2);
+      }
+      @container (max-height: 570px) {
+        .nozzle {
+          margin-top: 0;
+        }
       }
       .hold {
         font: inherit;

@@ -89,6 +89,19 @@ export class LfValves extends LitElement {
         --lf-button-height: 52px;
         --lf-button-padding: var(--s2);
       }
+      @container (max-height: 570px) {
+        .card {
+          padding-block: var(--s1);
+        }
+        .valve + .valve {
+          margin-top: var(--s1);
+          padding-top: var(--s1);
+        }
+        lf-hold,
+        lf-button {
+          --lf-button-height: var(--touch);
+        }
+      }
       @container (max-width: 350px) {
         .valve {
           grid-template-columns: 1fr 84px;

@@ -5,7 +5,7 @@ import { type Dictionary, dictionary } from '../../src/hub/dictionary';
 import type { AuditEntry } from '../../src/hub/types';
 import { loadLang, setLang } from '../../src/i18n';
 import { kindOf } from '../../src/pages/events/model';
-import { endingWords, learnSimulation, stateWords, wordsOf } from '../../src/pages/events/words';
+import { endingWords, isOwn, learnSimulation, stateWords, userWords, wordsOf } from '../../src/pages/events/words';
 
 const dict = JSON.parse(readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8')) as Dictionary;
 
@@ -190,4 +190,15 @@ it('says how a motion ended, and of a bad value that it is', async () => {
     bad: { pressure: 'PressureSensorBreak' },
   };
   expect(stateWords('General', state)).toMatch(/^0\.00\u202fMPa \(not valid: .*pressure/i);
+});
+
+describe('who', () => {
+  it('is named as people say it, in the filter as in the table', async () => {
+    const wanted = { en: ['Hub', 'Zones'], ru: ['Сервер объекта', 'Зоны'] } as const;
+    for (const lang of ['en', 'ru'] as const) {
+      await setLang(lang);
+      expect(['hub', 'zones'].map(userWords)).toEqual(wanted[lang]);
+    }
+    expect([userWords('anna'), isOwn('anna'), isOwn('toString')]).toEqual(['anna', false, false]);
+  });
 });

@@ -6,7 +6,7 @@ import { type IconName, icon } from '../../parts/icons';
 import { subsystemName } from '../../shell/request';
 import { show } from '../../units';
 import { type Deed, type Fate, fateOf, isNeedless, plainDetails } from './model';
-import { endingWords, outcomeMeaning, outcomeWords, stateWords, wordsOf } from './words';
+import { endingWords, isOwn, outcomeMeaning, outcomeWords, stateWords, userWords, wordsOf } from './words';
 
 const FATES: Record<Fate, IconName> = { done: 'check', open: 'clock', refused: 'lock', failed: 'warning' };
 
@@ -27,8 +27,8 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: n
     <td class="c-time"><span class="time">${dateTime(first.at_ms)}</span></td>
     <td class="c-who">
       ${
-        first.via === 'hub' && first.user === 'hub'
-          ? t('events.hub')
+        isOwn(first.user)
+          ? userWords(first.user)
           : html`<b>${first.user}</b>
             <div class="small dim">${first.role ? named(`role.${first.role}`, first.role) : ''}</div>`
       }

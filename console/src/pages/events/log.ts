@@ -20,7 +20,7 @@ import type { Simulation } from '../training/model';
 import { renderDeed, renderInside } from './deed';
 import { type Deed, deedsOf, fieldTime, joined, type Kind, type LogFilter, matches } from './model';
 import { eventStyle } from './style';
-import { learnSimulation, wordsOf } from './words';
+import { learnSimulation, userWords, wordsOf } from './words';
 
 const LIMIT = 200;
 const FOLLOW_MS = 2000;
@@ -152,7 +152,7 @@ export class LfAuditLog extends LitElement {
           <option value="">${t('events.everybody')}</option>
           ${[...this.users]
             .sort()
-            .map((user) => html`<option value=${user} ?selected=${user === this.user}>${user}</option>`)}
+            .map((user) => html`<option value=${user} ?selected=${user === this.user}>${userWords(user)}</option>`)}
         </select>
       </label>
       <label class="field"

@@ -28,6 +28,18 @@ function roleName(role: Role): string {
   return t(`role.${role}`);
 }
 
+/** Names that no user can have: what the hub does by itself, and its zones. */
+const OWN: Readonly<Record<string, Key>> = { hub: 'events.hub', zones: 'nav.zones' };
+
+/** Whether entries of this user are the hub's own. */
+export function isOwn(user: string): boolean {
+  return Object.hasOwn(OWN, user);
+}
+
+export function userWords(user: string): string {
+  return isOwn(user) ? t(OWN[user]!) : user;
+}
+
 export function wordsOf(entry: AuditEntry): string {
   const act = actOf(entry);
   return act ? actWords(act, entry.what) : entry.what;

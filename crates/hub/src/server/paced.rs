@@ -4,8 +4,12 @@
 //! Every connection has a small allowance of its own, which no other connection can use up while it
 //! is open; what it reads beyond that comes out of the allowance that its address shares. So one
 //! that is quiet is served at once, whatever the others do.
+//!
+//! At its end what the client still sends is read and dropped: closing with bytes unread resets the
+//! connection, and the client would lose the answer that it has not read yet.
 
 use std::io;
+use std::mem::MaybeUninit;
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
@@ -18,6 +22,11 @@ use crate::sync::lock;
 
 /// A connection that takes nothing for this time is closed.
 const STALLED: Duration = Duration::from_secs(15);
+/// At its end a connection is closed when nothing has come for this time, or after the longest.
+const LINGERS: Duration = Duration::from_secs(2);
+const LINGERS_MAX: Duration = Duration::from_secs(30);
+/// What is read and dropped at once.
+const DROPPED: usize = 16 * 1024;
 
 /// A connection that reads no faster than its allowance.
 #[derive(Debug)]
@@ -29,12 +38,32 @@ pub struct Paced<S> {
     /// Pause until it owes nothing.
     pause: Option<Pin<Box<Sleep>>>,
     stalled: Option<Pin<Box<Sleep>>>,
+    /// All is sent; what still comes is dropped.
+    linger: Option<Linger>,
+}
+
+/// When a connection that has ended on this side is closed.
+#[derive(Debug)]
+struct Linger {
+    due: Pin<Box<Sleep>>,
+    latest: Instant,
+}
+
+impl Linger {
+    fn new() -> Self {
+        Self { due: Box::pin(sleep(LINGERS)), latest: Instant::now() + LINGERS_MAX }
+    }
+
+    /// Something has come.
+    fn go_on(&mut self) {
+        self.due.as_mut().reset(self.latest.min(Instant::now() + LINGERS));
+    }
 }
 
 impl<S> Paced<S> {
     /// Paces a connection. What an earlier one owes is waited for first.
     pub fn new(stream: S, allowance: Allowance, start: Instant) -> Self {
-        let mut paced = Self { stream, start, allowance, pause: None, stalled: None };
+        let mut paced = Self { stream, start, allowance, pause: None, stalled: None, linger: None };
         paced.owe(0.0);
         paced
     }
@@ -101,7 +130,26 @@ impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
+impl<S: AsyncRead + Unpin> Paced<S> {
+    /// Reads and drops what comes until the client closes, is quiet, or has had its time.
+    fn poll_linger(&mut self, cx: &mut Context<'_>) -> Poll<()> {
+        let mut dropped = [MaybeUninit::uninit(); DROPPED];
+        loop {
+            let over = |it: &mut Linger| it.due.as_mut().poll(cx).is_ready();
+            if self.linger.as_mut().is_none_or(over) {
+                return Poll::Ready(());
+            }
+            let mut buffer = ReadBuf::uninit(&mut dropped);
+            let read = ready!(Pin::new(&mut *self).poll_read(cx, &mut buffer));
+            if read.is_err() || buffer.filled().is_empty() {
+                return Poll::Ready(());
+            }
+            self.linger.iter_mut().for_each(Linger::go_on);
+        }
+    }
+}
+
+impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Paced<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -130,8 +178,12 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        let shut = Pin::new(&mut self.stream).poll_shutdown(cx);
-        self.watch(cx, shut)
+        if self.linger.is_none() {
+            let shut = Pin::new(&mut self.stream).poll_shutdown(cx);
+            ready!(self.watch(cx, shut))?;
+            self.linger = Some(Linger::new());
+        }
+        self.poll_linger(cx).map(Ok)
     }
 }
 
@@ -185,6 +237,34 @@ mod tests {
         let error = stream.write_all(&[0; 64]).await.unwrap_err();
         assert_eq!((error.kind(), began.elapsed()), (io::ErrorKind::TimedOut, STALLED));
         drop(client);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_comes_after_the_end_is_dropped_until_it_ends() {
+        let part = Duration::from_millis(900);
+        let closed_after = async |parts: u32, closes: bool| {
+            let (mut client, stream) = duplex(64);
+            let mut stream = Paced::new(stream, allowance(), Instant::now());
+            let began = Instant::now();
+            let sends = async move {
+                for _ in 0..parts {
+                    sleep(part).await;
+                    client.write_all(&[0; 64]).await.unwrap();
+                }
+                if !closes {
+                    sleep(2 * LINGERS_MAX).await;
+                }
+            };
+            let sends = tokio::spawn(sends);
+            stream.shutdown().await.unwrap();
+            sends.abort();
+            began.elapsed()
+        };
+        assert_eq!(closed_after(0, true).await, Duration::ZERO);
+        assert_eq!(closed_after(0, false).await, LINGERS);
+        assert_eq!(closed_after(5, true).await, part * 5);
+        assert_eq!(closed_after(5, false).await, part * 5 + LINGERS);
+        assert_eq!(closed_after(1000, true).await, LINGERS_MAX);
     }
 
     #[tokio::test(start_paused = true)]

@@ -5,12 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::support::{PASSWORD, Reply, Site, http_over, until};
+use crate::support::{PASSWORD, PATIENCE, Reply, Site, http_over, until};
 use lafet_hub::access::Role;
 use lafet_hub::{Clock, ManualTime, TlsConfig};
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 use serde_json::json;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
+use tokio::time::timeout;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 use tokio_rustls::rustls::pki_types::{PrivateKeyDer, ServerName};
@@ -382,6 +384,39 @@ impl Authority {
         let name = ServerName::try_from("localhost").unwrap();
         TlsConnector::from(Arc::new(config)).connect(name, stream).await
     }
+}
+
+/// Sends all of a body that is refused before it is read, and only then reads the answer.
+async fn refused_while_sending(mut stream: impl AsyncRead + AsyncWrite + Unpin) -> String {
+    let body = vec![b'x'; 16 << 20];
+    let head = format!(
+        "POST /api/monitors/M1/requests HTTP/1.1\r\nHost: localhost\r\nContent-Length: {}\r\n\r\n",
+        body.len()
+    );
+    stream.write_all(head.as_bytes()).await.unwrap();
+    stream.write_all(&body).await.expect("what is sent is taken");
+    stream.flush().await.unwrap();
+    let mut answer = Vec::new();
+    let read = timeout(PATIENCE, stream.read_to_end(&mut answer)).await.expect("in time");
+    assert!(read.is_ok(), "the connection ends in good order: {read:?}");
+    String::from_utf8(answer).unwrap()
+}
+
+#[tokio::test]
+async fn who_sends_a_whole_body_without_waiting_reads_why_it_is_refused() {
+    let site = Site::open(1).await;
+    let stream = TcpStream::connect(site.address).await.unwrap();
+    let answer = refused_while_sending(stream).await;
+    assert!(answer.starts_with("HTTP/1.1 413 "), "{answer}");
+    let folder = std::env::temp_dir().join(format!("lafet-linger-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let authority = Authority::new();
+    let tls = authority.write(&folder);
+    let site = Site::with(1, |config| config.tls = Some(tls)).await;
+    let stream = authority.connect(site.address, Some("stranger")).await.unwrap();
+    let answer = refused_while_sending(stream).await;
+    assert!(answer.starts_with("HTTP/1.1 401 "), "{answer}");
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[tokio::test]

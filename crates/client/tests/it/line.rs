@@ -431,3 +431,59 @@ fn an_absent_monitor_that_comes_back_is_found() {
     let found = found.expect("it answers") - 20 * SECOND;
     assert!(found < SECOND, "{found:?}");
 }
+
+/// On a line where nothing answers, a read ends within the time of its own tries and one more, however
+/// many others wait; its error counts the frames that were not answered.
+#[test]
+fn reads_of_silent_monitors_do_not_wait_for_each_other() {
+    let own = 3 * SECOND;
+    for (monitors, reads) in [(1, 1), (1, 6), (8, 1), (8, 6)] {
+        let mut line = connected(Config::default());
+        let (mut now, mut asked, mut ended) = (Now::ZERO, Vec::new(), 0);
+        while now < 30 * SECOND {
+            for address in 1..=monitors {
+                while asked.iter().filter(|(_, of, _)| *of == address).count() < reads {
+                    asked.push((ask(&mut line, now, address, read()), address, now));
+                }
+            }
+            sent(&mut line, now);
+            // It may sleep for as long as it says.
+            now = line.poll_timeout(now).map_or(now + SECOND, |next| next.max(now + MS));
+            line.handle_timeout(now);
+            while let Some((ticket, end)) = line.poll_outcome() {
+                let at = asked.iter().position(|(known, ..)| *known == ticket).expect("asked");
+                let took = now - asked.swap_remove(at).2;
+                let Outcome::Silence { tries, .. } = end else { panic!("{end:?}") };
+                assert!(tries > 0);
+                // The first ones do not know yet that nothing answers.
+                let known = if monitors == 1 { own } else { 2 * SECOND * u32::from(monitors) };
+                assert!(took <= known.max(own) + SECOND, "{monitors} × {reads}: {took:?}");
+                if now > known + own {
+                    assert!(took <= own + SECOND, "{monitors} × {reads} at {now:?}: {took:?}");
+                }
+                ended += 1;
+            }
+        }
+        assert!(ended >= reads * 6, "{monitors} × {reads}: {ended}");
+    }
+}
+
+/// Without tags a read waits until late answers are over; then it has all its tries.
+#[test]
+fn without_tags_a_silent_monitor_is_asked_again_when_late_answers_are_over() {
+    let mut line = connected(Config { tags: false, ..Config::default() });
+    let (mut now, mut frames, mut ends) = (Now::ZERO, Vec::new(), Vec::new());
+    for _ in 0..2 {
+        ask(&mut line, now, 1, read());
+        while line.poll_outcome().is_none() {
+            if sent(&mut line, now).is_some() {
+                frames.push(now.as_secs());
+            }
+            now += 10 * MS;
+            line.handle_timeout(now);
+            assert!(now < 60 * SECOND, "{frames:?}");
+        }
+        ends.push(now.as_secs());
+    }
+    assert_eq!((frames, ends), (vec![0, 1, 2, 12, 13, 14], vec![3, 15]));
+}

@@ -38,7 +38,7 @@ pub struct Chip;
 
 impl Bus for Chip {
     fn read(&self, address: u32) -> u32 {
-        // SAFETY: the address is a register's, always readable.
+        // SAFETY: the address is that of a register or of a word of the flash, always readable.
         unsafe { (address as *const u32).read_volatile() }
     }
 

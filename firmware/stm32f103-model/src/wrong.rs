@@ -3,6 +3,7 @@
 
 use crate::chip::Counter;
 use crate::rig::Wrong;
+use lafet_stm32f103::record::CRC as RECORD_CRC;
 
 const RCC_CR: u32 = 0x4002_1000;
 const RCC_CFGR: u32 = 0x4002_1004;
@@ -111,7 +112,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 80] = [
+pub const BOARDS: [(&str, Wrong); 81] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -229,6 +230,7 @@ pub const BOARDS: [(&str, Wrong); 80] = [
     }),
     alter("supply not watched", |w, a, v| written(w, a, v, PWR_CR, |v| v & !(1 << 4))),
     alter("battery's registers closed", |w, a, v| written(w, a, v, PWR_CR, |v| v & !(1 << 8))),
+    alter("positions kept for any record", |w, a, v| seen(w, a, v, RECORD_CRC, |_| 0)),
     alter("flash opened with a wrong key", |w, a, v| {
         let wrong = |v| if v == 0xCDEF_89AB { 0xCDEF_89AA } else { v };
         written(w, a, v, FLASH_KEY, wrong)

@@ -111,7 +111,7 @@ impl<B: Bus> Stm32f103<B> {
         let record = Record::read(&bus);
         let known = record.unwrap_or(Record { baud: BAUD, ..Record::NOMINAL });
         let analog = Analog::start(bus.clone(), memory.samples);
-        let drives = Drives::start(bus.clone(), clock.hz, &known.drives);
+        let drives = Drives::start(bus.clone(), clock.hz, &known.drives, record.is_some());
         flow(&bus);
         time(&bus, clock.hz);
         let line = Line::start(bus.clone(), clock.hz, known.baud, memory.received, memory.sent);

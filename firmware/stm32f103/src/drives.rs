@@ -113,24 +113,24 @@ pub struct Drives<B> {
 
 impl<B: Bus> Drives<B> {
     /// Starts PWM and encoders, with nothing driven. The positions are those kept, or those of a parked
-    /// barrel where the jumper says so, or unknown.
-    pub fn start(bus: B, hz: u32, records: &[DriveRecord; 4]) -> Self {
+    /// barrel where the jumper says so, or unknown; without a record no count means a position.
+    pub fn start(bus: B, hz: u32, records: &[DriveRecord; 4], has_record: bool) -> Self {
         let top = hz / PWM_HZ / 2;
         pwm(&bus, top);
         encoders(&bus);
         let mut drives = [Drive::default(); 4];
         let parked = !PARKED.is_high(&bus);
         let kept = power::kept(&bus);
-        for (index, (drive, record)) in drives.iter_mut().zip(records).enumerate() {
+        let places = drives.iter_mut().zip(records).zip(kept.unwrap_or_default());
+        for (index, ((drive, record), count_kept)) in places.enumerate() {
             drive.record = *record;
             drive.last = count(&bus, index);
-            drive.counts = match kept {
-                _ if parked => record.parked.saturating_mul(record.counts_per_100) / 100,
-                Some(counts) => counts.get(index).copied().unwrap_or_default(),
-                None => 0,
+            drive.counts = match parked {
+                true => record.parked.saturating_mul(record.counts_per_100) / 100,
+                false => count_kept,
             };
         }
-        let referenced = parked || kept.is_some();
+        let referenced = has_record && (parked || kept.is_some());
         Self { bus, drives, top, armed: false, tripped: false, referenced, still_ms: 0 }
     }
 

@@ -11,6 +11,8 @@ pub const START: u32 = 0x0803_D800;
 const MAGIC: u32 = 0x4C41_4601;
 /// Words: magic, general, six for each drive, CRC.
 pub const WORDS: usize = 1 + GENERAL + 4 * DRIVE + 1;
+/// Where its last word is, the CRC of the others.
+pub const CRC: u32 = START + 4 * (WORDS as u32 - 1);
 const GENERAL: usize = 5;
 const DRIVE: usize = 6;
 

@@ -161,6 +161,13 @@ impl Chip {
         &self.flash
     }
 
+    /// Writes to the flash from outside, by SWD.
+    pub fn program(&mut self, address: u32, bytes: &[u8]) {
+        for (at, byte) in (address - FLASH_START..).zip(bytes) {
+            self.flash[at as usize] = *byte;
+        }
+    }
+
     /// A register as the program reads it.
     pub fn read(&mut self, address: u32) -> u32 {
         if address == NVIC_ENABLE {
@@ -176,6 +183,9 @@ impl Chip {
             _ if pins::is_input(address) => self.port_input(address),
             timers::TIME_COUNT => self.time_count(),
             _ if address == PWR + 0x04 => self.supply_status(),
+            _ if address < RAM_START => {
+                u32::from_le_bytes([0, 1, 2, 3].map(|n| self.read8(address + n)))
+            }
             _ => self.word(address),
         }
     }

@@ -13,13 +13,13 @@ use lafet_sim::fire::FireSpec;
 use crate::chip::Reset;
 use crate::plant::{DEPLOYER_AT, ENDS, RELAYS};
 use crate::rig::{Rig, Wrong};
-use starts::{blank, crystal, memory, position};
+use starts::{blank, crystal, memory, position, record};
 
 /// A look at a board: what is wrong, if anything is.
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 17] = [
+pub const CHECKS: [(&str, Check); 18] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -35,6 +35,7 @@ pub const CHECKS: [(&str, Check); 17] = [
     ("flow", flow),
     ("memory", memory),
     ("position", position),
+    ("record", record),
     ("crystal", crystal),
     ("blank flash", blank),
 ];

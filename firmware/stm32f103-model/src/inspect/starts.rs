@@ -5,6 +5,7 @@ use lafet_proto::flags::DriveFlags;
 use lafet_proto::id::key;
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, SubsystemId};
+use lafet_stm32f103::record::{Record, START};
 
 use super::{deployed, drive_flags, ensure, fresh, is_live, near, position_of, truth};
 use crate::chip::Reset;
@@ -68,6 +69,68 @@ pub(super) fn position(wrong: Wrong) -> Result<(), String> {
         "power was cut in motion, and all is well",
     )?;
     ensure(!is_live(&rig), "a motor has voltage after a power cut")
+}
+
+/// Counts that were kept under another record mean no position, and none do without a record.
+pub(super) fn record(wrong: Wrong) -> Result<(), String> {
+    let mut own = Record::NOMINAL;
+    (wrong.record)(&mut own);
+    let others: [(&str, fn(&mut Record)); 5] = [
+        ("another scale", |it| it.drives[1].counts_per_100 /= 2),
+        ("another sign", |it| it.drives[0].counts_per_100 *= -1),
+        ("parked elsewhere", |it| it.drives[1].parked += 90),
+        ("ends moved", |it| it.drives[2].ends.1 += 1),
+        ("drives exchanged", |it| it.drives.swap(0, 1)),
+    ];
+    let mut rig = deployed(wrong)?;
+    for (what, change) in others {
+        let mut other = own;
+        change(&mut other);
+        restart(&mut rig, &other.encode(), false);
+        ensure(rig.has_record(), format!("{what}: no record"))?;
+        ensure(!believes(&mut rig)?, format!("{what}, and the old position is believed"))?;
+        restart(&mut rig, &own.encode(), false);
+        ensure(believes(&mut rig)?, format!("{what} and back, nothing has moved: not believed"))?;
+    }
+    let mut damaged = own.encode();
+    damaged[24] ^= 1;
+    for parked in [false, true] {
+        restart(&mut rig, &damaged, parked);
+        ensure(!rig.has_record(), "a damaged record is taken")?;
+        rig.parts(|parts| parts.chip.line_baud = 19_200);
+        ensure(!believes(&mut rig)?, "a position is believed without a record")?;
+    }
+    let mut rig = fresh(wrong);
+    let mut other = own;
+    other.drives[1].counts_per_100 += 1;
+    restart(&mut rig, &other.encode(), true);
+    ensure(believes(&mut rig)?, "parked under a new record, and not believed")?;
+    restart(&mut rig, &other.encode(), false);
+    ensure(believes(&mut rig)?, "kept under the new record, and not believed")
+}
+
+/// Switches on with this record, with or without the jumper.
+fn restart(rig: &mut Rig, record: &[u8], parked: bool) {
+    rig.parts(|parts| {
+        parts.chip.program(START, record);
+        parts.plant.parked = parked;
+    });
+    rig.cut_power();
+    rig.run(500);
+}
+
+/// Whether all drives know where they are; they know it together.
+fn believes(rig: &mut Rig) -> Result<bool, String> {
+    let mut faulty = 0;
+    for axis in Axis::ALL {
+        let found = drive_flags(rig, axis)?;
+        faulty += u8::from(found.contains(DriveFlags::POS_ENCODER_FAULT));
+    }
+    match faulty {
+        0 => Ok(true),
+        4 => Ok(false),
+        _ => Err(format!("{faulty} of four drives do not know where they are")),
+    }
 }
 
 /// Without its crystal the chip runs, and says so; one that fails in motion stops it.

@@ -80,6 +80,11 @@ impl<B: Bus> Analog<B> {
         Self { bus, samples }
     }
 
+    /// Waits for the first scan: what is read before it says nothing.
+    pub fn wait(&self) {
+        self.bus.wait(DMA1.isr(), LOOKS, |isr| isr.tcif(0));
+    }
+
     /// Whether a scan has ended since this was asked last.
     pub fn is_alive(&self) -> bool {
         let alive = self.bus.get(DMA1.isr()).tcif(0);

@@ -115,6 +115,7 @@ impl<B: Bus> Stm32f103<B> {
         flow(&bus);
         time(&bus, clock.hz);
         let line = Line::start(bus.clone(), clock.hz, known.baud, memory.received, memory.sent);
+        analog.wait();
         let store = Store::mount(InternalFlash::new(bus.clone()), 0, flash::PAGES);
         Self {
             contacts: Contacts::new(bus.clone()),

@@ -121,8 +121,11 @@ fn start(wrong: Wrong) -> Result<(), String> {
         let found = drive_flags(&mut rig, axis)?;
         ensure(!found.contains(DriveFlags::POS_ENCODER_FAULT), format!("{axis:?}: {found:?}"))?;
     }
-    let clock_ms = rig.device.inputs().main_voltage_dv;
-    ensure(clock_ms > 0, "nothing is sampled")
+    ensure(rig.device.inputs().main_voltage_dv > 0, "nothing is sampled")?;
+    rig.cut_power();
+    let first = inputs(&rig);
+    let warm = first.places.iter().all(|place| place.temperature_dc.is_some());
+    ensure(warm && first.main_voltage_dv > 0, "nothing is sampled before the first request")
 }
 
 fn line(wrong: Wrong) -> Result<(), String> {

@@ -1,4 +1,4 @@
-//! No water into a keep-out, whoever asks for it.
+//! No water into a keep-out, for any client.
 //!
 //! A request is not sent if water could go there by it: an opening while the barrel points or moves there, a
 //! motion or a program that leads there or through it while water may flow. Where the barrel is, is known from

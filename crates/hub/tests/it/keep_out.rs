@@ -1,4 +1,4 @@
-//! Keep-outs, end to end: whoever asks, no water goes where it must not.
+//! Keep-outs, end to end: no client gets water to where it must not go.
 
 use std::time::Duration;
 
@@ -62,8 +62,8 @@ fn is_set(site: &Site, id: SubsystemId, flag: &str) -> bool {
     site.hub.station("M1").unwrap().status().is_set(id, flag)
 }
 
-async fn stands_at(site: &Site, at: i64) {
-    until("it stands there", || {
+async fn rests_at(site: &Site, at: i64) {
+    until("it is at rest there", || {
         (position(site) - at).abs() <= 3 && !is_set(site, SubsystemId::HORIZONTAL, "Move")
     })
     .await;
@@ -81,11 +81,11 @@ async fn a_dry_barrel_passes_and_water_does_not() {
     let site = stand().await;
     accepted(&site, "Move Horizontal -2700").await;
     kept_out(&site, "Open Valve1").await;
-    stands_at(&site, -2700).await;
+    rests_at(&site, -2700).await;
     kept_out(&site, "Open Valve1").await;
     assert!(is_set(&site, SubsystemId::VALVE1, "Closed"));
     accepted(&site, "Move Horizontal 0").await;
-    stands_at(&site, 0).await;
+    rests_at(&site, 0).await;
     opened(&site).await;
     kept_out(&site, "Move Horizontal -2700").await;
     kept_out(&site, "Move Horizontal -4800").await;
@@ -109,7 +109,7 @@ async fn a_motion_by_hand_ends_before_it() {
     hold(&mut operator, "Horizontal", "min", Duration::from_secs(4)).await;
     let ended = operator.next_where(|it| it["type"] == "jog" && it["state"] == "ended").await;
     assert_eq!(ended["end"], "standing", "{ended}");
-    stands_at(&site, BORDER).await;
+    rests_at(&site, BORDER).await;
     assert!(site.bus.position(0, 1) >= (BORDER - 5) as f64);
     // From there it only goes back.
     hold(&mut operator, "Horizontal", "min", Duration::from_millis(400)).await;
@@ -142,7 +142,7 @@ async fn a_program_into_it_is_not_begun() {
     kept_out(&site, "Move Horizontal -2700").await;
 }
 
-/// Requests of two clients at the same time: whichever is first, they do not add up to water there.
+/// Requests of two clients at the same time do not add up to water there.
 #[tokio::test]
 async fn two_requests_at_once_do_not_get_past_it() {
     let site = stand().await;
@@ -154,7 +154,7 @@ async fn two_requests_at_once_do_not_get_past_it() {
         accepted(&site, "Close Valve1").await;
         accepted(&site, "Move Horizontal 0").await;
         until("it is shut", || is_set(&site, SubsystemId::VALVE1, "Closed")).await;
-        stands_at(&site, 0).await;
+        rests_at(&site, 0).await;
     }
 }
 

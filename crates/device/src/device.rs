@@ -126,15 +126,24 @@ impl Device {
         let locked = params.lockout();
         let keep_valves = params.get(Param::GeneralResetValves) != 0 && !locked;
         self.general.set_locked(locked);
-        for (drive, input) in self.drives.iter_mut().zip(&inputs.drives) {
-            drive.power_up(params, *input);
+        // A request may come before the first step: each subsystem has its inputs by then.
+        self.general.step(0, inputs, params);
+        self.climatics.step(inputs, params);
+        for ((drive, axis), input) in self.drives.iter_mut().zip(&Axis::ALL).zip(&inputs.drives) {
+            drive.power_up(params, *input, unit_of(&inputs.units, axis.unit()));
         }
-        for (valve, input) in self.valves.iter_mut().zip(&inputs.valves) {
-            valve.power_up(now, params, *input, keep_valves);
+        for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
+            let unit = unit_of(&inputs.units, no.unit());
+            valve.power_up(now, params, (input, unit), keep_valves);
         }
         let [_, _, _, deployer] = &inputs.drives;
         self.deployer.power_up(deployer);
+        let [first, second] = &inputs.buttons;
+        self.buttons.power_up(first);
+        self.ext_buttons.power_up(second);
         self.settling.start(now, guard::SETTLE_MS);
+        let (_, detector, env) = self.programs();
+        detector.sense(&env);
     }
 
     /// Stores the parameters with which a monitor of this composition leaves the factory.

@@ -35,6 +35,11 @@ impl Default for ButtonPost {
 }
 
 impl ButtonPost {
+    /// The states at the start: they are told, and none acts.
+    pub(crate) const fn power_up(&mut self, states: &[ButtonState; 8]) {
+        self.states = *states;
+    }
+
     /// Takes the states; a locked post asks for nothing (§3.18/7).
     #[inline(never)]
     pub(crate) fn step(&mut self, states: &[ButtonState; 8], locked: bool) -> Demand {

@@ -197,12 +197,17 @@ impl Detector {
         self.saturated
     }
 
-    /// Runs the search or the alignment.
-    #[inline(never)]
-    pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
+    /// What its flags say of the detector itself.
+    pub(crate) fn sense(&mut self, env: &Env<'_>) {
         self.saturated = is_saturated(env);
         self.ready = env.inputs.detector.ready && !self.saturated;
         self.dirty_lens = env.inputs.detector.dirty_lens;
+    }
+
+    /// Runs the search or the alignment.
+    #[inline(never)]
+    pub(crate) fn step(&mut self, now: Millis, env: &mut Env<'_>) {
+        self.sense(env);
         match self.state {
             State::Idle => return,
             // §3.16/7

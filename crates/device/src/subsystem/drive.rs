@@ -138,14 +138,14 @@ impl Drive {
         }
     }
 
-    /// Takes what memory and sensors say at the start.
-    pub(crate) fn power_up(&mut self, params: &Params, input: DriveInput) {
+    /// Takes what memory, sensors and a remote unit say at the start.
+    pub(crate) fn power_up(&mut self, params: &Params, input: DriveInput, unit: &UnitInput) {
         self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
-        self.faulty_config = config_invalid(self.axis, params);
         self.limits = stored_limits(self.axis, params);
         self.homing = Homing::starting(self.axis, self.kind, params, &input);
         self.input = input;
         self.position = self.sensed(params);
+        self.sense(0, &input, unit, params);
     }
 
     /// §D/7 Its position can be relied on.

@@ -110,10 +110,16 @@ impl Valve {
     }
 
     /// §D/2 Closes at the start, unless it is to be kept as it is.
-    pub(crate) fn power_up(&mut self, now: Millis, params: &Params, input: ValveInput, keep: bool) {
+    pub(crate) fn power_up(
+        &mut self,
+        now: Millis,
+        params: &Params,
+        (input, unit): (&ValveInput, &UnitInput),
+        keep: bool,
+    ) {
         self.remote = param(self.no, ValveParam::ValveType, params) == 1;
-        self.faulty_config = params.is_incomplete(self.no.id());
-        self.input = input;
+        self.input = *input;
+        self.sense(0, input, unit, params);
         if !keep {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
         }
@@ -216,15 +222,8 @@ impl Valve {
         unit: &UnitInput,
         params: &Params,
     ) {
-        self.faulty_config = params.is_incomplete(self.no.id());
         let freed = unit.online && !self.online || self.input.blocked && !input.blocked;
-        self.online = !self.remote || unit.online;
-        if self.remote {
-            self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
-        }
-        if self.online {
-            self.input = *input;
-        }
+        self.sense(dt_ms, input, unit, params);
         if self.input.blocked {
             self.end_opening(Rule::Blocked);
         }
@@ -241,6 +240,18 @@ impl Valve {
         self.watch_leaving(now, params);
         self.watch_travel(now, params);
         self.watch_water(now, params);
+    }
+
+    #[inline(never)]
+    fn sense(&mut self, dt_ms: u32, input: &ValveInput, unit: &UnitInput, params: &Params) {
+        self.faulty_config = params.is_incomplete(self.no.id());
+        self.online = !self.remote || unit.online;
+        if self.remote {
+            self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
+        }
+        if self.online {
+            self.input = *input;
+        }
     }
 
     /// §D/6 Whether water flows through valves that all say closed: then its switch is reported as faulty,

@@ -28,6 +28,60 @@ fn busy() -> Rig {
     rig
 }
 
+/// Something is wrong with everything that is sensed.
+fn spoil(plant: &mut Plant) {
+    let inputs = &mut plant.inputs;
+    for place in &mut inputs.places {
+        (place.temperature_dc, place.heater_fault) = (None, true);
+    }
+    (inputs.humidity_percent, inputs.main_voltage_dv, inputs.pressure_ua) = (None, 100, 3_000);
+    inputs.flow_lps = 40;
+    (inputs.detector.ready, inputs.detector.dirty_lens) = (false, true);
+    let states = [ButtonState::Pressed, ButtonState::Short, ButtonState::Open];
+    for (button, state) in inputs.buttons.iter_mut().flatten().zip(states.into_iter().cycle()) {
+        *button = state;
+    }
+    for drive in &mut inputs.drives {
+        (drive.motor_open, drive.position_sensor_fault) = (true, true);
+    }
+    for valve in &mut inputs.valves {
+        (valve.blocked, valve.open_sensor_fault) = (true, true);
+    }
+    for unit in &mut plant.units {
+        unit.offline = true;
+    }
+    plant.advance(0);
+}
+
+/// §D/1 What is asked before the first step is answered as behind it: by what the sensors say.
+#[test]
+fn asked_before_the_first_step() {
+    for composition in Composition::ALL {
+        for broken in [false, true] {
+            let mut rig = Rig::new(composition);
+            // Else they begin to close and have arrived a step later.
+            rig.set(Param::GeneralResetValves, 1);
+            rig.set(Param::NozzleTrvPosition, 10);
+            rig.run(100);
+            if broken {
+                spoil(&mut rig.plant);
+            }
+            rig.power_cycle();
+            let before = rig.ask(SubsystemId::ALL, Body::GetStatus);
+            let general = rig.general();
+            rig.step(1);
+            for (before, behind) in before.iter().zip(rig.ask(SubsystemId::ALL, Body::GetStatus)) {
+                assert_eq!(*before, behind, "{}, broken: {broken}", composition.name);
+            }
+            assert_eq!(general.main_voltage, if broken { 10 } else { 24 });
+            if rig.device.has(SubsystemId::CLIMATICS) {
+                let flags = rig.flags(SubsystemId::CLIMATICS);
+                assert_eq!(flags != 0, broken, "{flags:#x}");
+            }
+        }
+    }
+}
+
 /// §3.18/1, §3.18/8 Everything stops, valves close, every subsystem answers in chain order; a closing valve
 /// has only accepted it, and General as long as the lockout is not stored.
 #[test]

@@ -71,11 +71,13 @@ pub(super) fn position(wrong: Wrong) -> Result<(), String> {
     ensure(!is_live(&rig), "a motor has voltage after a power cut")
 }
 
+type Change = fn(&mut Record);
+
 /// Counts that were kept under another record mean no position, and none do without a record.
 pub(super) fn record(wrong: Wrong) -> Result<(), String> {
     let mut own = Record::NOMINAL;
     (wrong.record)(&mut own);
-    let others: [(&str, fn(&mut Record)); 5] = [
+    let others: [(&str, Change); 5] = [
         ("another scale", |it| it.drives[1].counts_per_100 /= 2),
         ("another sign", |it| it.drives[0].counts_per_100 *= -1),
         ("parked elsewhere", |it| it.drives[1].parked += 90),

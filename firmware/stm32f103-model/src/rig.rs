@@ -59,6 +59,8 @@ pub struct Parts {
     pub chip: Chip,
     /// What is wired to it.
     pub plant: Plant,
+    /// Since when no motor has had voltage, ns; `None` while one has.
+    pub off_ns: Option<u64>,
     wrong: Wrong,
     step_ns: u64,
 }
@@ -142,6 +144,10 @@ impl Bus for Wires {
         let Some(value) = (wrong.alter)(true, address, value) else { return };
         let busy_ns = parts.chip.write((wrong.route)(address), value);
         parts.stand_still(busy_ns);
+        parts.off_ns = match parts.plant.is_live(&parts.chip) {
+            true => None,
+            false => parts.off_ns.or(Some(parts.chip.now_ns)),
+        };
         drop(parts);
         self.pass(busy_ns);
     }
@@ -203,7 +209,7 @@ impl Rig {
         (wrong.wires)(&mut plant);
         let mut chip = Chip::new(flash);
         plant.tick(&mut chip);
-        let parts = Parts { chip, plant, wrong, step_ns: 0 };
+        let parts = Parts { chip, plant, off_ns: None, wrong, step_ns: 0 };
         let parts = Rc::new(RefCell::new(parts));
         let wires = Wires { parts, serving: Rc::new(Cell::new(false)) };
         let (board, device) = start(&wires);

@@ -25,6 +25,9 @@ const REGISTERS_SIZE: u32 = 0x2_4000;
 const NVIC_ENABLE: u32 = 0xE000_E104;
 const USART1_BIT: u32 = 1 << 5;
 
+/// A period of the PWM, which starts a scan of the ADC.
+const SCAN_NS: u64 = 50_000;
+
 const BKP: u32 = 0x4000_6C00;
 const PWR: u32 = 0x4000_7000;
 const IWDG: u32 = 0x4000_3000;
@@ -86,6 +89,7 @@ pub struct Chip {
     receive_size: u32,
     encoders: [i64; 4],
     time_base_ns: u64,
+    scanned_ns: u64,
 }
 
 impl Chip {
@@ -118,6 +122,7 @@ impl Chip {
             receive_size: 0,
             encoders: [0; 4],
             time_base_ns: 0,
+            scanned_ns: 0,
         };
         chip.start(Reset::Power);
         chip
@@ -176,6 +181,10 @@ impl Chip {
         if !self.has_clock(address) {
             // RM §7.3.7: without its clock a peripheral reads as 0.
             return 0;
+        }
+        // Two steps in one ms, as behind a write to the flash, have scans between them as well.
+        if address == DMA && self.now_ns >= self.scanned_ns + SCAN_NS {
+            self.convert();
         }
         match address {
             RCC => self.clock_control(),
@@ -268,8 +277,9 @@ impl Chip {
         }
     }
 
-    /// Conversions of a ms: RM §11.3.9, §11.7, §13.3.
+    /// Conversions, the last of many: RM §11.3.9, §11.7, §13.3.
     pub fn convert(&mut self) {
+        self.scanned_ns = self.now_ns;
         let (cr1, cr2) = (self.word(ADC + 0x04), self.word(ADC + 0x08));
         let by_tim8 = cr2 & 1 << 20 != 0 && cr2 >> 17 & 0b111 == 0b110;
         let remapped = self.word(pins::AFIO + 0x04) & 1 << 18 != 0;

@@ -359,14 +359,13 @@ fn stop(wrong: Wrong) -> Result<(), String> {
         rig.send(&request(SubsystemId::ALL, Body::GetStatus)?);
         rig.run(2);
         let last_ns = rig.send(&request(SubsystemId::ALL, body)?);
-        let mut off_ns = None;
+        ensure(is_live(&rig), "nothing moves that could be stopped")?;
         while rig.now_ns() < last_ns + 20 * MS_NS {
             rig.round();
-            if rig.now_ns() > last_ns && !is_live(&rig) {
-                off_ns.get_or_insert(rig.now_ns());
-            }
         }
-        let late_ns = off_ns.ok_or_else(|| format!("{body:?} stops nothing"))? - last_ns;
+        let off_ns = rig.parts(|parts| parts.off_ns);
+        let off_ns = off_ns.ok_or_else(|| format!("{body:?} stops nothing"))?;
+        let late_ns = off_ns.saturating_sub(last_ns);
         ensure(late_ns <= 2 * MS_NS, format!("motors off {late_ns} ns after {body:?}"))?;
         sound(&rig)?;
     }

@@ -35,7 +35,7 @@ impl Default for ButtonPost {
 }
 
 impl ButtonPost {
-    /// The states at the start: they are told, and none acts.
+    /// The states at the start: they are shown, and none acts.
     pub(crate) const fn power_up(&mut self, states: &[ButtonState; 8]) {
         self.states = *states;
     }

@@ -23,7 +23,7 @@ const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
 const RESUME_FIRST: Duration = Duration::from_millis(100);
 /// The longest pause.
 const RESUME_LAST: Duration = Duration::from_secs(1);
-/// Consecutive frames without answer after which a batch ends.
+/// Consecutive frames of one request without answer after which a batch ends.
 const SILENCES_MAX: u32 = 2;
 
 type Outcomes = Vec<Result<Answers, Error>>;
@@ -59,9 +59,9 @@ impl Client {
 
     /// Like [`Client::batch`], but repeats what was not executed: a read or SetParam that is
     /// answered with Busy, NotCached or Cached is sent again, alone, for at most `Config::resume`
-    /// (the others continue meanwhile). After a frame of reads without answer its first request is
-    /// sent alone, because short frames pass a noisy line more easily; with each answer the frames
-    /// have twice as many again. Every other request is sent once.
+    /// (the others continue meanwhile). A frame of reads without answer is sent again as two
+    /// halves, because short frames pass a noisy line more easily. Every other request is sent
+    /// once.
     pub async fn complete(
         &self,
         requests: &[Request<'_>],
@@ -301,10 +301,10 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         let silent = matches!(outcome, Some(Outcome::Silence { .. }));
         let reads = frame.iter().all(|item| item.request.is_repeatable());
         let alone = frame.len() == 1;
-        self.silences += u32::from(silent);
+        self.silences += u32::from(silent && alone);
         let apart = (silent && self.silences < SILENCES_MAX) || (odd && !alone);
         if reads && apart {
-            self.limit = if silent { 1 } else { frame.len() / 2 };
+            self.limit = (frame.len() / 2).max(1);
             self.told.again += frame.len() as u32;
             self.items.splice(..0, frame);
             return true;

@@ -158,8 +158,7 @@ impl Line {
             self.listen_until = now + self.config.listen;
         }
         self.sessions.iter_mut().for_each(|session| session.handle_timeout(now));
-        self.adapt_waits();
-        self.sessions.iter_mut().for_each(|session| session.give_up_reads(now));
+        self.adapt_waits(now);
         self.end_vain_waits(now);
     }
 
@@ -176,8 +175,8 @@ impl Line {
             if !self.connected || wants.is_none() {
                 at(session.poll_timeout(now));
             }
-            at(session.gives_up_at());
             if session.can_wait() {
+                at(session.gives_up_at());
                 at(rests);
             }
             if rests.is_none() || !session.can_wait() {
@@ -351,7 +350,7 @@ impl Line {
     }
 
     /// Adapts the waits of each monitor to the others on the line.
-    fn adapt_waits(&mut self) {
+    fn adapt_waits(&mut self, now: Now) {
         if self.sessions.len() < 2 {
             return;
         }
@@ -359,6 +358,7 @@ impl Line {
         for (index, session) in self.sessions.iter_mut().enumerate() {
             let others = usual.iter().enumerate().filter(|(other, _)| *other != index);
             session.set_others(others.filter_map(|(_, usual)| *usual).max());
+            session.give_up_reads(now);
         }
     }
 

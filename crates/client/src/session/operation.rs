@@ -5,7 +5,7 @@ use lafet_proto::RequestId;
 use super::check::Forms;
 use super::late_answers::Tag;
 use super::medium::Framing;
-use super::{Now, Outcome, Ticket};
+use super::{Now, Ticket};
 use crate::answers::{RequestBuf, Requests};
 use crate::deviation::Deviation;
 
@@ -108,12 +108,6 @@ impl Operation {
             odd: None,
             stray: None,
         }
-    }
-
-    /// The outcome without an acceptable answer to so many frames.
-    pub fn unanswered(&self, tries: u32) -> Outcome {
-        let odd = self.odd.clone().map(|what| Outcome::Odd { what });
-        odd.unwrap_or(Outcome::Silence { tries, stray: self.stray })
     }
 
     pub fn first(&self) -> Option<RequestId> {

@@ -77,8 +77,10 @@ impl Session {
             operation.tries = 0;
             self.requeue(operation);
         } else {
-            let outcome = operation.unanswered(operation.tries);
-            self.outcomes.push_back((operation.ticket, outcome));
+            let Operation { ticket, tries, odd, stray, .. } = operation;
+            let silence = Outcome::Silence { tries, stray };
+            let outcome = odd.map_or(silence, |what| Outcome::Odd { what });
+            self.outcomes.push_back((ticket, outcome));
         }
         self.overtake(now);
     }

@@ -84,7 +84,8 @@ impl Session {
             Some(outstanding) => Some(&outstanding.operation),
             None => self.urgent.front().or(self.queue.get(self.first_queued())),
         };
-        next.is_some_and(is_usual_read)
+        let reads = |it: &Operation| it.haste() == Haste::Usual && it.is_repeatable();
+        next.is_some_and(reads)
     }
 
     /// The usual round trip, while the monitor answers.
@@ -97,43 +98,29 @@ impl Session {
         self.others = others;
     }
 
-    /// Time at which a read of an absent monitor ends, unless it is on the line: what other reads
-    /// have waited for in vain it does not wait for again. Without tags it has to wait until late
-    /// answers are over.
+    /// Time until which a read for an absent monitor waits for its turn.
     pub(super) fn gives_up_at(&self) -> Option<Now> {
-        if !self.is_absent() || !(self.tags_work() || self.others.is_some()) {
+        if !self.can_wait() {
             return None;
         }
-        let due = self.outstanding.as_ref().filter(|outstanding| outstanding.due);
-        let waiting = self.queue.iter().chain(due.map(|outstanding| &outstanding.operation));
-        waiting.filter(|operation| gives_up(operation)).map(|it| self.read_ends(it)).min()
+        let oldest = self.queue.iter().map(|operation| operation.submitted).min()?;
+        Some(oldest + self.config.timeout * self.config.tries)
     }
 
-    /// Ends the reads of an absent monitor whose turn has not come in time.
+    /// Ends the reads for an absent monitor whose turn has not come in time.
     pub(super) fn give_up_reads(&mut self, now: Now) {
         if self.gives_up_at().is_none_or(|at| now < at) {
             return;
         }
-        let all = self.config.timeout * self.config.tries;
-        let over = |it: &Operation| gives_up(it) && now >= it.submitted + all;
-        if let Some(outstanding) = self.outstanding.take_if(|it| it.due && over(&it.operation)) {
-            let Outstanding { operation, .. } = self.give_up(outstanding);
-            self.queue.push_front(operation);
-        }
-        let (misses, outcomes) = (self.misses, &mut self.outcomes);
+        let (all, outcomes) = (self.config.timeout * self.config.tries, &mut self.outcomes);
         self.queue.retain(|operation| {
-            let waits = !over(operation);
+            let waits = !operation.is_repeatable() || now < operation.submitted + all;
             if !waits {
-                let outcome = operation.unanswered(operation.tries.max(misses));
-                outcomes.push_back((operation.ticket, outcome));
+                let tries = operation.tries;
+                outcomes.push_back((operation.ticket, Outcome::Silence { tries, stray: None }));
             }
             waits
         });
-    }
-
-    /// Time from which a read of an absent monitor is not sent again.
-    fn read_ends(&self, operation: &Operation) -> Now {
-        operation.submitted + self.config.timeout * self.config.tries
     }
 
     fn wait_of_renewal(&self) -> Duration {
@@ -154,8 +141,7 @@ impl Session {
         }
         let absent = self.is_absent() && self.others.is_some();
         let tries = if absent { 1 } else { self.config.tries };
-        let late = self.is_absent() && self.tags_work() && now >= self.read_ends(operation);
-        let left = operation.tries < tries && !late;
+        let left = operation.tries < tries;
         operation.is_repeatable() && left && !operation.cancelled
     }
 
@@ -230,14 +216,4 @@ impl Session {
             alive(operation)
         });
     }
-}
-
-const fn is_usual_read(operation: &Operation) -> bool {
-    matches!(operation.haste(), Haste::Usual) && operation.is_repeatable()
-}
-
-/// Whether an operation ends after the time of its tries, if its monitor is absent. The question
-/// ends with its own tries: commands wait for it.
-fn gives_up(operation: &Operation) -> bool {
-    is_usual_read(operation) && operation.ticket != Ticket::QUESTION
 }

@@ -128,7 +128,7 @@ impl Device {
         self.general.set_locked(locked);
         // A request may come before the first step: each subsystem has its inputs by then.
         self.general.step(0, inputs, params);
-        self.climatics.step(inputs, params);
+        self.climatics.power_up(inputs);
         for ((drive, axis), input) in self.drives.iter_mut().zip(&Axis::ALL).zip(&inputs.drives) {
             drive.power_up(params, *input, unit_of(&inputs.units, axis.unit()));
         }

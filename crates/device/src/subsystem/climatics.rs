@@ -26,6 +26,14 @@ struct Node {
 }
 
 impl Climatics {
+    /// What the sensors say at the start: nothing is heated before the first step.
+    pub(crate) fn power_up(&mut self, inputs: &Inputs) {
+        self.humidity_percent = inputs.humidity_percent;
+        for (node, place) in self.nodes.iter_mut().zip(&inputs.places) {
+            (node.input, node.faulty) = (*place, place.heater_fault);
+        }
+    }
+
     #[inline(never)]
     pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
         self.humidity_percent = inputs.humidity_percent;

@@ -162,7 +162,8 @@ async fn a_scenario_brings_its_own_monitors() {
     let gone = change["gone"].as_array().unwrap();
     assert!(gone.contains(&json!("monitors/M1/status")), "{change}");
     assert!(!gone.iter().any(|it| it.as_str().unwrap().contains("M2")), "{change}");
-    assert_eq!(change["set"]["hub"]["site"], json!({ "monitors": {}, "tanks": [], "walls": [] }));
+    let empty = json!({ "monitors": {}, "tanks": [], "walls": [], "keep_outs": [] });
+    assert_eq!(change["set"]["hub"]["site"], empty);
     assert_eq!(change["set"]["monitors/M2/authority"]["state"], "free", "{change}");
     assert_eq!(site.get(&token, "/api/monitors/M1").await.code(), "no_monitor");
     until("the new monitor answers", || site.hub.station("M2").unwrap().health() == "up").await;

@@ -1911,10 +1911,17 @@ export interface components {
              */
             now_ms: number;
         };
+        /** @description Starts or stops a pump by hand. */
+        PumpByHand: {
+            /** @description It runs, or it does not, until a reset of all zones. */
+            on: boolean;
+        };
         /** @description A pump. */
         PumpState: {
             /** @description It has failed. */
             failed: boolean;
+            /** @description As a hand has ordered it, until a reset; `None`: as the water needs it. */
+            hand?: boolean | null;
             /** @description As commanded; `None` before the first command. */
             on?: boolean | null;
             /** @description Its pressure is there, if it has a contact for it. */
@@ -3080,6 +3087,12 @@ export interface components {
                 why: components["schemas"]["ZoneEnd"];
             };
         } | {
+            /** @description A pump was stopped by hand and does not start by itself before a reset. */
+            pump: {
+                /** @description Which. */
+                pump: string;
+            };
+        } | {
             /** @description A zone has a delay before the release. */
             delay: {
                 /**
@@ -3755,6 +3768,7 @@ export type Priority = components['schemas']['Priority'];
 export type Program = components['schemas']['Program'];
 export type Progress = components['schemas']['Progress'];
 export type Published = components['schemas']['Published'];
+export type PumpByHand = components['schemas']['PumpByHand'];
 export type PumpState = components['schemas']['PumpState'];
 export type Read = components['schemas']['Read'];
 export type Readiness = components['schemas']['Readiness'];

@@ -72,6 +72,11 @@ export function bypassDetector(detector: string, bypass: DetectorBypass): Promis
   return order(`/api/detectors/${encodeURIComponent(detector)}/bypass`, { bypass }, what);
 }
 
+export function runPump(pump: string, on: boolean): Promise<boolean> {
+  const what = t(on ? 'zones.did_start_pump' : 'zones.did_stop_pump', { pump });
+  return order(`/api/pumps/${encodeURIComponent(pump)}`, { on }, what);
+}
+
 /** The holds of this page. One that is not renewed ends by itself, so a page that is closed holds nothing. */
 class Holding extends EventTarget {
   private readonly held = new Map<string, { timer: number; seen: boolean }>();

@@ -247,6 +247,8 @@ pub struct PumpState {
     pub failed: bool,
     /// It reports that it runs.
     pub runs: Option<bool>,
+    /// As a hand has ordered it, until a reset; `None`: as the water needs it.
+    pub hand: Option<bool>,
 }
 
 /// An output.
@@ -373,6 +375,11 @@ pub enum Disablement {
         monitor: String,
         /// Why.
         why: Why,
+    },
+    /// A pump was stopped by hand and does not start by itself before a reset.
+    Pump {
+        /// Which.
+        pump: String,
     },
     /// A zone has a delay before the release.
     Delay {

@@ -1,9 +1,9 @@
 //! The rules one by one.
 
 use lafet_site::{
-    Authority, Bypass, Condition, Config, Entry, Event, Hand, Mode, MonitorReport, NotReleased,
-    Order, PathFault, Phase, Reaction, Refusal, Scope, Signal, Site, Tone, Trouble, Unable, Valve,
-    Voteless, Why,
+    Authority, Bypass, Condition, Config, Disablement, Entry, Event, Hand, Mode, MonitorReport,
+    NotReleased, Order, PathFault, Phase, Reaction, Refusal, Scope, Signal, Site, Tone, Trouble,
+    Unable, Valve, Voteless, Why,
 };
 
 const HALL: &str = r#"
@@ -514,6 +514,13 @@ fn a_pump_that_does_not_report_itself_is_commanded_again_and_replaced() {
     let stops = rest.iter().filter(|(_, order)| order == "Pump p2 off").count();
     assert_eq!(stops, 3, "{rest:?}");
     assert!(runs(&mut hall, false).is_empty() && hall.wait(5000).is_empty());
+    // It is shown as stopped by hand until a reset.
+    let stopped = Disablement::Pump { pump: "p2".to_owned() };
+    assert!(hall.site.state().disablements.contains(&stopped));
+    assert_eq!(hall.site.state().pumps[1].hand, Some(false));
+    hall.hand(Hand::Reset(Scope::Site));
+    assert!(!hall.site.state().disablements.contains(&stopped));
+    assert_eq!(hall.site.state().pumps[1].hand, None);
 }
 
 #[test]

@@ -5,7 +5,7 @@ import { whyNotOrder, zones } from '../../hub/zones';
 import { age, t } from '../../i18n';
 import { confirmDialog, dialog } from '../../shell/dialog';
 import { unableWords } from '../../shell/zone-words';
-import { bypassDetector, releaseZone, setMode } from '../../shell/zones';
+import { bypassDetector, releaseZone, runPump, setMode } from '../../shell/zones';
 
 /** Times of a mode that is not automatic, s; null: as configured. */
 const FOR_S: Record<'mode' | 'test', readonly (number | null)[]> = {
@@ -88,6 +88,19 @@ function forWords(zone: string, time: number | null, test: boolean): string {
   if (test) return t('zones.mode_as_configured', { age: age(TEST_S * 1000) });
   const returns = zones.configured(zone)?.return_after_s;
   return returns == null ? t('zones.mode_stays') : t('zones.mode_as_configured', { age: age(returns * 1000) });
+}
+
+/** A pump by hand: held, for a stop leaves a fire without water. */
+export async function askPump(pump: string, on: boolean): Promise<void> {
+  const which = on ? 'on' : 'off';
+  const sure = await confirmDialog({
+    title: t(`zones.pump_title_${which}`, { pump }),
+    text: t(`zones.pump_text_${which}`),
+    yes: t(on ? 'zones.pump_start' : 'zones.pump_stop'),
+    danger: !on,
+    hold: HOLD_S,
+  });
+  if (sure) await runPump(pump, on);
 }
 
 /** Masked or disabled at once; a vote that counts again needs the held button. */

@@ -102,6 +102,7 @@ export function disabledWords(one: ZoneDisablement): string {
   if ('ended' in one) return t('zones.disabled_ended', { scope: one.ended.zone, why: endWords(one.ended.why) });
   if ('monitor' in one)
     return t('zones.disabled_ended', { scope: one.monitor.monitor, why: endWords(one.monitor.why) });
+  if ('pump' in one) return t('zones.disabled_pump', { pump: one.pump.pump });
   return t('zones.disabled_delay', { zone: one.delay.zone, s: num(one.delay.delay_ms / 1000) });
 }
 

@@ -126,6 +126,7 @@ fn body(name: &str) -> Option<Value> {
         }
         "/api/detectors/{id}" => json!({ "signal": "alarm" }),
         "/api/detectors/{id}/bypass" => json!({ "bypass": "masked" }),
+        "/api/pumps/{id}" => json!({ "on": true }),
         "/api/zones/{id}/hold" => json!({ "on": true }),
         "/api/zones/{id}/release" => json!({ "confirm": "1" }),
         "/api/zones/{id}/mode" => json!({ "mode": "manual" }),

@@ -31,6 +31,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(reset_zone))
         .routes(routes!(reset_zones))
         .routes(routes!(silence_zones))
+        .routes(routes!(run_pump))
         .routes(routes!(lock_zones))
         .routes(routes!(unlock_zones))
 }
@@ -86,6 +87,14 @@ struct ZoneModeChange {
     mode: Mode,
     /// It returns to automatic after so long, s; left out: as configured, a test after 900 s.
     for_s: Option<u32>,
+}
+
+/// Starts or stops a pump by hand.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct PumpByHand {
+    /// It runs, or it does not, until a reset of all zones.
+    on: bool,
 }
 
 /// The zones as they are.
@@ -253,6 +262,20 @@ async fn silence_zones(
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
     hub.order_zones(&caller, Hand::Silence).map(Json)
+}
+
+/// Starts or stops a pump by hand, whatever the water needs. A reset of all zones ends that.
+#[utoipa::path(post, path = "/api/pumps/{id}", params(("id" = String, Path)), request_body = PumpByHand,
+    responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404),
+    (status = 409)))]
+async fn run_pump(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Path(pump): Path<String>,
+    Body(PumpByHand { on }): Body<PumpByHand>,
+) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    hub.order_zones(&caller, Hand::Pump { pump, on }).map(Json)
 }
 
 /// Locks all zones: nothing of them opens. Open to every role.

@@ -175,6 +175,7 @@ async fn addresses_of_the_api_have_their_roles() {
         ("GET", "/api/audit", json!({}), Role::Operator),
         ("GET", "/api/audit/verify", json!({}), Role::Operator),
         ("POST", "/api/alarms/ack", json!({}), Role::Operator),
+        ("POST", "/api/pumps/P1", json!({ "on": true }), Role::Operator),
         ("GET", "/api/audit/export", json!({}), Role::Engineer),
         ("GET", "/api/users", json!({}), Role::Administrator),
         ("POST", "/api/tokens", json!({ "name": "x", "role": "observer" }), Role::Administrator),

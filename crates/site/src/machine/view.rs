@@ -46,6 +46,7 @@ impl Site {
             pressure: self.plan.pump_pressure[index].map(|gauge| self.contacts[gauge].level),
             failed: it.failed,
             runs: it.reported,
+            hand: it.hand,
         });
         let outputs = self.outputs.iter().enumerate().map(|(index, it)| OutputState {
             output: config.outputs[index].id.clone(),
@@ -175,6 +176,11 @@ impl Site {
         for index in 0..self.monitors.len() {
             if let Some(why) = refused(index) {
                 all.push(Disablement::Monitor { monitor: self.monitor_id(index), why });
+            }
+        }
+        for (index, pump) in self.pumps.iter().enumerate() {
+            if pump.hand == Some(false) {
+                all.push(Disablement::Pump { pump: config.pumps[index].id.clone() });
             }
         }
         all

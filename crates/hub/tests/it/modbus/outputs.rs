@@ -122,6 +122,42 @@ async fn votes_open_the_valve_and_start_the_pump_and_an_abort_closes_them() {
     assert!(!troubles(&site).await.contains("overdue"), "{}", troubles(&site).await);
 }
 
+/// §I-35 A pump runs by hand without water and stays off by hand with it; a reset gives it back.
+#[tokio::test]
+async fn a_pump_is_run_by_hand_until_a_reset() {
+    let (site, panel) = plant("").await;
+    let hand = async |on: bool| site.post("", "/api/pumps/P", json!({ "on": on })).await;
+    let state = async || site.get("", "/api/zones").await.body["state"].clone();
+    let reset = async || site.post("", "/api/zones/reset", json!({})).await.status;
+    assert_eq!(site.post("", "/api/pumps/Q", json!({ "on": true })).await.status, 404);
+    assert_eq!(hand(true).await.status, 200);
+    until("it runs", || panel.coil(PUMP)).await;
+    assert_eq!(state().await["pumps"][0]["hand"], true);
+    assert!(!panel.coil(VALVE), "no water comes of it");
+    assert_eq!(hand(false).await.status, 200);
+    until("it stops", || !panel.coil(PUMP)).await;
+    let now = state().await;
+    assert_eq!(now["disablements"], json!([{ "pump": { "pump": "P" } }]), "{now:#}");
+    fire(&panel, &[0, 1], true);
+    until("water is on", || panel.coil(VALVE)).await;
+    sleep(Duration::from_millis(500)).await;
+    assert!(!panel.coil(PUMP), "a hand has stopped it");
+    assert_eq!(reset().await, 409, "not while water is on");
+    assert_eq!(hand(true).await.status, 200);
+    until("it runs for the water", || panel.coil(PUMP)).await;
+    fire(&panel, &[0, 1], false);
+    abort(&site).await;
+    until("water is off", || !panel.coil(VALVE)).await;
+    sleep(Duration::from_millis(500)).await;
+    assert!(panel.coil(PUMP), "a hand has started it");
+    assert_eq!(reset().await, 200);
+    until("it stops with the reset", || !panel.coil(PUMP)).await;
+    let now = state().await;
+    assert_eq!((&now["pumps"][0]["hand"], &now["disablements"]), (&json!(null), &json!([])));
+    let locked = site.post("", "/api/zones/lock", json!({})).await.status;
+    assert_eq!((locked, hand(true).await.code()), (200, "zone_refused"));
+}
+
 /// Two monitors, three detectors, a valve, a pump: the best of some tries, as the machine of the tests has
 /// other work too.
 #[tokio::test]

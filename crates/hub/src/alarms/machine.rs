@@ -139,12 +139,13 @@ impl Alarms {
         let mut changes = Vec::new();
         // A reconnection because a monitor was silent is no alarm of its own.
         let down = !up && (status.stale || status.at_ms.is_none());
-        let own = |flag: &str, texts| Condition {
+        let of = |subsystem: &str, flag: &str, texts| Condition {
             monitor: monitor.to_owned(),
-            subsystem: "Link".into(),
+            subsystem: subsystem.to_owned(),
             flag: flag.to_owned(),
             texts,
         };
+        let own = |flag, texts| of("Link", flag, texts);
         let mut holding = Vec::new();
         if down {
             holding.push(own("Down", catalogue::link_down()));
@@ -157,21 +158,15 @@ impl Alarms {
             holding.push(own(UNHELD, catalogue::unheld()));
         }
         if let Some(name) = self.kept_out.get(monitor) {
-            let texts = catalogue::kept_out(name);
-            let (subsystem, flag) = (KEEP_OUT.to_owned(), "Water".to_owned());
-            holding.push(Condition { monitor: monitor.to_owned(), subsystem, flag, texts });
+            holding.push(of(KEEP_OUT, "Water", catalogue::kept_out(name)));
         }
         let known = up && !status.stale;
         if known {
             for (name, state) in &status.subsystems {
                 let Some(id) = SubsystemId::from_name(name) else { continue };
                 let bad = set_flags(id, state.bits).filter(|it| it.severity() >= Severity::Warning);
-                holding.extend(bad.map(|flag| Condition {
-                    monitor: monitor.to_owned(),
-                    subsystem: (*name).to_owned(),
-                    flag: flag.info.name.to_owned(),
-                    texts: catalogue::of_flag(id, flag.info),
-                }));
+                holding
+                    .extend(bad.map(|it| of(name, it.info.name, catalogue::of_flag(id, it.info))));
             }
         }
         let mut ids = BTreeSet::new();

@@ -332,10 +332,7 @@ pub fn close(station: &Station, valve: Option<&str>) -> Result<Vec<MonitorReques
     let named = valve.and_then(SubsystemId::from_name).filter(|id| id.is_valve());
     let valves = match named {
         Some(valve) => vec![valve],
-        None => match &station.status().valves()[..] {
-            [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
-            valves => valves.to_vec(),
-        },
+        None => station.status().valves_to_close(),
     };
     valves.into_iter().map(MonitorRequest::close).collect()
 }

@@ -174,30 +174,22 @@ impl Hub {
 
     /// Looks at a new state: shuts water off that goes into a keep-out.
     pub fn watch_keep_outs(&self, station: &Arc<Station>) {
-        let Some((place, keep_outs)) = self.keep_outs(station.id()) else { return };
         let (status, now) = (station.status(), self.now());
         if status.stale {
             return;
         }
-        let position = |drive| status.position(drive).map(|it| Span::at(it as f64));
-        let into = position(SubsystemId::HORIZONTAL)
-            .zip(position(SubsystemId::VERTICAL))
-            .filter(|_| status.flows())
-            .map(|(horizontal, vertical)| Swept { horizontal, vertical })
-            .and_then(|swept| keep_outs.iter().find(|it| it.has(&place, swept)));
+        let into = status.flows().then(|| self.kept_out(station.id(), &status)).flatten();
         let (orders, news) = {
             let mut barrel = lock(&station.barrel);
             barrel.settle(&status, now, shows(station));
             let before = barrel.inside.take();
-            barrel.inside = into.map(|it| match &before {
-                Some((_, at)) if now.saturating_sub(*at) < SHOWS => (it.name.clone(), *at),
-                _ => (it.name.clone(), now),
-            });
-            let orders = barrel.inside.as_ref().is_some_and(|(_, at)| *at == now);
-            (orders, before.map(|it| it.0) != barrel.inside.as_ref().map(|it| it.0.clone()))
+            let lately = before.as_ref().map(|it| it.1);
+            let lately = lately.filter(|at| now.saturating_sub(*at) < SHOWS);
+            barrel.inside = into.clone().map(|name| (name, lately.unwrap_or(now)));
+            (into.is_some() && lately.is_none(), before.map(|it| it.0) != into)
         };
         if news {
-            self.alarms().set_kept_out(station.id(), into.map(|it| it.name.clone()));
+            self.alarms().set_kept_out(station.id(), into);
             self.observe(station);
         }
         if orders {
@@ -210,6 +202,15 @@ impl Hub {
                 }
             }
         }
+    }
+
+    /// The keep-out that the barrel of a monitor points into in this state.
+    fn kept_out(&self, monitor: &str, status: &Status) -> Option<String> {
+        let position = |drive| status.position(drive).map(|it| Span::at(it as f64));
+        let horizontal = position(SubsystemId::HORIZONTAL)?;
+        let swept = Swept { horizontal, vertical: position(SubsystemId::VERTICAL)? };
+        let (place, keep_outs) = self.keep_outs(monitor)?;
+        keep_outs.into_iter().find(|it| it.has(&place, swept)).map(|it| it.name)
     }
 
     /// Whether a monitor may throw water there at every elevation.

@@ -154,6 +154,12 @@ impl Status {
         let valves = [SubsystemId::VALVE1, SubsystemId::VALVE2];
         valves.into_iter().filter(|valve| self.bits(*valve).is_some()).collect()
     }
+
+    /// The valves that end its water: those that the monitor has; both, while that is not known.
+    pub fn valves_to_close(&self) -> Vec<SubsystemId> {
+        let valves = self.valves();
+        if valves.is_empty() { vec![SubsystemId::VALVE1, SubsystemId::VALVE2] } else { valves }
+    }
 }
 
 /// Whether a monitor can do its work, and why not.

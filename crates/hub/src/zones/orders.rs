@@ -171,11 +171,7 @@ impl Hub {
 
 /// The requests that end water: valves, and the program that aims.
 pub fn closing(station: &Station) -> Vec<Result<MonitorRequest, ApiError>> {
-    let status = station.status();
-    let valves = match &status.valves()[..] {
-        [] => vec![SubsystemId::VALVE1, SubsystemId::VALVE2],
-        valves => valves.to_vec(),
-    };
+    let valves = station.status().valves_to_close();
     let mut requests: Vec<_> = valves.into_iter().map(MonitorRequest::close).collect();
     requests.push(MonitorRequest::stop(SubsystemId::CONTROL));
     requests

@@ -122,7 +122,7 @@ async fn votes_open_the_valve_and_start_the_pump_and_an_abort_closes_them() {
     assert!(!troubles(&site).await.contains("overdue"), "{}", troubles(&site).await);
 }
 
-/// §I-35 A pump runs by hand without water and stays off by hand with it; a reset gives it back.
+/// A pump runs by hand without water and stays off by hand with it; a reset gives it back.
 #[tokio::test]
 async fn a_pump_is_run_by_hand_until_a_reset() {
     let (site, panel) = plant("").await;

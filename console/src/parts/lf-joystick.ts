@@ -28,6 +28,8 @@ export class LfJoystick extends LitElement {
   @state() stick: { right: number; up: number } | null = null;
 
   private pointer: number | null = null;
+  /** Where the stick was when it was grabbed: what moves the page under a still hand moves no barrel. */
+  private grabbed = new DOMRect();
   private keys = new Set<string>();
   /** Fingers on the buttons; two of them move both axes. */
   private fingers = new Map<number, string>();
@@ -335,6 +337,7 @@ export class LfJoystick extends LitElement {
     base.focus({ preventScroll: true });
     base.setPointerCapture(event.pointerId);
     this.pointer = event.pointerId;
+    this.grabbed = base.getBoundingClientRect();
     this.pull(event);
   }
 
@@ -346,11 +349,11 @@ export class LfJoystick extends LitElement {
   }
 
   private pull(event: PointerEvent): void {
-    const box = (event.currentTarget as Element).getBoundingClientRect();
-    const [x, y] = placeIn(box, event);
+    const { width, height } = this.grabbed;
+    const [x, y] = placeIn(this.grabbed, event);
     const zoom = magnified();
-    const right = (x - box.width / 2 / zoom) / KNOB_WAY_PX;
-    const up = -(y - box.height / 2 / zoom) / KNOB_WAY_PX;
+    const right = (x - width / 2 / zoom) / KNOB_WAY_PX;
+    const up = -(y - height / 2 / zoom) / KNOB_WAY_PX;
     const far = Math.max(Math.hypot(right, up), 1);
     this.stick = { right: right / far, up: up / far };
     this.hold(ofStick(this.stick.right, this.stick.up, this.held));

@@ -54,16 +54,17 @@ async function begun(hold: () => Promise<void>, leave: () => Promise<void>): Pro
   await heldUntil(page, async () => (await site.moves('M1')) && (await site.position('M1')) !== stood, hold, leave);
 }
 
-/** Pulls the stick to the left. */
-async function pull(): Promise<void> {
-  const pad = (await page.locator('lf-joystick').boundingBox())!;
-  const [x, y] = [pad.x + pad.width / 2, pad.y + 100];
+/** Pulls the stick to the left; returns where the pointer is. */
+async function pull(): Promise<[x: number, y: number]> {
+  const stick = (await page.locator('lf-joystick .base').boundingBox())!;
+  const [x, y] = [stick.x + stick.width / 2, stick.y + stick.height / 2];
   const hold = async () => {
     await page.mouse.move(x, y);
     await page.mouse.down();
     await page.mouse.move(x - 60, y, { steps: 3 });
   };
   await begun(hold, () => page.mouse.up());
+  return [x - 60, y];
 }
 
 async function pressKey(key: string): Promise<void> {
@@ -86,6 +87,23 @@ describe('a held motion', () => {
     await page.mouse.up();
     expect(await site.stands('M1')).toBe(true);
     expect(await site.position('M1')).toBeGreaterThan(began);
+  });
+
+  test('is what the hand does, not what the page does under it', async () => {
+    await take(page);
+    const [x, y] = await pull();
+    const stick = page.locator('lf-joystick .base');
+    const [old, height] = [(await stick.boundingBox())!.y, await site.position('M1', 'Vertical')];
+    await page.evaluate(() => {
+      document.querySelector<HTMLElement>('lf-page-operate')!.style.paddingTop = '80px';
+    });
+    expect((await stick.boundingBox())!.y - old).toBeGreaterThan(60);
+    const there = await site.position('M1');
+    await page.mouse.move(x - 1, y);
+    await until(async () => (await site.position('M1')) > there + 120);
+    expect(await site.position('M1', 'Vertical')).toBe(height);
+    await page.mouse.up();
+    expect(await site.stands('M1')).toBe(true);
   });
 
   test('of a key ends with its release, and opposite keys mean nothing', async () => {

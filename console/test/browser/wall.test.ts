@@ -64,10 +64,10 @@ test('a press on the plan hits the visible place, a pulled stick moves the barre
   await page.locator('#deploy').click();
   const states = async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems;
   await until(async () => (await states()).Deployer!.flags.includes('Deployed'), 60_000);
-  const pad = (await page.locator('lf-joystick').boundingBox())!;
-  const [x, y] = [pad.x + pad.width / 2, pad.y + 100 * (await zoom())];
   const moved = async () => ((await states()).Horizontal!.position as number) > 30;
   const pull = async () => {
+    const stick = (await page.locator('lf-joystick .base').boundingBox())!;
+    const [x, y] = [stick.x + stick.width / 2, stick.y + stick.height / 2];
     await page.mouse.move(x, y);
     await page.mouse.down();
     await page.mouse.move(x - 60 * (await zoom()), y, { steps: 3 });

@@ -1,11 +1,12 @@
 //! `cargo xtask ci`: what a change must pass.
 
 use std::io::Read;
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::Duration;
 
-use crate::run::{StepResult, Steps, cargo, output, read, root, show};
+use crate::run::{self, StepResult, Steps, cargo, output, read, root, show, target};
 use crate::{
     TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
     no_std, package, setup, verify, words,
@@ -19,50 +20,118 @@ const SMOKE: [&str; 5] = ["--seed", "7", "--speed", "50", "--plain"];
 /// Includes the build; the demo itself takes seconds.
 const SMOKE_TIMEOUT: Duration = Duration::from_secs(900);
 
-/// A step: its name on the command line, its headline, its function.
-type CiStep = (&'static str, &'static str, fn() -> StepResult);
+/// A step: when it runs, its name on the command line, its headline, its function.
+type CiStep = (When, &'static str, &'static str, fn() -> StepResult);
 
-/// The console comes first because it is built into the hub.
-const STEPS: [CiStep; 20] = [
-    ("console", "the console: types, style, templates, unit tests, build", console::check),
-    ("lock", "lock file is up to date", lock_file),
-    ("licences", "licences and sources of the dependencies", licences::check),
-    ("words", "words that must not appear", words::check),
-    ("package", "packages that can be published", package::all),
-    ("fmt", "format", format),
-    ("clippy", "lints", lints),
-    ("doc", "reference documentation", reference),
-    ("no-std", "no_std build for Cortex-M3", no_std::check),
-    ("test", "the README's test command", readme_tests),
-    ("firmware", "the firmware: no panic to reach, chip and host the same", firmware::check),
-    ("model", "the interlock, model-checked", verify::model_check),
-    ("dissector", "the Wireshark dissector in tshark", dissector::check),
-    ("swarm", "the swarm, for a while", verify::swarm_check),
-    ("api", "the API and its description", api::check),
-    ("hub", "the hub in trouble", hub::check),
-    ("bindings", "lafet for C", bindings::check),
-    ("bench", "instructions of the codec and the device", bench::check),
-    ("demo", "the demo", smoke),
-    ("browser", "the console in a browser", console::browser),
+/// When a step of the whole run has its turn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum When {
+    /// One after another, before all others.
+    First,
+    /// What mostly waits: one after another, after the first.
+    Then,
+    /// What mostly computes: one after another beside those that wait, with what they leave of the processor.
+    Beside,
+    /// One after another when all others have ended, as it measures time.
+    Last,
+}
+
+/// The console comes first because it is built into the hub. The first two that run beside others build
+/// in folders of their own, so that cargo does not keep the tests waiting.
+const STEPS: [CiStep; 21] = [
+    (
+        When::First,
+        "console",
+        "the console: types, style, templates, unit tests, build",
+        console::check,
+    ),
+    (When::First, "lock", "lock file is up to date", lock_file),
+    (When::First, "licences", "licences and sources of the dependencies", licences::check),
+    (When::First, "words", "words that must not appear", words::check),
+    (When::First, "fmt", "format", format),
+    (When::First, "build", "all tests are built", run::build_tests),
+    (When::Then, "test", "the README's test command", readme_tests),
+    (When::Then, "api", "the API and its description", api::check),
+    (When::Then, "browser", "the console in a browser", console::browser),
+    (When::Beside, "no-std", "no_std build for Cortex-M3", no_std::check),
+    (
+        When::Beside,
+        "firmware",
+        "the firmware: no panic to reach, chip and host the same",
+        firmware::check,
+    ),
+    (When::Beside, "clippy", "lints", lints),
+    (When::Beside, "doc", "reference documentation", reference),
+    (When::Beside, "package", "packages that can be published", package::all),
+    (When::Beside, "model", "the interlock, model-checked", verify::model_check),
+    (When::Beside, "dissector", "the Wireshark dissector in tshark", dissector::check),
+    (When::Beside, "swarm", "the swarm, for a while", verify::swarm_check),
+    (When::Beside, "bindings", "lafet for C", bindings::check),
+    (When::Beside, "bench", "instructions of the codec and the device", bench::check),
+    (When::Last, "hub", "the hub in trouble", hub::check),
+    (When::Last, "demo", "the demo", smoke),
 ];
 
 pub fn ci(arguments: &[String]) -> TaskResult {
-    let names: Vec<&str> = STEPS.iter().map(|(name, ..)| *name).collect();
+    let names: Vec<&str> = STEPS.iter().map(|(_, name, ..)| *name).collect();
     if let Some(unknown) = arguments.iter().find(|it| !names.contains(&it.as_str())) {
         return Err(format!("no step `{unknown}`; the steps are: {}", names.join(", ")));
     }
     setup::rust()?;
+    if !arguments.is_empty() {
+        let mut steps = Steps::default();
+        run_steps(&mut steps, |_, name| arguments.iter().any(|it| it == name));
+        return Ok(steps.finish("cargo xtask ci"));
+    }
     // The packages come while the first steps compile; a step by itself gets its own.
-    let ahead = arguments.is_empty().then(|| std::thread::spawn(setup::ahead));
+    let ahead = std::thread::spawn(setup::ahead);
     let mut steps = Steps::default();
-    for (name, headline, run) in STEPS {
-        if arguments.is_empty() || arguments.iter().any(|it| it == name) {
+    let at = |now: When| move |when: When, _: &str| when == now;
+    run_steps(&mut steps, at(When::First));
+    // The package manager allows one at a time, and another process would not wait for it.
+    let _ = ahead.join();
+    let beside = Beside::start()?;
+    run_steps(&mut steps, at(When::Then));
+    steps.step("what ran beside these", || beside.end());
+    run_steps(&mut steps, at(When::Last));
+    Ok(steps.finish("cargo xtask ci"))
+}
+
+fn run_steps(steps: &mut Steps, chosen: impl Fn(When, &str) -> bool) {
+    for (when, name, headline, run) in STEPS {
+        if chosen(when, name) {
             steps.step(headline, run);
         }
     }
-    // Whatever needed a package has waited for it.
-    drop(ahead);
-    Ok(steps.finish("cargo xtask ci"))
+}
+
+/// The steps that run beside others, in a process of lower priority; what they print comes at their end.
+struct Beside {
+    process: Child,
+    log: PathBuf,
+}
+
+impl Beside {
+    fn start() -> Result<Self, String> {
+        let beside = STEPS.iter().filter(|(when, ..)| *when == When::Beside);
+        let names: Vec<&str> = beside.map(|(_, name, ..)| *name).collect();
+        let log = target().join("ci-beside.log");
+        let failed = |e: std::io::Error| format!("{}: {e}", log.display());
+        let file = std::fs::File::create(&log).map_err(failed)?;
+        let mut command = run::behind(&[&["ci"], &names[..]].concat())?;
+        command.stdin(Stdio::null()).stderr(file.try_clone().map_err(failed)?).stdout(file);
+        let process = command.spawn().map_err(|e| format!("cannot run nice: {e}"))?;
+        println!("\nbeside the next steps run: {}", names.join(", "));
+        Ok(Self { process, log })
+    }
+
+    fn end(mut self) -> StepResult {
+        let ended = self.process.wait().map_err(|e| e.to_string())?;
+        let printed =
+            std::fs::read(&self.log).map_err(|e| format!("{}: {e}", self.log.display()))?;
+        println!("{}", String::from_utf8_lossy(&printed));
+        if ended.success() { Ok(()) } else { Err("a step above failed".to_owned()) }
+    }
 }
 
 fn lock_file() -> StepResult {

@@ -74,8 +74,7 @@ fn schema() -> Result<Value, String> {
 
 /// The JSON that `lafet schema` prints.
 fn printed(options: &[&str]) -> Result<Value, String> {
-    let command = ["run", "--quiet", "--package", "lafet", "--", "schema"];
-    let text = run::output(run::cargo(&command).args(options))?;
+    let text = run::output(run::tested("lafet").arg("schema").args(options))?;
     serde_json::from_str(&text).map_err(|e| format!("`lafet schema` did not print JSON: {e}"))
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-use crate::run::{self, StepResult, cargo, output, show, target};
+use crate::run::{self, StepResult, output, show, target};
 use crate::{TaskResult, demo, setup};
 
 /// A thousand connections need two thousand files, half of them the hub's.
@@ -44,13 +44,13 @@ pub fn bench() -> Result<String, String> {
 fn program(what: &str, lafet: &Path) -> Result<Command, String> {
     setup::program("prlimit", "util-linux")?;
     // The profile of the tests, which have built it already; it optimises what is simulated.
-    show(&mut cargo(&["build", "--quiet", "--package", "lafet-hub", "--example", "hub_load"]))?;
+    let load = run::example("lafet-hub", "hub_load")?;
     let folder = target().join("hub-load");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
     let mut command = Command::new("sh");
-    command.args(["-c", LIMITED]).arg(target().join("debug/examples/hub_load"));
+    command.args(["-c", LIMITED]).arg(load);
     command.arg(what).arg(lafet).arg(folder);
     command.current_dir(run::root());
     Ok(command)

@@ -38,8 +38,7 @@ fn draw(scenario: &str, lang: &str) -> Result<String, String> {
     let path = run::root().join("target").join(format!("{scenario}.{lang}.svg"));
     let file = path.to_string_lossy();
     std::fs::create_dir_all(run::root().join("target")).map_err(|e| format!("target: {e}"))?;
-    let words = ["run", "--quiet", "--package", "lafet", "--", "sim", "run", scenario];
-    let mut command = run::cargo(&words);
-    run::output(command.args(["--lang", lang, "--svg", &file]))?;
+    let words = ["sim", "run", scenario, "--lang", lang, "--svg", &file];
+    run::output(run::tested("lafet").args(words))?;
     std::fs::read_to_string(&path).map_err(|e| format!("{file}: {e}"))
 }

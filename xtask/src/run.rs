@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Result of a step; the error is the text for the user.
@@ -27,6 +28,52 @@ pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
     command
+}
+
+/// Set once the tests of the workspace are built, here or by the process that started us: with them all
+/// programs and examples are, and cargo with other packages selected would build their dependencies again,
+/// with fewer features.
+static BUILT: AtomicBool = AtomicBool::new(false);
+const BUILT_BEFORE: &str = "LAFET_XTASK_BUILT";
+
+/// Builds the tests of all crates, and so every program in the profile of the tests.
+pub fn build_tests() -> StepResult {
+    show(&mut cargo(&["test", "--workspace", "--no-run"]))?;
+    BUILT.store(true, Ordering::Relaxed);
+    Ok(())
+}
+
+fn built() -> bool {
+    BUILT.load(Ordering::Relaxed) || std::env::var_os(BUILT_BEFORE).is_some()
+}
+
+/// The program of a package in the profile of the tests.
+pub fn tested(package: &str) -> Command {
+    if built() {
+        let mut program = Command::new(target().join("debug").join(package));
+        program.current_dir(root());
+        return program;
+    }
+    cargo(&["run", "--quiet", "--package", package, "--"])
+}
+
+/// Builds an example in the profile of the tests; returns its path.
+pub fn example(package: &str, name: &str) -> Result<PathBuf, String> {
+    if !built() {
+        show(&mut cargo(&["build", "--quiet", "--package", package, "--example", name]))?;
+    }
+    Ok(target().join("debug/examples").join(name))
+}
+
+/// This program with other arguments, behind everything else that wants a processor.
+pub fn behind(arguments: &[&str]) -> Result<Command, String> {
+    let program = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;
+    let mut command = Command::new("nice");
+    command.args(["-n", "19"]).arg(program).args(arguments).current_dir(root());
+    if built() {
+        command.env(BUILT_BEFORE, "1");
+    }
+    Ok(command)
 }
 
 /// Runs a command whose output the user sees.

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: the README's test command.
 
-use crate::run::{Steps, cargo, show};
+use crate::run::{self, Steps, cargo, show};
 use crate::{TaskResult, docs, faults, flag, layers, physics, setup, spec};
 
 pub fn test(arguments: &[String]) -> TaskResult {
@@ -11,6 +11,7 @@ pub fn test(arguments: &[String]) -> TaskResult {
     setup::program("openssl", "openssl")?;
     setup::postgres()?;
     let mut steps = Steps::default();
+    steps.step("build of all tests", run::build_tests);
     steps.step("tests of all crates", || {
         show(&mut cargo(&["test", "--workspace", "--no-fail-fast"]))
     });

@@ -3,7 +3,7 @@
 use std::process::{Command, ExitCode};
 
 use crate::TaskResult;
-use crate::run::{StepResult, cargo, show};
+use crate::run::{self, StepResult, cargo, show};
 
 /// Runs of the swarm for CI: enough seeds to see every behaviour, in at most two minutes, and every
 /// pair of faults once.
@@ -20,7 +20,9 @@ fn program(name: &str) -> Command {
 
 /// The same in the profile of the tests, which have built it already; it optimises what is simulated.
 pub fn tested(name: &str) -> Command {
-    cargo(&["run", "--quiet", "--package", "lafet-verify", "--", name])
+    let mut command = run::tested("lafet-verify");
+    command.arg(name);
+    command
 }
 
 pub fn swarm(arguments: &[String]) -> TaskResult {

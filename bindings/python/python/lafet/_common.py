@@ -1,0 +1,163 @@
+"""What the monitor with asyncio and the one without have in common: requests, what ends them, arrival."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Literal
+
+from . import _native
+from ._native import Request
+from .errors import LinkLost, NoAnswer, NotReached, NotSent, OutcomeUnknown
+from .state import Status, arcmin, degrees
+
+Drive = Literal["Horizontal", "Vertical", "Nozzle"]
+Valve = Literal["Valve1", "Valve2"]
+Direction = Literal["left", "right", "up", "down", "narrow", "wide"]
+Point = tuple[float, float]
+
+#: Pause between two reads of the state while something is waited for, s.
+POLL_S = 0.1
+#: A drive that is this near has arrived: arc-minutes, mm.
+NEAR = 6
+#: For how long a monitor that does not answer is tried when something that was started has to end, s.
+REACH_S = 30.0
+#: What may be over when the line is back.
+PASSING = (LinkLost, NoAnswer, NotSent, OutcomeUnknown)
+
+#: Drive and whether positions grow.
+DIRECTIONS: dict[Direction, tuple[Drive, bool]] = {
+    "left": ("Horizontal", True),
+    "right": ("Horizontal", False),
+    "up": ("Vertical", True),
+    "down": ("Vertical", False),
+    "narrow": ("Nozzle", True),
+    "wide": ("Nozzle", False),
+}
+
+#: What ends what a request has started. A valve is closed: Stop would leave it half open (section 3.2).
+_ENDS: dict[str, Callable[[str], Request]] = {
+    "Deploy": lambda to: Request.stop("Deployer"),
+    "Move": Request.stop,
+    "Open": Request.close,
+    "StartJustify": Request.stop,
+    "StartQuench": Request.stop,
+    "StartSeek": Request.stop,
+    "StartTrajectory": Request.stop,
+    "Wrap": lambda to: Request.stop("Deployer"),
+}
+
+
+class Started:
+    """What was started, and so has to end when its program does. Water ends first."""
+
+    def __init__(self) -> None:
+        self._ends: dict[tuple[str, str], Request] = {}
+
+    def note(self, request: Request) -> None:
+        """Before a request is sent: whether it is executed may never be known."""
+        end = _ENDS.get(request.name)
+        if end is not None:
+            self._ends[request.name, request.to] = end(request.to)
+
+    def accepted(self, request: Request) -> None:
+        """A valve that closes needs no more closing."""
+        if request.name == "Close":
+            self._ends.pop(("Open", request.to), None)
+
+    def take(self) -> list[Request]:
+        ends = sorted(self._ends.values(), key=_rank)
+        self._ends.clear()
+        return ends
+
+    def __bool__(self) -> bool:
+        return bool(self._ends)
+
+
+def _rank(end: Request) -> int:
+    """Water first, then the programs: while one runs, it refuses that its drives are stopped."""
+    if end.name == "Close":
+        return 0
+    return 1 if end.to in ("Control", "Detector") else 2
+
+
+def direction(toward: Direction) -> tuple[Drive, bool]:
+    try:
+        return DIRECTIONS[toward]
+    except KeyError:
+        raise ValueError(f"direction {toward!r}: {', '.join(DIRECTIONS)}") from None
+
+
+def point(place: Point) -> tuple[int, int]:
+    return arcmin(place[0]), arcmin(place[1])
+
+
+def quench(
+    centre: Point,
+    size: Point,
+    nozzle: int,
+    step: int,
+    distance: int | None,
+    corrections: Iterable[int] | None,
+) -> Request:
+    if (distance is None) == (corrections is None):
+        raise ValueError("either the distance to the fire or corrections of the elevation")
+    if corrections is not None:
+        return Request.quench_corrected(point(centre), point(size), nozzle, step, list(corrections))
+    assert distance is not None
+    return Request.quench(point(centre), point(size), nozzle, step, distance)
+
+
+def trajectory(points: Iterable[tuple[float, float, int, float]], ballistics: bool, repeat: bool) -> Request:
+    wire = [(arcmin(az), arcmin(el), metres, round(dwell * 10)) for az, el, metres, dwell in points]
+    return Request.trajectory(wire, ballistics, repeat)
+
+
+Progress = Callable[[Status], bool]
+
+
+class Arrival:
+    """Whether drives have arrived. One that has stopped elsewhere will not: that is an error."""
+
+    #: So many states at rest in a row are no pause before the motion.
+    AT_REST = 5
+
+    def __init__(self, targets: dict[Drive, int]) -> None:
+        self._targets = targets
+        self._at_rest = 0
+
+    def __call__(self, status: Status) -> bool:
+        off = {
+            drive: target
+            for drive, target in self._targets.items()
+            if abs(status[drive]["position"] - target) > NEAR or "Move" in status[drive].flags
+        }
+        if not off:
+            return True
+        moves = any("Move" in status[drive].flags for drive in off)
+        self._at_rest = 0 if moves else self._at_rest + 1
+        if self._at_rest >= self.AT_REST:
+            raise NotReached("; ".join(self._text(status, drive) for drive in off))
+        return False
+
+    def _text(self, status: Status, drive: Drive) -> str:
+        at, target = status[drive]["position"], self._targets[drive]
+        flags = ", ".join(sorted(status[drive].flags)) or "none"
+        return f"{drive} is at rest at {_shown(drive, at)}, not at {_shown(drive, target)}; flags: {flags}"
+
+
+def _shown(drive: Drive, position: int) -> str:
+    return f"{position} mm" if drive == "Nozzle" else f"{degrees(position):.1f}°"
+
+
+def late(status: Status | None, seconds: float, what: str) -> NotReached:
+    return NotReached(f"not {what} within {seconds} s; last state: {status!r}")
+
+
+def no_end(error: Exception) -> NotReached:
+    return NotReached(
+        f"whether everything has stopped is not known after {REACH_S} s, it may still move or flow: {error}"
+    )
+
+
+def parsed(request: Request | str) -> Request:
+    return _native.Request.parse(request) if isinstance(request, str) else request

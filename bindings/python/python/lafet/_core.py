@@ -1,0 +1,234 @@
+"""What a monitor does, once for programs with asyncio and without."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import TypeVar
+
+from . import _common, state
+from ._common import Started, Drive, Point, Progress, Valve
+from ._native import Answer, Link, Operation, Request
+from .errors import Refused
+from .state import Hotbed, Limits, Status, arcmin
+
+_T = TypeVar("_T")
+
+
+class Core(ABC):
+    """The requests of a monitor, whatever waits for them."""
+
+    def __init__(self, link: Link) -> None:
+        self.link = link
+        self._started = Started()
+
+    def __repr__(self) -> str:
+        return f"<Monitor {self.link.endpoint}>"
+
+    @abstractmethod
+    async def _run(self, operation: Operation[_T]) -> _T: ...
+
+    @abstractmethod
+    async def _sleep(self, seconds: float) -> None: ...
+
+    async def end(self) -> None:
+        """Ends what was started, and says when that could not be done. A line that is cut is tried again for
+        half a minute."""
+        deadline = time.monotonic() + _common.REACH_S
+        failed: Exception | None = None
+        for request in self._started.take():
+            try:
+                await self._end(request, deadline)
+            except Exception as error:
+                failed = failed or error
+        if failed is not None:
+            raise failed
+
+    async def _end(self, request: Request, deadline: float) -> None:
+        while True:
+            try:
+                await self._run(self.link.command(request))
+                return
+            except Refused as error:
+                # What refuses in the name of a drive is a program of another client, which moves it now.
+                if request.name == "Stop" and error.by != error.to:
+                    return
+                raise
+            except _common.PASSING as error:
+                if time.monotonic() > deadline:
+                    raise _common.no_end(error) from error
+            await self._sleep(_common.POLL_S)
+
+    # What it is asked.
+
+    async def status(self) -> Status:
+        """The state of all subsystems (section 3.3)."""
+        answers = await self._run(self.link.send(Request.get_status("All")))
+        if len(answers) == 1 and not answers[0].accepted:
+            # General refuses for all.
+            answers = await self._ask(Request.get_status("All"))
+        return Status(answers)
+
+    async def wait_for(self, condition: Progress, timeout: float, *, poll: float = _common.POLL_S) -> Status:
+        """Reads the state until the condition is true; `NotReached` after the time, s."""
+        deadline = time.monotonic() + timeout
+        while True:
+            status = await self.status()
+            if condition(status):
+                return status
+            if time.monotonic() > deadline:
+                raise _common.late(status, timeout, getattr(condition, "__name__", "as asked"))
+            await self._sleep(poll)
+
+    async def limits(self, drive: Drive) -> Limits:
+        """The limits of a drive, arc-minutes or mm (section 3.7)."""
+        return state.limits(await self._ask(Request.get_limits(drive)))
+
+    async def param(self, whose: str, name: str) -> list[int]:
+        """The values of a parameter (section 3.4)."""
+        return await self._run(self.link.param(whose, name))
+
+    async def hotbeds(self) -> list[Hotbed]:
+        """The places of fire that the detector found (section 3.21)."""
+        return state.hotbeds(await self.param("Detector", "Hotbeds"))
+
+    async def crash_data(self) -> dict[str, int]:
+        """Registers saved at the last fault of the program (section 3.20)."""
+        return dict((await self._ask(Request.get_crash_data()))[0].fields())
+
+    async def send(self, request: Request | str) -> list[Answer]:
+        """Any request, also in the words of `lafet send`; returns what is answered, refusals too."""
+        asked = _common.parsed(request)
+        self._started.note(asked)
+        return await self._run(self.link.send(asked))
+
+    # What it is to do.
+
+    async def stop(self, whose: str = "All") -> None:
+        """Stops drives and programs (section 3.2). A valve that is moving stays where it is: `close`."""
+        await self._ask(Request.stop(whose))
+
+    async def lockout(self, on: bool = True) -> None:
+        """Stops everything, closes the valves and refuses every motion until it is off (section 3.18)."""
+        await self._ask(Request.lockout(on))
+
+    async def deploy(self, *, wait: float | None = None) -> None:
+        """Into the working position (section 3.10); `wait`: until it is there, at most so many s."""
+        await self._do(Request.deploy())
+        await self._await(lambda status: status.deployed, wait, "deployed")
+
+    async def wrap(self, *, wait: float | None = None) -> None:
+        """Into the stowed position (section 3.11)."""
+        await self._do(Request.wrap())
+        await self._await(lambda status: "Wrapped" in status["Deployer"].flags, wait, "wrapped")
+
+    async def aim(
+        self,
+        azimuth: float | None = None,
+        elevation: float | None = None,
+        *,
+        wait: float | None = None,
+    ) -> None:
+        """Turns the barrel, degrees (section 3.1)."""
+        targets: dict[Drive, int] = {}
+        if azimuth is not None:
+            targets["Horizontal"] = arcmin(azimuth)
+        if elevation is not None:
+            targets["Vertical"] = arcmin(elevation)
+        await self._move(targets, wait)
+
+    async def spray(self, nozzle: int, *, wait: float | None = None) -> None:
+        """Moves the nozzle, mm: from a wide spray to a narrow jet."""
+        await self._move({"Nozzle": nozzle}, wait)
+
+    async def open(self, valve: Valve = "Valve1", *, wait: float | None = None) -> None:
+        """Opens a valve (section 3.8)."""
+        await self._do(Request.open(valve))
+        await self._await(lambda status: "Open" in status[valve].flags, wait, "open")
+
+    async def close(self, valve: Valve = "Valve1", *, wait: float | None = None) -> None:
+        """Closes a valve (section 3.9)."""
+        await self._do(Request.close(valve))
+        await self._await(lambda status: "Closed" in status[valve].flags, wait, "closed")
+
+    async def quench(
+        self,
+        centre: Point,
+        size: Point = (0.0, 0.0),
+        *,
+        nozzle: int = 60,
+        step: int = 0,
+        distance: int | None = None,
+        corrections: Iterable[int] | None = None,
+    ) -> None:
+        """Extinguishes a sector: its centre and size in degrees, step between lines in degrees, and
+        either the distance to the fire in m or corrections of the elevation (section 3.14)."""
+        await self._do(_common.quench(centre, size, nozzle, step, distance, corrections))
+
+    async def quench_program(self, program: int, centre: Point = (0.0, 0.0), *, nozzle: int = 60) -> None:
+        """Extinguishes by a stored program, moved to a centre (section 3.14)."""
+        await self._do(Request.quench_program(program, _common.point(centre), nozzle))
+
+    async def follow(
+        self,
+        points: Iterable[tuple[float, float, int, float]],
+        *,
+        ballistics: bool = True,
+        repeat: bool = False,
+    ) -> None:
+        """Extinguishes along points: azimuth and elevation in degrees, distance in m, time to stay in s
+        (section 3.15)."""
+        await self._do(_common.trajectory(points, ballistics, repeat))
+
+    async def seek(self, horizontal: Point, vertical: Point, *, analyse: bool = False) -> None:
+        """Searches a sector for fire: from and to, degrees (section 3.16)."""
+        await self._do(Request.seek(_common.point(horizontal), _common.point(vertical), analyse))
+
+    async def justify(self) -> None:
+        """Aligns detector and barrel (section 3.13)."""
+        await self._do(Request.justify())
+
+    # How it is set up.
+
+    async def set_param(self, whose: str, name: str, *values: int) -> None:
+        """Sets a parameter (section 3.5)."""
+        await self._run(self.link.set_param(whose, name, list(values)))
+
+    async def correction_table(self, first: int, corrections: Iterable[int]) -> None:
+        """Stores corrections of the elevation, degrees, one for each 0.1 atm (section 3.6)."""
+        await self._run(self.link.correction_table(first, list(corrections)))
+
+    async def switch_limits(self, whose: str, to: str) -> None:
+        """Limits 'off', 'on', or 'reject' what was set meanwhile (section 3.17)."""
+        await self._ask(Request.switch_limits(whose, to))
+
+    async def restart(self) -> None:
+        """Restarts the monitor's program (section 3.12)."""
+        await self._ask(Request.restart())
+
+    async def clean_flash(self) -> None:
+        """Erases the monitor's memory: every parameter is as delivered (section 3.19)."""
+        await self._ask(Request.clean_flash())
+
+    async def _ask(self, request: Request) -> list[Answer]:
+        return await self._run(self.link.command(request))
+
+    async def _do(self, request: Request) -> None:
+        self._started.note(request)
+        await self._ask(request)
+        self._started.accepted(request)
+
+    async def _move(self, targets: dict[Drive, int], wait: float | None) -> None:
+        for drive, target in targets.items():
+            await self._do(Request.move_to(drive, target))
+        await self._await(_common.Arrival(targets), wait, "there")
+
+    async def _await(self, condition: Progress, wait: float | None, what: str) -> None:
+        if wait is None:
+            return
+        deadline = time.monotonic() + wait
+        while not condition(status := await self.status()):
+            if time.monotonic() > deadline:
+                raise _common.late(status, wait, what)
+            await self._sleep(_common.POLL_S)

@@ -1,0 +1,89 @@
+"""The same for asyncio. To cancel a task that waits for the monitor ends what was started with its block."""
+
+from __future__ import annotations
+
+import asyncio
+from types import TracebackType
+from typing import TypeVar
+
+from . import _common, _native
+from ._common import Direction
+from ._core import Core
+from ._native import Operation
+
+__all__ = ["Hold", "Monitor", "connect"]
+
+_T = TypeVar("_T")
+
+
+async def connect(url: str, *, timeout: float | None = None) -> Monitor:
+    """Connects: see `lafet.connect`. Use the result in an `async with` block."""
+    return Monitor(await _native.connect(url, timeout).start())
+
+
+class Monitor(Core):
+    """A monitor: see `lafet.Monitor`."""
+
+    async def __aenter__(self) -> Monitor:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.end()
+
+    def at(self, address: int) -> Monitor:
+        """Another monitor on the same line."""
+        return Monitor(self.link.at(address))
+
+    def hold(self, toward: Direction, *, lease: float = 0.3) -> Hold:
+        """A motion that lasts while it is renewed, for an `async with` block."""
+        drive, grows = _common.direction(toward)
+        return Hold(self.link.hold(drive, grows, lease))
+
+    async def _run(self, operation: Operation[_T]) -> _T:
+        return await operation.start()
+
+    async def _sleep(self, seconds: float) -> None:
+        await asyncio.sleep(seconds)
+
+
+class Hold:
+    """A motion that lasts while it is renewed: see `lafet.Hold`."""
+
+    def __init__(self, begin: Operation[_native.Hold]) -> None:
+        self._begin = begin
+        self._hold: _native.Hold | None = None
+        #: How the motion ended.
+        self.ended: str | None = None
+
+    async def __aenter__(self) -> Hold:
+        self._hold = await self._begin.start()
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._hold is not None:
+            self.ended = await self._hold.release().start()
+
+    def renew(self) -> bool:
+        """Lets the motion go on for another lease; false when it is ending or has ended."""
+        return self._hold is not None and self._hold.renew()
+
+    async def keep(self, seconds: float) -> bool:
+        """Renews the motion for so long; false when it ended before."""
+        clock = asyncio.get_running_loop().time
+        deadline = clock() + seconds
+        while self.renew():
+            left = deadline - clock()
+            if left <= 0:
+                return True
+            await asyncio.sleep(min(left, 0.05))
+        return False

@@ -1,0 +1,77 @@
+"""The same with asyncio."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+import lafet
+import pytest
+from lafet import Simulator, aio
+
+
+def test_two_monitors_at_once() -> None:
+    async def turn(simulator: Simulator, azimuth: float) -> None:
+        async with await aio.connect(simulator.url) as monitor:
+            await monitor.deploy(wait=60)
+            await monitor.aim(azimuth=azimuth, wait=20)
+            assert abs((await monitor.status()).azimuth - azimuth) < 0.2
+
+    async def both(first: Simulator, second: Simulator) -> None:
+        await asyncio.gather(turn(first, 5), turn(second, -5))
+
+    with Simulator() as first, Simulator(seed=2) as second:
+        begin = time.monotonic()
+        asyncio.run(both(first, second))
+        assert time.monotonic() - begin < 30
+        assert abs(second.position("Horizontal") + 300) <= 6
+
+
+def test_a_cancelled_task_ends_what_it_has_started(simulator: Simulator) -> None:
+    async def work() -> None:
+        async with await aio.connect(simulator.url) as monitor:
+            await monitor.deploy(wait=60)
+            await monitor.open(wait=10)
+            await monitor.aim(azimuth=170, wait=60)
+
+    async def cancelled() -> None:
+        task = asyncio.create_task(work())
+        while simulator.position("Horizontal") < 60:
+            await asyncio.sleep(0.02)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    asyncio.run(asyncio.wait_for(cancelled(), 60))
+    deadline = time.monotonic() + 10
+    while simulator.flow > 1:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert simulator.position("Horizontal") < 170 * 60 - 600
+
+
+def test_a_hold_and_a_refusal(simulator: Simulator) -> None:
+    async def work() -> None:
+        async with await aio.connect(simulator.url) as monitor:
+            with pytest.raises(lafet.Refused, match="deploy"):
+                await monitor.open()
+            await monitor.deploy(wait=60)
+            async with monitor.hold("left") as motion:
+                assert await motion.keep(0.5)
+            assert motion.ended == "released"
+
+    asyncio.run(work())
+    assert simulator.position("Horizontal") > 60
+
+
+def test_an_operation_is_begun_once(simulator: Simulator) -> None:
+    async def work() -> None:
+        monitor = await aio.connect(simulator.url)
+        operation = monitor.link.send(lafet.Request.get_status("All"))
+        assert await operation.start()
+        with pytest.raises(RuntimeError, match="already"):
+            operation.start()
+
+    asyncio.run(work())
+    with pytest.raises(RuntimeError):
+        lafet.connect(simulator.url)._core.link.send(lafet.Request.get_status("All")).start()

@@ -1,0 +1,304 @@
+"""The client against the simulated monitor: what it says, what it refuses, what ends when."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Callable
+
+import lafet
+import pytest
+from lafet import Monitor, Simulator
+
+
+def until(so: Callable[[], bool], within: float = 10.0) -> None:
+    deadline = time.monotonic() + within
+    while not so():
+        assert time.monotonic() < deadline, f"not within {within} s"
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def deployed(monitor: Monitor) -> Monitor:
+    monitor.deploy(wait=60)
+    return monitor
+
+
+def test_from_the_box_to_water(monitor: Monitor, simulator: Simulator) -> None:
+    assert not simulator.deployed and not monitor.status().deployed
+    monitor.deploy(wait=60)
+    monitor.aim(azimuth=5, elevation=4, wait=20)
+    monitor.open(wait=10)
+    assert simulator.deployed
+    assert abs(simulator.position("Horizontal") - 300) <= 6
+    assert abs(simulator.position("Vertical") - 240) <= 6
+    status = monitor.wait_for(lambda it: it["General"]["flowrate"] > 5, 20)
+    assert status.open and abs(status.azimuth - 5) < 0.2 and abs(status.elevation - 4) < 0.2
+    assert simulator.flow > 5
+    monitor.close(wait=10)
+    assert not monitor.status().open
+    until(lambda: simulator.flow < 1)
+
+
+def test_what_was_begun_ends_with_the_block(simulator: Simulator) -> None:
+    with pytest.raises(ZeroDivisionError), simulator.connect() as monitor:
+        monitor.deploy(wait=60)
+        monitor.open(wait=10)
+        monitor.aim(azimuth=170)
+        until(lambda: simulator.position("Horizontal") > 60)
+        _ = 1 / 0
+    with simulator.connect() as other:
+        status = other.wait_for(lambda it: not it.open and not it.moving, 10)
+    assert status.azimuth < 160
+    until(lambda: simulator.flow < 1)
+
+
+def test_ctrl_c_ends_what_was_started(simulator: Simulator) -> None:
+    program = f"""
+        import lafet
+        with lafet.connect("{simulator.url}") as monitor:
+            monitor.deploy(wait=60)
+            monitor.open(wait=10)
+            print("flows", flush=True)
+            monitor.aim(azimuth=170, wait=60)
+    """
+    child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE)
+    assert child.stdout is not None and child.stdout.readline() == b"flows\n"
+    until(lambda: simulator.position("Horizontal") > 60)
+    child.send_signal(signal.SIGINT)
+    assert child.wait(10) != 0
+    until(lambda: simulator.flow < 1)
+    there = simulator.position("Horizontal")
+    assert there < 170 * 60 - 600
+    time.sleep(0.5)
+    assert abs(simulator.position("Horizontal") - there) < 2
+
+
+def test_a_program_that_ends_in_the_middle_ends_what_it_has_started(simulator: Simulator) -> None:
+    program = f"""
+        import lafet, sys
+        monitor = lafet.connect("{simulator.url}")
+        monitor.deploy(wait=60)
+        monitor.open(wait=10)
+        sys.exit(3)
+    """
+    assert subprocess.call([sys.executable, "-c", textwrap.dedent(program)], timeout=90) == 3
+    until(lambda: simulator.flow < 1)
+
+
+def test_a_held_motion_ends_with_its_block_and_without_renewal(
+    deployed: Monitor, simulator: Simulator
+) -> None:
+    with deployed.hold("left") as motion:
+        assert motion.keep(0.6)
+    assert motion.ended == "released"
+    there = simulator.position("Horizontal")
+    assert there > 60
+    with deployed.hold("right") as motion:
+        time.sleep(1.0)
+        assert not motion.renew()
+    assert motion.ended == "lapsed"
+    assert simulator.position("Horizontal") < there
+    with pytest.raises(ValueError, match="left, right, up"):
+        deployed.hold("forward")  # type: ignore[arg-type]
+
+
+def test_a_killed_program_holds_nothing(deployed: Monitor, simulator: Simulator) -> None:
+    program = f"""
+        import lafet
+        with lafet.connect("{simulator.url}").hold("left") as motion:
+            print("moves", flush=True)
+            motion.keep(60)
+    """
+    child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE)
+    assert child.stdout is not None and child.stdout.readline() == b"moves\n"
+    until(lambda: simulator.position("Horizontal") > 60)
+    child.kill()
+    child.wait()
+    time.sleep(0.5)
+    there = simulator.position("Horizontal")
+    time.sleep(0.5)
+    assert abs(simulator.position("Horizontal") - there) < 2
+
+
+def test_a_program_that_keeps_the_interpreter_does_not_keep_a_motion(
+    deployed: Monitor, simulator: Simulator
+) -> None:
+    with deployed.hold("left") as motion:
+        motion.keep(0.3)
+        sys.setswitchinterval(5)
+        try:
+            begin = time.monotonic()
+            while time.monotonic() - begin < 1.2:
+                pass
+        finally:
+            sys.setswitchinterval(0.005)
+        there = simulator.position("Horizontal")
+        time.sleep(0.3)
+        assert abs(simulator.position("Horizontal") - there) < 2
+    assert motion.ended == "lapsed"
+
+
+def test_a_refusal_names_its_reason(monitor: Monitor) -> None:
+    with pytest.raises(lafet.Refused, match="deploy") as refused:
+        monitor.open()
+    error = refused.value
+    assert (error.request, error.to, error.status) == ("Open", "Valve1", "Denied")
+    assert pickle.loads(pickle.dumps(error)).by == error.by
+    monitor.lockout()
+    with pytest.raises(lafet.Refused, match="(?i)lockout"):
+        monitor.deploy()
+    monitor.lockout(False)
+    lafet.set_language("ru")
+    try:
+        with pytest.raises(lafet.Refused, match="разв"):
+            monitor.open()
+    finally:
+        lafet.set_language("en")
+    with pytest.raises(ValueError, match="en. or .ru"):
+        lafet.set_language("de")
+
+
+def test_a_broken_drive_is_an_error_and_not_a_wait(deployed: Monitor, simulator: Simulator) -> None:
+    jammed = next(name for name in Simulator.faults() if "horizontal" in name and "jam" in name)
+    assert simulator.inject(jammed) == [jammed]
+    with pytest.raises((lafet.NotReached, lafet.Refused)):
+        deployed.aim(azimuth=30, wait=60)
+    assert simulator.repair(jammed) == []
+
+
+def test_what_does_not_come_in_time(monitor: Monitor) -> None:
+    with pytest.raises(lafet.NotReached, match="not deployed within 0.2 s"):
+        monitor.deploy(wait=0.2)
+    with pytest.raises(TimeoutError):
+        monitor.wait_for(lambda it: False, 0.2)
+
+
+def test_wrong_usage_is_named(monitor: Monitor) -> None:
+    for wrong in ["", "tcp://", "http://127.0.0.1:1", "tcp://127.0.0.1:1?addr=300"]:
+        with pytest.raises(lafet.UsageError):
+            lafet.connect(wrong)
+    with pytest.raises(ValueError, match="did you mean|Valve1"):
+        monitor.send("Opn Valve1")
+    with pytest.raises(ValueError, match="no subsystem .Valve9."):
+        monitor.open("Valve9")  # type: ignore[arg-type]
+    with pytest.raises(OverflowError):
+        monitor.spray(40_000)
+    with pytest.raises(ValueError, match="either"):
+        monitor.quench((0, 0))
+    for time_s in [0, -1, float("nan"), float("inf")]:
+        with pytest.raises(ValueError, match="more than 0"):
+            lafet.connect("tcp://127.0.0.1:1", timeout=time_s)
+    with pytest.raises(KeyError, match="this monitor has"):
+        monitor.status()["Pump"]
+
+
+def test_nobody_there() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        with pytest.raises(lafet.LinkLost):
+            lafet.connect(f"tcp://127.0.0.1:{free.getsockname()[1]}")
+
+
+def test_a_server_that_does_not_speak_the_protocol() -> None:
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        begin = time.monotonic()
+        monitor = lafet.connect(f"tcp://127.0.0.1:{silent.getsockname()[1]}", timeout=0.2)
+        with pytest.raises(lafet.NoAnswer):
+            monitor.status()
+        assert time.monotonic() - begin < 15
+
+
+def test_parameters_limits_hotbeds(monitor: Monitor) -> None:
+    assert monitor.limits("Horizontal").low < 0 < monitor.limits("Horizontal").high
+    before = monitor.param("Horizontal", "Speed")
+    assert before
+    monitor.set_param("Horizontal", "Speed", before[0])
+    assert monitor.param("Horizontal", "Speed") == before
+    with pytest.raises(lafet.Refused):
+        monitor.set_param("Horizontal", "Speed", -100_000)
+    with pytest.raises(lafet.Refused) as unknown:
+        monitor.param("Horizontal", "Sped")
+    assert unknown.value.status == "InvalidId"
+    assert monitor.hotbeds() == []
+    assert isinstance(monitor.crash_data(), dict)
+
+
+def test_a_fire_is_found_and_put_out() -> None:
+    with Simulator(fires=["az=10,range=20"]) as simulator, simulator.connect() as monitor:
+        monitor.deploy(wait=60)
+        monitor.seek((0, 20), (-15, 5))
+        monitor.wait_for(lambda it: "Searching" in it["Detector"].flags, 5)
+        monitor.wait_for(lambda it: "Searching" not in it["Detector"].flags, 120)
+        (found,) = monitor.hotbeds()
+        assert found.right < 600 < found.left
+        centre = (found.left + found.right) / 120, (found.bottom + found.top) / 120
+        monitor.open()
+        monitor.quench(centre, (4, 2), step=1, distance=20)
+        until(lambda: simulator.burning == [False], 120)
+        monitor.end()
+        until(lambda: simulator.flow < 1)
+        monitor.wait_for(lambda it: not it.moving, 10)
+
+
+def test_the_program_of_another_client_is_not_ended(simulator: Simulator) -> None:
+    with simulator.connect() as other:
+        other.deploy(wait=60)
+        with simulator.connect() as monitor:
+            monitor.aim(azimuth=10)
+            other.quench((0, 0), (20, 4), step=1, distance=20)
+        time.sleep(0.5)
+        assert "Quench" in other.status()["Control"].flags
+
+
+def test_many_threads(monitor: Monitor) -> None:
+    seen: list[int] = []
+
+    def read() -> None:
+        for _ in range(50):
+            seen.append(len(monitor.status()))
+
+    threads = [threading.Thread(target=read) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(30)
+    assert len(seen) == 400 and len(set(seen)) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_fork_has_connections_of_its_own(simulator: Simulator) -> None:
+    program = f"""
+        import lafet, os
+        monitor = lafet.connect("{simulator.url}")
+        child = os.fork()
+        if child == 0:
+            try:
+                monitor.status()
+            except RuntimeError as error:
+                assert "connect again" in str(error)
+                lafet.connect("{simulator.url}").status()
+                os._exit(7)
+            os._exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+        monitor.status()
+    """
+    assert subprocess.call([sys.executable, "-c", textwrap.dedent(program)], timeout=30) == 0
+
+
+def test_reads_per_second(monitor: Monitor) -> None:
+    monitor.status()
+    begin = time.monotonic()
+    for _ in range(300):
+        monitor.status()
+    # 30 would be a read that waits for a pause somewhere; docs/python.md has the figure.
+    assert 300 / (time.monotonic() - begin) > 100

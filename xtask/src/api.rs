@@ -1,10 +1,10 @@
 //! `cargo xtask api`: tests the hub's API against its description, with schemathesis.
 
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, ChildStdout, Command, ExitCode, Stdio};
 
-use crate::run::{StepResult, output, show, target};
+use crate::run::{StepResult, show, target};
 use crate::{TaskResult, demo, flag, setup};
 
 /// The version used for the figures in docs/hub.md.
@@ -23,7 +23,7 @@ pub fn api(arguments: &[String]) -> TaskResult {
 
 /// Sends a demo requests that the description allows, and ones that it does not.
 pub fn check() -> StepResult {
-    let schemathesis = schemathesis()?;
+    let schemathesis = setup::python("schemathesis", &[SCHEMATHESIS])?.join("schemathesis");
     let program = demo::program()?;
     // The demo would end if its output pipe were closed.
     let (mut demo, _printed, url) = serve(&program)?;
@@ -61,21 +61,4 @@ fn serve(program: &Path) -> Result<(Child, BufReader<ChildStdout>, String), Stri
     } else {
         Err(format!("no address: {url}"))
     }
-}
-
-/// Installs schemathesis in a virtual environment of its own; returns its path.
-fn schemathesis() -> Result<PathBuf, String> {
-    let folder = target().join("schemathesis");
-    let program = folder.join("bin/schemathesis");
-    if output(Command::new(&program).arg("--version")).is_ok() {
-        return Ok(program);
-    }
-    setup::program("python3", "python3")?;
-    let made = output(Command::new("python3").args(["-m", "venv"]).arg(&folder));
-    if made.is_err() {
-        setup::debian(&["python3-venv"])?;
-        show(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
-    }
-    show(Command::new(folder.join("bin/pip")).args(["install", "-q", SCHEMATHESIS]))?;
-    Ok(program)
 }

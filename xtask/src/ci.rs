@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::run::{self, StepResult, Steps, cargo, output, read, root, show, target};
 use crate::{
     TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    no_std, package, setup, verify, words,
+    no_std, package, python, setup, verify, words,
 };
 
 /// Start of the README's test command.
@@ -38,7 +38,7 @@ enum When {
 
 /// The console comes first because it is built into the hub. The first two that run beside others build
 /// in folders of their own, so that cargo does not keep the tests waiting.
-const STEPS: [CiStep; 21] = [
+const STEPS: [CiStep; 22] = [
     (
         When::First,
         "console",
@@ -67,6 +67,7 @@ const STEPS: [CiStep; 21] = [
     (When::Beside, "dissector", "the Wireshark dissector in tshark", dissector::check),
     (When::Beside, "swarm", "the swarm, for a while", verify::swarm_check),
     (When::Beside, "bindings", "lafet for C", bindings::check),
+    (When::Beside, "python", "lafet for Python", python::check),
     (When::Beside, "bench", "instructions of the codec and the device", bench::check),
     (When::Last, "hub", "the hub in trouble", hub::check),
     (When::Last, "demo", "the demo", smoke),

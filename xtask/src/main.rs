@@ -30,6 +30,7 @@ mod no_std;
 mod package;
 mod physics;
 mod pictures;
+mod python;
 mod run;
 mod sections;
 mod semver;
@@ -80,7 +81,7 @@ const TASKS: &[Task] = &[
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
                   only those: console, lock, licences, words, package, fmt, clippy, doc, no-std, \
-                  test, firmware, model, dissector, swarm, api, hub, bindings, bench, demo, browser.",
+                  test, firmware, model, dissector, swarm, api, hub, bindings, python, bench, demo, browser.",
         run: ci::ci,
     },
     Task {
@@ -215,6 +216,14 @@ const TASKS: &[Task] = &[
                   the C controller move the C monitor. Installs missing tools if permitted. With \
                   --header it writes the header.",
         run: bindings::bindings,
+    },
+    Task {
+        name: "python",
+        arguments: "[--release]",
+        about: "lafet for Python: builds the wheel, installs and tests it",
+        details: "Checks the types with mypy and runs the tests on the package as it is installed, in an \
+                  environment below target. With --release the wheel is optimised.",
+        run: python::python,
     },
     Task {
         name: "swarm",

@@ -1,5 +1,6 @@
 //! Prerequisites of the tasks: whatever is missing is installed, or named with its command.
 
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
@@ -54,6 +55,30 @@ pub fn postgres() -> Result<(), String> {
     }
     println!("   PostgreSQL is missing: installing it (not wanted: LAFET_NO_POSTGRES=1)");
     debian(&["postgresql"])
+}
+
+/// Ensures that there is a Python environment below target with these packages; returns the folder of its
+/// programs.
+pub fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
+    let folder = run::target().join(name);
+    let (programs, mark) = (folder.join("bin"), folder.join("installed"));
+    let wanted = packages.join("\n");
+    if std::fs::read_to_string(&mark).is_ok_and(|installed| installed == wanted) {
+        return Ok(programs);
+    }
+    program("python3", "python3")?;
+    let make = || {
+        let mut make = Command::new("python3");
+        make.args(["-m", "venv"]).arg(&folder);
+        make
+    };
+    if run::output(&mut make()).is_err() {
+        debian(&["python3-venv"])?;
+        run::show(&mut make())?;
+    }
+    run::show(Command::new(programs.join("pip")).args(["install", "-q"]).args(packages))?;
+    std::fs::write(&mark, wanted).map_err(|e| format!("{}: {e}", mark.display()))?;
+    Ok(programs)
 }
 
 /// Debian packages that steps of CI need, each with a program that shows whether it is there.

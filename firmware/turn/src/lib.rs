@@ -8,6 +8,8 @@ use lafet_device::{Composition, Device};
 
 /// Bytes of the line that are taken at a time.
 const CHUNK: usize = 32;
+/// So often between two steps at most: 512 bytes are what a board keeps while its flash is busy.
+const CHUNKS: usize = 16;
 
 /// How the program starts.
 #[derive(Clone, Copy, Debug)]
@@ -60,10 +62,17 @@ pub trait Board: Hal {
 }
 
 /// Once round the loop. Whether a step was made.
+///
+/// All that has come is answered before the step: behind a write to the flash much has, and a Move in it
+/// must not begin when a Stop follows.
 // In two calls: an answer must not lie on top of a step.
 pub fn once(board: &mut impl Board, device: &mut Device, port: &mut Port<()>) -> bool {
     board.feed_watchdog();
-    serve(board, device, port);
+    for _ in 0..CHUNKS {
+        if !serve(board, device, port) {
+            break;
+        }
+    }
     let due = board.due();
     if let Some(now_ms) = due {
         device.step(now_ms, board);
@@ -72,13 +81,14 @@ pub fn once(board: &mut impl Board, device: &mut Device, port: &mut Port<()>) ->
     due.is_some()
 }
 
-/// Answers what has come over the line.
+/// Answers what has come over the line. Whether there may be more.
 #[inline(never)]
-fn serve(board: &mut impl Board, device: &mut Device, port: &mut Port<()>) {
+fn serve(board: &mut impl Board, device: &mut Device, port: &mut Port<()>) -> bool {
     let mut chunk = [0; CHUNK];
     let bytes = board.receive(&mut chunk);
     if !bytes.is_empty() {
         port.serve(board.now_ms(), device, bytes, &mut |byte| board.put(byte));
         board.release();
     }
+    bytes.len() == CHUNK
 }

@@ -41,7 +41,12 @@ pub struct Wrong {
     pub record: fn(&mut Record),
     /// What is wrong with the wires.
     pub wires: fn(&mut Plant),
+    /// The loop, once round.
+    pub turn: Turn,
 }
+
+/// What a program does over and over.
+pub type Turn = fn(&mut Stm32f103<Wires>, &mut Device, &mut Port<()>);
 
 impl Wrong {
     /// Nothing.
@@ -50,6 +55,7 @@ impl Wrong {
         alter: |_, _, value| Some(value),
         record: |_| {},
         wires: |_| {},
+        turn: |board, device, port| _ = once(board, device, port),
     };
 }
 
@@ -59,7 +65,7 @@ pub struct Parts {
     pub chip: Chip,
     /// What is wired to it.
     pub plant: Plant,
-    /// Since when no motor has had voltage, ns; `None` while one has.
+    /// Since when no motor has had voltage and no valve was opening, ns; `None` while one has or is.
     pub off_ns: Option<u64>,
     wrong: Wrong,
     step_ns: u64,
@@ -83,9 +89,14 @@ impl Parts {
         }
     }
 
-    fn stand_still(&mut self, ns: u64) {
+    /// Whether a motor has voltage or a valve opens.
+    pub fn is_energised(&self) -> bool {
         let opening = self.plant.relays(&self.chip).iter().any(|[open, _]| *open);
-        if ns > 0 && (self.plant.is_live(&self.chip) || opening) {
+        opening || self.plant.is_live(&self.chip)
+    }
+
+    fn stand_still(&mut self, ns: u64) {
+        if ns > 0 && self.is_energised() {
             self.chip.violations.insert("the flash was busy while something was driven".into());
         }
     }
@@ -144,7 +155,7 @@ impl Bus for Wires {
         let Some(value) = (wrong.alter)(true, address, value) else { return };
         let busy_ns = parts.chip.write((wrong.route)(address), value);
         parts.stand_still(busy_ns);
-        parts.off_ns = match parts.plant.is_live(&parts.chip) {
+        parts.off_ns = match parts.is_energised() {
             true => None,
             false => parts.off_ns.or(Some(parts.chip.now_ns)),
         };
@@ -244,11 +255,11 @@ impl Rig {
 
     /// Once round the loop, and a reset where one is due.
     pub fn round(&mut self) {
-        let is_reset = self.parts(|parts| parts.chip.reset);
+        let (is_reset, turn) = self.parts(|parts| (parts.chip.reset, parts.wrong.turn));
         if let Some(cause) = is_reset {
             return self.start(cause);
         }
-        once(&mut self.board, &mut self.device, &mut self.port);
+        turn(&mut self.board, &mut self.device, &mut self.port);
         self.wires.pass(ROUND_NS);
     }
 
@@ -285,13 +296,18 @@ impl Rig {
 
     /// Puts a frame of these records on the line; when its last byte has come, ns.
     pub fn send(&mut self, payload: &[u8]) -> u64 {
+        self.send_from(0, payload)
+    }
+
+    /// The same from this moment on, ns, or behind what is on the line then.
+    pub fn send_from(&mut self, from_ns: u64, payload: &[u8]) -> u64 {
         let mut wire = [0; WIRE_MAX];
         let frame = Frame { dst: self.address, src: PEER, payload };
         let len = link::encode(&frame, &mut wire).expect("it fits");
         self.parts(|parts| {
             let chip = &mut parts.chip;
             let byte_ns = 10_000_000_000 / chip.line_baud;
-            let last = chip.incoming.back().map_or(chip.now_ns, |byte| byte.at_ns);
+            let last = chip.incoming.back().map_or(chip.now_ns, |byte| byte.at_ns).max(from_ns);
             for (n, value) in (1..).zip(&wire[..len]) {
                 chip.incoming.push_back(Byte { at_ns: last + n * byte_ns, value: *value });
             }

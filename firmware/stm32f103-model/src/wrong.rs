@@ -2,8 +2,13 @@
 //! soldering iron makes them. The checks must notice every one.
 
 use crate::chip::Counter;
-use crate::rig::Wrong;
+use crate::rig::{Wires, Wrong};
+use lafet_device::Device;
+use lafet_device::hal::{Key, Storage};
+use lafet_device::port::Port;
+use lafet_stm32f103::Stm32f103;
 use lafet_stm32f103::record::CRC as RECORD_CRC;
+use lafet_turn::{Board, once};
 
 const RCC_CR: u32 = 0x4002_1000;
 const RCC_CFGR: u32 = 0x4002_1004;
@@ -64,6 +69,26 @@ const fn wires(name: &'static str, wires: fn(&mut crate::plant::Plant)) -> (&'st
     (name, Wrong { wires, ..Wrong::NOTHING })
 }
 
+/// A step behind each 32 bytes, whatever else has come.
+fn step_by_step(board: &mut Stm32f103<Wires>, device: &mut Device, port: &mut Port<()>) {
+    let mut chunk = [0; 32];
+    let bytes = board.receive(&mut chunk);
+    port.serve(board.now_ms(), device, bytes, &mut |byte| board.put(byte));
+    board.release();
+    if let Some(now_ms) = board.due() {
+        device.step(now_ms, board);
+        board.stepped();
+    }
+}
+
+/// Something is written each ms, in motion as well.
+fn writes(board: &mut Stm32f103<Wires>, device: &mut Device, port: &mut Port<()>) {
+    if once(board, device, port) && !device.outputs().is_still() {
+        // It is refused, or it is not: that is the question.
+        let _ = board.store(Key(0xF0), &[device.outputs().drives[1].speed_tenths as u8]);
+    }
+}
+
 /// The value with these bits exchanged, in both halves of it.
 fn exchanged(value: u32, one: u32, other: u32) -> u32 {
     [0, 16].into_iter().fold(value, |value, half| {
@@ -112,7 +137,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 81] = [
+pub const BOARDS: [(&str, Wrong); 83] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -235,5 +260,14 @@ pub const BOARDS: [(&str, Wrong); 81] = [
         let wrong = |v| if v == 0xCDEF_89AB { 0xCDEF_89AA } else { v };
         written(w, a, v, FLASH_KEY, wrong)
     }),
+    ("a step behind each 32 bytes", Wrong { turn: step_by_step, ..Wrong::NOTHING }),
+    (
+        "flash written in motion",
+        Wrong {
+            turn: writes,
+            alter: |w, a, v| seen(w, a, v, TIM8 + 0x38, |_| 0),
+            ..Wrong::NOTHING
+        },
+    ),
     alter("flash not set to be programmed", |w, a, v| written(w, a, v, FLASH_CR, |v| v & !1)),
 ];

@@ -78,6 +78,7 @@ impl Chip {
     }
 
     fn erase_page(&mut self) {
+        self.erasures += 1;
         let at = self.word(CONTROL + 0x14).wrapping_sub(FLASH_START) as usize / PAGE * PAGE;
         match self.flash.get_mut(at..at + PAGE) {
             Some(page) => page.fill(0xFF),

@@ -75,6 +75,8 @@ pub struct Chip {
     pub released_ns: u64,
     /// What the other side of the line runs at.
     pub line_baud: u64,
+    /// Pages of the flash that the program has erased.
+    pub erasures: u32,
     words: Vec<u32>,
     ram: Vec<u8>,
     flash: Vec<u8>,
@@ -108,6 +110,7 @@ impl Chip {
             outgoing: Vec::new(),
             released_ns: 0,
             line_baud: 115_200,
+            erasures: 0,
             words: vec![0; (REGISTERS_SIZE / 4) as usize],
             ram: vec![0; RAM_SIZE],
             flash,

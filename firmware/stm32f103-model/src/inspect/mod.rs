@@ -1,5 +1,6 @@
 //! Whether a board is as it should be: what is looked at before one is let near a motor, in the model.
 
+mod busy;
 mod starts;
 
 use lafet_device::image::{Axis, Inputs};
@@ -19,7 +20,7 @@ use starts::{blank, crystal, memory, position, record};
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 18] = [
+pub const CHECKS: [(&str, Check); 20] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -30,6 +31,8 @@ pub const CHECKS: [(&str, Check); 18] = [
     ("read-back", read_back),
     ("supply", supply),
     ("stop", stop),
+    ("stop while a page is erased", busy::stop),
+    ("memory in motion", busy::motion),
     ("valves", valves),
     ("heaters", heaters),
     ("flow", flow),

@@ -113,28 +113,66 @@ fn every_stage(axis: Axis, unit: f64) -> impl Iterator<Item = Stage> {
     })
 }
 
-/// Where StopLag and MinSpeed say what the drive is like.
+/// The worst of many motions, the play of a sensor on the motor left out.
+#[derive(Debug, Default)]
+struct Worst {
+    motions: u32,
+    error: f64,
+    beyond: f64,
+    settled_ms: u64,
+}
+
+impl Worst {
+    fn add(&mut self, came: &Came, play: f64) {
+        self.motions += 1;
+        self.error = self.error.max(came.error - play);
+        self.beyond = self.beyond.max(came.beyond - play);
+        self.settled_ms = self.settled_ms.max(came.settled_ms);
+    }
+}
+
+/// What pulls at a barrel on its way up: its friction and its weight, and the jet.
+const PULL_A: f64 = 2.0;
+const JET_A: f64 = 0.5;
+
+fn know(sim: &mut Sim, axis: Axis, unit: f64, stage: &Stage, pull_a: f64) {
+    let lag_ms = (stage.lag_s * 1000.0) as i32;
+    let least = ((stage.stiction + pull_a * stage.droop) / unit * 10.0).ceil() as i32;
+    send(sim, &format!("SetParam {axis:?} StopLag {lag_ms}"));
+    send(sim, &format!("SetParam {axis:?} MinSpeed {least}"));
+}
+
+/// Where StopLag and MinSpeed say what the drive is like, under its load too, with water on and without.
 #[test]
 fn a_drive_that_is_known_rests_at_its_target() {
-    for (axis, unit, rest) in
-        [(Axis::Horizontal, 60.0, 3.0), (Axis::Vertical, 60.0, 3.0), (Axis::Nozzle, 1.0, 1.0)]
-    {
+    for (axis, unit, rest, droop, jet_a) in [
+        (Axis::Horizontal, 60.0, 3.0, 0.0, 0.0),
+        (Axis::Vertical, 60.0, 3.0, 0.0, 0.0),
+        (Axis::Vertical, 60.0, 3.0, 24.0, 0.0),
+        (Axis::Vertical, 60.0, 3.0, 24.0, JET_A),
+        (Axis::Nozzle, 1.0, 1.0, 0.0, 0.0),
+    ] {
         let mut sim = deployed();
+        if jet_a > 0.0 {
+            send(&mut sim, "Open Valve1");
+            sim.advance_ms(10_000);
+            assert!(sim.world().landing().is_some());
+        }
+        let mut worst = Worst::default();
         for stage in every_stage(axis, unit) {
+            let stage = Stage { droop, ..stage };
             sim.world_mut().drives[axis as usize].spec.stage = stage;
-            let lag_ms = (stage.lag_s * 1000.0) as i32;
-            let least = (stage.stiction / unit * 10.0).ceil() as i32;
-            send(&mut sim, &format!("SetParam {axis:?} StopLag {lag_ms}"));
-            send(&mut sim, &format!("SetParam {axis:?} MinSpeed {least}"));
+            know(&mut sim, axis, unit, &stage, PULL_A + jet_a);
             sim.advance_ms(3_000);
-            let allowed = rest + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+            let play = if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+            let allowed = rest + play;
             let (far, near) = if axis == Axis::Nozzle { (40, 43) } else { (600, 605) };
             // A short way may lie within the play, and the nozzle's sensor counts millimetres.
             let soon = if axis == Axis::Nozzle { 1_500 } else { 1_000 };
             for (target, settled_ms) in [(far, soon), (near, 1_500), (10, soon), (17, 1_500)] {
                 let came = come(&mut sim, axis, target, allowed);
                 let about = format!(
-                    "{axis:?} to {target}, {stage:?}: {:.1}, beyond {:.1}, settled in {} ms, {} turns, {:?}",
+                    "{axis:?} to {target}, jet {jet_a} A, {stage:?}: {:.1}, beyond {:.1}, settled in {} ms, {} turns, {:?}",
                     came.error, came.beyond, came.settled_ms, came.turns, came.flags
                 );
                 assert!(came.error <= allowed, "{about}");
@@ -142,8 +180,10 @@ fn a_drive_that_is_known_rests_at_its_target() {
                 assert!(came.settled_ms <= settled_ms, "{about}");
                 assert!(came.turns <= 1, "{about}");
                 assert!(!came.flags.intersects(FAULTS), "{about}");
+                worst.add(&came, play);
             }
         }
+        println!("{axis:?}, droop {droop}, jet {jet_a} A: {worst:.1?}");
     }
 }
 
@@ -188,19 +228,30 @@ fn a_drive_that_yields_to_its_load_rests_at_its_target_too() {
 }
 
 /// Where the drive has not been measured it takes longer, but ends at the same place: two
-/// minutes farther off, because it counts as at rest while it still runs out.
+/// minutes farther off, because it counts as at rest while it still runs out. Friction of 0.6 °/s and more
+/// with a load of 0.8 °/s may be more than it overcomes unknown: then it says so.
 #[test]
 fn a_drive_that_is_not_known_rests_at_its_target_too() {
-    let axis = Axis::Horizontal;
-    let mut sim = deployed();
-    for stage in every_stage(axis, 60.0) {
-        sim.world_mut().drives[axis as usize].spec.stage = stage;
-        let allowed = 5.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
-        for target in [600, 605, 0, 7] {
-            let came = come(&mut sim, axis, target, allowed);
-            let about = format!("to {target}, {stage:?}: {:.1}, {:?}", came.error, came.flags);
-            assert!(came.error <= allowed, "{about}");
-            assert!(!came.flags.intersects(FAULTS), "{about}");
+    for (axis, droop) in [(Axis::Horizontal, 0.0), (Axis::Vertical, 24.0)] {
+        let mut sim = deployed();
+        let (mut motions, mut faulty) = (0, 0);
+        for stage in every_stage(axis, 60.0) {
+            let stage = Stage { droop, ..stage };
+            sim.world_mut().drives[axis as usize].spec.stage = stage;
+            let allowed = 5.0 + if stage.sensor_on_motor { stage.backlash } else { 0.0 };
+            for target in [600, 605, 0, 7] {
+                let came = come(&mut sim, axis, target, allowed);
+                let about = format!("to {target}, {stage:?}: {:.1}, {:?}", came.error, came.flags);
+                motions += 1;
+                if came.flags.intersects(FAULTS) && droop > 0.0 && stage.stiction >= 36.0 {
+                    faulty += 1;
+                    sim = deployed();
+                    break;
+                }
+                assert!(came.error <= allowed, "{about}");
+                assert!(!came.flags.intersects(FAULTS), "{about}");
+            }
         }
+        println!("{axis:?}, droop {droop}: {motions} motions, {faulty} with a fault");
     }
 }

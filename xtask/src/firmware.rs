@@ -167,7 +167,7 @@ pub fn build(board: &str) -> Result<PathBuf, String> {
 fn test(arguments: &[String]) -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;
-    let stack = size::stack_of(&program)?.to_string();
+    let stack = size::stack_as_published(&program)?.to_string();
     let mut test = verify::tested("chip");
     show(test.arg(&program).args(["--stack", &stack]).args(arguments))
 }

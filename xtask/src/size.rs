@@ -11,6 +11,8 @@ use crate::stack::{self, Bound};
 use crate::{TaskResult, firmware, flag};
 
 const PAGE: &str = "docs/footprint.md";
+/// The page says behind this how deep the painted stack has been used.
+const PAINTED: &str = "the stack has been used down to **";
 
 /// What a limit applies to.
 enum Of {
@@ -99,9 +101,21 @@ pub fn check() -> StepResult {
     run::verdict("the firmware is within its limits", &tables.problems)
 }
 
-/// Greatest stack depth of a program, bytes.
-pub fn stack_of(program: &Path) -> Result<u32, String> {
-    stack::bound(&Elf::read(program)?).map(|bound| bound.all())
+/// What the page says that the painted stack of a program has been used down to, bytes. It must lie within
+/// the bound; a run that uses more fails, so that the page has the figure of the program as it is.
+pub fn stack_as_published(program: &Path) -> Result<u32, String> {
+    let painted = painted(&run::read(PAGE)?)?;
+    let bound = stack::bound(&Elf::read(program)?)?.all();
+    if painted > bound {
+        return Err(format!("{PAGE}: {painted} bytes of stack used, of {bound} that can be"));
+    }
+    Ok(painted)
+}
+
+fn painted(page: &str) -> Result<u32, String> {
+    let figure = page.split_once(PAINTED).and_then(|(_, rest)| rest.split_once(" bytes**"));
+    let figure = figure.and_then(|(figure, _)| figure.replace(',', "").parse().ok());
+    figure.ok_or_else(|| format!("{PAGE}: no figure behind `{PAINTED}`"))
 }
 
 /// The tables of the page, and the limits exceeded.
@@ -211,4 +225,17 @@ fn crate_of(symbol: &str) -> Option<&'static str> {
         // The compiler calls these by special names.
         symbol.starts_with("__aeabi").then_some("compiler_builtins")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_says_how_deep_the_stack_has_been() {
+        let page = run::read(PAGE).unwrap();
+        assert!(painted(&page).is_ok_and(|bytes| (1_000..10_240).contains(&bytes)));
+        assert_eq!(painted(&format!("Painted, {PAINTED}9,216 bytes** on")), Ok(9_216));
+        assert!(painted("9,216 bytes").is_err());
+    }
 }

@@ -36,7 +36,7 @@ pub struct Plan {
     /// How many monitors
     #[arg(long, default_value_t = 5)]
     seeds: u64,
-    /// Most bytes of stack
+    /// Most bytes of stack, as the page says
     #[arg(long, value_name = "BYTES", default_value_t = u64::MAX, hide_default_value = true)]
     stack: u64,
 }
@@ -65,7 +65,8 @@ impl Plan {
                 self.steps
             );
             if u64::from(stack) > self.stack {
-                let why = format!("more stack than can be used: {stack} bytes, not {}", self.stack);
+                let most = self.stack;
+                let why = format!("{stack} bytes of stack used, and docs/footprint.md says {most}");
                 return Err(io::Error::other(why));
             }
         }

@@ -48,8 +48,9 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
         ("run", rest) => run(rest)?,
         ("board", []) => board()?,
         ("fire", []) => fire()?,
-        ("serve", rest) => on_model("serve", rest)?,
-        ("provision", rest) => on_model("provision", rest)?,
+        ("serve", rest) => show(&mut example("serve", rest))?,
+        // What it prints may be a record's file, so nothing else is printed.
+        ("provision", rest) => print!("{}", output(&mut example("provision", rest))?),
         _ => {
             let known = "build, test, load, run, board, fire, serve or provision";
             return Err(format!("firmware {}: {known}", arguments.join(" ")));
@@ -118,8 +119,10 @@ fn listen(board: &mut Child) -> (mpsc::Receiver<()>, JoinHandle<()>) {
     (listens, shown)
 }
 
-fn on_model(example: &str, arguments: &[String]) -> StepResult {
-    show(model(&["run", "--quiet", "--example", example]).arg("--").args(arguments))
+fn example(name: &str, arguments: &[String]) -> Command {
+    let mut command = model(&["run", "--quiet", "--example", name]);
+    command.arg("--").args(arguments);
+    command
 }
 
 /// The format of the firmware's workspace.

@@ -43,14 +43,20 @@ pub fn read(text: &str) -> Result<Record, String> {
     let mut missing: Vec<String> =
         write(&record).lines().filter_map(|line| Some(entry(line)?.0.to_owned())).collect();
     for (number, line) in (1..).zip(text.lines()) {
-        let Some((key, value)) = entry(line) else { continue };
+        let (line, _) = line.split_once('#').unwrap_or((line, ""));
+        if line.trim().is_empty() {
+            continue;
+        }
+        let (key, value) =
+            entry(line).ok_or_else(|| format!("line {number}: `{}` is no figure", line.trim()))?;
         let place = missing.iter().position(|it| it == key);
         let place =
             place.ok_or_else(|| format!("line {number}: {key} is unknown, or there twice"))?;
         missing.swap_remove(place);
         let value: i32 =
             value.parse().map_err(|_| format!("line {number}: {value} is no number"))?;
-        set(&mut record, key, value).ok_or_else(|| format!("line {number}: {key} = {value}"))?;
+        set(&mut record, key, value)
+            .ok_or_else(|| format!("out of range: line {number}: {key} = {value}"))?;
         let mut alone = Record::NOMINAL;
         if set(&mut alone, key, value).is_none() || !alone.is_sensible() {
             odd.push(format!("line {number}: {key} = {value}"));
@@ -91,7 +97,7 @@ fn set_drive(drive: &mut DriveRecord, key: &str, value: i32) -> Option<()> {
     match key {
         "counts_per_100" => drive.counts_per_100 = value,
         "full_tenths" => drive.full_tenths = value.try_into().ok()?,
-        "reversed" => drive.is_reversed = value != 0,
+        "reversed" => drive.is_reversed = (0..=1).contains(&value).then_some(value == 1)?,
         "min_end" => drive.ends.0 = value,
         "max_end" => drive.ends.1 = value,
         "parked" => drive.parked = value,
@@ -134,5 +140,9 @@ mod tests {
         assert!(read(&ends).unwrap_err().contains("nozzle.min_end = 9"), "{ends}");
         let word = nominal.replace("= 115200", "= fast");
         assert_eq!(read(&word), Err("line 2: fast is no number".into()));
+        let turned = nominal.replace("vertical.reversed = 0", "vertical.reversed = 2");
+        assert_eq!(read(&turned), Err("out of range: line 9: vertical.reversed = 2".into()));
+        let stray = format!("   cargo run\n{nominal}");
+        assert_eq!(read(&stray), Err("line 1: `cargo run` is no figure".into()));
     }
 }

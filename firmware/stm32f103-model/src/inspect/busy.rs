@@ -9,8 +9,8 @@ use crate::rig::{Rig, Wrong};
 
 /// A page is erased in the meantime of so many writes at most.
 const WRITES: i32 = 60;
-/// From a SetParam to a frame that comes when the step behind it has begun to write, ns.
-const BEGUN_NS: u64 = 4 * MS_NS;
+/// From a SetParam to a frame that comes when the step behind it has started to write, ns.
+const STARTED_NS: u64 = 4 * MS_NS;
 /// From a SetParam to the last frame: a page that is erased then is being erased still.
 const ENDING_NS: u64 = 30 * MS_NS;
 const OFF_NS: u64 = 2 * MS_NS;
@@ -53,12 +53,12 @@ pub(super) fn stop(wrong: Wrong) -> Result<(), String> {
         }
         ensure(erasures(&rig) > before, format!("no page was erased in {WRITES} writes"))?;
     }
-    begun(wrong)
+    started(wrong)
 }
 
 fn stopped(rig: &mut Rig, round: i32, body: Body<'_>) -> Result<(), String> {
     let written_ns = rig.send(&set(round)?);
-    rig.send_from(written_ns + BEGUN_NS, &start(round)?);
+    rig.send_from(written_ns + STARTED_NS, &start(round)?);
     let poll = request(SubsystemId::ALL, Body::GetStatus)?;
     while rig.send(&poll) < written_ns + ENDING_NS {}
     let last_ns = rig.send(&request(SubsystemId::ALL, body)?);
@@ -82,11 +82,11 @@ fn stopped(rig: &mut Rig, round: i32, body: Body<'_>) -> Result<(), String> {
 }
 
 /// Without a Stop it begins once the flash is ready.
-fn begun(wrong: Wrong) -> Result<(), String> {
+fn started(wrong: Wrong) -> Result<(), String> {
     let mut rig = deployed(wrong)?;
     for round in 0..2 {
         let written_ns = rig.send(&set(round)?);
-        rig.send_from(written_ns + BEGUN_NS, &start(round)?);
+        rig.send_from(written_ns + STARTED_NS, &start(round)?);
         rig.run(200);
         ensure(rig.parts(|parts| parts.is_energised()), "what came meanwhile is not done")?;
         rig.order(SubsystemId::ALL, Body::Stop)?;

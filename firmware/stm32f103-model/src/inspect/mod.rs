@@ -31,8 +31,6 @@ pub const CHECKS: [(&str, Check); 20] = [
     ("read-back", read_back),
     ("supply", supply),
     ("stop", stop),
-    ("stop while a page is erased", busy::stop),
-    ("memory in motion", busy::motion),
     ("valves", valves),
     ("heaters", heaters),
     ("flow", flow),
@@ -41,6 +39,8 @@ pub const CHECKS: [(&str, Check); 20] = [
     ("record", record),
     ("crystal", crystal),
     ("blank flash", blank),
+    ("memory in motion", busy::motion),
+    ("stop while a page is erased", busy::stop),
 ];
 
 const MS_NS: u64 = 1_000_000;

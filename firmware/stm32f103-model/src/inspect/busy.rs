@@ -11,8 +11,9 @@ use crate::rig::{Rig, Wrong};
 const WRITES: i32 = 60;
 /// From a SetParam to a frame that comes when the step behind it has started to write, ns.
 const STARTED_NS: u64 = 4 * MS_NS;
-/// From a SetParam to the last frame: a page that is erased then is being erased still.
-const ENDING_NS: u64 = 30 * MS_NS;
+/// From a SetParam to the last frame: a page is being erased still, or what has come meanwhile has started
+/// and is stopped.
+const ENDING_NS: [u64; 2] = [30 * MS_NS, 60 * MS_NS];
 const OFF_NS: u64 = 2 * MS_NS;
 
 /// A parameter is written. `round` makes its value another one each time.
@@ -22,15 +23,13 @@ fn set(round: i32) -> Result<Vec<u8>, String> {
     request(SubsystemId::VERTICAL, body)
 }
 
-/// What would energise something: a drive, or in every other round a valve.
-fn start(round: i32) -> Result<Vec<u8>, String> {
-    match round % 2 {
-        0 => {
-            let destination = if round % 4 == 0 { 6_000 } else { -6_000 };
-            request(SubsystemId::HORIZONTAL, Body::Move { destination })
-        }
-        _ => request(SubsystemId::VALVE1, Body::Open { key: key::OPEN }),
+/// What energises a drive, to either side, and what energises a valve.
+fn start(is_valve: bool, round: i32) -> Result<Vec<u8>, String> {
+    if is_valve {
+        return request(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
     }
+    let destination = if round % 2 == 0 { 6_000 } else { -6_000 };
+    request(SubsystemId::HORIZONTAL, Body::Move { destination })
 }
 
 fn erasures(rig: &Rig) -> u32 {
@@ -42,25 +41,46 @@ fn erasures(rig: &Rig) -> u32 {
 /// later than 2 ms behind the last byte.
 pub(super) fn stop(wrong: Wrong) -> Result<(), String> {
     for body in [Body::Stop, Body::Lockout { key: key::ENABLE }, Body::Restart] {
-        let mut rig = deployed(wrong)?;
-        rig.set_step_ns(STEP_NS);
-        let before = erasures(&rig);
-        for round in 0..WRITES {
-            if erasures(&rig) > before {
-                break;
+        for is_valve in [false, true] {
+            for ending_ns in ENDING_NS {
+                stopped_in_time(wrong, is_valve, ending_ns, body)?;
             }
-            stopped(&mut rig, round, body)?;
         }
-        ensure(erasures(&rig) > before, format!("no page was erased in {WRITES} writes"))?;
     }
     started(wrong)
 }
 
-fn stopped(rig: &mut Rig, round: i32, body: Body<'_>) -> Result<(), String> {
+/// Parameters are written until a page was erased.
+fn stopped_in_time(
+    wrong: Wrong,
+    is_valve: bool,
+    ending_ns: u64,
+    body: Body<'_>,
+) -> Result<(), String> {
+    let mut rig = deployed(wrong)?;
+    rig.set_step_ns(STEP_NS);
+    let before = erasures(&rig);
+    for round in 0..WRITES {
+        let first = start(is_valve, round)?;
+        stopped(&mut rig, round, &first, ending_ns, body)?;
+        if erasures(&rig) > before {
+            return Ok(());
+        }
+    }
+    Err(format!("no page was erased in {WRITES} writes"))
+}
+
+fn stopped(
+    rig: &mut Rig,
+    round: i32,
+    first: &[u8],
+    ending_ns: u64,
+    body: Body<'_>,
+) -> Result<(), String> {
     let written_ns = rig.send(&set(round)?);
-    rig.send_from(written_ns + STARTED_NS, &start(round)?);
+    rig.send_from(written_ns + STARTED_NS, first);
     let poll = request(SubsystemId::ALL, Body::GetStatus)?;
-    while rig.send(&poll) < written_ns + ENDING_NS {}
+    while rig.send(&poll) < written_ns + ending_ns {}
     let last_ns = rig.send(&request(SubsystemId::ALL, body)?);
     while rig.now_ns() < last_ns + 100 * MS_NS {
         rig.round();
@@ -84,9 +104,9 @@ fn stopped(rig: &mut Rig, round: i32, body: Body<'_>) -> Result<(), String> {
 /// Without a Stop it begins once the flash is ready.
 fn started(wrong: Wrong) -> Result<(), String> {
     let mut rig = deployed(wrong)?;
-    for round in 0..2 {
+    for (round, is_valve) in [(0, false), (1, true)] {
         let written_ns = rig.send(&set(round)?);
-        rig.send_from(written_ns + STARTED_NS, &start(round)?);
+        rig.send_from(written_ns + STARTED_NS, &start(is_valve, round)?);
         rig.run(200);
         ensure(rig.parts(|parts| parts.is_energised()), "what came meanwhile is not done")?;
         rig.order(SubsystemId::ALL, Body::Stop)?;

@@ -11,7 +11,7 @@ use tokio::time::{Instant, sleep_until};
 use crate::answers::{Answers, RequestBuf};
 use crate::client::{Client, not_sent, odd};
 use crate::deviation::Deviation;
-use crate::engine::{Ended, Reply};
+use crate::engine::{Conditions, Ended, Reply};
 use crate::error::{Cause, Error};
 use crate::plan::frame_len;
 use crate::session::{Outcome, Slot, Slots, Ticket};
@@ -23,7 +23,7 @@ const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
 const RESUME_FIRST: Duration = Duration::from_millis(100);
 /// The longest pause.
 const RESUME_LAST: Duration = Duration::from_secs(1);
-/// Consecutive frames of one request without answer after which a batch ends.
+/// Consecutive frames without answer after which a batch ends.
 const SILENCES_MAX: u32 = 2;
 
 type Outcomes = Vec<Result<Answers, Error>>;
@@ -59,9 +59,10 @@ impl Client {
 
     /// Like [`Client::batch`], but repeats what was not executed: a read or SetParam that is
     /// answered with Busy, NotCached or Cached is sent again, alone, for at most `Config::resume`
-    /// (the others continue meanwhile). A frame of reads without answer is sent again as two
-    /// halves, because short frames pass a noisy line more easily. Every other request is sent
-    /// once.
+    /// (the others continue meanwhile). After a frame of reads without answer its first request is
+    /// sent alone, because short frames pass a noisy line more easily; with each answer the next
+    /// frame has twice as many. Two frames in a row without answer end it. Every other request is
+    /// sent once.
     pub async fn complete(
         &self,
         requests: &[Request<'_>],
@@ -78,6 +79,7 @@ impl Client {
             first: None,
             limit: FRAME_MAX,
             silences: 0,
+            again: false,
             told: Progress { total: requests.len(), ..Progress::default() },
             progress,
         };
@@ -88,7 +90,9 @@ impl Client {
     pub(crate) async fn run_one(&self, request: RequestBuf) -> Result<Answers, Error> {
         let mut first = None;
         loop {
-            let ended = self.exchange(smallvec![request.clone()], first, None).await;
+            let ended = self
+                .exchange(smallvec![request.clone()], Conditions { first, ..Conditions::default() })
+                .await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(self.failure(&request, &ended));
             };
@@ -108,7 +112,12 @@ impl Client {
         requests: Vec<RequestBuf>,
         expires: Option<Instant>,
     ) -> Outcomes {
-        let ended = self.exchange(requests.iter().cloned().collect(), None, expires).await;
+        let ended = self
+            .exchange(
+                requests.iter().cloned().collect(),
+                Conditions { expires, ..Conditions::default() },
+            )
+            .await;
         let Some(Ok(Ended { outcome: Outcome::Answered(slots), .. })) = ended else {
             return requests.iter().map(|request| Err(self.failure(request, &ended))).collect();
         };
@@ -130,7 +139,8 @@ impl Client {
             let len = frame_len(&upcoming, self.config.framing);
             let frame: Vec<usize> = waiting.drain(..len).collect();
             let frame_requests = upcoming.into_iter().take(len).collect();
-            let ended = self.exchange(frame_requests, first, None).await;
+            let ended =
+                self.exchange(frame_requests, Conditions { first, ..Conditions::default() }).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 for index in frame {
                     results[index] = Err(self.failure(&requests[index], &ended));
@@ -198,6 +208,8 @@ struct Complete<'a, P> {
     /// Most requests in the next frame.
     limit: usize,
     silences: u32,
+    /// The last frame had the one request that is asked next, and was not answered.
+    again: bool,
     told: Progress,
     progress: P,
 }
@@ -214,7 +226,13 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
                 continue;
             }
             let requests = frame.iter().map(|item| item.request.clone()).collect();
-            let ended = self.client.exchange(requests, self.first, None).await;
+            let ended = self
+                .client
+                .exchange(
+                    requests,
+                    Conditions { first: self.first, expires: None, again: self.again },
+                )
+                .await;
             let more = match ended {
                 Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) => {
                     self.first = self.first.or(ticket);
@@ -260,7 +278,7 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
 
     fn answered(&mut self, frame: Vec<Item>, slots: Slots) {
         self.told.frames += 1;
-        self.silences = 0;
+        (self.silences, self.again) = (0, false);
         self.limit = (self.limit * 2).min(FRAME_MAX);
         let mut again = Vec::new();
         for (place, (mut item, slot)) in frame.into_iter().zip(slots).enumerate() {
@@ -301,10 +319,11 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         let silent = matches!(outcome, Some(Outcome::Silence { .. }));
         let reads = frame.iter().all(|item| item.request.is_repeatable());
         let alone = frame.len() == 1;
-        self.silences += u32::from(silent && alone);
+        self.silences = if silent { self.silences + 1 } else { 0 };
+        self.again = silent && alone;
         let apart = (silent && self.silences < SILENCES_MAX) || (odd && !alone);
         if reads && apart {
-            self.limit = (frame.len() / 2).max(1);
+            self.limit = if silent { 1 } else { frame.len() / 2 };
             self.told.again += frame.len() as u32;
             self.items.splice(..0, frame);
             return true;

@@ -52,10 +52,15 @@ const READS_MAX: usize = 16;
 pub struct Job {
     pub address: u8,
     pub requests: Requests,
-    /// The first frame of the same batch.
+    pub conditions: Conditions,
+}
+
+/// Conditions of a job: see [`Terms`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Conditions {
     pub first: Option<Ticket>,
-    /// Time after which it must not be sent.
     pub expires: Option<Instant>,
+    pub again: bool,
 }
 
 impl Job {
@@ -218,8 +223,9 @@ impl Engine {
             return Err(Some(Ok(ended)));
         }
         let urgent = job.is_urgent();
-        let expires = job.expires.map(|time| time.saturating_duration_since(self.start));
-        let terms = Terms { first: job.first, expires };
+        let Conditions { first, expires, again } = job.conditions;
+        let expires = expires.map(|time| time.saturating_duration_since(self.start));
+        let terms = Terms { first, expires, again };
         let ticket = match self.line.submit(now, job.address, terms, job.requests) {
             Ok(ticket) => ticket,
             Err(full) => return Err(Some(Err(full))),

@@ -94,6 +94,9 @@ pub struct Terms {
     pub first: Option<Ticket>,
     /// Time after which it must not be sent: a motion that is no longer held.
     pub expires: Option<Now>,
+    /// It was asked before and not answered: if its monitor leaves more frames in a row without
+    /// answer than a request has tries, it is not sent again.
+    pub again: bool,
 }
 
 /// How an operation ended.
@@ -165,11 +168,16 @@ pub struct Session {
     stats: Stats,
     /// Consecutive transmissions without answer.
     silent_tries: u32,
+    /// When the latest frames since the last one from the monitor were sent, if they were not
+    /// answered in all the time for it: one more than a request has tries.
+    silences: VecDeque<Now>,
     /// Consecutive frames without answer, even after a short wait.
     misses: u32,
     /// Time of the latest answer.
     answered_at: Option<Now>,
-    /// The usual round trip of other monitors on the same line.
+    /// There are other monitors on the same line.
+    shares: bool,
+    /// Their usual round trip.
     others: Option<Duration>,
     next_ticket: u64,
 }
@@ -195,8 +203,10 @@ impl Session {
             traced: None,
             stats: Stats::default(),
             silent_tries: 0,
+            silences: VecDeque::new(),
             misses: 0,
             answered_at: None,
+            shares: false,
             others: None,
             next_ticket,
             config,
@@ -264,7 +274,7 @@ impl Session {
         requests: impl Into<Requests>,
     ) -> Result<Ticket, QueueFull> {
         let ticket = Ticket(self.next_ticket);
-        let operation = Operation::new(ticket, requests.into(), now, terms.expires);
+        let operation = Operation::new(ticket, requests.into(), now, terms);
         let urgent = operation.is_urgent();
         let (queue, limit) = match urgent {
             true => (&mut self.urgent, URGENT_MAX),

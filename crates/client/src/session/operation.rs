@@ -5,7 +5,7 @@ use lafet_proto::RequestId;
 use super::check::Forms;
 use super::late_answers::Tag;
 use super::medium::Framing;
-use super::{Now, Ticket};
+use super::{Now, Outcome, Terms, Ticket};
 use crate::answers::{RequestBuf, Requests};
 use crate::deviation::Deviation;
 
@@ -17,6 +17,8 @@ pub struct Operation {
     haste: Haste,
     repeatable: bool,
     pub submitted: Now,
+    /// See [`Terms::again`].
+    again: bool,
     /// Number of transmissions whose answers can be accepted.
     pub tries: u32,
     /// It has been transmitted, so it may have been executed.
@@ -87,7 +89,8 @@ impl Outstanding {
 }
 
 impl Operation {
-    pub fn new(ticket: Ticket, requests: Requests, submitted: Now, expires: Option<Now>) -> Self {
+    pub fn new(ticket: Ticket, requests: Requests, submitted: Now, terms: Terms) -> Self {
+        let Terms { expires, again, .. } = terms;
         let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
         let haste = match expires {
             _ if urgent => Haste::Urgent,
@@ -100,6 +103,7 @@ impl Operation {
             repeatable: requests.iter().all(RequestBuf::is_repeatable),
             requests,
             submitted,
+            again,
             tries: 0,
             sent: false,
             first_sent: None,
@@ -108,6 +112,17 @@ impl Operation {
             odd: None,
             stray: None,
         }
+    }
+
+    /// The outcome after so many frames without an acceptable answer.
+    pub fn unanswered(&self, tries: u32) -> Outcome {
+        let odd = self.odd.clone().map(|what| Outcome::Odd { what });
+        odd.unwrap_or(Outcome::Silence { tries, stray: self.stray })
+    }
+
+    /// Whether the caller has waited since then for an answer.
+    pub fn waits_since(&self, time: Now) -> bool {
+        self.again || self.submitted <= time
     }
 
     pub fn first(&self) -> Option<RequestId> {
@@ -129,7 +144,7 @@ impl Operation {
 
     /// A frame with only a tag, to find out whether the monitor answers it.
     pub fn question(now: Now) -> Self {
-        Self::new(Ticket::QUESTION, Requests::new(), now, None)
+        Self::new(Ticket::QUESTION, Requests::new(), now, Terms::default())
     }
 
     pub const fn is_repeatable(&self) -> bool {

@@ -23,6 +23,7 @@ impl Session {
             return;
         }
         self.misses = 0;
+        self.silences.clear();
         self.answered_at = Some(now);
         let (verdict, tagged, payload) = match self.check_heard(now, frame) {
             true => (Verdict::Believed, false, &frame.payload[..]),

@@ -2,8 +2,12 @@
 
 use lafet_proto::RequestId;
 
-use super::operation::{Echo, Operation, Outstanding, Recent};
+use super::operation::{Echo, Haste, Operation, Outstanding, Recent};
 use super::{Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
+
+/// Most frames without answer that are remembered: a read that may be sent more often has all its
+/// tries.
+const SILENCES_MAX: u32 = 32;
 
 impl Session {
     pub(super) fn requeue(&mut self, operation: Operation) {
@@ -57,7 +61,9 @@ impl Session {
         self.misses = self.misses.saturating_add(1);
         // An urgent frame is repeated before a missing answer proves anything.
         let long = now >= outstanding.sent + self.config.timeout;
-        self.silent_tries += u32::from(long);
+        if long {
+            self.note_silence(outstanding.sent);
+        }
         self.check.silence(now);
         let again = self.may_try_again(now, &outstanding.operation);
         self.note_untagged(&mut outstanding, !again);
@@ -77,12 +83,58 @@ impl Session {
             operation.tries = 0;
             self.requeue(operation);
         } else {
-            let Operation { ticket, tries, odd, stray, .. } = operation;
-            let silence = Outcome::Silence { tries, stray };
-            let outcome = odd.map_or(silence, |what| Outcome::Odd { what });
-            self.outcomes.push_back((ticket, outcome));
+            let counted = if self.is_vain(&operation) { self.config.tries } else { 0 };
+            let outcome = operation.unanswered(operation.tries.max(counted));
+            self.outcomes.push_back((operation.ticket, outcome));
         }
+        self.end_vain_reads();
         self.overtake(now);
+    }
+
+    /// Remembers a frame that was not answered in all the time for it.
+    fn note_silence(&mut self, sent: Now) {
+        self.silent_tries += 1;
+        if self.silences.len() > self.tries_counted() {
+            self.silences.pop_front();
+        }
+        self.silences.push_back(sent);
+    }
+
+    fn tries_counted(&self) -> usize {
+        self.config.tries.clamp(1, SILENCES_MAX) as usize
+    }
+
+    /// Reads that wait since then have waited for as many answers in vain as they have tries. There
+    /// is one frame more without answer, so not all of them were the same request.
+    fn vain_since(&self) -> Option<Now> {
+        let from = self.silences.len().checked_sub(self.tries_counted())?;
+        self.silences.get(from).copied().filter(|_| from > 0)
+    }
+
+    /// Whether a read need not be sent again: what its answer would show is known.
+    pub(super) fn is_vain(&self, operation: &Operation) -> bool {
+        let since = self.vain_since();
+        ends_with_others(operation) && since.is_some_and(|since| operation.waits_since(since))
+    }
+
+    /// Ends the reads that other frames have waited in vain for, so that they need not do it one
+    /// after the other.
+    fn end_vain_reads(&mut self) {
+        let Some(since) = self.vain_since() else { return };
+        self.end_reads(|operation| operation.waits_since(since));
+    }
+
+    /// Ends those of the waiting reads that are over.
+    pub(super) fn end_reads(&mut self, over: impl Fn(&Operation) -> bool) {
+        let (missed, outcomes) = (self.misses.min(self.config.tries), &mut self.outcomes);
+        self.queue.retain(|operation| {
+            let waits = !(ends_with_others(operation) && over(operation));
+            if !waits {
+                let outcome = operation.unanswered(operation.tries.max(missed));
+                outcomes.push_back((operation.ticket, outcome));
+            }
+            waits
+        });
     }
 
     /// Ends the question whether the monitor answers tags: it does not answer at all, or not with
@@ -141,4 +193,11 @@ impl Session {
         }
         self.recent.push_back(Recent { tag: outstanding.tag, first, answered });
     }
+}
+
+/// Whether an operation may end because others were not answered. The question ends with its own
+/// tries: commands wait for it.
+pub(super) fn ends_with_others(operation: &Operation) -> bool {
+    let read = operation.haste() == Haste::Usual && operation.is_repeatable();
+    read && operation.ticket != Ticket::QUESTION
 }

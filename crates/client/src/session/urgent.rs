@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::medium::Role;
 use super::operation::{Haste, Operation, Outstanding};
+use super::unanswered::ends_with_others;
 use super::{Now, Outcome, Session, Ticket, URGENT_MAX};
 use crate::answers::{RequestBuf, Requests};
 
@@ -95,16 +96,28 @@ impl Session {
 
     /// Sets the usual round trip of the others on the line.
     pub(super) const fn set_others(&mut self, others: Option<Duration>) {
+        self.shares = true;
         self.others = others;
+    }
+
+    /// Whether reads end when the time of their tries is over, though they had fewer: those of an
+    /// absent monitor on a line that it shares. Without tags they have to wait for late answers.
+    fn limits_reads(&self) -> bool {
+        self.is_absent() && self.shares && (self.others.is_some() || self.tags_work())
+    }
+
+    fn read_ends(&self, operation: &Operation) -> Now {
+        operation.submitted + self.config.timeout * self.config.tries
     }
 
     /// Time until which a read for an absent monitor waits for its turn.
     pub(super) fn gives_up_at(&self) -> Option<Now> {
-        if !self.can_wait() {
+        if !self.limits_reads() {
             return None;
         }
-        let oldest = self.queue.iter().map(|operation| operation.submitted).min()?;
-        Some(oldest + self.config.timeout * self.config.tries)
+        let due = self.outstanding.as_ref().filter(|outstanding| outstanding.due);
+        let waiting = self.queue.iter().chain(due.map(|outstanding| &outstanding.operation));
+        waiting.filter(|it| ends_with_others(it)).map(|it| self.read_ends(it)).min()
     }
 
     /// Ends the reads for an absent monitor whose turn has not come in time.
@@ -112,15 +125,15 @@ impl Session {
         if self.gives_up_at().is_none_or(|at| now < at) {
             return;
         }
-        let (all, outcomes) = (self.config.timeout * self.config.tries, &mut self.outcomes);
-        self.queue.retain(|operation| {
-            let waits = !operation.is_repeatable() || now < operation.submitted + all;
-            if !waits {
-                let tries = operation.tries;
-                outcomes.push_back((operation.ticket, Outcome::Silence { tries, stray: None }));
-            }
-            waits
-        });
+        let time = self.config.timeout * self.config.tries;
+        let over = |operation: &Operation| now >= operation.submitted + time;
+        let due =
+            |it: &mut Outstanding| it.due && ends_with_others(&it.operation) && over(&it.operation);
+        if let Some(outstanding) = self.outstanding.take_if(due) {
+            let Outstanding { operation, .. } = self.give_up(outstanding);
+            self.queue.push_front(operation);
+        }
+        self.end_reads(over);
     }
 
     fn wait_of_renewal(&self) -> Duration {
@@ -141,7 +154,8 @@ impl Session {
         }
         let absent = self.is_absent() && self.others.is_some();
         let tries = if absent { 1 } else { self.config.tries };
-        let left = operation.tries < tries;
+        let late = self.limits_reads() && now >= self.read_ends(operation);
+        let left = operation.tries < tries && !late && !self.is_vain(operation);
         operation.is_repeatable() && left && !operation.cancelled
     }
 

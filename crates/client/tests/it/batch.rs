@@ -8,6 +8,7 @@ use lafet_client::{Client, Config, Error};
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, Request, Status, SubsystemId};
+use tokio::time::Instant;
 
 const ALL: usize = 200;
 
@@ -84,11 +85,18 @@ async fn what_a_remote_unit_has_not_taken_is_set_again() {
 #[tokio::test(start_paused = true)]
 async fn silence_ends_it() {
     let (client, traffic) = start(SlowLine::new(19_200, 1000));
+    let start_of = Instant::now();
     let results = client.complete(&reads(ALL), |_| {}).await;
     let asked = results.iter().filter(|r| matches!(r, Err(Error::NoAnswer { .. }))).count();
     let unasked = results.iter().filter(|r| matches!(r, Err(Error::NotSent { .. }))).count();
     assert_eq!((asked, unasked), (1, ALL - 1));
-    assert!(traffic.lock().unwrap().frames < 30);
+    assert_eq!(traffic.lock().unwrap().frames, 6, "the first frame, one request alone");
+    assert_eq!(start_of.elapsed(), Duration::from_secs(6));
+    // One request has one try more than it would have without a batch.
+    let start_of = Instant::now();
+    let results = client.complete(&reads(1), |_| {}).await;
+    assert!(matches!(results[0], Err(Error::NoAnswer { .. })));
+    assert_eq!(start_of.elapsed(), Duration::from_secs(4));
     // Of what changes something, nothing is asked twice, and nothing after it.
     let (client, traffic) = start(SlowLine::new(19_200, 1000));
     let moving = Request::new(SubsystemId::VERTICAL, Body::Move { destination: 1 });

@@ -132,7 +132,7 @@ impl World {
                 && let Some(next) = core.poll_next(now)
             {
                 let requests = next.requests(DRIVE).unwrap();
-                let terms = Terms { first: None, expires: next.expires };
+                let terms = Terms { expires: next.expires, ..Terms::default() };
                 let ticket = self.line.submit(now, 1, terms, requests.clone()).unwrap();
                 self.pending = Some((ticket, requests));
             }

@@ -431,3 +431,115 @@ fn an_absent_monitor_that_comes_back_is_found() {
     let found = found.expect("it answers") - 20 * SECOND;
     assert!(found < SECOND, "{found:?}");
 }
+
+/// Reads of monitors of which none answers, as many at a time; how long they take while that is
+/// found out, and after so long, and the fewest frames that one of them counts.
+fn silent_reads(monitors: u8, reads: usize, found_out: Duration) -> (Duration, Duration, u32) {
+    let mut line = connected(Config::default());
+    let (mut now, mut asked, mut ended) = (Now::ZERO, Vec::new(), 0);
+    let (mut first, mut later, mut least) = (Duration::ZERO, Duration::ZERO, u32::MAX);
+    while now < 60 * SECOND {
+        for address in 1..=monitors {
+            while asked.iter().filter(|(_, of, _)| *of == address).count() < reads {
+                asked.push((ask(&mut line, now, address, read()), address, now));
+            }
+        }
+        sent(&mut line, now);
+        // It may sleep for as long as it says.
+        now = line.poll_timeout(now).map_or(now + SECOND, |next| next.max(now + MS));
+        line.handle_timeout(now);
+        while let Some((ticket, end)) = line.poll_outcome() {
+            let at = asked.iter().position(|(known, ..)| *known == ticket).expect("asked");
+            let since = asked.swap_remove(at).2;
+            let Outcome::Silence { tries, .. } = end else { panic!("{end:?}") };
+            let took = if since < found_out { &mut first } else { &mut later };
+            *took = (*took).max(now - since);
+            (ended, least) = (ended + 1, least.min(tries));
+        }
+    }
+    assert!(ended >= reads * 12, "{monitors} × {reads}: {ended}");
+    (first, later, least)
+}
+
+/// Where nothing answers, a read ends within the time of its own tries and one more, however many
+/// others wait.
+#[test]
+fn reads_of_silent_monitors_do_not_wait_for_each_other() {
+    for (monitors, reads) in [(1, 1), (1, 6), (1, 40), (2, 1), (2, 6), (8, 1), (8, 6)] {
+        // The first two frames to each show it.
+        let found_out = (2 * SECOND * u32::from(monitors)).max(3 * SECOND);
+        let (first, later, tries) = silent_reads(monitors, reads, found_out);
+        println!("{monitors} monitors, {reads} reads: at first {first:?}, then {later:?}");
+        assert!(first <= found_out + SECOND, "{monitors} × {reads}: {first:?}");
+        assert!(later <= 4 * SECOND, "{monitors} × {reads}: {later:?}");
+        assert!(tries >= 1, "{monitors} × {reads}: {tries}");
+    }
+}
+
+/// A monitor that does not answer one kind of request is not silent: the others are asked.
+#[test]
+fn a_request_without_answer_does_not_end_others() {
+    let mut line = connected(Config::default());
+    let mute = ask(&mut line, Now::ZERO, 1, buf(Request::new(SubsystemId::ALL, Body::GetStatus)));
+    let others: Vec<_> = (0..5).map(|_| ask(&mut line, Now::ZERO, 1, read())).collect();
+    let (mut now, mut told, mut silent) = (Now::ZERO, Vec::new(), Vec::new());
+    while told.len() + silent.len() < 6 {
+        if let Some((to, payload)) = sent(&mut line, now)
+            && payload != [0xD4, 0x5D, 0, 0]
+        {
+            reply(&mut line, now, to, &payload);
+        }
+        while let Some((ticket, end)) = line.poll_outcome() {
+            let ends = if matches!(end, Outcome::Answered(_)) { &mut told } else { &mut silent };
+            ends.push(ticket);
+        }
+        now += 10 * MS;
+        line.handle_timeout(now);
+        assert!(now < 10 * SECOND);
+    }
+    assert_eq!((told, silent), (others, vec![mute]));
+}
+
+/// A read that comes while others are not answered waits for as many answers as it has tries.
+#[test]
+fn a_read_behind_others_counts_the_frames_since_it_was_asked() {
+    let mut line = connected(Config::default());
+    let mut ends = Vec::new();
+    let mut asked = vec![(ask(&mut line, Now::ZERO, 1, read()), Now::ZERO)];
+    let mut now = Now::ZERO;
+    while now < 12 * SECOND {
+        sent(&mut line, now);
+        now += 100 * MS;
+        line.handle_timeout(now);
+        while let Some((ticket, _)) = line.poll_outcome() {
+            let since = asked.iter().find(|(known, _)| *known == ticket).expect("asked").1;
+            ends.push((since.as_millis(), now.as_millis()));
+        }
+        if [2500, 3100].contains(&now.as_millis()) {
+            asked.push((ask(&mut line, now, 1, read()), now));
+        }
+    }
+    // Frames at 0, 1, 2, then at 3, 4, 5 for the second; the third has one more at 6 only because
+    // that at 3 was sent before it was asked.
+    assert_eq!(ends, [(0, 3000), (2500, 6000), (3100, 7000)]);
+}
+
+/// Without tags a read waits until late answers are over; then it has all its tries.
+#[test]
+fn without_tags_a_silent_monitor_is_asked_again_when_late_answers_are_over() {
+    let mut line = connected(Config { tags: false, ..Config::default() });
+    let (mut now, mut frames, mut ends) = (Now::ZERO, Vec::new(), Vec::new());
+    for _ in 0..2 {
+        ask(&mut line, now, 1, read());
+        while line.poll_outcome().is_none() {
+            if sent(&mut line, now).is_some() {
+                frames.push(now.as_secs());
+            }
+            now += 10 * MS;
+            line.handle_timeout(now);
+            assert!(now < 60 * SECOND, "{frames:?}");
+        }
+        ends.push(now.as_secs());
+    }
+    assert_eq!((frames, ends), (vec![0, 1, 2, 12, 13, 14], vec![3, 15]));
+}

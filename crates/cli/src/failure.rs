@@ -2,7 +2,7 @@
 
 use std::io;
 
-use lafet_client::refusal::{Reason, reason, reason_of};
+use lafet_client::refusal::{Help, Reason, reason, reason_of};
 use lafet_client::{AnswerBuf, Error, MonitorStatus, os_text};
 use lafet_proto::text::AnswerText;
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
@@ -180,8 +180,7 @@ impl Failure {
             error["scenario"] = json!(reason.scenario);
             error["why"] = json!(reason.why.str(current()));
             error["remedy"] = json!(reason.remedy.str(current()));
-            let helps = command(*request, *to, *status, *by, &reason);
-            error["try"] = json!(helps);
+            error["try"] = json!(reason.helps.map(command));
             error["request"] = json!(request.to_string());
             error["to"] = json!(to.to_string());
             error["status"] = json!(status.to_string());
@@ -222,10 +221,10 @@ fn told(error: &Error, asked: Option<&Asked>) -> String {
         None => lines.push(format!("{request} {to}: {by} {answers} {status}.")),
     }
     let reason = asked.map_or_else(|| reason(*request, *to, *status, *by), |asked| asked.reason);
-    let Reason { scenario, why, remedy } = reason;
+    let Reason { scenario, why, remedy, helps } = reason;
     lines.push(format!("{}: {} ({scenario})", text::Why.str(current()), why.str(current())));
     let try_it = text::Try.str(current());
-    lines.push(match command(*request, *to, *status, *by, &reason) {
+    lines.push(match helps.map(command) {
         Some(command) => format!("{try_it}: {command}\n  {}", remedy.str(current())),
         None => format!("{try_it}: {}", remedy.str(current())),
     });
@@ -233,80 +232,25 @@ fn told(error: &Error, asked: Option<&Asked>) -> String {
 }
 
 /// The command that most likely helps.
-fn command(
-    request: RequestId,
-    to: SubsystemId,
-    status: Status,
-    by: SubsystemId,
-    reason: &Reason,
-) -> Option<String> {
-    if status == Status::DENIED {
-        return denied(request, by, reason);
+fn command(help: Help) -> String {
+    let name = |id: SubsystemId| id.to_string().to_lowercase();
+    match help {
+        Help::Status(SubsystemId::ALL) => "lafet status".into(),
+        Help::Status(id) => format!("lafet status {}", name(id)),
+        Help::Stop(SubsystemId::ALL) => "lafet stop".into(),
+        Help::Stop(id) => format!("lafet stop {}", name(id)),
+        Help::Close(valve) => format!("lafet close {}", name(valve)),
+        Help::Deploy => "lafet deploy".into(),
+        Help::ReleaseLockout => "lafet lockout off".into(),
+        Help::Limits => "lafet limits".into(),
+        Help::LimitsOn => "lafet limits on".into(),
+        Help::RejectLimits(id) => format!("lafet limits reject {}", name(id)),
+        Help::Parameters(id) => format!("lafet param list {}", name(id)),
+        Help::DriveType(id) => format!("lafet param get {} DriveType", name(id)),
+        Help::InputFaults => "lafet param get general InputFaults".into(),
+        Help::Programs => "lafet program list".into(),
+        Help::CrashData => "lafet crash".into(),
     }
-    Some(match (status, by) {
-        // The request itself is invalid.
-        _ if reason.scenario == "§2/4" => return None,
-        (Status::INVALID_ID, _) if request == RequestId::START_TRAJECTORY => {
-            "lafet program list".into()
-        }
-        (Status::INVALID_VALUE, _) if request == RequestId::SWITCH_LIMITS => {
-            format!("lafet limits reject {to}")
-        }
-        (Status::INVALID_VALUE, SubsystemId::DETECTOR | SubsystemId::CONTROL)
-            if request != RequestId::SET_PARAM =>
-        {
-            "lafet limits".into()
-        }
-        (
-            Status::INVALID_ID
-            | Status::INVALID_VALUE
-            | Status::WRONG_DATA
-            | Status::ACCESS_DENIED
-            | Status::INCOMPLETE_CONFIG,
-            _,
-        ) if matches!(request, RequestId::SET_PARAM | RequestId::GET_PARAM) => {
-            format!("lafet param list {}", to.to_string().to_lowercase())
-        }
-        (Status::MODULE_NOT_EXIST, _) => "lafet status".into(),
-        (Status::MODULE_FAULT, by) => format!("lafet status {}", by.to_string().to_lowercase()),
-        (Status::NOT_SUPPORTED, by) if by.is_drive() => {
-            format!("lafet param get {} DriveType", by.to_string().to_lowercase())
-        }
-        (Status::SYSTEM_FAULT, _) => "lafet crash".into(),
-        _ => return None,
-    })
-}
-
-/// The command that most likely helps where a request is denied for the reason of this scenario.
-fn denied(request: RequestId, by: SubsystemId, reason: &Reason) -> Option<String> {
-    let name = || by.to_string().to_lowercase();
-    Some(match reason.scenario {
-        _ if reason.remedy == lafet_texts::client::StopControl.fixed() => {
-            "lafet stop control".into()
-        }
-        // Which drive is to be homed (§D/7), and whether water flows all the same (§D/6).
-        "§D/6" | "§D/7" => "lafet param get general InputFaults".into(),
-        "§3.17/1" => "lafet limits on".into(),
-        "§3.18/2" => "lafet lockout off".into(),
-        // Only at the supply (§3.3.1/4), or at the valve itself (§3.3.5/1), can it be put right.
-        "§3.3.1/4" => "lafet status general".into(),
-        "§3.3.5/1" => format!("lafet status {}", name()),
-        _ => match by {
-            SubsystemId::GENERAL => "lafet status general".into(),
-            SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => format!("lafet status {}", name()),
-            // Stop All is never denied (§3.2/1).
-            _ if request == RequestId::STOP => "lafet stop".into(),
-            // The scenario of none: its rest is not known, or water flows without a valve.
-            SubsystemId::DEPLOYER if matches!(request, RequestId::WRAP | RequestId::START_SEEK) => {
-                "lafet param get general InputFaults".into()
-            }
-            SubsystemId::DEPLOYER => "lafet deploy".into(),
-            SubsystemId::DETECTOR => "lafet stop detector".into(),
-            SubsystemId::CONTROL => "lafet stop control".into(),
-            by if by.is_valve() => format!("lafet close {}", name()),
-            _ => return None,
-        },
-    })
 }
 
 /// The error for a refusal with this status.
@@ -387,6 +331,22 @@ mod tests {
             assert_eq!(to_try(request, SubsystemId::HORIZONTAL).as_deref(), faults);
         }
         assert_eq!(to_try(RequestId::MOVE, SubsystemId::DEPLOYER).as_deref(), Some("lafet deploy"));
+    }
+
+    /// A table of corrections is not bounded by the limits of the drives.
+    #[test]
+    fn what_to_try_belongs_to_the_request() {
+        let to_try = |request, by, status| {
+            Failure::Client(refusal(request, by, status, by)).json()["error"]["try"].clone()
+        };
+        let control = SubsystemId::CONTROL;
+        let value = |request| to_try(request, control, Status::INVALID_VALUE);
+        assert_eq!(value(RequestId::SETUP_CORRECTION_TABLE), Value::Null);
+        assert_eq!(value(RequestId::START_QUENCH), "lafet limits");
+        let list = to_try(RequestId::SET_PARAM, control, Status::ACCESS_DENIED);
+        assert_eq!(list, "lafet param list control");
+        let stop = to_try(RequestId::START_SEEK, SubsystemId::DETECTOR, Status::DENIED);
+        assert_eq!(stop, "lafet stop detector");
     }
 
     /// §3.3.1/4 A weak supply is no lockout: the state that is read after the refusal shows which it is.

@@ -21,6 +21,40 @@ pub struct Reason {
     pub why: Fixed,
     /// What to do.
     pub remedy: Fixed,
+    /// The action on the monitor that most likely helps, or shows what does; `None`: there is none,
+    /// or only the request has to be corrected.
+    pub helps: Option<Help>,
+}
+
+/// An action that helps against a refusal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Help {
+    /// Read the flags of this subsystem.
+    Status(SubsystemId),
+    /// Stop this subsystem, or all.
+    Stop(SubsystemId),
+    /// Close this valve.
+    Close(SubsystemId),
+    /// Deploy the barrel.
+    Deploy,
+    /// Release the lockout.
+    ReleaseLockout,
+    /// Read the limits of the drives.
+    Limits,
+    /// Switch the limits on.
+    LimitsOn,
+    /// Switch the limits of this drive on without those that were set meanwhile.
+    RejectLimits(SubsystemId),
+    /// Look up the parameters of this subsystem.
+    Parameters(SubsystemId),
+    /// Read the kind of this drive.
+    DriveType(SubsystemId),
+    /// Read which sensors are not believed.
+    InputFaults,
+    /// Look up the stored programs and trajectories.
+    Programs,
+    /// Read the crash data.
+    CrashData,
 }
 
 /// The status words of a monitor by subsystem; `None` of one that it does not have, or that is not known.
@@ -59,22 +93,26 @@ pub fn reason_now(
 ) -> Reason {
     let found = match status {
         Status::DENIED => Denied { request, to, by, flags }.reason(),
-        Status::MODULE_FAULT => module_fault(request),
+        Status::MODULE_FAULT => module_fault(request, by),
         Status::BUSY => busy(request, by),
         Status::WRONG_REQUEST => wrong_request(request, to, by),
-        Status::WRONG_DATA => wrong_data(request),
-        Status::INVALID_ID => invalid_id(request),
+        Status::WRONG_DATA => wrong_data(request, to),
+        Status::INVALID_ID => invalid_id(request, to),
         Status::INVALID_VALUE => invalid_value(request, to),
         _ => None,
     };
-    found.unwrap_or_else(|| of_status(request, status))
+    found.unwrap_or_else(|| of_status(request, to, status, by))
 }
 
 const fn because(scenario: &'static str, why: Fixed, remedy: Fixed) -> Option<Reason> {
-    Some(Reason { scenario, why, remedy })
+    Some(Reason { scenario, why, remedy, helps: None })
 }
 
-fn module_fault(request: RequestId) -> Option<Reason> {
+const fn helped(scenario: &'static str, why: Fixed, remedy: Fixed, helps: Help) -> Option<Reason> {
+    Some(Reason { scenario, why, remedy, helps: Some(helps) })
+}
+
+fn module_fault(request: RequestId, by: SubsystemId) -> Option<Reason> {
     let scenario = match request {
         RequestId::MOVE => "§3.1/4",
         RequestId::STOP => "§3.2/5",
@@ -85,7 +123,8 @@ fn module_fault(request: RequestId) -> Option<Reason> {
         RequestId::START_SEEK | RequestId::START_JUSTIFY => "§3.3.7/1",
         _ => return None,
     };
-    because(scenario, text::SubsystemFaulty.fixed(), text::ReadFlags.fixed())
+    let why = text::SubsystemFaulty.fixed();
+    helped(scenario, why, text::ReadFlags.fixed(), Help::Status(by))
 }
 
 fn busy(request: RequestId, by: SubsystemId) -> Option<Reason> {
@@ -131,9 +170,12 @@ fn wrong_request(request: RequestId, to: SubsystemId, by: SubsystemId) -> Option
     )
 }
 
-fn wrong_data(request: RequestId) -> Option<Reason> {
+fn wrong_data(request: RequestId, to: SubsystemId) -> Option<Reason> {
     let (scenario, why) = match request {
-        RequestId::SET_PARAM => ("§3.5/4", text::ParameterCount.fixed()),
+        RequestId::SET_PARAM => {
+            let (why, remedy) = (text::ParameterCount.fixed(), text::CorrectCount.fixed());
+            return helped("§3.5/4", why, remedy, Help::Parameters(to));
+        }
         RequestId::SETUP_CORRECTION_TABLE => ("§3.6/2", text::TableEmpty.fixed()),
         RequestId::START_QUENCH => ("§3.14/4", text::QuenchForm.fixed()),
         RequestId::START_TRAJECTORY => ("§3.15/3", text::PointsCount.fixed()),
@@ -142,34 +184,38 @@ fn wrong_data(request: RequestId) -> Option<Reason> {
     because(scenario, why, text::CorrectCount.fixed())
 }
 
-fn invalid_id(request: RequestId) -> Option<Reason> {
+fn invalid_id(request: RequestId, to: SubsystemId) -> Option<Reason> {
     if request == RequestId::START_TRAJECTORY {
-        return because(
-            "§3.15/2",
-            text::TrajectoryEmpty.fixed(),
-            text::TrajectoryEmptyRemedy.fixed(),
-        );
+        let (why, remedy) = (text::TrajectoryEmpty.fixed(), text::TrajectoryEmptyRemedy.fixed());
+        return helped("§3.15/2", why, remedy, Help::Programs);
     }
     let scenario = if request == RequestId::SET_PARAM { "§3.5/2" } else { "§3.4/1" };
-    because(scenario, text::ParameterUnknown.fixed(), text::ParameterUnknownRemedy.fixed())
+    let (why, remedy) = (text::ParameterUnknown.fixed(), text::ParameterUnknownRemedy.fixed());
+    helped(scenario, why, remedy, Help::Parameters(to))
 }
 
 fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
     match request {
         RequestId::SET_PARAM => invalid_param(to),
         RequestId::START_SEEK => {
-            because("§3.16/2", text::SectorOutsideLimits.fixed(), text::SectorInsideLimits.fixed())
+            let (why, remedy) =
+                (text::SectorOutsideLimits.fixed(), text::SectorInsideLimits.fixed());
+            helped("§3.16/2", why, remedy, Help::Limits)
         }
-        RequestId::START_QUENCH => because(
+        RequestId::START_QUENCH => helped(
             "§3.14/8",
             text::QuenchSectorOutsideLimits.fixed(),
             text::QuenchSectorRemedy.fixed(),
+            Help::Limits,
         ),
         RequestId::START_TRAJECTORY => {
-            because("§3.15/3", text::TrajectoryOutOfRange.fixed(), text::TrajectoryNumbers.fixed())
+            let (why, remedy) =
+                (text::TrajectoryOutOfRange.fixed(), text::TrajectoryNumbers.fixed());
+            helped("§3.15/3", why, remedy, Help::Limits)
         }
         RequestId::SWITCH_LIMITS => {
-            because("§3.17/6", text::LimitsCrossed.fixed(), text::LimitsCrossedRemedy.fixed())
+            let (why, remedy) = (text::LimitsCrossed.fixed(), text::LimitsCrossedRemedy.fixed());
+            helped("§3.17/6", why, remedy, Help::RejectLimits(to))
         }
         RequestId::SETUP_CORRECTION_TABLE => {
             because("§3.6/2", text::TableTooLong.fixed(), text::TableTooLongRemedy.fixed())
@@ -184,13 +230,15 @@ fn invalid_value(request: RequestId, to: SubsystemId) -> Option<Reason> {
 /// The reason for an invalid value of a parameter.
 fn invalid_param(of: SubsystemId) -> Option<Reason> {
     if !of.is_drive() {
-        return because("§3.5/3", text::ParameterOutOfRange.fixed(), text::ParameterRange.fixed());
+        let (why, remedy) = (text::ParameterOutOfRange.fixed(), text::ParameterRange.fixed());
+        return helped("§3.5/3", why, remedy, Help::Parameters(of));
     }
-    because("§3.17/5", text::DriveParameterOutOfRange.fixed(), text::DriveParameterRemedy.fixed())
+    let why = text::DriveParameterOutOfRange.fixed();
+    helped("§3.17/5", why, text::DriveParameterRemedy.fixed(), Help::Parameters(of))
 }
 
 /// The reason that follows from the status alone.
-fn of_status(request: RequestId, status: Status) -> Reason {
+fn of_status(request: RequestId, to: SubsystemId, status: Status, by: SubsystemId) -> Reason {
     let scenario = match (status, request) {
         (Status::NEED_CONFIRM, RequestId::OPEN) => "§3.8/6",
         (Status::NEED_CONFIRM, RequestId::CLOSE) => "§3.9/5",
@@ -212,11 +260,34 @@ fn of_status(request: RequestId, status: Status) -> Reason {
         scenario,
         why: text::StatusUnknown.fixed(),
         remedy: text::StatusUnknownRemedy.fixed(),
+        helps: None,
     };
     dictionary::status(status).map_or_else(unknown, |info| Reason {
         scenario,
         why: lafet_texts::dictionary(info.meaning),
         remedy: lafet_texts::dictionary(info.remedy),
+        helps: helps_by_status(request, to, status, by),
+    })
+}
+
+fn helps_by_status(
+    request: RequestId,
+    to: SubsystemId,
+    status: Status,
+    by: SubsystemId,
+) -> Option<Help> {
+    let of_parameters = matches!(request, RequestId::SET_PARAM | RequestId::GET_PARAM);
+    Some(match status {
+        Status::WRONG_DATA | Status::ACCESS_DENIED | Status::INCOMPLETE_CONFIG if of_parameters => {
+            Help::Parameters(to)
+        }
+        Status::MODULE_NOT_EXIST => Help::Status(SubsystemId::ALL),
+        Status::MODULE_FAULT => Help::Status(by),
+        Status::NOT_SUPPORTED if by.is_drive() => Help::DriveType(by),
+        Status::SYSTEM_FAULT => Help::CrashData,
+        // Stop All is never denied (§3.2/1).
+        Status::DENIED if request == RequestId::STOP => Help::Stop(SubsystemId::ALL),
+        _ => return None,
     })
 }
 
@@ -260,6 +331,27 @@ mod tests {
             assert_eq!(limits.remedy, wrap.remedy);
         }
         assert!(wrap.remedy.en.contains("Homing") && wrap.remedy.ru.contains("Homing"));
+    }
+
+    #[test]
+    fn what_helps_follows_from_the_state() {
+        let (detector, control) = (SubsystemId::DETECTOR, SubsystemId::CONTROL);
+        let helps = |request, by, flags: Flags<'_>| {
+            reason_now(request, by, Status::DENIED, by, flags).helps
+        };
+        // A seek may be kept back by a program, by an alignment, or by limits that are off.
+        let only = |id, bits| move |of| Some(if of == id { bits } else { 0 });
+        let quench = only(control, lafet_proto::flags::ControlFlags::QUENCH.bits());
+        let off = only(SubsystemId::VERTICAL, lafet_proto::flags::DriveFlags::LIMITLESS.bits());
+        let seek = RequestId::START_SEEK;
+        assert_eq!(helps(seek, detector, &quench), Some(Help::Stop(control)));
+        assert_eq!(helps(seek, detector, &off), Some(Help::LimitsOn));
+        assert_eq!(helps(seek, detector, &|_| None), Some(Help::Stop(detector)));
+        let valve = SubsystemId::VALVE1;
+        assert_eq!(helps(RequestId::WRAP, valve, &|_| None), Some(Help::Close(valve)));
+        let closed = only(valve, lafet_proto::flags::ValveFlags::CLOSED.bits());
+        assert_eq!(helps(RequestId::WRAP, valve, &closed), Some(Help::InputFaults));
+        assert_eq!(helps(RequestId::STOP, control, &quench), Some(Help::Stop(SubsystemId::ALL)));
     }
 
     #[test]

@@ -4,9 +4,9 @@ use lafet_proto::flags::{
     ControlFlags, DeployerFlags, DetectorFlags, DriveFlags, GeneralFlags, ValveFlags,
 };
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_texts::client as text;
+use lafet_texts::{Fixed, client as text};
 
-use super::{Flags, Reason, because};
+use super::{Flags, Help, Reason, helped};
 
 /// A refusal as Denied.
 pub(super) struct Denied<'a> {
@@ -24,7 +24,8 @@ impl Denied<'_> {
             SubsystemId::DETECTOR => self.by_detector(),
             SubsystemId::CONTROL => self.by_control(),
             SubsystemId::BUTTONS | SubsystemId::EXT_BUTTONS => {
-                because("§3.3.10/1", text::ButtonHeld.fixed(), text::ReleaseButton.fixed())
+                let (why, remedy) = (text::ButtonHeld.fixed(), text::ReleaseButton.fixed());
+                helped("§3.3.10/1", why, remedy, Help::Status(self.by))
             }
             id if id.is_valve() => self.by_valve(),
             id if id.is_drive() => self.by_drive(),
@@ -51,23 +52,27 @@ impl Denied<'_> {
     }
 
     fn by_general(&self) -> Option<Reason> {
-        let locked = || because("§3.18/2", text::LockedOut.fixed(), text::LockedOutRemedy.fixed());
+        let general = Help::Status(SubsystemId::GENERAL);
+        let locked = || {
+            let (why, remedy) = (text::LockedOut.fixed(), text::LockedOutRemedy.fixed());
+            helped("§3.18/2", why, remedy, Help::ReleaseLockout)
+        };
         if !self.request.needs_supply()
             || self.has(SubsystemId::GENERAL, GeneralFlags::LOCKED_OUT.bits())
         {
             return locked();
         }
         if self.has(SubsystemId::GENERAL, GeneralFlags::BAD_POWER.bits()) {
-            return because("§3.3.1/4", text::SupplyWeak.fixed(), text::SupplyRemedy.fixed());
+            let (why, remedy) = (text::SupplyWeak.fixed(), text::SupplyRemedy.fixed());
+            return helped("§3.3.1/4", why, remedy, general);
         }
-        because("§1/2", text::LockedOutOrWeak.fixed(), text::LockedOutOrWeakRemedy.fixed())
+        let (why, remedy) = (text::LockedOutOrWeak.fixed(), text::LockedOutOrWeakRemedy.fixed());
+        helped("§1/2", why, remedy, general)
     }
 
     fn by_deployer(&self) -> Option<Reason> {
         match self.request {
-            RequestId::STOP => {
-                because("§3.2/2", text::DeployerMoves.fixed(), text::StopAll.fixed())
-            }
+            RequestId::STOP => stop_all("§3.2/2", text::DeployerMoves.fixed()),
             RequestId::WRAP => self.wrap_by_deployer(),
             RequestId::MOVE if self.to == SubsystemId::DEPLOYER => self.move_by_deployer(),
             // It deploys first: only water that no valve shuts off is in its way.
@@ -79,7 +84,8 @@ impl Denied<'_> {
                     RequestId::START_JUSTIFY => "§3.13/2",
                     _ => "§1/2",
                 };
-                because(scenario, text::NotDeployed.fixed(), text::DeployFirst.fixed())
+                let (why, remedy) = (text::NotDeployed.fixed(), text::DeployFirst.fixed());
+                helped(scenario, why, remedy, Help::Deploy)
             }
         }
     }
@@ -87,22 +93,29 @@ impl Denied<'_> {
     /// A barrel that is not deployed is wrapped from where it is: only its drives can forbid it, and
     /// water on a monitor without a valve.
     fn wrap_by_deployer(&self) -> Option<Reason> {
-        let not_homed = || because("§D/7", text::BarrelNotHomed.fixed(), text::HomeIt.fixed());
+        // Which drive is to be homed (§D/7), and whether water flows all the same (§D/6).
+        let not_homed = || {
+            let (why, remedy) = (text::BarrelNotHomed.fixed(), text::HomeIt.fixed());
+            helped("§D/7", why, remedy, Help::InputFaults)
+        };
         let limitless = self.limitless(&[SubsystemId::VERTICAL, SubsystemId::HORIZONTAL]);
         match (self.is_without_valves(), limitless) {
             (Some(false), _) => not_homed(),
             (Some(true), false) => self.no_valve("§D/6"),
-            _ => because(
+            _ => helped(
                 "§1/2",
                 text::BarrelNotHomedOrWater.fixed(),
                 text::BarrelNotHomedOrWaterRemedy.fixed(),
+                Help::InputFaults,
             ),
         }
     }
 
     fn move_by_deployer(&self) -> Option<Reason> {
         let folded = || {
-            because("§3.1/9", text::DeployerNotFree.fixed(), text::DeployerNotFreeRemedy.fixed())
+            let (why, remedy) =
+                (text::DeployerNotFree.fixed(), text::DeployerNotFreeRemedy.fixed());
+            helped("§3.1/9", why, remedy, Help::Deploy)
         };
         let away = DeployerFlags::WRAPPED | DeployerFlags::DEPLOYING | DeployerFlags::WRAPPING;
         match self.is_without_valves() {
@@ -112,7 +125,8 @@ impl Denied<'_> {
     }
 
     fn no_valve(&self, scenario: &'static str) -> Option<Reason> {
-        because(scenario, text::WaterWithoutValve.fixed(), text::CloseMain.fixed())
+        let (why, remedy) = (text::WaterWithoutValve.fixed(), text::CloseMain.fixed());
+        helped(scenario, why, remedy, Help::InputFaults)
     }
 
     /// Where the status is known.
@@ -125,7 +139,7 @@ impl Denied<'_> {
     fn by_detector(&self) -> Option<Reason> {
         let searching = self.detector(DetectorFlags::SEARCHING);
         let justifying = self.detector(DetectorFlags::JUSTIFYING);
-        let (search, stop) = (text::SearchGoesOn.fixed(), text::StopDetector.fixed());
+        let search = text::SearchGoesOn.fixed();
         let scenario = match self.request {
             RequestId::START_SEEK => return self.seek_by_detector(justifying),
             RequestId::START_JUSTIFY => return self.justify_by_detector(searching),
@@ -135,10 +149,10 @@ impl Denied<'_> {
                     (_, true) => text::AlignmentRuns.fixed(),
                     _ => text::SearchOrAlignmentOnlyStopped.fixed(),
                 };
-                return because("§3.2/3", why, text::StopAll.fixed());
+                return stop_all("§3.2/3", why);
             }
             // An alignment does not keep a valve from closing.
-            RequestId::CLOSE => return because("§3.9/1", search, stop),
+            RequestId::CLOSE => return stop_detector("§3.9/1", search),
             RequestId::MOVE => "§3.1/2",
             RequestId::OPEN => "§3.8/2",
             RequestId::WRAP => "§3.11/7",
@@ -147,9 +161,9 @@ impl Denied<'_> {
             _ => "§1/2",
         };
         match (searching, justifying) {
-            (true, _) => because(scenario, search, stop),
-            (_, true) => because("§3.13/3", text::AlignmentGoesOn.fixed(), stop),
-            _ => because(scenario, text::SearchOrAlignmentRuns.fixed(), stop),
+            (true, _) => stop_detector(scenario, search),
+            (_, true) => stop_detector("§3.13/3", text::AlignmentGoesOn.fixed()),
+            _ => stop_detector(scenario, text::SearchOrAlignmentRuns.fixed()),
         }
     }
 
@@ -158,40 +172,36 @@ impl Denied<'_> {
             return self.by_program("§3.16/4");
         }
         if justifying {
-            let why = text::AlignmentGoesOn.fixed();
-            return because("§3.16/4", why, text::StopDetector.fixed());
+            return stop_detector("§3.16/4", text::AlignmentGoesOn.fixed());
         }
         self.without_limits().or_else(|| {
-            let why = text::ProgramOrAlignmentRuns.fixed();
-            because("§3.16/4", why, text::ProgramOrAlignmentRemedy.fixed())
+            let (why, remedy) =
+                (text::ProgramOrAlignmentRuns.fixed(), text::ProgramOrAlignmentRemedy.fixed());
+            helped("§3.16/4", why, remedy, Help::Stop(SubsystemId::DETECTOR))
         })
     }
 
     fn justify_by_detector(&self, searching: bool) -> Option<Reason> {
         if searching {
-            return because("§3.13/2", text::SearchGoesOn.fixed(), text::StopDetector.fixed());
+            return stop_detector("§3.13/2", text::SearchGoesOn.fixed());
         }
         self.without_limits().or_else(|| {
-            let why = text::SearchOrNoLimits.fixed();
-            because("§3.13/2", why, text::SearchOrNoLimitsRemedy.fixed())
+            let (why, remedy) =
+                (text::SearchOrNoLimits.fixed(), text::SearchOrNoLimitsRemedy.fixed());
+            helped("§3.13/2", why, remedy, Help::Stop(SubsystemId::DETECTOR))
         })
     }
 
     /// Limits of a drive that points the barrel are off.
     fn without_limits(&self) -> Option<Reason> {
         let limitless = self.limitless(&[SubsystemId::VERTICAL, SubsystemId::HORIZONTAL]);
-        let why = text::ProgramWithoutLimits.fixed();
-        limitless.then(|| because("§3.17/1", why, text::LimitsOn.fixed())).flatten()
+        limitless.then(limits_on).flatten()
     }
 
     fn by_control(&self) -> Option<Reason> {
         match self.request {
-            RequestId::START_QUENCH | RequestId::START_TRAJECTORY => {
-                because("§3.17/1", text::ProgramWithoutLimits.fixed(), text::LimitsOn.fixed())
-            }
-            RequestId::STOP => {
-                because("§3.2/4", text::ProgramOnlyStopped.fixed(), text::StopAll.fixed())
-            }
+            RequestId::START_QUENCH | RequestId::START_TRAJECTORY => limits_on(),
+            RequestId::STOP => stop_all("§3.2/4", text::ProgramOnlyStopped.fixed()),
             RequestId::MOVE => self.by_program("§3.1/9"),
             RequestId::START_JUSTIFY => self.by_program("§3.13/2"),
             _ => self.by_program("§1/2"),
@@ -199,14 +209,15 @@ impl Denied<'_> {
     }
 
     fn by_program(&self, scenario: &'static str) -> Option<Reason> {
-        because(scenario, text::ProgramRuns.fixed(), text::StopControl.fixed())
+        let (why, remedy) = (text::ProgramRuns.fixed(), text::StopControl.fixed());
+        helped(scenario, why, remedy, Help::Stop(SubsystemId::CONTROL))
     }
 
     fn by_valve(&self) -> Option<Reason> {
         // What flows out of a valve does not forbid to open one.
         if self.request == RequestId::OPEN {
             let (why, remedy) = (text::ValveBlocked.fixed(), text::ValveBlockedRemedy.fixed());
-            return because("§3.3.5/1", why, remedy);
+            return helped("§3.3.5/1", why, remedy, Help::Status(self.by));
         }
         let valve = (self.flags)(self.by).map(ValveFlags::from_bits_retain);
         // A switch that is not believed, or water past a valve that is closed (§D/6).
@@ -226,12 +237,14 @@ impl Denied<'_> {
             }
             _ => ("§1/2", text::ValveNotClosed.fixed(), text::WaterFlows.fixed()),
         };
+        let close = Help::Close(self.by);
         match doubted {
             Some(true) => {
-                because("§D/6", text::FlowsThoughClosed.fixed(), text::LookForWater.fixed())
+                let (why, remedy) = (text::FlowsThoughClosed.fixed(), text::LookForWater.fixed());
+                helped("§D/6", why, remedy, Help::InputFaults)
             }
-            Some(false) => because(scenario, open, text::CloseAndWait.fixed()),
-            None => because(scenario, either, text::CloseValve.fixed()),
+            Some(false) => helped(scenario, open, text::CloseAndWait.fixed(), close),
+            None => helped(scenario, either, text::CloseValve.fixed(), close),
         }
     }
 
@@ -241,6 +254,20 @@ impl Denied<'_> {
             scenario: "§D/7",
             why: text::NotHomed.fixed(),
             remedy: text::HomeIt.fixed(),
+            helps: Some(Help::InputFaults),
         })
     }
+}
+
+fn stop_all(scenario: &'static str, why: Fixed) -> Option<Reason> {
+    helped(scenario, why, text::StopAll.fixed(), Help::Stop(SubsystemId::ALL))
+}
+
+fn stop_detector(scenario: &'static str, why: Fixed) -> Option<Reason> {
+    helped(scenario, why, text::StopDetector.fixed(), Help::Stop(SubsystemId::DETECTOR))
+}
+
+fn limits_on() -> Option<Reason> {
+    let (why, remedy) = (text::ProgramWithoutLimits.fixed(), text::LimitsOn.fixed());
+    helped("§3.17/1", why, remedy, Help::LimitsOn)
 }

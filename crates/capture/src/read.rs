@@ -1,35 +1,71 @@
 //! Reads recordings.
 
+use std::fmt;
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
+
+use lafet_texts::{Argument, Lang, Shown, Text, capture as text};
 
 use crate::{Captured, Format, Piece, mcap, pcapng};
 
 /// Why a file cannot be read.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum ReadError {
     /// The file cannot be read.
-    #[error("{0}")]
-    Io(#[from] std::io::Error),
+    Io(io::Error),
     /// Neither MCAP nor pcapng.
-    #[error("neither an MCAP nor a pcapng recording")]
     Unknown,
     /// A pcapng capture of a network, which is for Wireshark.
-    #[error("a capture of a network, not of a line: open it in Wireshark with lafet's dissector")]
     NoLine,
     /// An MCAP file recorded by another program.
-    #[error("an MCAP file without the frames that lafet records")]
     NoFrames,
-    /// The file violates its format.
-    #[error("damaged: {0}")]
+    /// The file violates its format: a text of the library that reads it.
     Damaged(String),
     /// The file unpacks to more than the limit.
-    #[error("more than {} MiB unpacked", .most >> 20)]
     TooLarge {
         /// The limit, bytes.
         most: u64,
     },
+}
+
+impl Argument for ReadError {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        match self {
+            Self::Io(error) => text::RecordingUnreadable { error: Shown(error) }.write(lang, out),
+            Self::Unknown => text::NotARecording.write(lang, out),
+            Self::NoLine => text::RecordingOfNetwork.write(lang, out),
+            Self::NoFrames => text::RecordingWithoutFrames.write(lang, out),
+            Self::Damaged(why) => text::RecordingDamaged { why }.write(lang, out),
+            Self::TooLarge { most } => {
+                let most = most >> 20;
+                text::RecordingTooLarge { most }.write(lang, out)
+            }
+        }
+    }
+}
+
+impl Text for ReadError {}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(Lang::En, f)
+    }
+}
+
+impl std::error::Error for ReadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Io(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl From<io::Error> for ReadError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
 }
 
 /// Reads the traffic of a recording, in order. An unfinished one is read as far as it goes.
@@ -63,5 +99,36 @@ pub fn read_each(
     match format {
         Format::Mcap => mcap::read(file, unpacked_max, take),
         Format::Pcapng => pcapng::read(file, |captured| take(Piece::Captured(captured))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In Russian only names of formats and programs, and what a library says, are not Russian.
+    #[test]
+    fn why_a_file_is_not_read_is_said_in_the_language() {
+        let io = || ReadError::Io(io::Error::other("broken"));
+        let damaged = || ReadError::Damaged("broken".into());
+        let all = [
+            io(),
+            damaged(),
+            ReadError::Unknown,
+            ReadError::NoLine,
+            ReadError::NoFrames,
+            ReadError::TooLarge { most: 5 << 20 },
+        ];
+        let names = ["MCAP", "pcapng", "lafet", "record", "decode", "dissector", "Wireshark"];
+        for error in all {
+            let (en, ru) = (error.of(Lang::En), error.of(Lang::Ru));
+            assert_eq!(en, error.to_string());
+            assert_ne!(en, ru);
+            let latin =
+                ru.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| !word.is_empty());
+            let strange: Vec<_> = latin.filter(|word| !names.contains(word)).collect();
+            let quoted = matches!(error, ReadError::Io(_) | ReadError::Damaged(_));
+            assert_eq!(strange, if quoted { vec!["broken"] } else { vec![] }, "{ru}");
+        }
     }
 }

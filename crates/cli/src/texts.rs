@@ -1,11 +1,9 @@
 //! Messages of lafet-proto in the user's language; that crate itself has English only.
 
-use std::fmt;
-
-use lafet_client::parse_error_text;
+use lafet_client::{Undecodable, parse_error_text};
+use lafet_proto::DecodeError;
 use lafet_proto::text::ParseError;
-use lafet_proto::{DecodeError, Expected};
-use lafet_texts::{Argument, Lang, Text as _, cli as text};
+use lafet_texts::Text as _;
 
 use crate::lang::current;
 
@@ -20,37 +18,7 @@ pub fn parse_error(text: &str, error: &ParseError) -> String {
 
 /// Why bytes could not be decoded.
 pub fn decode_error(error: &DecodeError) -> String {
-    text::AtByte { offset: error.offset, what: Expectation(error) }.of(current())
-}
-
-struct Expectation<'a>(&'a DecodeError);
-
-impl Argument for Expectation<'_> {
-    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
-        let got = self.0.got;
-        let hex = format_args!("{got:#04x}");
-        match self.0.expected {
-            Expected::Header => text::HeaderExpected { got }.write(lang, out),
-            Expected::Data(size) => text::DataExpected { size, got }.write(lang, out),
-            Expected::Size => text::OtherSizeExpected { got }.write(lang, out),
-            Expected::Value => text::OtherValueExpected { got }.write(lang, out),
-            Expected::RequestId => text::RequestUnknown { got: hex }.write(lang, out),
-            Expected::FrameStart => text::FrameStartExpected { got: hex }.write(lang, out),
-            Expected::Escape => text::EscapeExpected { got: hex }.write(lang, out),
-            Expected::Crc(crc) => {
-                let (crc, got) = (format_args!("{crc:#06x}"), format_args!("{got:#06x}"));
-                text::CrcExpected { crc, got }.write(lang, out)
-            }
-            Expected::Crc32c(crc) => {
-                let (crc, got) = (format_args!("{crc:#010x}"), format_args!("{got:#010x}"));
-                text::Crc32cExpected { crc, got }.write(lang, out)
-            }
-            Expected::FrameEnd => text::FrameEndExpected.write(lang, out),
-            Expected::Room => text::FrameTooLong { got }.write(lang, out),
-            // A later version of the protocol crate may expect more.
-            _ => text::BytesWrong { got }.write(lang, out),
-        }
-    }
+    Undecodable(error).of(current())
 }
 
 #[cfg(test)]

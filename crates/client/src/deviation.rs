@@ -6,6 +6,7 @@ use lafet_proto::{DecodeError, ParamId, Record, RequestId, Status, SubsystemId};
 use lafet_texts::{Argument, Lang, Shown, Text, client as text};
 
 use crate::answers::{AnswerBuf, RequestBuf};
+use crate::decode_error::Undecodable;
 use crate::session::matching::{deal, is_group};
 
 /// A deviation of an answer from the protocol.
@@ -61,7 +62,7 @@ impl Deviation {
 impl Argument for Deviation {
     fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
         match self {
-            Self::Shape(error) => text::OddShape { error: Shown(error) }.write(lang, out),
+            Self::Shape(error) => text::OddShape { error: Undecodable(error) }.write(lang, out),
             Self::NoData => text::OddNoData.write(lang, out),
             Self::UnknownStatus(status) => {
                 text::OddStatus { status: Shown(status) }.write(lang, out)

@@ -94,6 +94,7 @@
 
 mod answers;
 pub mod bus;
+mod decode_error;
 mod deviation;
 mod error;
 mod os_text;
@@ -156,6 +157,7 @@ mod turn;
 pub mod url;
 
 pub use answers::{AnswerBuf, Answers, RequestBuf};
+pub use decode_error::Undecodable;
 pub use deviation::Deviation;
 pub use error::{Cause, Error, Explained, Lang};
 pub use os_text::{SystemError, os_text};

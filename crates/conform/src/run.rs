@@ -1,6 +1,7 @@
 //! A run: inspects the monitor, executes the tests, restores everything.
 
-use lafet_texts::{Shown, Text as _, conform as text};
+use lafet_client::SystemError;
+use lafet_texts::{Text as _, conform as text};
 use std::sync::atomic::Ordering;
 
 use crate::bench::Bench;
@@ -183,7 +184,7 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
 fn told(halt: &Halt) -> Note {
     match halt {
         Halt::Abort(note) | Halt::NotApplicable(note) => note.clone(),
-        Halt::Link(error) => text::LinkFailed { error: Shown(error) }.words(),
+        Halt::Link(error) => text::LinkFailed { error: SystemError(error) }.words(),
         Halt::Fail { expected, found } => text::ExpectedAndFound { expected, found }.words(),
     }
 }

@@ -78,21 +78,13 @@ pub async fn run(args: ReplayArgs, out: &mut Out) -> Outcome {
 pub fn pieces(file: &Path) -> Result<Vec<Captured>, Failure> {
     read(file).map_err(|error| {
         let name = file.display();
-        let why = match &error {
+        match error {
             ReadError::Io(source) => {
                 let what = text::CannotReadRecording { name: Shown(&name) }.of(current());
-                return Failure::io(what, std::io::Error::new(source.kind(), source.to_string()));
+                Failure::io(what, source)
             }
-            ReadError::Unknown => text::NotARecording.of(current()),
-            ReadError::NoLine => text::RecordingOfNetwork.of(current()),
-            ReadError::NoFrames => text::RecordingWithoutFrames.of(current()),
-            ReadError::TooLarge { most } => {
-                let most = most >> 20;
-                text::RecordingTooLarge { most }.of(current())
-            }
-            ReadError::Damaged(why) => text::RecordingDamaged { why }.of(current()),
-        };
-        Failure::Usage(format!("{name}: {why}"))
+            other => Failure::Usage(format!("{name}: {}", other.of(current()))),
+        }
     })
 }
 

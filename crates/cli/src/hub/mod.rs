@@ -101,7 +101,10 @@ impl Running {
     /// Prints the URL, and the one-time link while there are no users.
     pub fn announce(&self, out: &mut Out, login: bool) -> Outcome {
         let link = if login { self.hub.access().setup_link() } else { Ok(None) };
-        let link = link.map_err(|error| Failure::Ended(error.to_string()))?;
+        let link = link.map_err(|error| {
+            let what = text::CannotOpenStorage.str(current());
+            Failure::io(what, std::io::Error::other(error.to_string()))
+        })?;
         let link = link.map(|token| format!("{}/setup#{token}", self.url));
         let mut text = self.url.clone();
         if let Some(link) = &link {

@@ -231,9 +231,7 @@ async fn upload(
     let recording = match added.await {
         Ok(Ok(recording)) => recording,
         Ok(Err(Unfit::Read(error))) => {
-            return Err(ApiError::bad_request(
-                text::RecordingNotFrames { error: Shown(error) }.words(),
-            ));
+            return Err(ApiError::bad_request(text::RecordingNotFrames { error }.words()));
         }
         Ok(Err(Unfit::Io(error))) => return Err(StoreError::Io(error).into()),
         Err(_) => return Err(StoreError::Busy.into()),

@@ -22,3 +22,11 @@ cut = record cut short
 unescaped = Unescaped frame
 shape = Data of an unexpected size
 refused = Refused
+
+# read.rs: why a file is not read.
+not-a-recording = neither an MCAP nor a pcapng recording. `lafet record` makes them; raw bytes are for `lafet decode`
+recording-of-network = a recording of a network, not of a line: open it in Wireshark with the dissector (`lafet dissector`)
+recording-without-frames = an MCAP file without the frames that lafet records
+recording-too-large = more than { $most } MiB unpacked
+recording-damaged = damaged: { $why }
+recording-unreadable = cannot be read: { $error }

@@ -205,11 +205,6 @@ reconnecting = { $url }: { $error }; reconnecting
 
 # cmd/replay.rs
 cannot-read-recording = cannot read { $name }
-not-a-recording = neither an MCAP nor a pcapng recording. `lafet record` makes them; raw bytes are for `lafet decode`
-recording-of-network = a recording of a network, not of a line: open it in Wireshark with the dissector (`lafet dissector`)
-recording-without-frames = an MCAP file without the frames that lafet records
-recording-too-large = more than { $most } MiB unpacked
-recording-damaged = damaged: { $why }
 replay-waits = tcp://{ $bound }: the replay begins with the first connection
 
 # cmd/scan.rs
@@ -692,21 +687,6 @@ undo-not-at-rest = { $words } was answered, but it is not at rest: { $state }. {
 undo-not-seen = { $risk }: it was not seen at rest after { $words }. { $emergency }{ $why }
 undo-gave-up = Gave up before it was seen at rest. { $risk }. { $emergency }
 use-emergency-stop = Use the emergency stop.
-
-# texts.rs: why bytes cannot be decoded.
-at-byte = at byte { $offset }: { $what }
-header-expected = a record header needs 4 bytes, { $got } left
-data-expected = data_size says { $size } bytes, { $got } left
-other-size-expected = { $got } data bytes are not a size this record can have
-other-value-expected = value { $got } is out of range
-request-unknown = unknown request { $got }
-frame-start-expected = a link frame starts with FF C0, got { $got }
-escape-expected = after DB only DC or DD may follow, got { $got }
-crc-expected = CRC should be { $crc }, frame has { $got }
-crc32c-expected = CRC-32C should be { $crc }, frame has { $got }
-frame-end-expected = the link frame does not end with C0
-frame-too-long = the frame is longer than the { $got } bytes a receiver keeps
-bytes-wrong = the bytes do not follow the protocol ({ $got })
 
 # help/mod.rs: the frame of the help of a command. In English clap has its own words.
 heading-usage = Usage:

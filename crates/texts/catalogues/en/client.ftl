@@ -362,3 +362,18 @@ tune-stopped = { $drive } stopped at { $at }.
 tune-no-value = { $drive } does not come to rest at its target with any value. Check its gear for play and its motor for friction; the parameters are as they were.
 tune-mm = { $distance } mm
 tune-degrees = { $distance }°
+
+# decode_error.rs: why bytes cannot be decoded.
+at-byte = at byte { $offset }: { $what }
+header-expected = a record header needs 4 bytes, { $got } left
+data-expected = data_size says { $size } bytes, { $got } left
+other-size-expected = { $got } data bytes are not a size this record can have
+other-value-expected = value { $got } is out of range
+request-unknown = unknown request { $got }
+frame-start-expected = a link frame starts with FF C0, got { $got }
+escape-expected = after DB only DC or DD may follow, got { $got }
+crc-expected = CRC should be { $crc }, frame has { $got }
+crc32c-expected = CRC-32C should be { $crc }, frame has { $got }
+frame-end-expected = the link frame does not end with C0
+frame-too-long = the frame is longer than the { $got } bytes a receiver keeps
+bytes-wrong = the bytes do not follow the protocol ({ $got })

@@ -22,3 +22,11 @@ cut = запись оборвана
 unescaped = Кадр без экранирования
 shape = Неожиданный размер данных
 refused = Отказ
+
+# read.rs: why a file is not read.
+not-a-recording = не запись MCAP и не pcapng. Их делает `lafet record`; сырые байты — для `lafet decode`
+recording-of-network = запись сети, а не линии: откройте её в Wireshark с разборщиком (`lafet dissector`)
+recording-without-frames = файл MCAP без кадров, которые пишет `lafet record`
+recording-too-large = в распакованном виде больше { $most } МиБ
+recording-damaged = повреждён: { $why }
+recording-unreadable = не читается: { $error }

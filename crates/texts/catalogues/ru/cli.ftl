@@ -205,11 +205,6 @@ reconnecting = { $url }: { $error }; соединяюсь снова
 
 # cmd/replay.rs
 cannot-read-recording = не удаётся прочитать { $name }
-not-a-recording = не запись MCAP и не pcapng. Их делает `lafet record`; сырые байты — для `lafet decode`
-recording-of-network = запись сети, а не линии: откройте её в Wireshark с разборщиком (`lafet dissector`)
-recording-without-frames = файл MCAP без кадров, которые пишет `lafet record`
-recording-too-large = в распакованном виде больше { $most } МиБ
-recording-damaged = повреждён: { $why }
 replay-waits = tcp://{ $bound }: воспроизведение начнётся с первым соединением
 
 # cmd/scan.rs
@@ -692,21 +687,6 @@ undo-not-at-rest = { $words }: ответ получен, но покоя нет
 undo-not-seen = { $risk }: покоя после { $words } не видно. { $emergency }{ $why }
 undo-gave-up = Попытки прекращены до того, как наступил покой. { $risk }. { $emergency }
 use-emergency-stop = Нажмите аварийный останов.
-
-# texts.rs: why bytes cannot be decoded.
-at-byte = байт { $offset }: { $what }
-header-expected = заголовок записи — 4 байта, осталось { $got }
-data-expected = data_size обещает { $size } байт, осталось { $got }
-other-size-expected = { $got } байт данных: у этой записи такого размера не бывает
-other-value-expected = значение { $got } вне допустимых пределов
-request-unknown = неизвестный запрос { $got }
-frame-start-expected = кадр начинается с FF C0, а здесь { $got }
-escape-expected = после DB может следовать только DC или DD, а здесь { $got }
-crc-expected = CRC должна быть { $crc }, в кадре { $got }
-crc32c-expected = CRC-32C должна быть { $crc }, в кадре { $got }
-frame-end-expected = кадр не завершён байтом C0
-frame-too-long = кадр длиннее { $got } байт, которые хранит приёмник
-bytes-wrong = байты не соответствуют протоколу ({ $got })
 
 # help/mod.rs: the frame of the help of a command. In English clap has its own words.
 heading-usage = Использование:

@@ -362,3 +362,18 @@ tune-stopped = { $drive } остановился в { $at }.
 tune-no-value = { $drive } не останавливается в заданном положении ни при каком значении. Проверьте люфт редуктора и трение; параметры прежние.
 tune-mm = { $distance } мм
 tune-degrees = { $distance }°
+
+# decode_error.rs: why bytes cannot be decoded.
+at-byte = байт { $offset }: { $what }
+header-expected = заголовок записи — 4 байта, осталось { $got }
+data-expected = data_size обещает { $size } байт, осталось { $got }
+other-size-expected = { $got } байт данных: у этой записи такого размера не бывает
+other-value-expected = значение { $got } вне допустимых пределов
+request-unknown = неизвестный запрос { $got }
+frame-start-expected = кадр начинается с FF C0, а здесь { $got }
+escape-expected = после DB может следовать только DC или DD, а здесь { $got }
+crc-expected = CRC должна быть { $crc }, в кадре { $got }
+crc32c-expected = CRC-32C должна быть { $crc }, в кадре { $got }
+frame-end-expected = кадр не завершён байтом C0
+frame-too-long = кадр длиннее { $got } байт, которые хранит приёмник
+bytes-wrong = байты не соответствуют протоколу ({ $got })

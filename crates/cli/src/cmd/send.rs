@@ -200,6 +200,44 @@ mod tests {
         rest.split_once("\n```").expect("it ends").0.lines()
     }
 
+    /// Whether `lafet send` takes these arguments, those with blanks in quotes.
+    fn is_read(arguments: &str) -> bool {
+        let split = |(index, part): (usize, &str)| match index % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![part.to_owned()],
+        };
+        let arguments: Vec<String> = arguments.split('"').enumerate().flat_map(split).collect();
+        texts(arguments).unwrap().iter().all(|text| match hexadecimal(text) {
+            Some(bytes) => records(text, &bytes).is_ok_and(|records| !records.is_empty()),
+            None => parse(text, &mut [0; BUFFER_SIZE]).is_ok(),
+        })
+    }
+
+    /// The table names every rule of the grammar, and no other.
+    #[test]
+    fn each_rule_of_the_grammar_is_kept_and_can_be_broken() {
+        let rule = |line: &'static str| {
+            let (name, _) = line.split_once('=')?;
+            let name = name.trim_end();
+            let named = !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_lowercase());
+            named.then_some(name)
+        };
+        let mut rules: Vec<&str> = block("ebnf").filter_map(rule).collect();
+        let mut shown = Vec::new();
+        let (_, table) = PAGE.split_once("| rule |").expect("the page has the table");
+        for row in table.lines().skip(2).take_while(|line| line.starts_with('|')) {
+            let cells: Vec<&str> = row.split('`').skip(1).step_by(2).collect();
+            let [name, good, bad] = cells[..] else { panic!("{row}") };
+            assert!(is_read(good), "{good}");
+            assert!(!is_read(bad), "{bad}");
+            shown.push(name);
+        }
+        shown.dedup();
+        rules.sort_unstable();
+        shown.sort_unstable();
+        assert_eq!(shown, rules);
+    }
+
     #[test]
     fn the_examples_of_the_page_are_read_and_the_others_are_not() {
         let mut count = 0;

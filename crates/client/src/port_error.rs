@@ -29,6 +29,11 @@ pub enum PortError {
         /// The port.
         path: PathBuf,
     },
+    /// It is something else: a file, a folder, another device; or a port without hardware.
+    NotSerial {
+        /// What was named as a port.
+        path: PathBuf,
+    },
 }
 
 /// A program that has a port open.
@@ -81,6 +86,9 @@ impl Argument for PortError {
             Self::Missing { path } => {
                 text::PortMissing { port: Shown(path.display()) }.write(lang, out)
             }
+            Self::NotSerial { path } => {
+                text::PortNotSerial { port: Shown(path.display()) }.write(lang, out)
+            }
         }
     }
 }
@@ -101,6 +109,7 @@ impl From<PortError> for io::Error {
             PortError::InUse { .. } => io::ErrorKind::ResourceBusy,
             PortError::Permission { .. } => io::ErrorKind::PermissionDenied,
             PortError::Missing { .. } => io::ErrorKind::NotFound,
+            PortError::NotSerial { .. } => io::ErrorKind::InvalidInput,
         };
         Self::new(kind, error)
     }
@@ -134,7 +143,8 @@ mod tests {
                 "usermod -aG dialout",
             ),
             (PortError::Permission { path: path.clone(), group: None }, "/dev/ttyUSB7"),
-            (PortError::Missing { path }, "lafet ports"),
+            (PortError::Missing { path: path.clone() }, "lafet ports"),
+            (PortError::NotSerial { path }, "lafet ports"),
         ];
         for (error, remedy) in errors {
             for lang in [Lang::En, Lang::Ru] {

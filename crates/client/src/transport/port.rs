@@ -23,7 +23,7 @@ mod unix {
 
     use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
     use rustix::io::Errno;
-    use rustix::termios::{ioctl_tiocexcl, ioctl_tiocnxcl};
+    use rustix::termios::{ioctl_tiocexcl, ioctl_tiocnxcl, isatty};
 
     use super::{Holder, Path, PortError, io};
 
@@ -40,11 +40,14 @@ mod unix {
         /// # Errors
         ///
         /// With a [`PortError`] inside if another program uses the port, permission is missing, or
-        /// it does not exist.
+        /// it is no serial port or does not exist.
         pub fn lock(path: &Path, shared: bool) -> io::Result<Self> {
             let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
             let opened = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
             let file = opened.map_err(|error| explained(path, error))?;
+            if !isatty(&file) {
+                return Err(PortError::NotSerial { path: path.into() }.into());
+            }
             let lock = match shared {
                 true => FlockOperation::NonBlockingLockShared,
                 false => FlockOperation::NonBlockingLockExclusive,
@@ -81,6 +84,7 @@ mod unix {
     fn explained(path: &Path, error: io::Error) -> io::Error {
         match error.kind() {
             io::ErrorKind::ResourceBusy => in_use(path),
+            io::ErrorKind::IsADirectory => PortError::NotSerial { path: path.into() }.into(),
             io::ErrorKind::NotFound => PortError::Missing { path: path.into() }.into(),
             io::ErrorKind::PermissionDenied => {
                 PortError::Permission { path: path.into(), group: group(path) }.into()

@@ -31,8 +31,8 @@ impl<P: Opens> Port<P> {
     /// # Errors
     ///
     /// The error of the system; with a [`PortError`](super::port::PortError) inside if another
-    /// program uses the port, permission is missing or it does not exist; with [`CannotSwitch`]
-    /// inside if the driver cannot switch the direction.
+    /// program uses the port, permission is missing, or it is no serial port or does not exist; with
+    /// [`CannotSwitch`] inside if the driver cannot switch the direction.
     pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
         let mut claim = Claim::lock(path, line.shared)?;
         let port = P::open(path, line.baud)?;

@@ -108,6 +108,18 @@ fn without_a_thread() {
     assert!(matches!(in_use, Some(PortError::InUse { .. })), "{source}");
 }
 
+/// What is named as a port and is none is not opened: bytes would go into a file.
+#[test]
+fn a_file_is_not_a_port() {
+    for path in ["/dev/null", "/dev"] {
+        let endpoint: Endpoint = format!("serial://{path}?addr=2").parse().unwrap();
+        let refused = blocking::Direct::connect_with(&endpoint, Config::default()).unwrap_err();
+        let Error::Link { source, .. } = refused else { panic!("{refused}") };
+        let why = source.get_ref().and_then(|error| error.downcast_ref());
+        assert!(matches!(why, Some(PortError::NotSerial { .. })), "{path}: {source}");
+    }
+}
+
 /// A monitor that is off is reported, over a port that stays open.
 #[test]
 fn without_a_thread_and_without_a_monitor() {

@@ -47,6 +47,7 @@ program-with-id = { $program } ({ $pid })
 port-not-permitted = No permission to open { $port }. Join the group { $group } (`sudo usermod -aG { $group } $USER`), then log in again.
 port-of-owner = No permission to open { $port }: its owner can grant it.
 port-missing = There is no port { $port }. Check that the adapter is plugged in; `lafet ports` lists the ports that there are.
+port-not-serial = { $port } is not a serial port, or there is no hardware behind it. `lafet ports` lists the ports that there are.
 
 # os_text.rs: errors of the system. In English the system words them itself.
 os-not-found = no such file, device or host

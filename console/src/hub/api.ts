@@ -2358,8 +2358,8 @@ export interface components {
             src: number;
             /** @description Its records in the text form. */
             text: string;
-            /** @description What became of it: `sent`, `believed`, `late`, `foreign` … */
-            verdict: string;
+            /** @description What became of it. */
+            verdict: components["schemas"]["VerdictWord"];
         };
         /** @description A change of a simulated site. */
         SimAct: {
@@ -2879,6 +2879,11 @@ export interface components {
             flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "Opening" | "Closing" | "AmperageOverload" | "Blocked" | "OpenSensorFault" | "CloseSensorFault" | "Open" | "Closed")[];
             severity: components["schemas"]["Severity"];
         };
+        /**
+         * @description What became of a frame.
+         * @enum {string}
+         */
+        VerdictWord: "sent" | "believed" | "late" | "duplicate" | "foreign" | "unmatched" | "heard";
         /** @description What came out of a check of the chain. */
         Verified: {
             /**
@@ -3830,6 +3835,7 @@ export type User = components['schemas']['User'];
 export type UserChange = components['schemas']['UserChange'];
 export type Values = components['schemas']['Values'];
 export type ValveStatus = components['schemas']['ValveStatus'];
+export type VerdictWord = components['schemas']['VerdictWord'];
 export type Verified = components['schemas']['Verified'];
 export type Wall = components['schemas']['Wall'];
 export type Wanted = components['schemas']['Wanted'];

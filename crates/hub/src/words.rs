@@ -1,5 +1,6 @@
 //! Words of the API that are one of a few.
 
+use lafet_client::Verdict;
 use lafet_proto::flags;
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -99,6 +100,40 @@ pub enum DirectionWord {
     Out,
     /// From the monitor.
     In,
+}
+
+/// What became of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum VerdictWord {
+    /// Sent by the hub; in a recording, by any client.
+    Sent,
+    /// The answer to the request before it.
+    Believed,
+    /// An answer that came too late.
+    Late,
+    /// A duplicate of an answer.
+    Duplicate,
+    /// From or to another device.
+    Foreign,
+    /// From the monitor, but no answer to any request of the hub.
+    Unmatched,
+    /// In a recording, any other frame: which request it answers is not known.
+    Heard,
+}
+
+impl From<Verdict> for VerdictWord {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Sent => Self::Sent,
+            Verdict::Believed => Self::Believed,
+            Verdict::Late => Self::Late,
+            Verdict::Duplicate => Self::Duplicate,
+            Verdict::Foreign => Self::Foreign,
+            // Also what a later version of the client may tell apart.
+            _ => Self::Unmatched,
+        }
+    }
 }
 
 /// What has become of a value that is saved.

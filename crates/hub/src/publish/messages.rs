@@ -15,7 +15,7 @@ use crate::hub::About;
 use crate::monitor::view::Control;
 use crate::publish::topics::Change;
 use crate::text::Both;
-use crate::words::{DirectionWord, LossWord, MotionEnd, MotionWord};
+use crate::words::{DirectionWord, LossWord, MotionEnd, MotionWord, VerdictWord};
 
 /// A message of the hub.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -198,8 +198,8 @@ pub struct ShownFrame {
     pub at_ms: u64,
     /// Direction of the frame.
     pub direction: DirectionWord,
-    /// What became of it: `sent`, `believed`, `late`, `foreign` …
-    pub verdict: String,
+    /// What became of it.
+    pub verdict: VerdictWord,
     /// Address that it is for.
     pub dst: u8,
     /// Address that it is from.

@@ -19,7 +19,7 @@ use crate::monitor::status::{self, Status, Subsystems};
 use crate::monitor::view::{Bounds, Hotbeds, Info};
 use crate::publish::messages::ShownFrame;
 use crate::text::Both;
-use crate::words::LinkWord;
+use crate::words::{LinkWord, VerdictWord};
 
 /// An unchanged state is repeated this often.
 const RENEW_MS: u64 = 1000;
@@ -115,9 +115,9 @@ impl Player {
             let Some(address) = monitor_of(frame) else { return };
             let monitor = name_of(&self.whose, address);
             if self.frames {
-                let verdict = if out { "sent" } else { "heard" };
+                let verdict = if out { VerdictWord::Sent } else { VerdictWord::Heard };
                 let sent = MONITORS.contains(&frame.dst);
-                self.line.frames.push(show_frame(&monitor, at_ms, sent, verdict.to_owned(), frame));
+                self.line.frames.push(show_frame(&monitor, at_ms, sent, verdict, frame));
             }
             if MONITORS.contains(&frame.src) {
                 self.answers(at_ms, &monitor, address, frame.payload);

@@ -12,7 +12,7 @@ use tokio::sync::broadcast::error::RecvError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::publish::messages::{Message, ShownFrame};
-use crate::words::DirectionWord;
+use crate::words::{DirectionWord, VerdictWord};
 
 /// Shows the frames of a monitor to a connection.
 pub async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
@@ -39,7 +39,7 @@ pub async fn show_frames(hub: Hub, caller: Caller, station: Arc<Station>) {
 
 fn show(monitor: &str, at_ms: u64, frame: &Traced) -> ShownFrame {
     let sent = frame.direction() == Direction::Sent;
-    let verdict = format!("{:?}", frame.verdict).to_lowercase();
+    let verdict = frame.verdict.into();
     let frame = Frame { dst: frame.dst, src: frame.src, payload: &frame.payload };
     show_frame(monitor, at_ms, sent, verdict, &frame)
 }
@@ -49,7 +49,7 @@ pub fn show_frame(
     monitor: &str,
     at_ms: u64,
     sent: bool,
-    verdict: String,
+    verdict: VerdictWord,
     frame: &Frame<'_>,
 ) -> ShownFrame {
     let texts = Records::new(frame.payload).map(|record| match record {
@@ -70,5 +70,31 @@ pub fn show_frame(
         src: frame.src,
         bytes: bytes.join(" "),
         text: texts.collect::<Vec<_>>().join(" ; "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_client::Verdict;
+    use serde_json::json;
+
+    use super::*;
+
+    /// Every frame has one of the words that the interface names.
+    #[test]
+    fn what_became_of_a_frame_is_a_word_of_the_interface() {
+        let told = |verdict| {
+            let payload = [0x46_u8, 0x5D, 0, 0];
+            let frame =
+                Traced { verdict, dst: 1, src: 129, tagged: false, payload: payload.into() };
+            let shown = serde_json::to_value(show("M1", 0, &frame)).unwrap();
+            [shown["verdict"].clone(), shown["direction"].clone()]
+        };
+        assert_eq!(told(Verdict::Sent), [json!("sent"), json!("out")]);
+        assert_eq!(told(Verdict::Believed), [json!("believed"), json!("in")]);
+        assert_eq!(told(Verdict::Late), [json!("late"), json!("in")]);
+        assert_eq!(told(Verdict::Duplicate), [json!("duplicate"), json!("in")]);
+        assert_eq!(told(Verdict::Foreign), [json!("foreign"), json!("in")]);
+        assert_eq!(told(Verdict::Unmatched), [json!("unmatched"), json!("in")]);
     }
 }

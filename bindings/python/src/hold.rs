@@ -28,8 +28,9 @@ impl Hold {
 #[pymethods]
 impl Hold {
     /// Extends the motion by another lease; false when it is ending or has ended.
-    fn renew(&self) -> bool {
-        self.with(|jog| jog.is_some_and(Jog::renew))
+    fn renew(&self) -> PyResult<bool> {
+        self.threads.check()?;
+        Ok(self.with(|jog| jog.is_some_and(Jog::renew)))
     }
 
     /// Whether the motion is still held.
@@ -40,6 +41,7 @@ impl Hold {
 
     /// Stops the motion; ends, with the way it ended, when the drive is at rest.
     fn release(&self) -> PyResult<Operation> {
+        self.threads.check()?;
         let jog = self.jog.lock().unwrap_or_else(PoisonError::into_inner).take();
         let jog = jog.ok_or_else(|| PyRuntimeError::new_err("the motion was released already"))?;
         // The Stop goes out at once, whether or not the end is waited for.
@@ -51,7 +53,7 @@ impl Hold {
     }
 }
 
-/// The way a motion ended, as a word; what may still be moving is an error.
+/// The way a motion ended, as a word.
 fn word(end: JogEnd) -> Result<&'static str, Error> {
     match end {
         JogEnd::Stopped { reason: Reason::Released, .. } => Ok("released"),

@@ -18,6 +18,8 @@ use crate::runtime::Threads;
 
 /// How long the state is waited for that explains a refusal.
 const EXPLAINED: Duration = Duration::from_secs(1);
+/// The longest lease of a held motion, s: so long it goes on when nothing renews it.
+const LEASE_S: f64 = 2.0;
 /// The longest time that may be given, seconds: a day.
 const LONGEST_S: f64 = 86_400.0;
 
@@ -83,18 +85,22 @@ impl Link {
     /// Sends a request; a refusal is an error, with the reason that the monitor's state shows.
     fn command(&self, request: &Request) -> Operation {
         let (monitor, request) = (self.monitor.clone(), request.0.clone());
-        self.operation(async move {
+        let urgent = request.is_urgent();
+        let operation = self.operation(async move {
             match monitor.client().send(request).await?.accepted() {
                 Ok(answers) => Ok(Outcome::Answers(answers)),
                 Err(error) => Err(explained(&monitor, error).await),
             }
-        })
+        });
+        operation.despite_cancelling(urgent)
     }
 
     /// Sends a request; returns what is answered, refusals too.
     fn send(&self, request: &Request) -> Operation {
         let (monitor, request) = (self.monitor.clone(), request.0.clone());
-        self.operation(async move { Ok(Outcome::Answers(monitor.client().send(request).await?)) })
+        let urgent = request.is_urgent();
+        let send = async move { Ok(Outcome::Answers(monitor.client().send(request).await?)) };
+        self.operation(send).despite_cancelling(urgent)
     }
 
     /// §3.4 The values of a parameter, as soon as the monitor has them.
@@ -125,6 +131,11 @@ impl Link {
 
     /// Begins a motion that lasts while it is renewed.
     fn hold(&self, drive: &str, forward: bool, lease_s: f64) -> PyResult<Operation> {
+        if lease_s > LEASE_S {
+            return Err(PyValueError::new_err(format!(
+                "a lease of {lease_s} s: at most {LEASE_S}"
+            )));
+        }
         let (monitor, lease) = (self.monitor.clone(), seconds(lease_s)?);
         let drive = match subsystem(drive)? {
             SubsystemId::HORIZONTAL => monitor.horizontal(),

@@ -37,6 +37,8 @@ type Work = Pin<Box<dyn Future<Output = Result<Outcome, Failure>> + Send>>;
 pub struct Operation {
     threads: Arc<Threads>,
     work: Mutex<Option<Work>>,
+    /// It goes on when its future is cancelled.
+    goes_on: bool,
 }
 
 impl Operation {
@@ -44,7 +46,13 @@ impl Operation {
         threads: Arc<Threads>,
         work: impl Future<Output = Result<Outcome, Failure>> + Send + 'static,
     ) -> Self {
-        Self { threads, work: Mutex::new(Some(Box::pin(work))) }
+        Self { threads, work: Mutex::new(Some(Box::pin(work))), goes_on: false }
+    }
+
+    /// A Stop that was asked for is sent, whatever becomes of who asked.
+    pub fn despite_cancelling(mut self, urgent: bool) -> Self {
+        self.goes_on = urgent;
+        self
     }
 
     fn take(&self) -> PyResult<Work> {
@@ -76,7 +84,8 @@ impl Operation {
         }
     }
 
-    /// Begins it; returns an asyncio future. To cancel that ends the operation.
+    /// Begins it; returns an asyncio future. To cancel that ends the operation, unless it
+    /// is a Stop, a Close or a Lockout.
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let work = self.take()?;
         let event_loop = py.import("asyncio")?.call_method0("get_running_loop")?;
@@ -87,6 +96,9 @@ impl Operation {
             let result = work.await;
             threads.deliver(move || settle(at, of, result));
         });
+        if self.goes_on {
+            return Ok(future);
+        }
         let abort = task.abort_handle();
         let ended =
             move |_: &Bound<'_, pyo3::types::PyTuple>,

@@ -27,6 +27,8 @@ const WIND_MPS: f64 = 60.0;
 const CONNECTIONS: usize = 16;
 /// What a world that was held up makes up for at once, ms.
 const BEHIND_MS: u64 = 1_000;
+/// Time that is skipped at once, ms.
+const SLICE_MS: u64 = 1_000;
 /// The longest time that a program may skip, s: a day.
 const SKIP_S: f64 = 86_400.0;
 
@@ -51,6 +53,14 @@ pub struct Simulator {
     shared: Arc<Shared>,
     url: String,
     life: Mutex<Option<JoinHandle<()>>>,
+    process: u32,
+}
+
+impl Simulator {
+    /// Something with the simulation, without the interpreter's lock: a step may have it for a while.
+    fn with<T: Send>(&self, py: Python<'_>, ask: impl FnOnce(&mut Sim) -> T + Send) -> T {
+        py.detach(|| ask(&mut self.shared.sim()))
+    }
 }
 
 #[pymethods]
@@ -92,7 +102,7 @@ impl Simulator {
         let life = thread::Builder::new().name("lafet-sim".into());
         let life = life.spawn(move || live(&listener, &own)).map_err(failed)?;
         let url = format!("tcp://{place}?addr={address}");
-        Ok(Self { shared, url, life: Mutex::new(Some(life)) })
+        Ok(Self { shared, url, life: Mutex::new(Some(life)), process: std::process::id() })
     }
 
     /// Where it listens.
@@ -103,8 +113,8 @@ impl Simulator {
 
     /// Simulated time since it was built, s.
     #[getter]
-    fn now(&self) -> f64 {
-        self.shared.sim().now_ms() as f64 / 1000.0
+    fn now(&self, py: Python<'_>) -> f64 {
+        self.with(py, |sim| sim.now_ms()) as f64 / 1000.0
     }
 
     /// Lets time pass at once, s.
@@ -112,24 +122,33 @@ impl Simulator {
         if !(0.0..=SKIP_S).contains(&seconds) {
             return Err(PyValueError::new_err(format!("{seconds} s: 0 to {SKIP_S}")));
         }
-        py.detach(|| self.shared.sim().advance_ms((seconds * 1000.0) as u64));
+        // In slices, so that clients are answered and Ctrl-C is seen meanwhile.
+        let mut left = (seconds * 1000.0) as u64;
+        while left > 0 {
+            let slice = left.min(SLICE_MS);
+            self.with(py, |sim| sim.advance_ms(slice));
+            left -= slice;
+            py.check_signals()?;
+        }
         Ok(())
     }
 
     /// Breaks something; returns the faults that there are now.
-    fn inject(&self, name: &str) -> PyResult<Vec<String>> {
+    fn inject(&self, py: Python<'_>, name: &str) -> PyResult<Vec<String>> {
         let fault = fault(name)?;
-        let mut sim = self.shared.sim();
-        sim.world_mut().inject(fault);
-        Ok(active(&sim))
+        Ok(self.with(py, |sim| {
+            sim.world_mut().inject(fault);
+            active(sim)
+        }))
     }
 
     /// Repairs something; returns the faults that are left.
-    fn repair(&self, name: &str) -> PyResult<Vec<String>> {
+    fn repair(&self, py: Python<'_>, name: &str) -> PyResult<Vec<String>> {
         let fault = fault(name)?;
-        let mut sim = self.shared.sim();
-        sim.world_mut().clear(fault);
-        Ok(active(&sim))
+        Ok(self.with(py, |sim| {
+            sim.world_mut().clear(fault);
+            active(sim)
+        }))
     }
 
     /// The names of all faults.
@@ -139,50 +158,51 @@ impl Simulator {
     }
 
     /// Lights a fire; returns its number.
-    fn light(&self, fire: &str) -> PyResult<usize> {
+    fn light(&self, py: Python<'_>, fire: &str) -> PyResult<usize> {
         let spec = fire.parse().map_err(PyValueError::new_err)?;
-        Ok(self.shared.sim().world_mut().light(spec))
+        Ok(self.with(py, |sim| sim.world_mut().light(spec)))
     }
 
     /// Whether each fire burns.
     #[getter]
-    fn burning(&self) -> Vec<bool> {
-        self.shared.sim().world().fires.iter().map(|fire| fire.burns()).collect()
+    fn burning(&self, py: Python<'_>) -> Vec<bool> {
+        self.with(py, |sim| sim.world().fires.iter().map(|fire| fire.burns()).collect())
     }
 
     /// Where a drive truly is: arc-minutes, mm of the nozzle.
-    fn position(&self, drive: &str) -> PyResult<f64> {
+    fn position(&self, py: Python<'_>, drive: &str) -> PyResult<f64> {
         let axis = match drive {
             "Vertical" => Axis::Vertical,
             "Horizontal" => Axis::Horizontal,
             "Nozzle" => Axis::Nozzle,
             _ => return Err(PyValueError::new_err(format!("no drive {drive:?}"))),
         };
-        Ok(self.shared.sim().world().drives[axis as usize].position)
+        Ok(self.with(py, |sim| sim.world().drives[axis as usize].position))
     }
 
     /// Water that leaves the nozzle, l/s.
     #[getter]
-    fn flow(&self) -> f64 {
-        self.shared.sim().world().water.jet_lps()
+    fn flow(&self, py: Python<'_>) -> f64 {
+        self.with(py, |sim| sim.world().water.jet_lps())
     }
 
     /// Whether it is truly deployed.
     #[getter]
-    fn deployed(&self) -> bool {
-        self.shared.sim().world().deployed()
+    fn deployed(&self, py: Python<'_>) -> bool {
+        self.with(py, |sim| sim.world().deployed())
     }
 
     /// Takes its power for a moment.
-    fn power_cycle(&self) {
-        self.shared.sim().power_cycle();
+    fn power_cycle(&self, py: Python<'_>) {
+        self.with(py, Sim::power_cycle);
     }
 
     /// Ends it and its connections.
     fn close(&self, py: Python<'_>) {
         self.shared.ended.store(true, Ordering::Relaxed);
         let life = self.life.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(life) = life {
+        // A fork has not the thread of its parent.
+        if let Some(life) = life.filter(|_| self.process == std::process::id()) {
             // It ends by itself; a panic of it has been shown.
             let _ = py.detach(|| life.join());
         }

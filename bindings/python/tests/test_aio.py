@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import subprocess
+import sys
+import textwrap
 import time
 
 import lafet
@@ -39,6 +42,10 @@ def test_a_cancelled_task_ends_what_it_has_started(simulator: Simulator) -> None
         while simulator.position("Horizontal") < 60:
             await asyncio.sleep(0.02)
         task.cancel()
+        # Once more, in the middle of the end.
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task
 
@@ -48,6 +55,25 @@ def test_a_cancelled_task_ends_what_it_has_started(simulator: Simulator) -> None
         assert time.monotonic() < deadline
         time.sleep(0.02)
     assert simulator.position("Horizontal") < 170 * 60 - 600
+
+
+def test_without_a_block_the_end_of_the_program_ends_it(simulator: Simulator) -> None:
+    program = f"""
+        import asyncio
+        from lafet import aio
+
+        async def main() -> None:
+            monitor = await aio.connect("{simulator.url}")
+            await monitor.deploy(wait=60)
+            await monitor.open(wait=10)
+
+        asyncio.run(main())
+    """
+    assert subprocess.call([sys.executable, "-c", textwrap.dedent(program)], timeout=90) == 0
+    deadline = time.monotonic() + 10
+    while simulator.flow > 1:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
 
 
 def test_a_hold_and_a_refusal(simulator: Simulator) -> None:

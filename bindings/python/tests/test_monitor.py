@@ -84,10 +84,12 @@ def test_ctrl_c_ends_what_was_started(simulator: Simulator) -> None:
 def test_a_program_that_ends_in_the_middle_ends_what_it_has_started(simulator: Simulator) -> None:
     program = f"""
         import lafet, sys
-        monitor = lafet.connect("{simulator.url}")
-        monitor.deploy(wait=60)
-        monitor.open(wait=10)
-        sys.exit(3)
+        def main():
+            monitor = lafet.connect("{simulator.url}")
+            monitor.deploy(wait=60)
+            monitor.open(wait=10)
+            sys.exit(3)
+        main()
     """
     assert subprocess.call([sys.executable, "-c", textwrap.dedent(program)], timeout=90) == 3
     until(lambda: simulator.flow < 1)
@@ -106,6 +108,8 @@ def test_a_held_motion_ends_with_its_block_and_without_renewal(
         assert not motion.renew()
     assert motion.ended == "lapsed"
     assert simulator.position("Horizontal") < there
+    with pytest.raises(ValueError, match="at most 2"), deployed.hold("right", lease=10):
+        pass
     with pytest.raises(ValueError, match="left, right, up"):
         deployed.hold("forward")  # type: ignore[arg-type]
 
@@ -248,6 +252,52 @@ def test_a_fire_is_found_and_put_out() -> None:
         monitor.end()
         until(lambda: simulator.flow < 1)
         monitor.wait_for(lambda it: not it.moving, 10)
+
+
+def test_a_program_that_deploys_first_ends_too(simulator: Simulator) -> None:
+    with simulator.connect() as monitor:
+        monitor.quench((0, 0), (20, 4), step=1, distance=20)
+        monitor.wait_for(lambda it: "Deploying" in it["Deployer"].flags, 10)
+    time.sleep(1.0)
+    with simulator.connect() as other:
+        other.wait_for(lambda it: not it.moving, 5)
+        assert not other.status().deployed
+
+
+def test_an_end_that_was_not_possible_is_tried_again(simulator: Simulator) -> None:
+    monitor = simulator.connect()
+    monitor.deploy(wait=60)
+    monitor.open(wait=10)
+    asked = monitor._core.link
+
+    class Cut:
+        endpoint = asked.endpoint
+
+        def command(self, request: lafet.Request) -> None:
+            raise KeyboardInterrupt
+
+    monitor._core._link = Cut()  # type: ignore[assignment]
+    with pytest.raises(KeyboardInterrupt):
+        monitor.end()
+    monitor._core._link = asked
+    monitor.end()
+    until(lambda: simulator.flow < 1)
+
+
+def test_a_block_that_was_left_is_over(simulator: Simulator) -> None:
+    with simulator.connect() as monitor:
+        monitor.status()
+    with pytest.raises(RuntimeError, match="connect again"):
+        monitor.status()
+    simulator.close()
+
+
+def test_ctrl_c_is_not_hidden_by_a_line_that_is_cut(monitor: Monitor) -> None:
+    cut = lafet.NotReached("cut")
+    with pytest.warns(RuntimeWarning, match="cut"):
+        lafet.monitor.raise_unless_worse(cut, KeyboardInterrupt())
+    with pytest.raises(lafet.NotReached):
+        lafet.monitor.raise_unless_worse(cut, ValueError())
 
 
 def test_the_program_of_another_client_is_not_ended(simulator: Simulator) -> None:

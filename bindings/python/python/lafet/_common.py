@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable
 from typing import Literal
 
 from . import _native
 from ._native import Request
+from ._texts import say
 from .errors import LinkLost, NoAnswer, NotReached, NotSent, OutcomeUnknown
 from .state import Status, arcmin, degrees
 
@@ -19,6 +21,8 @@ Point = tuple[float, float]
 POLL_S = 0.1
 #: A drive that is this near has arrived: arc-minutes, mm.
 NEAR = 6
+#: A Stop that a program refuses is tried again so often: the program may be one that ends just now.
+REFUSED_MAX = 5
 #: For how long a monitor that does not answer is tried when something that was started has to end, s.
 REACH_S = 30.0
 #: What may be over when the line is back.
@@ -34,47 +38,60 @@ DIRECTIONS: dict[Direction, tuple[Drive, bool]] = {
     "wide": ("Nozzle", False),
 }
 
-#: What ends what a request has started. A valve is closed: Stop would leave it half open (section 3.2).
-_ENDS: dict[str, Callable[[str], Request]] = {
-    "Deploy": lambda to: Request.stop("Deployer"),
-    "Move": Request.stop,
-    "Open": Request.close,
-    "StartJustify": Request.stop,
-    "StartQuench": Request.stop,
-    "StartSeek": Request.stop,
-    "StartTrajectory": Request.stop,
-    "Wrap": lambda to: Request.stop("Deployer"),
+#: What ends what a request has started. A valve is closed: Stop would leave it half open (section 3.2). A
+#: program deploys first if it must, and then only the deployment can be stopped.
+_ENDS: dict[str, Callable[[str], list[Request]]] = {
+    "Deploy": lambda to: [Request.stop("Deployer")],
+    "Move": lambda to: [Request.stop(to)],
+    "Open": lambda to: [Request.close(to)],
+    "StartJustify": lambda to: [Request.stop(to), Request.stop("Deployer")],
+    "StartQuench": lambda to: [Request.stop(to), Request.stop("Deployer")],
+    "StartSeek": lambda to: [Request.stop(to), Request.stop("Deployer")],
+    "StartTrajectory": lambda to: [Request.stop(to), Request.stop("Deployer")],
+    "Wrap": lambda to: [Request.stop("Deployer")],
 }
+Key = tuple[str, str]
 
 
 class Started:
-    """What was started, and so has to end when its program does. Water ends first."""
+    """What was started, and so has to end when its program does. For several threads."""
+
+    #: Set when the program ends: nothing is started any more.
+    ending = False
 
     def __init__(self) -> None:
-        self._ends: dict[tuple[str, str], Request] = {}
+        self._lock = threading.Lock()
+        self._ends: dict[Key, Request] = {}
 
-    def note(self, request: Request) -> None:
-        """Before a request is sent: whether it is executed may never be known."""
-        end = _ENDS.get(request.name)
-        if end is not None:
-            self._ends[request.name, request.to] = end(request.to)
+    def note(self, request: Request) -> list[Key]:
+        """Before a request is sent: whether it is executed may never be known. What is new by it."""
+        make = _ENDS.get(request.name)
+        if make is None:
+            return []
+        if Started.ending:
+            raise NotSent(say("ending"))
+        ends = {(end.name, end.to): end for end in make(request.to)}
+        with self._lock:
+            new = [key for key in ends if key not in self._ends]
+            self._ends.update(ends)
+        return new
 
-    def accepted(self, request: Request) -> None:
-        """A valve that closes needs no more closing."""
-        if request.name == "Close":
-            self._ends.pop(("Open", request.to), None)
+    def forget(self, keys: Iterable[Key]) -> None:
+        """What was not executed, or has ended."""
+        with self._lock:
+            for key in keys:
+                self._ends.pop(key, None)
 
-    def take(self) -> list[Request]:
-        ends = sorted(self._ends.values(), key=_rank)
-        self._ends.clear()
-        return ends
+    def ends(self) -> list[tuple[Key, Request]]:
+        """Water first, then the programs: while one runs, it refuses that its drives are stopped."""
+        with self._lock:
+            return sorted(self._ends.items(), key=lambda end: _rank(end[1]))
 
     def __bool__(self) -> bool:
         return bool(self._ends)
 
 
 def _rank(end: Request) -> int:
-    """Water first, then the programs: while one runs, it refuses that its drives are stopped."""
     if end.name == "Close":
         return 0
     return 1 if end.to in ("Control", "Detector") else 2
@@ -142,7 +159,8 @@ class Arrival:
     def _text(self, status: Status, drive: Drive) -> str:
         at, target = status[drive]["position"], self._targets[drive]
         flags = ", ".join(sorted(status[drive].flags)) or "none"
-        return f"{drive} is at rest at {_shown(drive, at)}, not at {_shown(drive, target)}; flags: {flags}"
+        shown = {"at": _shown(drive, at), "target": _shown(drive, target)}
+        return say("at-rest", drive=drive, flags=flags, **shown)
 
 
 def _shown(drive: Drive, position: int) -> str:
@@ -150,13 +168,20 @@ def _shown(drive: Drive, position: int) -> str:
 
 
 def late(status: Status | None, seconds: float, what: str) -> NotReached:
-    return NotReached(f"not {what} within {seconds} s; last state: {status!r}")
+    return NotReached(say("late", what=what, seconds=seconds, state=status))
 
 
 def no_end(error: Exception) -> NotReached:
-    return NotReached(
-        f"whether everything has stopped is not known after {REACH_S} s, it may still move or flow: {error}"
-    )
+    return NotReached(say("no-end", seconds=REACH_S, error=error))
+
+
+def ended(drive: Drive, how: str) -> str:
+    """How a held motion ended; an error when the drive may be moving, or never did."""
+    if how == "still moving":
+        raise NotReached(say("still-moving", drive=drive))
+    if how == "not started":
+        raise NotSent(say("no-hold", drive=drive))
+    return how
 
 
 def parsed(request: Request | str) -> Request:

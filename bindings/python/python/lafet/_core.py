@@ -4,27 +4,44 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Iterable
 from typing import TypeVar
 
 from . import _common, state
-from ._common import Started, Drive, Point, Progress, Valve
+from ._common import Drive, Point, Progress, Started, Valve
 from ._native import Answer, Link, Operation, Request
-from .errors import Refused
+from ._texts import say
+from .errors import NotSent, Refused
 from .state import Hotbed, Limits, Status, arcmin
 
 _T = TypeVar("_T")
+
+
+#: Monitors with something that has to end, so that the end of the program can see to it.
+live: set[Core] = set()
 
 
 class Core(ABC):
     """The requests of a monitor, whatever waits for them."""
 
     def __init__(self, link: Link) -> None:
-        self.link = link
+        self._link: Link | None = link
+        self._endpoint = link.endpoint
         self._started = Started()
 
     def __repr__(self) -> str:
-        return f"<Monitor {self.link.endpoint}>"
+        return f"<Monitor {self._endpoint}>"
+
+    @property
+    def link(self) -> Link:
+        if self._link is None:
+            raise RuntimeError(say("left"))
+        return self._link
+
+    def leave(self) -> None:
+        """Closes the connection, if nothing else uses it."""
+        self._link = None
 
     @abstractmethod
     async def _run(self, operation: Operation[_T]) -> _T: ...
@@ -36,29 +53,45 @@ class Core(ABC):
         """Ends what was started, and says when that could not be done. A line that is cut is tried again for
         half a minute."""
         deadline = time.monotonic() + _common.REACH_S
-        failed: Exception | None = None
-        for request in self._started.take():
-            try:
-                await self._end(request, deadline)
-            except Exception as error:
-                failed = failed or error
-        if failed is not None:
-            raise failed
+        refused: Counter[_common.Key] = Counter()
+        while ends := self._started.ends():
+            failed: Exception | None = None
+            for key, request in ends:
+                try:
+                    await self._run(self.link.command(request))
+                except Refused as error:
+                    # What refuses in the name of another is a program that moves it.
+                    refused[key] += 1
+                    if refused[key] < _common.REFUSED_MAX and error.by != error.to:
+                        continue
+                    if request.name == "Close" or error.by == error.to:
+                        failed = error
+                except _common.PASSING as error:
+                    if time.monotonic() < deadline:
+                        continue
+                    failed = _common.no_end(error)
+                else:
+                    self._forget([key])
+                    continue
+                if failed is not None:
+                    break
+                self._forget([key])
+            if failed is not None:
+                # What is left stays noted: another call, or the end of the program, tries it again.
+                raise failed
+            if self._started:
+                await self._sleep(_common.POLL_S)
 
-    async def _end(self, request: Request, deadline: float) -> None:
-        while True:
-            try:
-                await self._run(self.link.command(request))
-                return
-            except Refused as error:
-                # What refuses in the name of a drive is a program of another client, which moves it now.
-                if request.name == "Stop" and error.by != error.to:
-                    return
-                raise
-            except _common.PASSING as error:
-                if time.monotonic() > deadline:
-                    raise _common.no_end(error) from error
-            await self._sleep(_common.POLL_S)
+    def _note(self, request: Request) -> list[_common.Key]:
+        new = self._started.note(request)
+        if self._started:
+            live.add(self)
+        return new
+
+    def _forget(self, keys: Iterable[_common.Key]) -> None:
+        self._started.forget(keys)
+        if not self._started:
+            live.discard(self)
 
     # What it is asked.
 
@@ -100,7 +133,7 @@ class Core(ABC):
     async def send(self, request: Request | str) -> list[Answer]:
         """Any request, also in the words of `lafet send`; returns what is answered, refusals too."""
         asked = _common.parsed(request)
-        self._started.note(asked)
+        self._note(asked)
         return await self._run(self.link.send(asked))
 
     # What it is to do.
@@ -117,11 +150,15 @@ class Core(ABC):
         """Into the working position (section 3.10); `wait`: until it is there, at most so many s."""
         await self._do(Request.deploy())
         await self._await(lambda status: status.deployed, wait, "deployed")
+        if wait is not None:
+            self._forget([("Stop", "Deployer")])
 
     async def wrap(self, *, wait: float | None = None) -> None:
         """Into the stowed position (section 3.11)."""
         await self._do(Request.wrap())
         await self._await(lambda status: "Wrapped" in status["Deployer"].flags, wait, "wrapped")
+        if wait is not None:
+            self._forget([("Stop", "Deployer")])
 
     async def aim(
         self,
@@ -151,6 +188,8 @@ class Core(ABC):
         """Closes a valve (section 3.9)."""
         await self._do(Request.close(valve))
         await self._await(lambda status: "Closed" in status[valve].flags, wait, "closed")
+        if wait is not None:
+            self._forget([("Close", valve)])
 
     async def quench(
         self,
@@ -215,14 +254,19 @@ class Core(ABC):
         return await self._run(self.link.command(request))
 
     async def _do(self, request: Request) -> None:
-        self._started.note(request)
-        await self._ask(request)
-        self._started.accepted(request)
+        new = self._note(request)
+        try:
+            await self._ask(request)
+        except (Refused, NotSent):
+            self._forget(new)
+            raise
 
     async def _move(self, targets: dict[Drive, int], wait: float | None) -> None:
         for drive, target in targets.items():
             await self._do(Request.move_to(drive, target))
         await self._await(_common.Arrival(targets), wait, "there")
+        if wait is not None:
+            self._forget([("Stop", drive) for drive in targets])
 
     async def _await(self, condition: Progress, wait: float | None, what: str) -> None:
         if wait is None:

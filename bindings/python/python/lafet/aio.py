@@ -7,9 +7,10 @@ from types import TracebackType
 from typing import TypeVar
 
 from . import _common, _native
-from ._common import Direction
+from ._common import Direction, Drive
 from ._core import Core
 from ._native import Operation
+from .monitor import raise_unless_worse
 
 __all__ = ["Hold", "Monitor", "connect"]
 
@@ -33,7 +34,20 @@ class Monitor(Core):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        await self.end()
+        ending = asyncio.ensure_future(self.end())
+        cancelled: asyncio.CancelledError | None = None
+        while not ending.done():
+            # To be cancelled once more does not leave it moving.
+            try:
+                await asyncio.wait([ending])
+            except asyncio.CancelledError as again:
+                cancelled = again
+        self.leave()
+        failure = None if ending.cancelled() else ending.exception()
+        if isinstance(failure, Exception):
+            raise_unless_worse(failure, error or cancelled)
+        if cancelled is not None:
+            raise cancelled
 
     def at(self, address: int) -> Monitor:
         """Another monitor on the same line."""
@@ -42,7 +56,7 @@ class Monitor(Core):
     def hold(self, toward: Direction, *, lease: float = 0.3) -> Hold:
         """A motion that lasts while it is renewed, for an `async with` block."""
         drive, grows = _common.direction(toward)
-        return Hold(self.link.hold(drive, grows, lease))
+        return Hold(drive, self.link.hold(drive, grows, lease))
 
     async def _run(self, operation: Operation[_T]) -> _T:
         return await operation.start()
@@ -54,7 +68,8 @@ class Monitor(Core):
 class Hold:
     """A motion that lasts while it is renewed: see `lafet.Hold`."""
 
-    def __init__(self, begin: Operation[_native.Hold]) -> None:
+    def __init__(self, drive: Drive, begin: Operation[_native.Hold]) -> None:
+        self._drive = drive
         self._begin = begin
         self._hold: _native.Hold | None = None
         #: How the motion ended.
@@ -71,7 +86,7 @@ class Hold:
         trace: TracebackType | None,
     ) -> None:
         if self._hold is not None:
-            self.ended = await self._hold.release().start()
+            self.ended = _common.ended(self._drive, await self._hold.release().start())
 
     def renew(self) -> bool:
         """Lets the motion go on for another lease; false when it is ending or has ended."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import atexit
+import sys
 import time
-import weakref
+import warnings
 from collections.abc import Coroutine, Iterable
 from types import TracebackType
 from typing import Any, TypeVar
 
 from . import _common, _native
-from ._common import Direction, Drive, Point, Progress, Valve
-from ._core import Core
+from ._common import Direction, Drive, Point, Progress, Started, Valve
+from ._core import Core, live
 from ._native import Answer, Link, Operation, Request
 from .state import Hotbed, Limits, Status
 
@@ -59,7 +60,6 @@ class Monitor:
 
     def __init__(self, link: Link) -> None:
         self._core = _Waiting(link)
-        _open.add(self)
 
     def __enter__(self) -> Monitor:
         return self
@@ -70,7 +70,12 @@ class Monitor:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.end()
+        try:
+            self.end()
+        except Exception as failure:
+            raise_unless_worse(failure, error)
+        finally:
+            self._core.leave()
 
     def __repr__(self) -> str:
         return repr(self._core)
@@ -87,7 +92,7 @@ class Monitor:
     def hold(self, toward: Direction, *, lease: float = 0.3) -> Hold:
         """A motion that lasts while it is renewed, for a `with` block."""
         drive, grows = _common.direction(toward)
-        return Hold(self._core.link.hold(drive, grows, lease))
+        return Hold(drive, self._core.link.hold(drive, grows, lease))
 
     def status(self) -> Status:
         """The state of all subsystems (section 3.3)."""
@@ -218,13 +223,14 @@ class Monitor:
 
 class Hold:
     """A motion that lasts while it is renewed, and ends with its `with` block. It ends by itself when it is
-    not renewed in time, when the connection is lost and when this program ends."""
+    not renewed in time (`lease`, at most 2 s), when the connection is lost and when this program ends."""
 
-    def __init__(self, begin: Operation[_native.Hold]) -> None:
+    def __init__(self, drive: Drive, begin: Operation[_native.Hold]) -> None:
+        self._drive = drive
         self._begin = begin
         self._hold: _native.Hold | None = None
-        #: How the motion ended: 'released', 'lapsed', 'link lost', 'stopped', 'at rest', 'replaced',
-        #: 'taken over', 'still moving' or 'not started'.
+        #: How the motion ended: 'released', 'lapsed', 'link lost', 'stopped', 'at rest', 'replaced' or
+        #: 'taken over'. A drive that does not stop is an error.
         self.ended: str | None = None
 
     def __enter__(self) -> Hold:
@@ -238,7 +244,7 @@ class Hold:
         trace: TracebackType | None,
     ) -> None:
         if self._hold is not None:
-            self.ended = self._hold.release().wait()
+            self.ended = _common.ended(self._drive, self._hold.release().wait())
 
     def renew(self) -> bool:
         """Lets the motion go on for another lease; false when it is ending or has ended."""
@@ -255,11 +261,21 @@ class Hold:
         return False
 
 
-_open: weakref.WeakSet[Monitor] = weakref.WeakSet()
+def raise_unless_worse(failure: Exception, error: BaseException | None) -> None:
+    """A failed end is an error, but Ctrl-C and a cancelled task stay what they are."""
+    if error is None or isinstance(error, Exception):
+        raise failure
+    warnings.warn(str(failure), RuntimeWarning, stacklevel=3)
 
 
 @atexit.register
 def _end_all() -> None:
-    """A program that ends in the middle ends what it has started."""
-    for monitor in list(_open):
-        monitor.end()
+    """A program that ends in the middle ends what it has started, whether or not it uses asyncio."""
+    Started.ending = True
+    for core in list(live):
+        waiting = _Waiting(core.link)
+        waiting._started = core._started
+        try:
+            _now(waiting.end())
+        except Exception as failure:
+            print(f"{core!r}: {failure}", file=sys.stderr)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from ._native import Answer
+from ._texts import say
 from .errors import Error
 
 __all__ = ["Hotbed", "Limits", "Status", "Subsystem", "arcmin", "degrees"]
@@ -69,10 +70,18 @@ class Status(Mapping[str, Subsystem]):
     What is asked of a subsystem that the monitor does not have is an error.
     """
 
-    __slots__ = ("_all",)
+    __slots__ = ("_all", "_silent")
 
-    def __init__(self, answers: Iterable[Answer]) -> None:
-        self._all = {it.subsystem: Subsystem(it) for it in answers if it.accepted}
+    def __init__(self, answers: list[Answer]) -> None:
+        self._all = {it.subsystem: Subsystem(it) for it in answers if it.accepted and it.bits is not None}
+        self._silent = {it.subsystem for it in answers} - set(self._all)
+
+    def _of(self, *names: str) -> list[Subsystem]:
+        """Those that the monitor has. One that does not say its state is no safe one."""
+        for name in names:
+            if name in self._silent:
+                raise Error(say("no-state", subsystem=name))
+        return [self._all[name] for name in names if name in self._all]
 
     def __getitem__(self, name: str) -> Subsystem:
         try:
@@ -102,21 +111,20 @@ class Status(Mapping[str, Subsystem]):
     @property
     def moving(self) -> bool:
         """Whether anything turns, deploys, opens or closes, or a program runs."""
-        return any(not _MOVING.isdisjoint(it.flags) for it in self._all.values())
+        return any(not _MOVING.isdisjoint(it.flags) for it in self._of(*_MOVE))
 
     @property
     def deployed(self) -> bool:
         """Whether the monitor is in its working position. One without a deployer always is."""
-        deployer = self._all.get("Deployer")
-        return deployer is None or "Deployed" in deployer.flags
+        return all("Deployed" in deployer.flags for deployer in self._of("Deployer"))
 
     @property
     def open(self) -> bool:
         """Whether a valve is not closed: water may flow."""
-        valves = [self._all[name] for name in ("Valve1", "Valve2") if name in self._all]
-        return any("Closed" not in valve.flags for valve in valves)
+        return any("Closed" not in valve.flags for valve in self._of("Valve1", "Valve2"))
 
 
+_MOVE = ("Vertical", "Horizontal", "Nozzle", "Valve1", "Valve2", "Control", "Detector", "Deployer")
 _MOVING = frozenset(
     (
         "Closing",

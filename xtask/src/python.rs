@@ -7,7 +7,15 @@ use crate::run::{self, StepResult, cargo, output, root, show};
 use crate::{TaskResult, flag, no_std, setup};
 
 /// What builds and checks it; one version for all.
-const TOOLS: [&str; 3] = ["maturin==1.16.0", "mypy==2.4.1", "pytest==9.2.0"];
+const TOOLS: [&str; 5] = [
+    "maturin==1.16.0",
+    "mypy==2.4.1",
+    "pytest==9.2.0",
+    "pytest-timeout==2.4.0",
+    "pytest-xdist==3.8.0",
+];
+/// The tests wait for simulated monitors most of the time.
+const AT_ONCE: &str = "4";
 
 pub fn python(arguments: &[String]) -> TaskResult {
     let release = flag(arguments, Some("--release"))?;
@@ -60,5 +68,5 @@ fn test(wheel: &PathBuf) -> StepResult {
     output(tool("pip")?.args(["install", "--quiet", "--force-reinstall"]).arg(wheel))?;
     show(tool("mypy")?.args(["python", "tests"]))?;
     // The package that was installed is tested, not the folder with its sources.
-    show(tool("pytest")?.args(["tests", "--import-mode=importlib"]))
+    show(tool("pytest")?.args(["tests", "--import-mode=importlib", "-n", AT_ONCE]))
 }

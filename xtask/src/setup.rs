@@ -120,6 +120,8 @@ fn is_root() -> bool {
 
 fn install(packages: &[&str]) -> Command {
     let mut install = Command::new("apt-get");
+    // Another step may be installing.
+    install.args(["-o", "DPkg::Lock::Timeout=600"]);
     install.args(["install", "-y", "--no-install-recommends"]).args(packages);
     install.env("DEBIAN_FRONTEND", "noninteractive");
     install

@@ -2,24 +2,27 @@
 //!
 //! A request is not sent if water could go there by it: an opening while the barrel points or moves there, a
 //! motion or a program that leads there or through it while water may flow. Where the barrel is, is known from
-//! the last poll, and where it goes from what this hub has sent. What moves it otherwise (a hand at the
-//! monitor, another program) is seen by the next poll: water that goes into a keep-out is shut off, and the
-//! barrel stops.
+//! the last poll, and where it goes from what this hub has sent. What has been let pass counts from then on
+//! ([`Passed`]): the monitor may have begun it although its answer is not here yet. What moves the barrel
+//! otherwise (a hand at the monitor, another program) is seen by the next poll: water that goes into a keep-out
+//! is shut off, and the barrel stops.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use lafet_client::Toward;
+use lafet_client::{Answers, Toward};
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Path, Quench, Sector, Trajectory, TrajectoryPoint};
-use lafet_proto::{Request, RequestId, SubsystemId};
+use lafet_proto::{Request, RequestId, Status, SubsystemId};
 
 use super::request::MonitorRequest;
 use crate::control::authority::Now;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::monitor::program::begins;
 use crate::monitor::station::{ParamValue, Station};
-use crate::monitor::status::Status;
+use crate::monitor::status::Status as State;
 use crate::site::keep_out::{KeepOut, Span, Swept};
 use crate::sync::lock;
 use crate::zones::orders::closing;
@@ -34,13 +37,51 @@ const NEAR_MOVING: f64 = 600.0;
 /// What this hub has sent to the barrel of a monitor, as far as the state does not show it.
 #[derive(Debug, Default)]
 pub struct Barrel {
+    /// What has been let pass and is not over, by number: one for each request and motion under way.
+    underway: BTreeMap<u64, Goes>,
+    passed: u64,
     horizontal: Option<Sent>,
     vertical: Option<Sent>,
     opened: Option<Now>,
-    /// The program that was sent last, and what it sweeps.
+    /// The program that was accepted last, and what it sweeps.
     program: Option<(String, Swept)>,
+    /// What programs sweep whose answer did not come, and since when.
+    unanswered: Option<(Swept, Now)>,
     /// Water goes into this keep-out: it was ordered shut at this time.
     inside: Option<(String, Now)>,
+}
+
+/// What becomes of a barrel.
+#[derive(Clone, Copy, Debug)]
+enum Goes {
+    /// A drive moves there.
+    To(SubsystemId, Span),
+    /// A program sweeps this.
+    Program(Swept),
+    /// Water comes.
+    Opens,
+}
+
+/// How a request or a motion by hand was over.
+#[derive(Debug)]
+enum End {
+    /// Nothing has begun.
+    Refused,
+    /// The drive is at rest.
+    Rests,
+    /// This request was accepted.
+    Accepted(String),
+    /// Whether it has begun is not known.
+    Unknown,
+}
+
+/// A request or a motion by hand that was let pass. It counts as begun until this is dropped.
+#[derive(Debug)]
+pub struct Passed {
+    hub: Hub,
+    station: Arc<Station>,
+    number: u64,
+    end: End,
 }
 
 /// Where a drive was sent.
@@ -48,6 +89,7 @@ pub struct Barrel {
 struct Sent {
     to: Span,
     at: Now,
+    number: u64,
 }
 
 /// What is known of a barrel.
@@ -56,7 +98,7 @@ struct Known {
     vertical: Axis,
     /// Water flows, or may.
     flows: bool,
-    /// What the program sweeps that runs; `None`: none does. Of another client's nothing is known.
+    /// What the programs sweep that run or are sent; `None`: none is. Of another client's nothing is known.
     program: Option<Swept>,
 }
 
@@ -91,12 +133,13 @@ impl Hub {
     /// goes by it, so that of two requests at the same time the second one knows of the first.
     pub(super) fn pass_keep_outs(
         &self,
-        station: &Station,
+        station: &Arc<Station>,
         request: &MonitorRequest,
-    ) -> Result<(), ApiError> {
-        let Some((place, keep_outs)) = self.keep_outs(station.id()) else { return Ok(()) };
+    ) -> Result<Option<Passed>, ApiError> {
+        let Some((place, keep_outs)) = self.keep_outs(station.id()) else { return Ok(None) };
         let sent = request.buf().request();
         let program = program(station, &sent).map(|it| it.unwrap_or(Swept::WHOLE));
+        let searches = program.is_none() && begins(request.id());
         let mut barrel = lock(&station.barrel);
         let known = self.known(station, &barrel);
         let swept = match (sent.body, program) {
@@ -106,44 +149,53 @@ impl Hub {
             (Body::Move { destination }, _) if known.flows => {
                 known.swept().widened(sent.to, destination.into())
             }
+            _ if searches => known.flows.then_some(Swept::WHOLE),
             _ => (request.id() == RequestId::OPEN).then(|| known.swept()),
         };
         let met = swept.and_then(|swept| keep_outs.iter().find(|it| it.meets(&place, swept)));
         if let Some(met) = met {
             return Err(ApiError::keep_out(&met.name, known.is_located()));
         }
-        match (sent.body, program) {
-            (_, Some(program)) => barrel.program = Some((request.text().to_owned(), program)),
-            (Body::Move { destination }, _) => {
-                barrel.sent(sent.to, Span::at(destination.into()), self.now());
-            }
-            _ if request.id() == RequestId::OPEN => barrel.opened = Some(self.now()),
-            _ => {}
-        }
-        Ok(())
+        let goes = match (sent.body, program) {
+            (_, Some(program)) => Goes::Program(program),
+            (Body::Move { destination }, _) => Goes::To(sent.to, Span::at(destination.into())),
+            _ if searches => Goes::Program(Swept::WHOLE),
+            _ if request.id() == RequestId::OPEN => Goes::Opens,
+            _ => return Ok(None),
+        };
+        Ok(Some(self.let_pass(station, &mut barrel, goes)))
+    }
+
+    fn let_pass(&self, station: &Arc<Station>, barrel: &mut Barrel, goes: Goes) -> Passed {
+        barrel.passed += 1;
+        let number = barrel.passed;
+        barrel.underway.insert(number, goes);
+        Passed { hub: self.clone(), station: station.clone(), number, end: End::Unknown }
     }
 
     /// The position at which a motion by hand that begins now has to end; refused at a keep-out that is too
     /// near.
     pub fn bound_by_keep_outs(
         &self,
-        station: &Station,
+        station: &Arc<Station>,
         drive: SubsystemId,
         toward: Toward,
-    ) -> Result<Option<i16>, ApiError> {
-        let Some((place, keep_outs)) = self.keep_outs(station.id()) else { return Ok(None) };
+    ) -> Result<(Option<i16>, Option<Passed>), ApiError> {
+        let Some((place, keep_outs)) = self.keep_outs(station.id()) else {
+            return Ok((None, None));
+        };
         let mut barrel = lock(&station.barrel);
         let known = self.known(station, &barrel);
         let up = toward == Toward::Max;
         let axis = match drive {
             SubsystemId::HORIZONTAL => known.horizontal,
             SubsystemId::VERTICAL => known.vertical,
-            _ => return Ok(None),
+            _ => return Ok((None, None)),
         };
         let far = if up { Span::WHOLE.most } else { Span::WHOLE.least };
         if !known.flows {
-            barrel.sent(drive, Span::at(far), self.now());
-            return Ok(None);
+            let passed = self.let_pass(station, &mut barrel, Goes::To(drive, Span::at(far)));
+            return Ok((None, Some(passed)));
         }
         let swept = known.swept();
         let mut bound: Option<(f64, &KeepOut)> = None;
@@ -167,9 +219,11 @@ impl Hub {
             return Err(ApiError::keep_out(&nearest.name, true));
         }
         let to = bound.map(|(ahead, _)| ahead);
-        barrel.sent(drive, Span::at(to.unwrap_or(far)), self.now());
+        let goes = Goes::To(drive, Span::at(to.unwrap_or(far)));
+        let passed = self.let_pass(station, &mut barrel, goes);
         // Within the range of a drive: what is farther is none of its positions.
-        Ok(to.filter(|to| to.abs() < Span::WHOLE.most).map(|to| to as i16))
+        let to = to.filter(|to| to.abs() < Span::WHOLE.most).map(|to| to as i16);
+        Ok((to, Some(passed)))
     }
 
     /// Looks at a new state: shuts water off that goes into a keep-out.
@@ -205,7 +259,7 @@ impl Hub {
     }
 
     /// The keep-out that the barrel of a monitor points into in this state.
-    fn kept_out(&self, monitor: &str, status: &Status) -> Option<String> {
+    fn kept_out(&self, monitor: &str, status: &State) -> Option<String> {
         let position = |drive| status.position(drive).map(|it| Span::at(it as f64));
         let horizontal = position(SubsystemId::HORIZONTAL)?;
         let swept = Swept { horizontal, vertical: position(SubsystemId::VERTICAL)? };
@@ -224,23 +278,27 @@ impl Hub {
         let (status, now) = (station.status(), self.now());
         let recent = |at: &Now| now.saturating_sub(*at) < shows(station);
         let axis = |drive, sent: Option<Sent>| {
-            let begun = sent.is_some_and(|sent| recent(&sent.at));
-            let moves = begun || status.is_set(drive, "Move");
+            let moving = status.is_set(drive, "Move");
+            let sent = sent.filter(|sent| moving || recent(&sent.at)).map(|sent| sent.to);
+            let moves = barrel.going(drive).chain(sent).reduce(Span::with);
             Axis {
                 position: status.position(drive).map(|it| it as f64),
-                moves: moves.then(|| sent.map_or(Span::WHOLE, |sent| sent.to)),
+                moves: moves.or(moving.then_some(Span::WHOLE)),
             }
         };
         let runs = lock(&station.programs).current().cloned();
+        let opens = barrel.underway.values().any(|it| matches!(it, Goes::Opens));
+        let opened = opens || barrel.opened.as_ref().is_some_and(recent);
         let mut known = Known {
             horizontal: axis(SubsystemId::HORIZONTAL, barrel.horizontal),
             vertical: axis(SubsystemId::VERTICAL, barrel.vertical),
-            flows: status.stale || status.flows() || barrel.opened.as_ref().is_some_and(recent),
-            program: None,
+            flows: status.stale || status.flows() || opened,
+            program: barrel.sent_programs().reduce(Swept::with),
         };
         if let Some(program) = runs {
             let ours = barrel.program.as_ref().filter(|it| Some(&it.0) == program.request.as_ref());
-            known.program = Some(ours.map_or(Swept::WHOLE, |it| it.1));
+            let swept = ours.map_or(Swept::WHOLE, |it| it.1);
+            known.program = Some(known.program.map_or(swept, |it| it.with(swept)));
             // The program moves the drives: where they were sent before does not count.
             if ours.is_some() {
                 for axis in [&mut known.horizontal, &mut known.vertical] {
@@ -253,16 +311,58 @@ impl Hub {
 }
 
 impl Barrel {
-    const fn sent(&mut self, drive: SubsystemId, to: Span, at: Now) {
-        match drive {
-            SubsystemId::HORIZONTAL => self.horizontal = Some(Sent { to, at }),
-            SubsystemId::VERTICAL => self.vertical = Some(Sent { to, at }),
-            _ => {}
+    /// Where requests and motions under way take a drive.
+    fn going(&self, of: SubsystemId) -> impl Iterator<Item = Span> {
+        self.underway.values().filter_map(move |it| match it {
+            Goes::To(drive, to) if *drive == of => Some(*to),
+            _ => None,
+        })
+    }
+
+    /// What programs sweep that may have begun without an answer.
+    fn sent_programs(&self) -> impl Iterator<Item = Swept> {
+        let underway = self.underway.values().filter_map(|it| match it {
+            Goes::Program(swept) => Some(*swept),
+            _ => None,
+        });
+        underway.chain(self.unanswered.map(|it| it.0))
+    }
+
+    /// What was let pass is over. What was not refused counts until the state shows it.
+    fn over(&mut self, number: u64, end: End, now: Now) {
+        let Some(goes) = self.underway.remove(&number) else { return };
+        match (goes, end) {
+            (_, End::Refused) => {}
+            (Goes::To(drive, to), end) => {
+                let to = (!matches!(end, End::Rests)).then_some(to);
+                self.sent(drive, to, (number, now));
+            }
+            (Goes::Opens, _) => self.opened = Some(now),
+            (Goes::Program(swept), End::Accepted(request)) => {
+                self.program = Some((request, swept));
+            }
+            (Goes::Program(swept), _) => {
+                let swept = self.unanswered.map_or(swept, |it| it.0.with(swept));
+                self.unanswered = Some((swept, now));
+            }
         }
     }
 
-    /// Drives that rest are where they are, not where they were sent.
-    fn settle(&mut self, status: &Status, now: Now, shows: Duration) {
+    /// The latest that was sent counts, whichever answer comes first.
+    fn sent(&mut self, drive: SubsystemId, to: Option<Span>, (number, at): (u64, Now)) {
+        let known = match drive {
+            SubsystemId::HORIZONTAL => &mut self.horizontal,
+            SubsystemId::VERTICAL => &mut self.vertical,
+            _ => return,
+        };
+        if known.is_none_or(|it| it.number < number) {
+            *known = to.map(|to| Sent { to, at, number });
+        }
+    }
+
+    /// Drives that rest are where they are, not where they were sent; and a program without an answer that
+    /// has begun shows.
+    fn settle(&mut self, status: &State, now: Now, shows: Duration) {
         let drives = [
             (SubsystemId::HORIZONTAL, &mut self.horizontal),
             (SubsystemId::VERTICAL, &mut self.vertical),
@@ -272,6 +372,42 @@ impl Barrel {
                 *sent = sent.filter(|sent| now.saturating_sub(sent.at) < shows);
             }
         }
+        // One that deploys first has no flag yet.
+        if !status.is_set(SubsystemId::DEPLOYER, "Deploying") {
+            self.unanswered = self.unanswered.filter(|it| now.saturating_sub(it.1) < shows);
+        }
+    }
+}
+
+impl Passed {
+    /// How the request was answered; without an answer it may have begun. What was accepted goes on until this
+    /// is dropped.
+    pub(super) fn answered(
+        mut self,
+        request: &MonitorRequest,
+        answers: Option<&Answers>,
+    ) -> Option<Self> {
+        // Carried out, with an answer that was too long.
+        let done = |status: Status| status.is_success() || status == Status::NO_ROOM;
+        let done = answers.map(|answers| answers.iter().any(|it| done(it.status())));
+        self.end = match done {
+            None => End::Unknown,
+            Some(true) => End::Accepted(request.text().to_owned()),
+            Some(false) => End::Refused,
+        };
+        (done == Some(true)).then_some(self)
+    }
+
+    /// The motion was refused, or is over and the drive at rest.
+    pub fn rests(mut self) {
+        self.end = End::Rests;
+    }
+}
+
+impl Drop for Passed {
+    fn drop(&mut self) {
+        let end = std::mem::replace(&mut self.end, End::Unknown);
+        lock(&self.station.barrel).over(self.number, end, self.hub.now());
     }
 }
 
@@ -334,5 +470,153 @@ fn stored(station: &Station, of: &str, number: u8) -> Option<Vec<i32>> {
     {
         ParamValue::Values(values) => Some(values.clone()),
         ParamValue::Error(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::monitor::status::Subsystem;
+    use crate::site::keep_out::KeptFor;
+    use crate::site::{Place, Site};
+    use crate::text::both;
+    use crate::{Clock, Config, MonitorConfig};
+
+    const CLOSED: &[(&str, &str)] = &[("Valve1", "Closed")];
+    const QUENCH: &str =
+        "StartQuench Control centre=-5400,0 nozzle=60 sector=600,300 step=1 distance=30";
+
+    /// A monitor at rest that looks north, its valve shut; azimuths −30° … −60° are kept clear.
+    fn stand() -> (Hub, Arc<Station>) {
+        let place = Place { at: [0.0, 0.0], heading: 0.0, height: 2.0 };
+        let keep_out = KeepOut {
+            name: "stand".into(),
+            of: KeptFor::People,
+            monitor: None,
+            bearings: [30.0, 60.0],
+            elevations: [-90.0, 90.0],
+        };
+        let (monitors, keep_outs) = ([("M1".to_owned(), place)].into(), vec![keep_out]);
+        let monitor = MonitorConfig {
+            id: "M1".into(),
+            name: both("M1", "M1"),
+            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
+            poll_ms: 200,
+        };
+        let config = Config {
+            monitors: vec![monitor],
+            site: Some(Site { monitors, keep_outs, ..Site::default() }),
+            ..Config::default()
+        };
+        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+        let station = hub.station("M1").unwrap();
+        report(&hub, &station, CLOSED);
+        (hub, station)
+    }
+
+    /// The monitor reports that it points north, with these flags.
+    fn report(hub: &Hub, station: &Station, flags: &[(&'static str, &str)]) {
+        let mut state = State { at_ms: Some(1), ..State::default() };
+        for name in ["Horizontal", "Vertical", "Valve1", "Control", "Deployer"] {
+            let id = SubsystemId::from_name(name).unwrap();
+            let of = flags.iter().filter(|it| it.0 == name);
+            let bits = of.map(|it| lafet_proto::flags::flags_of(id).by_name(it.1).unwrap().mask());
+            let mut subsystem = Subsystem::default();
+            subsystem.set_bits(id, bits.sum());
+            subsystem.fields = [("position", 0)].into();
+            state.subsystems.insert(name, Arc::new(subsystem));
+        }
+        station.set_status(hub, state);
+    }
+
+    fn passes(hub: &Hub, station: &Arc<Station>, request: &str) -> Option<Passed> {
+        let request = MonitorRequest::parse(request).unwrap();
+        hub.pass_keep_outs(station, &request).expect("it passes")
+    }
+
+    fn is_kept_out(hub: &Hub, station: &Arc<Station>, request: &str) -> bool {
+        let request = MonitorRequest::parse(request).unwrap();
+        let passed = hub.pass_keep_outs(station, &request);
+        passed.is_err_and(|error| error.code == "keep_out")
+    }
+
+    fn end(passed: Option<Passed>, end: End) {
+        passed.expect("it counts").end = end;
+    }
+
+    #[tokio::test]
+    async fn a_program_counts_from_when_it_is_sent_until_it_is_refused_or_over() {
+        let (hub, station) = stand();
+        for request in [QUENCH, "StartSeek Detector -1800 1800 -300 900"] {
+            let sent = passes(&hub, &station, request);
+            assert!(is_kept_out(&hub, &station, "Open Valve1"), "{request}: it may have begun");
+            end(sent, End::Refused);
+            drop(passes(&hub, &station, "Open Valve1"));
+            lock(&station.barrel).opened = None;
+        }
+        let sent = passes(&hub, &station, QUENCH);
+        lock(&station.programs).accepted(0, QUENCH, "anna");
+        end(sent, End::Accepted(QUENCH.into()));
+        assert!(is_kept_out(&hub, &station, "Open Valve1"), "it runs");
+    }
+
+    #[tokio::test]
+    async fn a_program_without_an_answer_counts_until_the_state_shows_it() {
+        let (hub, station) = stand();
+        drop(passes(&hub, &station, QUENCH));
+        let settle = |after| {
+            let (now, shows) = (hub.now() + after, shows(&station));
+            lock(&station.barrel).settle(&station.status(), now, shows);
+        };
+        settle(Duration::ZERO);
+        assert!(is_kept_out(&hub, &station, "Open Valve1"));
+        report(&hub, &station, &[("Valve1", "Closed"), ("Deployer", "Deploying")]);
+        settle(Duration::from_secs(20));
+        assert!(is_kept_out(&hub, &station, "Open Valve1"), "it deploys first");
+        report(&hub, &station, CLOSED);
+        settle(Duration::from_secs(20));
+        drop(passes(&hub, &station, "Open Valve1"));
+    }
+
+    /// However long the monitor takes to answer.
+    #[tokio::test]
+    async fn a_move_counts_while_it_is_under_way_and_the_latest_one_afterwards() {
+        let (hub, station) = stand();
+        let there = passes(&hub, &station, "Move Horizontal -2700");
+        lock(&station.barrel).settle(&station.status(), hub.now() + SHOWS * 60, SHOWS);
+        assert!(is_kept_out(&hub, &station, "Open Valve1"));
+        let back = passes(&hub, &station, "Move Horizontal 600");
+        end(back, End::Accepted(String::new()));
+        assert!(is_kept_out(&hub, &station, "Open Valve1"), "the first one is under way");
+        end(there, End::Accepted(String::new()));
+        drop(passes(&hub, &station, "Open Valve1"));
+        lock(&station.barrel).opened = None;
+        // One that is refused leaves the barrel on its way.
+        let there = passes(&hub, &station, "Move Horizontal -2700");
+        end(there, End::Accepted(String::new()));
+        end(passes(&hub, &station, "Move Horizontal 600"), End::Refused);
+        assert!(is_kept_out(&hub, &station, "Open Valve1"));
+    }
+
+    #[tokio::test]
+    async fn what_begins_while_an_opening_is_under_way_is_bounded() {
+        let (hub, station) = stand();
+        let first = passes(&hub, &station, "Open Valve1");
+        let second = passes(&hub, &station, "Open Valve1");
+        end(first, End::Refused);
+        assert!(is_kept_out(&hub, &station, "Move Horizontal -2700"));
+        assert!(is_kept_out(&hub, &station, "StartSeek Detector -1800 1800 -300 900"));
+        let bound = |drive, toward| hub.bound_by_keep_outs(&station, drive, toward).unwrap();
+        let (to, motion) = bound(SubsystemId::HORIZONTAL, Toward::Min);
+        assert_eq!(to, Some(-1710));
+        motion.unwrap().rests();
+        end(second, End::Refused);
+        let (to, motion) = bound(SubsystemId::HORIZONTAL, Toward::Min);
+        assert_eq!(to, None, "no water");
+        assert!(is_kept_out(&hub, &station, "Open Valve1"), "it moves");
+        motion.unwrap().rests();
+        drop(passes(&hub, &station, "Open Valve1"));
     }
 }

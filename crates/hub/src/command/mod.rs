@@ -169,12 +169,17 @@ impl Hub {
         }
         let valid = terms.valid.as_ref().is_none_or(|valid| valid());
         let may = valid.then_some(()).ok_or_else(ApiError::void);
-        if let Err(error) = may.and_then(|()| self.pass_keep_outs(station, &request)) {
-            let record = self.record(caller, station.id(), request.text(), error.code);
-            drop(self.audit().note(record.about(&request.act())));
-            return Err(error);
-        }
+        let passed = match may.and_then(|()| self.pass_keep_outs(station, &request)) {
+            Ok(passed) => passed,
+            Err(error) => {
+                let record = self.record(caller, station.id(), request.text(), error.code);
+                drop(self.audit().note(record.about(&request.act())));
+                return Err(error);
+            }
+        };
         let (request, exchanged) = (&request, exchange(station, &request, terms.save).await);
+        let answers = exchanged.as_ref().ok().map(|(answers, _)| answers);
+        let passed = passed.and_then(|it| it.answered(request, answers));
         let took_ms = millis(began.elapsed());
         let state = match &exchanged {
             Ok((answers, _)) => state_of_denied(station, answers).await,
@@ -197,6 +202,8 @@ impl Hub {
         if outcome.ok {
             self.was_accepted(caller, station, request);
         }
+        // A program is known as running from here on.
+        drop(passed);
         Ok(Outcome { audit, ..outcome })
     }
 

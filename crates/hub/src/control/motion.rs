@@ -76,7 +76,7 @@ impl Station {
         (number, mut beats): (u64, mpsc::Receiver<()>),
     ) -> Result<MotionWord, ApiError> {
         let speed = hub.simulated().map_or(1.0, |simulation| simulation.speed());
-        let no_farther = hub.bound_by_keep_outs(self, beat.drive, beat.toward)?;
+        let (no_farther, passed) = hub.bound_by_keep_outs(self, beat.drive, beat.toward)?;
         let clock_permille = (speed * 1000.0) as u32;
         let hold = Hold { clock_permille, no_farther, ..Hold::default() };
         let mut jog = drive.jog_with(beat.toward, hold).map_err(|error| ApiError::from(&error))?;
@@ -103,6 +103,10 @@ impl Station {
                     break jog.release().await;
                 }
             };
+            match passed {
+                Some(passed) if end.stands() => passed.rests(),
+                passed => drop(passed),
+            }
             station.jog_ended(&hub, &caller, beat.drive, number, &end);
             let record = hub.record(&caller, station.id(), &what, end_word(&end).name());
             // Long since stored, unless the disk takes nothing: then it is not waited for.

@@ -9,7 +9,7 @@ use lafet_hub::Clock;
 use lafet_hub::site::Place;
 use lafet_hub::site::keep_out::{KeepOut, KeptFor};
 use lafet_proto::request::Body;
-use lafet_proto::{Request, SubsystemId};
+use lafet_proto::{Request, RequestId, SubsystemId};
 use serde_json::json;
 
 /// Azimuths −30° … −60° are kept clear; a motion by hand ends 1.5° before that.
@@ -156,6 +156,27 @@ async fn two_requests_at_once_do_not_get_past_it() {
         until("it is shut", || is_set(&site, SubsystemId::VALVE1, "Closed")).await;
         rests_at(&site, 0).await;
     }
+}
+
+/// The way of a program counts before the monitor has answered it: on a slow line it begins before the hub
+/// hears so.
+#[tokio::test]
+async fn a_program_that_is_under_way_keeps_the_valve_shut() {
+    const QUENCH: &str =
+        "StartQuench Control centre=-5400,0 nozzle=60 sector=600,300 step=1 distance=30";
+    let site = stand().await;
+    site.bus.keep_back(RequestId::START_QUENCH);
+    let (_, ()) = tokio::join!(accepted(&site, QUENCH), async {
+        until("it is under way", || site.bus.waits()).await;
+        let opening = tokio::time::timeout(Duration::from_secs(1), asks(&site, "Open Valve1"));
+        let reply = opening.await;
+        site.bus.let_through();
+        let reply = reply.expect("it is not sent");
+        assert_eq!((reply.status, reply.code()), (409, "keep_out"), "{reply:?}");
+    });
+    until("it runs", || is_set(&site, SubsystemId::CONTROL, "Quench")).await;
+    kept_out(&site, "Open Valve1").await;
+    assert!(is_set(&site, SubsystemId::VALVE1, "Closed"));
 }
 
 #[tokio::test]

@@ -1,6 +1,7 @@
 //! A hub and simulated monitors in one process, in real time, over the loopback.
 #![allow(dead_code, reason = "each test uses its part")]
 
+use std::collections::BTreeSet;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -11,10 +12,14 @@ use lafet_device::composition::Composition;
 use lafet_device::port::Port;
 use lafet_hub::access::Role;
 use lafet_hub::{Clock, Config, Hub, MonitorConfig, Server, text};
+use lafet_proto::RequestId;
+use lafet_proto::link::{BODY_MAX, Decoder};
+use lafet_proto::record::Records;
 use lafet_sim::sim::{Config as SimConfig, Sim};
 use serde_json::{Value, json};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
 use tokio::time::{Instant, interval, timeout};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -26,11 +31,59 @@ pub const PASSWORD: &str = "correct horse";
 
 /// Simulated monitors on one bus.
 #[derive(Clone)]
-pub struct Bus(Arc<Mutex<Vec<Sim>>>);
+pub struct Bus {
+    sims: Arc<Mutex<Vec<Sim>>>,
+    gate: Arc<watch::Sender<Gate>>,
+}
+
+/// What is kept back on its way to the monitors.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gate {
+    request: Option<RequestId>,
+    /// It is there and waits.
+    waits: bool,
+    /// This monitor hears nothing.
+    silent: Option<usize>,
+}
 
 impl Bus {
+    /// Keeps back what has this request, and all behind it, until [`Bus::let_through`].
+    pub fn keep_back(&self, request: RequestId) {
+        self.gate.send_modify(|it| (it.request, it.waits) = (Some(request), false));
+    }
+
+    pub fn let_through(&self) {
+        self.gate.send_modify(|it| (it.request, it.waits) = (None, false));
+    }
+
+    /// Monitor 1, 2 … does not hear or answer any more.
+    pub fn silence(&self, number: usize) {
+        self.gate.send_modify(|it| it.silent = Some(number));
+    }
+
+    /// Something is kept back now.
+    pub fn waits(&self) -> bool {
+        self.gate.borrow().waits
+    }
+
+    async fn pass(&self, bytes: &[u8]) {
+        let mut gate = self.gate.subscribe();
+        let mut decoder = Decoder::<BODY_MAX>::new();
+        let mut has = BTreeSet::new();
+        for byte in bytes {
+            let Some(frame) = decoder.push(*byte) else { continue };
+            let records = Records::new(frame.payload).map_while(Result::ok);
+            has.extend(records.map(|it| it.request.0));
+        }
+        let kept = |it: &Gate| it.request.is_some_and(|id| has.contains(&id.0));
+        if kept(&gate.borrow()) {
+            self.gate.send_modify(|it| it.waits = true);
+        }
+        _ = gate.wait_for(|it| !kept(it)).await;
+    }
+
     pub fn lock(&self) -> MutexGuard<'_, Vec<Sim>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.sims.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Starts monitors 1, 2 … and the port that they share.
@@ -40,7 +93,8 @@ impl Bus {
             sim.advance_ms(200);
             sim
         };
-        let bus = Self(Arc::new(Mutex::new((1..=count).map(sim).collect())));
+        let sims = Arc::new(Mutex::new((1..=count).map(sim).collect()));
+        let bus = Self { sims, gate: Arc::new(watch::Sender::new(Gate::default())) };
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let own = bus.clone();
@@ -67,10 +121,13 @@ impl Bus {
         let mut ports: Vec<Port> = (0..count).map(|_| Port::new(Source::ExternalConn)).collect();
         let mut buffer = [0; 2048];
         while let Ok(len @ 1..) = stream.read(&mut buffer).await {
+            self.pass(&buffer[..len]).await;
             let answers: Vec<u8> = {
                 let mut sims = self.lock();
-                let each = sims.iter_mut().zip(&mut ports);
-                each.flat_map(|(sim, port)| sim.receive(port, &buffer[..len])).collect()
+                let silent = self.gate.borrow().silent;
+                let each = sims.iter_mut().zip(&mut ports).zip(1..);
+                let each = each.filter(|(_, number)| silent != Some(*number));
+                each.flat_map(|((sim, port), _)| sim.receive(port, &buffer[..len])).collect()
             };
             if stream.write_all(&answers).await.is_err() {
                 return;

@@ -234,7 +234,7 @@ fn best_change(
     best
 }
 
-/// Closes monitors whose water is not needed, the one that brings least first.
+/// Closes monitors whose water is not needed, the one that brings least first, of equal ones the last.
 fn pruned(task: &Task, assignment: &Assignment) -> Assignment {
     let mut now = assignment.clone();
     loop {
@@ -249,7 +249,7 @@ fn pruned(task: &Task, assignment: &Assignment) -> Assignment {
         let best = open
             .map(without)
             .filter(|(_, score)| better(score, &now_score))
-            .reduce(|best, other| if better(&other.1, &best.1) { other } else { best });
+            .reduce(|best, other| if better(&best.1, &other.1) { best } else { other });
         let Some((less, _)) = best else { return now };
         now = less;
     }
@@ -281,6 +281,38 @@ pub(super) fn repaired(task: &Task, before: &Assignment) -> Assignment {
         now = more;
     }
     pruned(task, &now)
+}
+
+/// An assignment with jets beyond what is needed, as long as at most so many monitors flow: each on the fire
+/// that has fewest, where it was before if that is one of these, else where it brings most. None joins that
+/// leaves another one too little pressure.
+pub fn filled(task: &Task, assignment: Assignment, before: &Assignment, most: usize) -> Assignment {
+    let mut now = assignment;
+    while now.iter().flatten().count() < most {
+        let level = task.level(now.iter().flatten().count() + 1);
+        let flows = |(monitor, fire): (usize, &Option<usize>)| {
+            fire.is_none_or(|fire| level.offers[monitor][fire].is_some())
+        };
+        if !now.iter().enumerate().all(flows) {
+            break;
+        }
+        let jets = |fire: usize| now.iter().filter(|it| **it == Some(fire)).count();
+        let free = (0..now.len()).filter(|monitor| now[*monitor].is_none());
+        let joins = free.flat_map(|monitor| {
+            let offers = level.offers[monitor].iter().enumerate();
+            let moved = move |fire| before.get(monitor) != Some(&Some(fire));
+            offers.filter_map(move |(fire, offer)| {
+                Some((monitor, fire, moved(fire), offer.as_ref()?.brings_lpm))
+            })
+        });
+        let best = joins.min_by(|a, b| {
+            let rank = |it: &(usize, usize, bool, f64)| (jets(it.1), it.2);
+            rank(a).cmp(&rank(b)).then(b.3.total_cmp(&a.3))
+        });
+        let Some((monitor, fire, ..)) = best else { break };
+        now[monitor] = Some(fire);
+    }
+    now
 }
 
 /// The exact optimum, by trying every assignment: for tests and for tasks of a few monitors. None if

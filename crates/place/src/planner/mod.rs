@@ -12,7 +12,9 @@
 mod assign;
 mod offers;
 
-pub use assign::{Aimed, Assignment, Level, Offer, Score, Task, assign, better, exhaustive, score};
+pub use assign::{
+    Aimed, Assignment, Level, Offer, Score, Task, assign, better, exhaustive, filled, score,
+};
 pub use offers::{Situation, Turned, offers};
 
 use lafet_texts::place as text;
@@ -80,13 +82,18 @@ pub fn plan(site: &Site, situation: &Situation) -> Result<Plan, Problem> {
 /// assigned stays where it is unless a change brings [`GAIN`].
 pub fn again(site: &Site, situation: &Situation, before: &Assignment) -> Result<Plan, Problem> {
     let task = offers(site, situation)?;
-    let kept = assign::repaired(&task, before);
-    let fresh = assign(&task);
-    let (old, new) = (score(&task, &kept), score(&task, &fresh));
+    let chosen = renewed(&task, before);
+    Ok(finished(site, situation, &task, chosen))
+}
+
+/// The same for a task whose offers are known.
+pub fn renewed(task: &Task, before: &Assignment) -> Assignment {
+    let kept = assign::repaired(task, before);
+    let fresh = assign(task);
+    let (old, new) = (score(task, &kept), score(task, &fresh));
     let gain = old.shortfall - new.shortfall;
     let fewer = gain.abs() <= assign::SAME && new.monitors < old.monitors;
-    let chosen = if gain > GAIN || fewer { fresh } else { kept };
-    Ok(finished(site, situation, &task, chosen))
+    if gain > GAIN || fewer { fresh } else { kept }
 }
 
 fn finished(site: &Site, situation: &Situation, task: &Task, assignment: Assignment) -> Plan {

@@ -233,3 +233,32 @@ fn many_monitors() {
         now.monitors[lost].works = true;
     }
 }
+
+/// Jets beyond what is needed are spread over the fires, and stay where they are.
+#[test]
+fn further_jets_go_where_fewest_are() {
+    let all: Vec<_> = (0..5).map(|n| monitor(-40.0 + 20.0 * f64::from(n), 0.0)).collect();
+    let all = site(all);
+    let task = offers(&all, &situation(&all, vec![fire(-20.0, 25.0), fire(20.0, 25.0)])).unwrap();
+    let nobody = vec![None; 5];
+    let least = renewed(&task, &nobody);
+    assert_eq!(least.iter().flatten().count(), 2);
+    assert_eq!(filled(&task, least.clone(), &nobody, 2), least);
+    let jets =
+        |of: &Assignment| [0, 1].map(|fire| of.iter().filter(|it| **it == Some(fire)).count());
+    let four = filled(&task, least.clone(), &nobody, 4);
+    assert_eq!(jets(&four), [2, 2], "{four:?}");
+    let five = filled(&task, least.clone(), &four, 5);
+    assert!(five.iter().zip(&four).all(|(five, four)| four.is_none() || five == four), "{five:?}");
+    // A weak pump: one jet more would take from the others what they need to get there.
+    let weak = Site { supply: Supply::curve(&[[0.0, 0.8], [2600.0, 0.0]]).unwrap(), ..all };
+    let task = offers(&weak, &situation(&weak, vec![fire(0.0, 22.0)])).unwrap();
+    let found = filled(&task, renewed(&task, &nobody), &nobody, 5);
+    let flowing = found.iter().flatten().count();
+    let level = task.level(flowing);
+    assert!((1..5).contains(&flowing), "{found:?}");
+    let reaches = |(offers, fire): (&Vec<Option<Offer>>, &Option<usize>)| {
+        fire.is_none_or(|fire| offers[fire].is_some())
+    };
+    assert!(level.offers.iter().zip(&found).all(reaches), "{found:?}");
+}

@@ -913,6 +913,18 @@ export interface components {
         };
         /** @description The value of a field. */
         FieldValue: number | number[];
+        /** @description A monitor that is assigned to a fire. */
+        FireAssigned: {
+            /** @description Where the fire is, east and north of the origin of the site, m. */
+            at: [
+                number,
+                number
+            ];
+            /** @description The monitor. */
+            monitor: string;
+            /** @description The zone. */
+            zone: string;
+        };
         /** @description A place where bearings of detectors cross. */
         FirePlace: {
             /** @description East and north of the origin of the site, m. */
@@ -2929,6 +2941,39 @@ export interface components {
             /** Format: int64 */
             seconds: number;
         };
+        /** @description The wind of the site now. */
+        WindReport: {
+            /**
+             * Format: double
+             * @description Bearing that it blows from, degrees clockwise from north, 0 to 360.
+             */
+            from_deg: number;
+            /**
+             * Format: double
+             * @description Speed 10 m above the ground, m/s, 0 to 40.
+             */
+            speed_mps: number;
+        };
+        /** @description A wind as it was reported. */
+        WindReported: {
+            /**
+             * Format: int64
+             * @description When, ms since 1970.
+             */
+            at_ms: number;
+            /** @description User or token that reported it. */
+            by: string;
+            /**
+             * Format: double
+             * @description Bearing that it blows from, degrees clockwise from north.
+             */
+            from_deg: number;
+            /**
+             * Format: double
+             * @description Speed 10 m above the ground, m/s.
+             */
+            speed_mps: number;
+        };
         /** @description A link of the chain of causes. */
         ZoneCause: {
             /** @description A detector voted, since this time. */
@@ -3641,6 +3686,8 @@ export interface components {
         };
         /** @description The zones, their detectors and monitors. Times of `state` count from the start of the hub. */
         ZonesView: {
+            /** @description Which monitor is assigned to which fire, by zone. */
+            assigned: components["schemas"]["FireAssigned"][];
             /** @description Places where bearings of detectors that report fire cross, by zone, those that are sure first. */
             fires: components["schemas"]["FirePlace"][];
             /** @description The latest report of each detector since the start. */
@@ -3649,6 +3696,7 @@ export interface components {
             };
             /** @description As the zone controller has it. */
             state: components["schemas"]["ZonesState"];
+            wind: components["schemas"]["WindReported"] | null;
         };
     };
     responses: never;
@@ -3711,6 +3759,7 @@ export type EventPage = components['schemas']['EventPage'];
 export type Failed = components['schemas']['Failed'];
 export type Fault = components['schemas']['Fault'];
 export type FieldValue = components['schemas']['FieldValue'];
+export type FireAssigned = components['schemas']['FireAssigned'];
 export type FirePlace = components['schemas']['FirePlace'];
 export type FireStanding = components['schemas']['FireStanding'];
 export type Flight = components['schemas']['Flight'];
@@ -3839,6 +3888,8 @@ export type VerdictWord = components['schemas']['VerdictWord'];
 export type Verified = components['schemas']['Verified'];
 export type Wall = components['schemas']['Wall'];
 export type Wanted = components['schemas']['Wanted'];
+export type WindReport = components['schemas']['WindReport'];
+export type WindReported = components['schemas']['WindReported'];
 export type ZoneCause = components['schemas']['ZoneCause'];
 export type ZoneConfigured = components['schemas']['ZoneConfigured'];
 export type ZoneDisablement = components['schemas']['ZoneDisablement'];

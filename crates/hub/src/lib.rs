@@ -42,7 +42,8 @@ mod zones;
 pub use api::{description, messages};
 pub use clock::{Clock, ManualTime};
 pub use config::{
-    Config, MonitorConfig, Overrides, Problem, RecordingConfig, Station, TlsConfig, ZonesConfig,
+    Area, Config, MonitorConfig, Overrides, PlanConfig, Problem, RecordingConfig, Station,
+    TlsConfig, ZonesConfig,
 };
 pub use error::ApiError;
 pub use hub::Hub;

@@ -126,6 +126,7 @@ fn body(name: &str) -> Option<Value> {
         }
         "/api/detectors/{id}" => json!({ "signal": "alarm" }),
         "/api/detectors/{id}/bypass" => json!({ "bypass": "masked" }),
+        "/api/wind" => json!({ "from_deg": 90, "speed_mps": 3 }),
         "/api/pumps/{id}" => json!({ "on": true }),
         "/api/zones/{id}/hold" => json!({ "on": true }),
         "/api/zones/{id}/release" => json!({ "confirm": "1" }),

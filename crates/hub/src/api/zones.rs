@@ -15,7 +15,7 @@ use crate::access::{Role, Standing};
 use crate::error::ApiError;
 use crate::field::view::ModbusView;
 use crate::hub::{Caller, Hub};
-use crate::zones::view::{Reported, ZonesConfigured, ZonesView};
+use crate::zones::view::{Reported, WindReported, ZonesConfigured, ZonesView};
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -23,6 +23,7 @@ pub fn routes() -> OpenApiRouter<Hub> {
         .routes(routes!(modbus))
         .routes(routes!(configured))
         .routes(routes!(report_detector))
+        .routes(routes!(report_wind))
         .routes(routes!(bypass_detector))
         .routes(routes!(hold_zone))
         .routes(routes!(abort_zone))
@@ -53,6 +54,16 @@ struct DetectorReport {
     elevation_deg: Option<f64>,
     /// How sure it is, 0 to 1.
     quality: Option<f64>,
+}
+
+/// The wind of the site now.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct WindReport {
+    /// Bearing that it blows from, degrees clockwise from north, 0 to 360.
+    from_deg: f64,
+    /// Speed 10 m above the ground, m/s, 0 to 40.
+    speed_mps: f64,
 }
 
 /// Whether a detector is masked or disabled.
@@ -157,6 +168,24 @@ impl DetectorReport {
             false => Err(ApiError::bad_request(text::DetectorPlaceRange.words())),
         }
     }
+}
+
+/// Takes the wind of the site: monitors are assigned to fires by what they reach in it.
+#[utoipa::path(post, path = "/api/wind", request_body = WindReport,
+    responses((status = 204), (status = 400), (status = 401), (status = 403), (status = 404)))]
+async fn report_wind(
+    State(hub): State<Hub>,
+    caller: Caller,
+    Body(WindReport { from_deg, speed_mps }): Body<WindReport>,
+) -> Result<axum::http::StatusCode, ApiError> {
+    at_least(&caller, Role::Operator)?;
+    if !(0.0..=360.0).contains(&from_deg) || !(0.0..=40.0).contains(&speed_mps) {
+        return Err(ApiError::bad_request(text::WindRange.words()));
+    }
+    let (at_ms, by) = (hub.clock().now_ms(), caller.principal.user.clone());
+    let wind = WindReported { heard: hub.now(), at_ms, by, from_deg, speed_mps };
+    hub.wind_reports(wind)?;
+    Ok(axum::http::StatusCode::NO_CONTENT)
 }
 
 /// Masks or disables a detector, or ends that.

@@ -76,6 +76,7 @@ pub fn check(
     check.range(&read.recording.keep_days, 1..=3650, "keep_days");
     check.range(&read.recording.keep_mb, 1..=10_000_000, "keep_mb");
     let site = check.site(&read);
+    let plan = check.plan(&read);
     let tls = read.tls.map(|tls| check.tls(tls.span().start, tls.into_inner()));
     let monitors = check.monitors(&read.monitor);
     let names = check.names(read.server.names);
@@ -100,6 +101,7 @@ pub fn check(
         raw_days: read.history.raw_days.into_inner(),
         minute_days: read.history.minute_days.into_inner(),
         site,
+        plan,
         zones,
         modbus,
         monitors,
@@ -278,6 +280,33 @@ mod tests {
         Config::parse("hub.toml", text, Path::new("/etc/lafet"), &overrides)
             .map_err(|problems| problems.iter().map(ToString::to_string).collect())
     }
+
+    #[test]
+    fn water_winds_and_what_is_protected() {
+        let read = |text: &str| parse(&format!("{MONITOR}{text}"));
+        let plan = read(
+            "[supply]\nstatic = 1.0\nflow = 2400\npressure = 0.8\nflowing = 2\n\
+             [[wind]]\nfrom = 270\nspeed = 6\n[coverage]\ncorner = [0, 0]\nsize = [50, 40]\n",
+        )
+        .unwrap()
+        .plan;
+        assert!((plan.supply.unwrap().pressure_mpa(2400.0) - 0.8).abs() < 2e-3);
+        assert_eq!((plan.flowing, plan.winds.len(), plan.area.unwrap().cell), (Some(2), 1, 1.0));
+        for (text, what) in [
+            ("[supply]\npressure = 0.8\nflow = 100\n", "[supply]"),
+            ("[supply]\npressure = 9\n", "2.5"),
+            ("[supply]\npressure = 0.8\nflowing = 65\n", "flowing"),
+            ("[[wind]]\nfrom = 270\nspeed = 60\n", "40"),
+            ("[coverage]\ncorner = [0, 0]\nsize = [5000, 5000]\n", "25000000 cells"),
+        ] {
+            let problems = read(text).unwrap_err();
+            assert!(problems.len() == 1 && problems[0].contains(what), "{text} {problems:?}");
+        }
+        let many = "[[wind]]\nfrom = 270\nspeed = 6\n".repeat(17);
+        assert!(read(&many).unwrap_err()[0].contains("16"));
+    }
+
+    const MONITOR: &str = "[[monitor]]\nid = \"M1\"\nurl = \"tcp://h?addr=1\"\nat = [1, 2]\n";
 
     #[test]
     fn a_whole_file() {

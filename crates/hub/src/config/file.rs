@@ -10,6 +10,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::plan::{Area, Blowing, Water};
 use super::written::{Bus, Contact, Detector, KeepOut, Output, Pump};
 use super::zones::Aim;
 use super::{Problem, words};
@@ -30,6 +31,9 @@ pub struct File {
     pub tank: Vec<Spanned<Tank>>,
     pub wall: Vec<Spanned<Wall>>,
     pub keep_out: Vec<Spanned<KeepOut>>,
+    pub supply: Option<Spanned<Water>>,
+    pub wind: Vec<Spanned<Blowing>>,
+    pub coverage: Option<Spanned<Area>>,
     pub modbus: Vec<Spanned<Bus>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,

@@ -6,6 +6,7 @@ mod file;
 mod monitors;
 mod outputs;
 mod places;
+mod plan;
 mod words;
 mod written;
 mod zones;
@@ -22,6 +23,7 @@ use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
+pub use plan::{Area, PlanConfig};
 pub use zones::{Aim, Outlet, Station, Target, ZonesConfig};
 
 /// Default address of the listener.
@@ -66,6 +68,8 @@ pub struct Config {
     pub monitors: Vec<MonitorConfig>,
     /// The map of the site, as the API publishes it.
     pub site: Option<Site>,
+    /// Water, winds and what is protected.
+    pub plan: PlanConfig,
     /// The zones; `None`: the hub releases nothing by itself.
     pub zones: Option<ZonesConfig>,
     /// Buses of detectors, contacts, outputs and pumps.
@@ -148,6 +152,7 @@ impl Default for Config {
             monitors: Vec::new(),
             warnings: Vec::new(),
             site: None,
+            plan: PlanConfig::default(),
             zones: None,
             modbus: Vec::new(),
             simulation: false,

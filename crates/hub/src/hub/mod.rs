@@ -216,6 +216,11 @@ impl Hub {
         lock(&self.0.site).as_ref()?.monitors.get(id).copied()
     }
 
+    /// The map of the site, if the configuration has one.
+    pub fn map(&self) -> Option<Site> {
+        lock(&self.0.site).clone()
+    }
+
     /// The keep-outs that concern a monitor, if it has a place.
     pub fn keep_outs(&self, id: &str) -> Option<(Place, Vec<KeepOut>)> {
         let site = lock(&self.0.site);

@@ -1,5 +1,6 @@
 //! Sectors that are kept clear of water, as the drives of a barrel count: arc-minutes, positive left and up.
 
+use lafet_place::wrapped;
 use lafet_proto::SubsystemId;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -114,6 +115,22 @@ impl KeepOut {
     /// Whether it concerns this monitor.
     pub fn is_of(&self, monitor: &str) -> bool {
         self.monitor.as_deref().is_none_or(|it| it == monitor)
+    }
+
+    /// Its bearings and elevations as they count, degrees; a whole turn stays one.
+    pub fn with_margin(&self) -> ([f64; 2], [f64; 2]) {
+        let margin = MARGIN / 60.0;
+        let [from, to] = self.bearings;
+        let wide = if to - from >= 360.0 { 360.0 } else { (to - from).rem_euclid(360.0) };
+        let wide = wide + 2.0 * margin;
+        // Within a turn of north, as the planner has them.
+        let turned = |bearing: f64| wrapped(bearing.to_radians()).to_degrees();
+        let bearings = match wide >= 360.0 {
+            true => [0.0, 360.0],
+            false => [turned(from - margin), turned(from - margin + wide)],
+        };
+        let [lower, upper] = self.elevations;
+        (bearings, [lower - margin, upper + margin])
     }
 
     /// Whether a barrel of a monitor that is mounted so points or comes to point into it.

@@ -2,6 +2,7 @@
 
 pub mod jet;
 pub mod keep_out;
+pub mod planned;
 pub mod thrown;
 
 use std::collections::BTreeMap;

@@ -14,7 +14,7 @@ use lafet_place::wrapped;
 use lafet_proto::param::Param;
 use lafet_proto::request::Sector;
 use lafet_site::config::{Kind, Zone};
-use lafet_site::{Condition, Event, Signal};
+use lafet_site::{Condition, Signal};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -22,7 +22,7 @@ use super::view::Reported;
 use super::{Machine, Zones};
 use crate::config::{Target, ZonesConfig};
 use crate::control::authority::Now;
-use crate::hub::{Caller, Hub};
+use crate::hub::Hub;
 use crate::monitor::station::Station;
 use crate::site::keep_out::Span;
 use crate::site::{Place, jet};
@@ -143,17 +143,17 @@ fn bearing(report: &Reported, kind: Kind, bearing_deg: f64, age: Duration) -> Op
 }
 
 impl FirePlace {
-    fn is_sure(&self) -> bool {
+    pub(super) fn is_sure(&self) -> bool {
         self.standing == FireStanding::Sure
     }
 
     /// Level distance from a monitor, m.
-    fn distance_m(&self, monitor: &Place) -> f64 {
+    pub(super) fn distance_m(&self, monitor: &Place) -> f64 {
         (self.at[0] - monitor.at[0]).hypot(self.at[1] - monitor.at[1])
     }
 
     /// Azimuth at which a monitor sees it, arc-minutes, positive to the left of its zero.
-    fn azimuth_arcmin(&self, monitor: &Place) -> f64 {
+    pub(super) fn azimuth_arcmin(&self, monitor: &Place) -> f64 {
         let bearing = (self.at[0] - monitor.at[0]).atan2(self.at[1] - monitor.at[1]);
         wrapped(monitor.heading.to_radians() - bearing).to_degrees() * 60.0
     }
@@ -186,32 +186,18 @@ impl FirePlace {
 }
 
 impl Hub {
-    /// Computes where the fires of a zone are, and gives the machine the order of its monitors.
-    pub(super) fn locate_fires(
-        &self,
-        zones: &Zones,
-        machine: &mut Machine,
-        caller: &Caller,
-        zone: &Zone,
-    ) {
+    /// Computes where the fires of a zone are.
+    pub(super) fn locate_fires(&self, zones: &Zones, machine: &mut Machine, zone: &Zone) {
         let fires = of_zone(&zones.config, &zone.id, &machine.reported, self.now());
         let known = machine.fires.entry(zone.id.clone()).or_default();
-        if fires == *known {
-            return;
-        }
-        *known = fires;
-        machine.news = true;
-        let order = self.preferred(&zone.monitors, known);
-        let known = machine.preferred.entry(zone.id.clone()).or_default();
-        if *known != order {
-            known.clone_from(&order);
-            let event = Event::Prefer { zone: zone.id.clone(), monitors: order };
-            self.take(zones, machine, caller, &event);
+        if fires != *known {
+            *known = fires;
+            machine.news = true;
         }
     }
 
     /// The monitors of a zone that have a place, best ones first; none without a sure fire.
-    fn preferred(&self, monitors: &[String], fires: &[FirePlace]) -> Vec<String> {
+    pub(super) fn preferred(&self, monitors: &[String], fires: &[FirePlace]) -> Vec<String> {
         let sure = || fires.iter().filter(|it| it.is_sure());
         let rank = |id: &String| {
             let station = self.station(id).ok()?;
@@ -229,36 +215,8 @@ impl Hub {
         ranked.into_iter().map(|(_, id)| id.clone()).collect()
     }
 
-    /// Where the fire is that a monitor of a zone aims at; none: it aims as configured.
-    pub(super) fn fire_of(
-        &self,
-        zones: &Zones,
-        fires: &BTreeMap<String, Vec<FirePlace>>,
-        zone: &str,
-        monitor: &str,
-    ) -> Option<Target> {
-        let sure: Vec<&FirePlace> = fires.get(zone)?.iter().filter(|it| it.is_sure()).collect();
-        let zone = zones.config.site.zones.iter().find(|it| it.id == zone)?;
-        // Each monitor takes the fire that fewest have before it, the nearest of these.
-        let mut taken = vec![0_usize; sure.len()];
-        for id in &zone.monitors {
-            let Some(place) = self.place_of(id) else { continue };
-            let Ok(other) = self.station(id) else { continue };
-            let can = |index: &usize| self.may_aim(&other, &place, sure[*index]);
-            let nearest = |index: &usize| (taken[*index], sure[*index].distance_m(&place) as u32);
-            let Some(fire) = (0..sure.len()).filter(can).min_by_key(nearest) else { continue };
-            taken[fire] += 1;
-            if id == monitor {
-                return sure[fire].target(&place);
-            }
-        }
-        None
-    }
-}
-
-impl Hub {
     /// Whether a monitor may point at a fire: its limits have it, and no keep-out is in what it scans.
-    fn may_aim(&self, station: &Station, place: &Place, fire: &FirePlace) -> bool {
+    pub(super) fn may_aim(&self, station: &Station, place: &Place, fire: &FirePlace) -> bool {
         let azimuth = fire.azimuth_arcmin(place);
         let half = fire.target(place).map_or(0.0, |it| f64::from(it.sector.width) / 2.0);
         let clear = self.is_clear(station.id(), Span::around(azimuth, half));

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{self, Button, ButtonState, ButtonsFlags, Severity};
-use lafet_site::{Authority, Event, Hand, MonitorReport, Scope, Valve};
+use lafet_site::{Authority, Command, Event, Hand, MonitorReport, Scope, Valve};
 use tokio::task::AbortHandle;
 
 use super::{Machine, ZONES, Zones};
@@ -40,6 +40,10 @@ pub struct Line {
     pub latest: Arc<AtomicU64>,
     /// What carries out an order that opens or turns.
     pub task: Option<AbortHandle>,
+    /// What it was ordered to last, with water.
+    pub engaged: Option<Command>,
+    /// The fire that its last order aims at, by its number in the plan of the zone.
+    pub aimed: Option<u64>,
     /// The last report.
     report: Option<MonitorReport>,
     /// Time of the state as the monitor reported it, and when it was first seen here.
@@ -53,7 +57,8 @@ pub struct Line {
 impl Hub {
     /// Reports to the machine what has changed of the monitors.
     pub(super) fn look_at_lines(&self, zones: &Zones, machine: &mut Machine) {
-        let now = self.now();
+        let (now, caller) = (self.now(), Caller::zones());
+        let mut news = Vec::new();
         for monitor in &zones.config.site.monitors {
             let Some(line) = machine.lines.get_mut(monitor) else { continue };
             let (report, closes) = match self.station(monitor) {
@@ -61,13 +66,21 @@ impl Hub {
                 Err(_) => (line.lost(), false),
             };
             let changed = line.report.replace(report) != Some(report);
-            let caller = Caller::zones();
+            if changed || closes {
+                news.push((monitor, changed.then_some(report), closes));
+            }
+        }
+        // Who takes the place of a lost one has to know its fire.
+        let changed: Vec<&String> =
+            news.iter().filter(|it| it.1.is_some()).map(|it| it.0).collect();
+        self.plan_again(zones, machine, &changed);
+        for (monitor, report, closes) in news {
             if closes {
                 let order = Hand::Close(Scope::Monitor(monitor.clone()));
                 let by = format!("buttons of {monitor}");
                 self.take(zones, machine, &caller, &Event::Hand { by, order });
             }
-            if changed {
+            if let Some(report) = report {
                 let event = Event::Monitor { monitor: monitor.clone(), report };
                 self.take(zones, machine, &caller, &event);
             }
@@ -76,6 +89,11 @@ impl Hub {
 }
 
 impl Line {
+    /// The last report.
+    pub const fn report(&self) -> Option<&MonitorReport> {
+        self.report.as_ref()
+    }
+
     /// What is known when there is no such monitor any more.
     fn lost(&self) -> MonitorReport {
         MonitorReport { reachable: false, ..self.report.unwrap_or_default() }

@@ -10,6 +10,7 @@
 //! nothing waits in a queue. One task looks at the monitors and steps the machine at its deadlines; another
 //! one stores what has to survive.
 
+mod assign;
 pub mod fires;
 mod line;
 mod notes;
@@ -87,6 +88,10 @@ struct Machine {
     reported: BTreeMap<String, Reported>,
     /// Where the fires of each zone are, by the bearings of its detectors.
     fires: BTreeMap<String, Vec<fires::FirePlace>>,
+    /// Who is on which of them.
+    plans: BTreeMap<String, assign::Plan>,
+    /// The wind as it was reported last.
+    wind: Option<view::WindReported>,
     /// When those that were known were computed again: bearings age.
     located: Now,
     /// The order of monitors that the machine was given for each zone.
@@ -116,6 +121,8 @@ impl Zones {
             holds: BTreeMap::new(),
             reported: BTreeMap::new(),
             fires: BTreeMap::new(),
+            plans: BTreeMap::new(),
+            wind: None,
             located: Now::ZERO,
             preferred: BTreeMap::new(),
             first: Some(first),
@@ -263,9 +270,22 @@ impl Hub {
         let placed = zones.config.stations.contains_key(detector);
         let sees = |zone: &&Zone| placed && of.unwrap_or_default().contains(&zone.id);
         for zone in zones.config.site.zones.iter().filter(sees) {
-            self.locate_fires(zones, &mut machine, caller, zone);
+            self.locate_fires(zones, &mut machine, zone);
+            self.plan_fires(zones, &mut machine, caller, zone);
         }
         self.take(zones, &mut machine, caller, &event);
+        Ok(())
+    }
+
+    /// Takes the wind of the site; within a second monitors are assigned by it.
+    ///
+    /// # Errors
+    ///
+    /// 404 without zones in the configuration.
+    pub(crate) fn wind_reports(&self, wind: view::WindReported) -> Result<(), ApiError> {
+        let mut machine = lock(&self.known_zones()?.machine);
+        machine.wind = Some(wind);
+        machine.news = true;
         Ok(())
     }
 
@@ -434,14 +454,16 @@ impl Hub {
                 machine.located = now;
                 for zone in &zones.config.site.zones {
                     if machine.fires.get(&zone.id).is_some_and(|fires| !fires.is_empty()) {
-                        self.locate_fires(zones, machine, &caller, zone);
+                        self.locate_fires(zones, machine, zone);
                     }
+                    self.plan_fires(zones, machine, &caller, zone);
                 }
             }
         }
         let reaction = machine.site.step(ms(self.now()));
         self.carry(zones, machine, &caller, reaction);
         if looks {
+            self.aim_again(zones, machine);
             self.give_back(machine);
         }
         self.publish_zones(machine, now);

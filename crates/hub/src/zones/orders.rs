@@ -69,6 +69,7 @@ impl Hub {
         };
         let Some(line) = machine.lines.get_mut(monitor) else { return };
         line.latest.store(command.number, Ordering::SeqCst);
+        (line.engaged, line.aimed) = (None, None);
         if let Some(task) = line.task.take() {
             task.abort();
         }
@@ -82,12 +83,18 @@ impl Hub {
             Order::Prepare { zone, .. } | Order::Engage { zone, .. } => {
                 let key = (zone.clone(), monitor.clone());
                 let Some(aim) = zones.config.aims.get(&key).cloned() else { return };
+                let of = zones.config.site.zones.iter().find(|it| it.id == *zone);
+                let fire = of.and_then(|of| self.fire_of(machine, of, monitor));
+                let Some(line) = machine.lines.get_mut(monitor) else { return };
+                line.aimed = fire.map(|it| it.0);
+                let opens = matches!(command.order, Order::Engage { .. });
+                line.engaged = opens.then(|| command.clone());
                 let opening = Opening {
                     hub: self.clone(),
-                    fire: self.fire_of(zones, &machine.fires, zone, monitor),
+                    fire: fire.map(|it| it.1),
                     station,
                     aim,
-                    opens: matches!(command.order, Order::Engage { .. }),
+                    opens,
                     latest: line.latest.clone(),
                     number: command.number,
                     not_after: command.not_after_ms.map(Duration::from_millis),

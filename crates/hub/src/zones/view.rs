@@ -21,6 +21,40 @@ pub struct ZonesView {
     pub reported: BTreeMap<String, Reported>,
     /// Places where bearings of detectors that report fire cross, by zone, those that are sure first.
     pub fires: Vec<FirePlace>,
+    /// Which monitor is assigned to which fire, by zone.
+    pub assigned: Vec<Assigned>,
+    /// The wind that was reported last.
+    #[schema(required)]
+    pub wind: Option<WindReported>,
+}
+
+/// A monitor that is assigned to a fire.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = FireAssigned)]
+pub struct Assigned {
+    /// The zone.
+    pub zone: String,
+    /// The monitor.
+    pub monitor: String,
+    /// Where the fire is, east and north of the origin of the site, m.
+    #[schema(min_items = 2, max_items = 2)]
+    pub at: [f64; 2],
+}
+
+/// A wind as it was reported.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct WindReported {
+    /// When, by the clock of the hub that does not jump.
+    #[serde(skip)]
+    pub heard: Now,
+    /// When, ms since 1970.
+    pub at_ms: u64,
+    /// User or token that reported it.
+    pub by: String,
+    /// Bearing that it blows from, degrees clockwise from north.
+    pub from_deg: f64,
+    /// Speed 10 m above the ground, m/s.
+    pub speed_mps: f64,
 }
 
 /// What a detector has reported last.
@@ -114,6 +148,8 @@ impl Machine {
             state: self.site.state(),
             reported: self.reported.clone(),
             fires: self.fires.values().flatten().cloned().collect(),
+            assigned: self.plans.iter().flat_map(|(zone, plan)| plan.view(zone)).collect(),
+            wind: self.wind.clone(),
         }
     }
 }

@@ -19,7 +19,7 @@ const FILE_MAX: u64 = 1 << 20;
 /// Arguments of `lafet coverage`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  lafet coverage site.toml\n  lafet coverage site.toml --svg site.svg\n  \
+    after_help = "Examples:\n  lafet coverage hub.toml\n  lafet coverage site.toml\n  lafet coverage site.toml --svg site.svg\n  \
                   lafet --json coverage site.toml --grid"
 )]
 pub struct CoverageArgs {
@@ -34,8 +34,7 @@ pub struct CoverageArgs {
 /// Computes and shows the coverage.
 pub fn run(args: &CoverageArgs, out: &mut Out) -> Outcome {
     let text = read(&args.file)?;
-    let plan = file::parse(&args.file.display().to_string(), &text)
-        .map_err(|problem| Failure::Usage(problem.told(current())))?;
+    let plan = file::load(&args.file.display().to_string(), &text).map_err(Failure::Usage)?;
     let coverage = Coverage::of(&plan.site, &plan.area)
         .map_err(|problem| Failure::Usage(problem.0.of(current()).to_owned()))?;
     if let Some(path) = &args.svg {

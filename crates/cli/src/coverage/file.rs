@@ -1,4 +1,5 @@
-//! The file of a site for `lafet coverage`; docs/coverage.md is the format. Degrees, metres, MPa, l/min.
+//! The file of a site for `lafet coverage`: that of a hub, or one of its own. docs/coverage.md has both formats.
+//! Degrees, metres, MPa, l/min.
 
 use lafet_place::coverage::Area;
 use lafet_place::obstacle::Body;
@@ -8,14 +9,17 @@ use lafet_place::{KEEP_OUTS_MAX, MONITORS_MAX, OBSTACLES_MAX, WINDS_MAX};
 use lafet_sim::exercise::reader::{Document, Problem, Table};
 use lafet_texts::{Text as _, cli as text};
 
+use super::hub;
+use crate::lang::current;
+
 /// Flow of an outlet of 28 mm at 0.8 MPa, l/min: what a monitor has that does not say it.
 const USUAL_LPM: f64 = 1200.0;
 const USUAL_MM: f64 = 28.0;
 const USUAL_MPA: f64 = 0.8;
 /// Side of a cell, clearance around monitors, m; monitors that flow together.
-const CELL_M: f64 = 1.0;
+pub const CELL_M: f64 = 1.0;
 const CLEARANCE_M: f64 = 1.0;
-const FLOWING: usize = 2;
+pub const FLOWING: usize = 2;
 /// Limits and speeds of a monitor that does not say them, degrees and degrees per second.
 const AZIMUTHS: [f64; 2] = [-180.0, 180.0];
 const ELEVATIONS: [f64; 2] = [-15.0, 75.0];
@@ -35,7 +39,23 @@ pub struct Plan {
     pub area: Area,
 }
 
-/// Reads a file.
+/// Reads a file of either format; what is wrong, in words.
+pub fn load(file: &str, text: &str) -> Result<Plan, String> {
+    if is_of_hub(file, text) {
+        return hub::plan(file, text);
+    }
+    parse(file, text).map_err(|problem| problem.told(current()))
+}
+
+/// The monitors of a hub have URLs.
+fn is_of_hub(file: &str, text: &str) -> bool {
+    let Ok(document) = Document::parse(file, text) else { return false };
+    let root = document.root();
+    let monitors = root.tables("monitor").unwrap_or_default();
+    !root.has("site") && monitors.iter().any(|it| it.has("url"))
+}
+
+/// Reads a file of the format of its own.
 pub fn parse(file: &str, text: &str) -> Read<Plan> {
     let document = Document::parse(file, text)?;
     let root = document.root();

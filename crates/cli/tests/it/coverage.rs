@@ -52,3 +52,14 @@ fn what_is_refused() {
     let run = Run::of(&["coverage", "/nowhere.toml"]);
     assert!(run.code == 2 && run.err.contains("/nowhere.toml"), "{run:?}");
 }
+
+#[test]
+fn the_file_of_a_hub() {
+    let file = std::env::temp_dir().join(format!("lafet-hub-{}.toml", std::process::id()));
+    let text =
+        "[[monitor]]\nid = \"M1\"\nurl = \"tcp://10.0.0.1?addr=1\"\nat = [0, 0]\nheight = 3\n";
+    std::fs::write(&file, text).unwrap();
+    let run = Run::of(&["coverage", file.to_str().unwrap()]);
+    std::fs::remove_file(&file).unwrap();
+    assert!(run.code == 0 && run.out.contains("40 × 40 m"), "{run:?}");
+}

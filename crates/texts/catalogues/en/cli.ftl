@@ -330,6 +330,7 @@ sim-options = sim: does not support `{ $key }={ $value }`. Supported: profile={ 
 
 # coverage/file.rs
 site-needs-monitor = at least one [[monitor]] is needed
+coverage-no-places = The hub knows no places: give its monitors `at = [east, north]`, `heading` and `height`.
 site-needs-site = [site] is needed
 tables-at-most = { $count } tables, { $most } at most
 monitors-with-one-name = two monitors are called `{ $name }`

@@ -201,7 +201,7 @@ program-clear-arg-number = Number, 0 to 7
 program-clear-arg-trajectory = The trajectory of this number, not the program
 
 coverage = Compute how many jets reach each square metre of a site
-coverage-arg-file = The site: monitors, obstacles, keep-outs, supply, winds
+coverage-arg-file = The site: a hub.toml, or a file of monitors, obstacles, keep-outs, supply, winds
 coverage-arg-svg = Write a picture into this file: the plan with the fewest jets in any wind
 coverage-arg-grid = With --json: the jets of every cell too, in every wind
 

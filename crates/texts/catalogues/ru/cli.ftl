@@ -330,6 +330,7 @@ sim-options = sim: не поддерживает `{ $key }={ $value }`. Пара
 
 # coverage/file.rs
 site-needs-monitor = нужен хотя бы один [[monitor]]
+coverage-no-places = Места стволов не заданы: укажите у них `at = [восток, север]`, `heading` и `height`.
 site-needs-site = нужен раздел [site]
 tables-at-most = { $count }, не больше { $most }
 monitors-with-one-name = два ствола с именем `{ $name }`

@@ -3,7 +3,7 @@
 //! A request is not sent if water could go there by it: an opening while the barrel points or moves there, a
 //! motion or a program that leads there or through it while water may flow. Where the barrel is, is known from
 //! the last poll, and where it goes from what this hub has sent. What has been let pass counts from then on
-//! ([`Passed`]): the monitor may have begun it although its answer is not here yet. What moves the barrel
+//! ([`Passed`]): the monitor may have started it although its answer is not here yet. What moves the barrel
 //! otherwise (a hand at the monitor, another program) is seen by the next poll: water that goes into a keep-out
 //! is shut off, and the barrel stops.
 
@@ -65,17 +65,17 @@ enum Goes {
 /// How a request or a motion by hand was over.
 #[derive(Debug)]
 enum End {
-    /// Nothing has begun.
+    /// Nothing has started.
     Refused,
     /// The drive is at rest.
     Rests,
     /// This request was accepted.
     Accepted(String),
-    /// Whether it has begun is not known.
+    /// Whether it has started is not known.
     Unknown,
 }
 
-/// A request or a motion by hand that was let pass. It counts as begun until this is dropped.
+/// A request or a motion by hand that was let pass. It counts as started until this is dropped.
 #[derive(Debug)]
 pub struct Passed {
     hub: Hub,
@@ -319,7 +319,7 @@ impl Barrel {
         })
     }
 
-    /// What programs sweep that may have begun without an answer.
+    /// What programs sweep that may have started without an answer.
     fn sent_programs(&self) -> impl Iterator<Item = Swept> {
         let underway = self.underway.values().filter_map(|it| match it {
             Goes::Program(swept) => Some(*swept),
@@ -361,7 +361,7 @@ impl Barrel {
     }
 
     /// Drives that rest are where they are, not where they were sent; and a program without an answer that
-    /// has begun shows.
+    /// has started shows.
     fn settle(&mut self, status: &State, now: Now, shows: Duration) {
         let drives = [
             (SubsystemId::HORIZONTAL, &mut self.horizontal),
@@ -380,7 +380,7 @@ impl Barrel {
 }
 
 impl Passed {
-    /// How the request was answered; without an answer it may have begun. What was accepted goes on until this
+    /// How the request was answered; without an answer it may have started. What was accepted goes on until this
     /// is dropped.
     pub(super) fn answered(
         mut self,
@@ -551,7 +551,7 @@ mod tests {
         let (hub, station) = stand();
         for request in [QUENCH, "StartSeek Detector -1800 1800 -300 900"] {
             let sent = passes(&hub, &station, request);
-            assert!(is_kept_out(&hub, &station, "Open Valve1"), "{request}: it may have begun");
+            assert!(is_kept_out(&hub, &station, "Open Valve1"), "{request}: it may have started");
             end(sent, End::Refused);
             drop(passes(&hub, &station, "Open Valve1"));
             lock(&station.barrel).opened = None;

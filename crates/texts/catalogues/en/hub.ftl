@@ -119,10 +119,10 @@ subscribed-too-many = At most { $subscribed_max } monitors; without a list, all 
 detector-kind-differs = kind is not that of the configuration. Correct hub.toml, or the detector that reports here.
 detector-place-range = bearing_deg is 0…360, elevation_deg −90…90, quality 0…1.
 wind-range = from_deg is 0…360, speed_mps 0…40.
-check-supply = `[supply]` describes no water.
+check-supply = `[supply]` needs `pressure`; or `static`, `flow` and `pressure`; or `curve`.
 check-flowing = `flowing` of `[supply]` is not 1 to { $most }.
 check-winds-too-many = There are more than { $most } winds.
-check-planned-remedy = Write `pressure`; or `static`, `flow` and `pressure`; or `curve`. docs/coverage.md has the bounds of all keys.
+check-planned-remedy = (docs/coverage.md has the bounds of all keys.)
 
 # The clock.
 clock-stepped = The clock was changed by { $by_s } s, or the machine was asleep.

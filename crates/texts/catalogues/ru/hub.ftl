@@ -119,10 +119,10 @@ subscribed-too-many = Не более { $subscribed_max } стволов; без
 detector-kind-differs = kind не такой, как в конфигурации. Исправьте hub.toml или извещатель, который сообщает сюда.
 detector-place-range = Допустимо: bearing_deg 0…360, elevation_deg −90…90, quality 0…1.
 wind-range = Допустимо: from_deg 0…360, speed_mps 0…40.
-check-supply = `[supply]` не описывает воду.
+check-supply = В `[supply]` нужно `pressure`; или `static`, `flow` и `pressure`; или `curve`.
 check-flowing = `flowing` в `[supply]` не от 1 до { $most }.
 check-winds-too-many = Ветров больше { $most }.
-check-planned-remedy = Укажите `pressure`; или `static`, `flow` и `pressure`; или `curve`. Пределы всех ключей – в docs/coverage.ru.md.
+check-planned-remedy = (Пределы всех ключей – в docs/coverage.ru.md.)
 
 # The clock.
 clock-stepped = Часы переведены на { $by_s } с, либо машина спала.

@@ -202,7 +202,7 @@ export class LfFrameList extends LitElement {
 
   private renderFrame(frame: Kept, index: number) {
     const { verdict, direction } = frame;
-    const usual = verdict === 'sent' || verdict === 'believed';
+    const usual = verdict === 'sent' || verdict === 'believed' || verdict === 'heard';
     const kind = verdict === 'foreign' ? 'foreign' : usual ? '' : 'odd';
     const away = direction === 'out';
     return html`<div

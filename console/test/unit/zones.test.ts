@@ -50,6 +50,8 @@ function view(...of: ZoneState[]): ZonesView {
   return {
     reported: {},
     fires: [],
+    assigned: [],
+    wind: null,
     state: {
       at_ms: 0,
       lockout: false,

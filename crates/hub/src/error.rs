@@ -6,7 +6,7 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use lafet_client::refusal::Flags;
 use lafet_client::{Answers, Error};
-use lafet_texts::{Shown, Text as _, hub as text};
+use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -290,8 +290,8 @@ impl From<StoreError> for ApiError {
         let text = match &error {
             StoreError::Away => text::PostgresAway.words(),
             #[cfg(feature = "postgres")]
-            StoreError::Postgres(_) => text::PostgresFailed { error: Shown(error) }.words(),
-            _ => text::StorageFailed { error: Shown(error) }.words(),
+            StoreError::Postgres(_) => text::PostgresFailed { error }.words(),
+            _ => text::StorageFailed { error }.words(),
         };
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "storage", text)
     }

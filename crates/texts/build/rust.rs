@@ -86,7 +86,7 @@ impl Words {{
     }}
 
     /// From the form in each language.
-    pub(crate) fn each(form: impl Fn(Lang) -> String) -> Self {{
+    pub fn each(form: impl Fn(Lang) -> String) -> Self {{
         Self {{
 {each}        }}
     }}

@@ -55,7 +55,7 @@ impl Running {
                 (StoreError::Io(source), Some(folder)) => {
                     Failure::io(format!("{what} {}", folder.display()), source)
                 }
-                (error, _) => Failure::io(what, std::io::Error::other(error.to_string())),
+                (error, _) => Failure::Usage(format!("{what}: {}", error.of(current()))),
             }
         })?;
         let runtime = tokio::runtime::Builder::new_multi_thread()

@@ -1,14 +1,18 @@
 //! A database on a thread of its own: nothing that must be quick waits for a disk.
 
+use std::fmt;
 use std::io::Write;
 use std::path::Path;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
+use lafet_client::SystemError;
+use lafet_texts::{Argument, Lang, Shown, Text, hub as text};
 use rusqlite::Connection;
 use tokio::sync::oneshot;
 
 use super::mark::{Loss, StateFile, TABLE};
+use crate::text::Both;
 
 /// Work that may wait for the disk; more is refused.
 const QUEUE_MAX: usize = 1024;
@@ -24,39 +28,86 @@ pub struct Db {
 }
 
 /// Why something could not be stored or read.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum StoreError {
     /// Error of SQLite.
-    #[error("{0}")]
-    Sqlite(#[from] rusqlite::Error),
+    Sqlite(rusqlite::Error),
     /// Error of PostgreSQL.
     #[cfg(feature = "postgres")]
-    #[error("{}", super::postgres::said(.0))]
-    Postgres(#[from] tokio_postgres::Error),
+    Postgres(tokio_postgres::Error),
     /// PostgreSQL does not answer.
-    #[error("PostgreSQL does not answer")]
     Away,
     /// The disk is so slow that too much waits.
-    #[error("too much waits for the disk")]
     Busy,
     /// Two hubs with one audit log would lose entries.
-    #[error("another hub uses {}", .0.display())]
     InUse(std::path::PathBuf),
     /// Files of the state are lost or changed, and that is not accepted.
-    #[error("{}", .0.iter().map(|it| it.both().en).collect::<Vec<_>>().join(" "))]
     Lost(Vec<Loss>),
     /// The stored state of the zones does not fit.
-    #[error("{0}")]
-    Zones(String),
+    Zones(Both),
     /// Others have business in the folder.
-    #[error("{} can be written by other users of this machine and holds what is not the hub's", .0.display())]
     Shared(std::path::PathBuf),
     /// What SQLite says of a file.
-    #[error("{}: {}", .0.display(), .1)]
     File(std::path::PathBuf, rusqlite::Error),
     /// The folder cannot be used.
-    #[error("{0}")]
-    Io(#[from] std::io::Error),
+    Io(std::io::Error),
+}
+
+impl Argument for StoreError {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        match self {
+            Self::Sqlite(error) => text::StoreEngine { error: Shown(error) }.write(lang, out),
+            #[cfg(feature = "postgres")]
+            Self::Postgres(error) => out.write_str(&super::postgres::said(error)),
+            Self::Away => text::StoreAway.write(lang, out),
+            Self::Busy => text::StoreBusy.write(lang, out),
+            Self::InUse(folder) => {
+                text::StoreInUse { folder: Shown(folder.display()) }.write(lang, out)
+            }
+            Self::Lost(losses) => {
+                let all: Vec<String> = losses.iter().map(|it| it.both().of(lang).into()).collect();
+                out.write_str(&all.join(" "))
+            }
+            Self::Zones(wrong) => wrong.write(lang, out),
+            Self::Shared(folder) => {
+                text::StoreShared { folder: Shown(folder.display()) }.write(lang, out)
+            }
+            Self::File(file, error) => {
+                let error = text::StoreEngine { error: Shown(error) };
+                text::StoreFile { file: Shown(file.display()), error }.write(lang, out)
+            }
+            Self::Io(error) => SystemError(error).write(lang, out),
+        }
+    }
+}
+
+impl Text for StoreError {}
+
+impl fmt::Display for StoreError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(Lang::En, f)
+    }
+}
+
+impl std::error::Error for StoreError {}
+
+impl From<rusqlite::Error> for StoreError {
+    fn from(error: rusqlite::Error) -> Self {
+        Self::Sqlite(error)
+    }
+}
+
+#[cfg(feature = "postgres")]
+impl From<tokio_postgres::Error> for StoreError {
+    fn from(error: tokio_postgres::Error) -> Self {
+        Self::Postgres(error)
+    }
+}
+
+impl From<std::io::Error> for StoreError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
+    }
 }
 
 /// Takes a folder for this hub, as long as the file is open; the end of the program, whatever it

@@ -24,7 +24,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::config::{ContactKind, Zone};
+use lafet_site::config::{ContactKind, Problem, Zone};
 use lafet_site::{
     Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State,
     ZoneState,
@@ -41,6 +41,7 @@ use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::store::StoreError;
 use crate::sync::lock;
+use crate::text::Both;
 use line::Line;
 use stored::Stored;
 use view::Reported;
@@ -111,8 +112,12 @@ impl Zones {
         let (stored, persisted) = Stored::open(config.data.as_deref())?;
         let (site, first) =
             Site::new(zones.site.clone(), 0, persisted.as_ref()).map_err(|problems| {
-                let texts: Vec<String> = problems.iter().map(ToString::to_string).collect();
-                StoreError::Zones(texts.join(" "))
+                StoreError::Zones(Both::each(|lang| {
+                    let text = |it: &Problem| {
+                        format!("{}: {} {}", it.place, it.what.of(lang), it.remedy.of(lang))
+                    };
+                    problems.iter().map(text).collect::<Vec<_>>().join(" ")
+                }))
             })?;
         let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
         let machine = Machine {

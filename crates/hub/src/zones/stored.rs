@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lafet_site::Persisted;
+use lafet_texts::{Shown, Text as _, hub as text};
 use rusqlite::OptionalExtension;
 
 use crate::store::{Db, StoreError, open};
@@ -24,9 +25,8 @@ impl Stored {
         let text: Option<String> =
             db.query_row("SELECT value FROM zones", [], |row| row.get(0)).optional()?;
         let persisted = text.map(|text| serde_json::from_str(&text)).transpose();
-        let persisted = persisted.map_err(|error| {
-            StoreError::Zones(format!("the stored state of the zones cannot be read: {error}"))
-        })?;
+        let persisted = persisted
+            .map_err(|error| StoreError::Zones(text::StoreZones { error: Shown(error) }.words()))?;
         Ok((Self(Db::new("zones", db)?), persisted))
     }
 

@@ -277,6 +277,13 @@ no-answer-within = { $monitor } has not answered for { $seconds } s. Check its l
 postgres-away = PostgreSQL, which has the history, does not answer. Check that server.
 postgres-failed = PostgreSQL, which has the history: { $error }. Check that server.
 storage-failed = The hub's storage does not work: { $error }. Check the disk.
+store-engine = { $error }
+store-away = PostgreSQL does not answer
+store-busy = too much waits for the disk
+store-in-use = another hub uses { $folder }
+store-zones = the stored state of the zones cannot be read: { $error }
+store-shared = { $folder } can be written by other users of this machine and holds what is not the hub's
+store-file = { $file }: { $error }
 login-failed = Wrong user, password or link. Each failure makes the next try wait longer.
 access-conflict = There is one of this name already, or it is the last administrator.
 

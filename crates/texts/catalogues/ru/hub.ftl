@@ -277,6 +277,13 @@ no-answer-within = { $monitor } не отвечает { $seconds } с. Пров�
 postgres-away = PostgreSQL, где хранится история, не отвечает. Проверьте этот сервер.
 postgres-failed = PostgreSQL, где хранится история: { $error }. Проверьте этот сервер.
 storage-failed = Хранилище не работает: { $error }. Проверьте диск.
+store-engine = сообщение SQLite: { $error }
+store-away = PostgreSQL не отвечает
+store-busy = слишком многое ждёт записи на диск
+store-in-use = папкой { $folder } пользуется другой сервер объекта
+store-zones = сохранённое состояние зон не читается: { $error }
+store-shared = в папку { $folder } могут писать другие пользователи этой машины, и в ней есть чужие файлы
+store-file = { $file }: { $error }
 login-failed = Неверный пользователь, пароль или ссылка. С каждой ошибкой ждать дольше.
 access-conflict = Такой уже есть, либо это последний администратор.
 

@@ -8,8 +8,9 @@ use stm32_metapac::bdma::vals::Dir;
 use stm32_metapac::usart::regs::{Brr, Sr};
 use stm32_metapac::{DMA1, USART1};
 
-/// The ring that is received into: at 115,200 baud what comes in 44 ms, as long as a page is erased.
-pub const RECEIVED: usize = 512;
+/// The ring that is received into: at 115,200 baud what comes in 50 ms. A page is erased in 44 ms, and the step
+/// before it may have left some: what is written over takes all with it, as only the place of the last byte is known.
+pub const RECEIVED: usize = 576;
 /// The ring that is sent from: the greatest answer, and as much again for those behind it.
 pub const SENT: usize = 2_048;
 /// RM §13.3.7, table 78: USART1_TX and USART1_RX, counted from 0.

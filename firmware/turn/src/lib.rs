@@ -8,8 +8,8 @@ use lafet_device::{Composition, Device};
 
 /// Bytes of the line that are taken at a time.
 const CHUNK: usize = 32;
-/// So often between two steps at most: 512 bytes are what a board keeps while its flash is busy.
-const CHUNKS: usize = 16;
+/// So often between two steps at most: 576 bytes are what a board keeps while its flash is busy.
+const CHUNKS: usize = 18;
 
 /// How the program starts.
 #[derive(Clone, Copy, Debug)]

@@ -23,8 +23,10 @@ const FRAME_MAX: usize = PAYLOAD_MAX / HEADER_SIZE;
 const RESUME_FIRST: Duration = Duration::from_millis(100);
 /// The longest pause.
 const RESUME_LAST: Duration = Duration::from_secs(1);
-/// Consecutive frames without answer after which a batch ends.
-const SILENCES_MAX: u32 = 2;
+/// After so many answers to frames of the greatest length, one of twice as many requests is tried.
+const STEADY: u32 = 16;
+/// So often is one request sent after a frame without answer before it fails.
+const ALONE: u32 = 4;
 
 type Outcomes = Vec<Result<Answers, Error>>;
 
@@ -61,8 +63,10 @@ impl Client {
     /// answered with Busy, NotCached or Cached is sent again, alone, for at most `Config::resume`
     /// (the others continue meanwhile). After a frame of reads without answer its first request is
     /// sent alone, because short frames pass a noisy line more easily; with each answer the next
-    /// frame has twice as many. Two frames in a row without answer end it. Every other request is
-    /// sent once.
+    /// frame has twice as many, up to what passes. If the request alone is not answered four times
+    /// (with all tries of a request each), it fails, and the batch ends; if the monitor answered
+    /// others before, the next request is tried first, but only once in a batch. A read that is the
+    /// only request is asked twice. Every other request is sent once.
     pub async fn complete(
         &self,
         requests: &[Request<'_>],
@@ -78,8 +82,11 @@ impl Client {
             items,
             first: None,
             limit: FRAME_MAX,
-            silences: 0,
-            again: false,
+            longest: FRAME_MAX,
+            steady: 0,
+            passed: 0,
+            left: None,
+            passed_over: false,
             told: Progress { total: requests.len(), ..Progress::default() },
             progress,
         };
@@ -207,9 +214,17 @@ struct Complete<'a, P> {
     first: Option<Ticket>,
     /// Most requests in the next frame.
     limit: usize,
-    silences: u32,
-    /// The last frame had the one request that is asked next, and was not answered.
-    again: bool,
+    /// Most that a frame has until enough frames of this length are answered: fewer than in one
+    /// without answer that may have been too long.
+    longest: usize,
+    /// Answered frames of this length.
+    steady: u32,
+    /// Most requests in a frame that was answered.
+    passed: usize,
+    /// If the last frame was not answered: so many more of one request may be sent.
+    left: Option<u32>,
+    /// The batch went on after a request that was not answered.
+    passed_over: bool,
     told: Progress,
     progress: P,
 }
@@ -228,10 +243,7 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
             let requests = frame.iter().map(|item| item.request.clone()).collect();
             let ended = self
                 .client
-                .exchange(
-                    requests,
-                    Conditions { first: self.first, expires: None, again: self.again },
-                )
+                .exchange(requests, Conditions { first: self.first, expires: None })
                 .await;
             let more = match ended {
                 Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) => {
@@ -278,8 +290,8 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
 
     fn answered(&mut self, frame: Vec<Item>, slots: Slots) {
         self.told.frames += 1;
-        (self.silences, self.again) = (0, false);
-        self.limit = (self.limit * 2).min(FRAME_MAX);
+        self.left = None;
+        self.grow(frame.len());
         let mut again = Vec::new();
         for (place, (mut item, slot)) in frame.into_iter().zip(slots).enumerate() {
             match slot {
@@ -298,6 +310,32 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         }
         self.told.again += again.len() as u32;
         self.items.splice(..0, again);
+    }
+
+    /// Chooses the length of the next frame after an answer to one of this length.
+    fn grow(&mut self, len: usize) {
+        self.passed = self.passed.max(len);
+        if len >= self.longest {
+            self.steady += 1;
+            if self.steady >= STEADY {
+                (self.longest, self.steady) = ((self.longest * 2).min(FRAME_MAX), 0);
+            }
+        }
+        self.limit = (self.limit * 2).min(self.longest);
+    }
+
+    /// Takes note of a frame of reads of this length without answer; returns how many more frames
+    /// may be sent.
+    fn silent(&mut self, len: usize) -> u32 {
+        // Frames of a length that passed before were lost by chance.
+        if len > self.passed.max(1) {
+            (self.longest, self.steady) = (self.passed.midpoint(len).max(1), 0);
+        }
+        self.limit = 1;
+        let most = if len == 1 && self.told.frames == 0 { 1 } else { ALONE };
+        let left = self.left.map_or(most, |left| left.saturating_sub(1));
+        self.left = Some(left);
+        left
     }
 
     /// Schedules a repetition if an answer says "later" and time is left; returns whether it did.
@@ -319,11 +357,16 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
         let silent = matches!(outcome, Some(Outcome::Silence { .. }));
         let reads = frame.iter().all(|item| item.request.is_repeatable());
         let alone = frame.len() == 1;
-        self.silences = if silent { self.silences + 1 } else { 0 };
-        self.again = silent && alone;
-        let apart = (silent && self.silences < SILENCES_MAX) || (odd && !alone);
+        let apart = if silent && reads {
+            self.silent(frame.len()) > 0
+        } else {
+            self.left = None;
+            odd && !alone
+        };
         if reads && apart {
-            self.limit = if silent { 1 } else { frame.len() / 2 };
+            if odd {
+                self.limit = frame.len() / 2;
+            }
             self.told.again += frame.len() as u32;
             self.items.splice(..0, frame);
             return true;
@@ -332,8 +375,13 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
             let error = self.client.failure(&item.request, ended);
             self.results[item.index] = Some(Err(error));
         }
-        // A monitor that answers one read wrongly may answer the next correctly.
-        odd && alone && reads
+        // A monitor that answers one read wrongly may answer the next correctly, and so may one that
+        // leaves one read without answer. The next shows whether it is there.
+        let passes_over = silent && reads && self.told.frames > 0 && !self.passed_over;
+        if passes_over {
+            (self.passed_over, self.left) = (true, Some(1));
+        }
+        reads && (passes_over || (odd && alone))
     }
 }
 

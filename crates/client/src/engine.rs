@@ -60,7 +60,6 @@ pub struct Job {
 pub struct Conditions {
     pub first: Option<Ticket>,
     pub expires: Option<Instant>,
-    pub again: bool,
 }
 
 impl Job {
@@ -223,9 +222,9 @@ impl Engine {
             return Err(Some(Ok(ended)));
         }
         let urgent = job.is_urgent();
-        let Conditions { first, expires, again } = job.conditions;
+        let Conditions { first, expires } = job.conditions;
         let expires = expires.map(|time| time.saturating_duration_since(self.start));
-        let terms = Terms { first, expires, again };
+        let terms = Terms { first, expires };
         let ticket = match self.line.submit(now, job.address, terms, job.requests) {
             Ok(ticket) => ticket,
             Err(full) => return Err(Some(Err(full))),

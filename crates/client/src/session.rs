@@ -94,9 +94,6 @@ pub struct Terms {
     pub first: Option<Ticket>,
     /// Time after which it must not be sent: a motion that is no longer held.
     pub expires: Option<Now>,
-    /// It was asked before and not answered: if its monitor leaves more frames in a row without
-    /// answer than a request has tries, it is not sent again.
-    pub again: bool,
 }
 
 /// How an operation ended.
@@ -168,16 +165,17 @@ pub struct Session {
     stats: Stats,
     /// Consecutive transmissions without answer.
     silent_tries: u32,
-    /// When the latest frames since the last one from the monitor were sent, if they were not
-    /// answered in all the time for it: one more than a request has tries.
+    /// Consecutive frames that were not answered in all the time for it.
+    silent_frames: u32,
+    /// When the latest of them were sent: as many as a request has tries.
     silences: VecDeque<Now>,
     /// Consecutive frames without answer, even after a short wait.
     misses: u32,
+    /// When the latest of them was sent.
+    missed_at: Option<Now>,
     /// Time of the latest answer.
     answered_at: Option<Now>,
-    /// There are other monitors on the same line.
-    shares: bool,
-    /// Their usual round trip.
+    /// The usual round trip of other monitors on the same line.
     others: Option<Duration>,
     next_ticket: u64,
 }
@@ -203,10 +201,11 @@ impl Session {
             traced: None,
             stats: Stats::default(),
             silent_tries: 0,
+            silent_frames: 0,
             silences: VecDeque::new(),
             misses: 0,
+            missed_at: None,
             answered_at: None,
-            shares: false,
             others: None,
             next_ticket,
             config,
@@ -308,6 +307,8 @@ impl Session {
         self.stats.reconnects += u64::from(self.was_connected);
         (self.connected, self.was_connected) = (true, true);
         self.silent_tries = 0;
+        // What was lost with the last connection says nothing about this one.
+        self.forget_silence();
         self.input.reset();
         if self.config.outlives {
             self.suspicion.raise_all(now);

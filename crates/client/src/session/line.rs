@@ -175,8 +175,8 @@ impl Line {
             if !self.connected || wants.is_none() {
                 at(session.poll_timeout(now));
             }
-            at(session.gives_up_at());
             if session.can_wait() {
+                at(session.gives_up_at());
                 at(rests);
             }
             if rests.is_none() || !session.can_wait() {

@@ -17,8 +17,6 @@ pub struct Operation {
     haste: Haste,
     repeatable: bool,
     pub submitted: Now,
-    /// See [`Terms::again`].
-    again: bool,
     /// Number of transmissions whose answers can be accepted.
     pub tries: u32,
     /// It has been transmitted, so it may have been executed.
@@ -90,7 +88,7 @@ impl Outstanding {
 
 impl Operation {
     pub fn new(ticket: Ticket, requests: Requests, submitted: Now, terms: Terms) -> Self {
-        let Terms { expires, again, .. } = terms;
+        let Terms { expires, .. } = terms;
         let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
         let haste = match expires {
             _ if urgent => Haste::Urgent,
@@ -103,7 +101,6 @@ impl Operation {
             repeatable: requests.iter().all(RequestBuf::is_repeatable),
             requests,
             submitted,
-            again,
             tries: 0,
             sent: false,
             first_sent: None,
@@ -114,15 +111,15 @@ impl Operation {
         }
     }
 
-    /// The outcome after so many frames without an acceptable answer.
-    pub fn unanswered(&self, tries: u32) -> Outcome {
+    /// The outcome without an acceptable answer.
+    pub fn unanswered(&self) -> Outcome {
         let odd = self.odd.clone().map(|what| Outcome::Odd { what });
-        odd.unwrap_or(Outcome::Silence { tries, stray: self.stray })
+        odd.unwrap_or(Outcome::Silence { tries: self.tries, stray: self.stray })
     }
 
     /// Whether the caller has waited since then for an answer.
     pub fn waits_since(&self, time: Now) -> bool {
-        self.again || self.submitted <= time
+        self.submitted <= time
     }
 
     pub fn first(&self) -> Option<RequestId> {

@@ -22,8 +22,7 @@ impl Session {
             self.trace(Verdict::Foreign, dst, src, false, &frame.payload);
             return;
         }
-        self.misses = 0;
-        self.silences.clear();
+        self.forget_silence();
         self.answered_at = Some(now);
         let (verdict, tagged, payload) = match self.check_heard(now, frame) {
             true => (Verdict::Believed, false, &frame.payload[..]),

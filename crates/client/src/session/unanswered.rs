@@ -5,9 +5,14 @@ use lafet_proto::RequestId;
 use super::operation::{Echo, Haste, Operation, Outstanding, Recent};
 use super::{Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
 
-/// Most frames without answer that are remembered: a read that may be sent more often has all its
-/// tries.
+/// Most frames without answer whose times are remembered: a read that may be sent more often has
+/// all its tries.
 const SILENCES_MAX: u32 = 32;
+/// A monitor is known to be silent when so many requests in a row had all their tries in vain. Two
+/// are too few: one may be a request that it never answers.
+const SILENT_REQUESTS: u32 = 3;
+/// The fewest frames in a row without answer that show it, if a request has few tries.
+const SILENT_FRAMES_LEAST: u32 = 9;
 
 impl Session {
     pub(super) fn requeue(&mut self, operation: Operation) {
@@ -59,6 +64,7 @@ impl Session {
         }
         self.stats.timeouts += 1;
         self.misses = self.misses.saturating_add(1);
+        self.missed_at = Some(outstanding.sent);
         // An urgent frame is repeated before a missing answer proves anything.
         let long = now >= outstanding.sent + self.config.timeout;
         if long {
@@ -83,9 +89,7 @@ impl Session {
             operation.tries = 0;
             self.requeue(operation);
         } else {
-            let counted = if self.is_vain(&operation) { self.config.tries } else { 0 };
-            let outcome = operation.unanswered(operation.tries.max(counted));
-            self.outcomes.push_back((operation.ticket, outcome));
+            self.outcomes.push_back((operation.ticket, operation.unanswered()));
         }
         self.end_vain_reads();
         self.overtake(now);
@@ -94,21 +98,26 @@ impl Session {
     /// Remembers a frame that was not answered in all the time for it.
     fn note_silence(&mut self, sent: Now) {
         self.silent_tries += 1;
-        if self.silences.len() > self.tries_counted() {
+        self.silent_frames = self.silent_frames.saturating_add(1);
+        if self.silences.len() >= self.config.tries.clamp(1, SILENCES_MAX) as usize {
             self.silences.pop_front();
         }
         self.silences.push_back(sent);
     }
 
-    fn tries_counted(&self) -> usize {
-        self.config.tries.clamp(1, SILENCES_MAX) as usize
+    /// A frame of the monitor was received, or the connection is new.
+    pub(super) fn forget_silence(&mut self) {
+        (self.misses, self.missed_at, self.silent_frames) = (0, None, 0);
+        self.silences.clear();
     }
 
-    /// Reads that wait since then have waited for as many answers in vain as they have tries. There
-    /// is one frame more without answer, so not all of them were the same request.
+    /// If the monitor is known to be silent: reads that wait since then have waited for as many
+    /// answers in vain as they have tries.
     fn vain_since(&self) -> Option<Now> {
-        let from = self.silences.len().checked_sub(self.tries_counted())?;
-        self.silences.get(from).copied().filter(|_| from > 0)
+        let tries = self.config.tries.max(1);
+        let proof = tries.saturating_mul(SILENT_REQUESTS).max(SILENT_FRAMES_LEAST);
+        let known = tries <= SILENCES_MAX && self.silent_frames >= proof;
+        self.silences.front().copied().filter(|_| known)
     }
 
     /// Whether a read need not be sent again: what its answer would show is known.
@@ -126,12 +135,11 @@ impl Session {
 
     /// Ends those of the waiting reads that are over.
     pub(super) fn end_reads(&mut self, over: impl Fn(&Operation) -> bool) {
-        let (missed, outcomes) = (self.misses.min(self.config.tries), &mut self.outcomes);
+        let outcomes = &mut self.outcomes;
         self.queue.retain(|operation| {
             let waits = !(ends_with_others(operation) && over(operation));
             if !waits {
-                let outcome = operation.unanswered(operation.tries.max(missed));
-                outcomes.push_back((operation.ticket, outcome));
+                outcomes.push_back((operation.ticket, operation.unanswered()));
             }
             waits
         });

@@ -96,28 +96,28 @@ impl Session {
 
     /// Sets the usual round trip of the others on the line.
     pub(super) const fn set_others(&mut self, others: Option<Duration>) {
-        self.shares = true;
         self.others = others;
     }
 
-    /// Whether reads end when the time of their tries is over, though they had fewer: those of an
-    /// absent monitor on a line that it shares. Without tags they have to wait for late answers.
-    fn limits_reads(&self) -> bool {
-        self.is_absent() && self.shares && (self.others.is_some() || self.tags_work())
+    /// Time until which a read for an absent monitor waits for its turn. With a controller it waits
+    /// for longer until a frame since it was asked is not answered: without a grant nothing shows
+    /// that the monitor is still absent.
+    fn read_ends(&self) -> impl Fn(&Operation) -> Option<Now> + use<> {
+        let time = self.config.timeout * self.config.tries;
+        let (direct, missed_at) = (self.config.role == Role::Direct, self.missed_at);
+        move |operation| {
+            let limited =
+                direct || missed_at.is_some_and(|missed_at| operation.submitted <= missed_at);
+            (limited && ends_with_others(operation)).then(|| operation.submitted + time)
+        }
     }
 
-    fn read_ends(&self, operation: &Operation) -> Now {
-        operation.submitted + self.config.timeout * self.config.tries
-    }
-
-    /// Time until which a read for an absent monitor waits for its turn.
+    /// Time of the next call of [`Session::give_up_reads`].
     pub(super) fn gives_up_at(&self) -> Option<Now> {
-        if !self.limits_reads() {
+        if !self.can_wait() {
             return None;
         }
-        let due = self.outstanding.as_ref().filter(|outstanding| outstanding.due);
-        let waiting = self.queue.iter().chain(due.map(|outstanding| &outstanding.operation));
-        waiting.filter(|it| ends_with_others(it)).map(|it| self.read_ends(it)).min()
+        self.queue.iter().filter_map(self.read_ends()).min()
     }
 
     /// Ends the reads for an absent monitor whose turn has not come in time.
@@ -125,15 +125,8 @@ impl Session {
         if self.gives_up_at().is_none_or(|at| now < at) {
             return;
         }
-        let time = self.config.timeout * self.config.tries;
-        let over = |operation: &Operation| now >= operation.submitted + time;
-        let due =
-            |it: &mut Outstanding| it.due && ends_with_others(&it.operation) && over(&it.operation);
-        if let Some(outstanding) = self.outstanding.take_if(due) {
-            let Outstanding { operation, .. } = self.give_up(outstanding);
-            self.queue.push_front(operation);
-        }
-        self.end_reads(over);
+        let ends = self.read_ends();
+        self.end_reads(|operation| ends(operation).is_some_and(|at| now >= at));
     }
 
     fn wait_of_renewal(&self) -> Duration {
@@ -154,8 +147,7 @@ impl Session {
         }
         let absent = self.is_absent() && self.others.is_some();
         let tries = if absent { 1 } else { self.config.tries };
-        let late = self.limits_reads() && now >= self.read_ends(operation);
-        let left = operation.tries < tries && !late && !self.is_vain(operation);
+        let left = operation.tries < tries && !self.is_vain(operation);
         operation.is_repeatable() && left && !operation.cancelled
     }
 

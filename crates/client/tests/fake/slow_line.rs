@@ -31,6 +31,10 @@ pub struct SlowLine {
     pub remote_every: u16,
     /// Each so many answer Busy at first.
     pub busy_every: u16,
+    /// A frame in which one of these parameters is asked for is not answered.
+    pub mute: &'static [(SubsystemId, u16)],
+    /// Frames of more requests than this are not answered.
+    pub records_max: usize,
     pub seed: u64,
 }
 
@@ -40,11 +44,21 @@ pub struct Traffic {
     pub frames: u32,
     pub lost: u32,
     pub bytes: usize,
+    /// The monitor is off.
+    pub off: bool,
 }
 
 impl SlowLine {
     pub const fn new(baud: u32, loss_permille: u64) -> Self {
-        Self { baud, loss_permille, remote_every: 0, busy_every: 0, seed: 1 }
+        Self {
+            baud,
+            loss_permille,
+            remote_every: 0,
+            busy_every: 0,
+            mute: &[],
+            records_max: usize::MAX,
+            seed: 1,
+        }
     }
 
     fn time(&self, bytes: usize) -> Duration {
@@ -71,7 +85,7 @@ impl SlowLine {
                 traffic.frames += 1;
                 traffic.bytes += len;
                 traffic.lost += u32::from(lost || answer_lost);
-                if !lost {
+                if !lost && !traffic.off && self.answers(asked.payload) {
                     let answer = frame(&self.answer(asked.payload, &mut asked_before));
                     traffic.bytes += answer.len();
                     if !answer_lost {
@@ -86,6 +100,14 @@ impl SlowLine {
                 }
             }
         }
+    }
+
+    fn answers(&self, payload: &[u8]) -> bool {
+        let id = |data: &[u8]| data.first_chunk().map(|id| u16::from_le_bytes(*id));
+        let asked = |record: &Record<'_>| Some((record.device, id(record.data)?));
+        let mut all = Records::new(payload).map(Result::unwrap);
+        all.clone().count() <= self.records_max
+            && !all.any(|record| asked(&record).is_some_and(|it| self.mute.contains(&it)))
     }
 
     fn answer(

@@ -1,6 +1,6 @@
 //! Many requests over a slow, lossy line, seen through: on virtual time.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::time::Duration;
 
 use crate::fake::slow_line::{SlowLine, Traffic, read_all, reads};
@@ -31,6 +31,66 @@ async fn two_hundred_parameters_over_a_bad_line() {
         assert!(done.is_sorted() && done[0] == 0 && done.last() == Some(&ALL), "{done:?}");
         assert!(done.len() > 4, "{done:?}");
     }
+}
+
+/// However bad a line is, a batch goes on while anything is answered.
+#[tokio::test(start_paused = true)]
+async fn a_noisy_line_does_not_end_it() {
+    for loss_permille in [100, 200] {
+        let mut took = Duration::ZERO;
+        for seed in 0..300 {
+            let line = SlowLine { seed: seed * 7919, ..SlowLine::new(19_200, loss_permille) };
+            let reading = read_all(line, ALL, true).await;
+            assert_eq!(reading.right, ALL, "{loss_permille} ‰, seed {seed}");
+            took += reading.took;
+        }
+        println!("{loss_permille} ‰ lost: {ALL} reads in {:?}", took / 300);
+    }
+}
+
+/// Where only short frames pass, the length of those that do not is remembered.
+#[tokio::test(start_paused = true)]
+async fn long_frames_that_never_pass_are_not_tried_each_time() {
+    let line = SlowLine { records_max: 8, ..SlowLine::new(19_200, 0) };
+    let reading = read_all(line, ALL, true).await;
+    assert_eq!(reading.right, ALL);
+    let silent = reading.told.last().unwrap().again;
+    println!("{:?}, {} frames, {silent} asked again", reading.took, reading.traffic.frames);
+    assert!(reading.took < Duration::from_secs(45), "{:?}", reading.took);
+}
+
+/// A request that is never answered costs its own result only; a second one ends the batch.
+#[tokio::test(start_paused = true)]
+async fn a_request_without_answer_does_not_end_it() {
+    static MUTE: LazyLock<[(SubsystemId, u16); 2]> = LazyLock::new(|| {
+        [20, 40].map(|index| match reads(ALL)[index] {
+            Request { to, body: Body::GetParam { id }, .. } => (to, id.0),
+            _ => unreachable!(),
+        })
+    });
+    for count in [1, 2] {
+        let (client, _) = start(SlowLine { mute: &MUTE[..count], ..SlowLine::new(19_200, 0) });
+        let requests = reads(50);
+        let results = client.complete(&requests, |_| {}).await;
+        let silent: Vec<_> = (0..50)
+            .filter(|index| matches!(results[*index], Err(Error::NoAnswer { .. })))
+            .collect();
+        let unasked = results.iter().filter(|r| matches!(r, Err(Error::NotSent { .. }))).count();
+        assert_eq!((&silent[..], unasked), (&[20, 40][..count], if count == 2 { 9 } else { 0 }));
+    }
+    // The monitor falls silent after an answer: the next request shows it.
+    let (client, traffic) = start(SlowLine::new(19_200, 0));
+    let requests = reads(100);
+    let complete = client.complete(&requests, |progress| {
+        if progress.frames == 1 {
+            traffic.lock().unwrap().off = true;
+        }
+    });
+    let start_of = Instant::now();
+    let results = complete.await;
+    let silent = results.iter().filter(|r| matches!(r, Err(Error::NoAnswer { .. }))).count();
+    assert_eq!(silent, 2);
+    assert!(start_of.elapsed() < Duration::from_secs(19), "{:?}", start_of.elapsed());
 }
 
 #[tokio::test(start_paused = true)]
@@ -90,13 +150,13 @@ async fn silence_ends_it() {
     let asked = results.iter().filter(|r| matches!(r, Err(Error::NoAnswer { .. }))).count();
     let unasked = results.iter().filter(|r| matches!(r, Err(Error::NotSent { .. }))).count();
     assert_eq!((asked, unasked), (1, ALL - 1));
-    assert_eq!(traffic.lock().unwrap().frames, 6, "the first frame, one request alone");
-    assert_eq!(start_of.elapsed(), Duration::from_secs(6));
-    // One request has one try more than it would have without a batch.
+    assert_eq!(traffic.lock().unwrap().frames, 15, "the first frame, one request four times");
+    assert_eq!(start_of.elapsed(), Duration::from_secs(15));
+    // One request has twice the tries that it would have without a batch.
     let start_of = Instant::now();
     let results = client.complete(&reads(1), |_| {}).await;
     assert!(matches!(results[0], Err(Error::NoAnswer { .. })));
-    assert_eq!(start_of.elapsed(), Duration::from_secs(4));
+    assert_eq!(start_of.elapsed(), Duration::from_secs(6));
     // Of what changes something, nothing is asked twice, and nothing after it.
     let (client, traffic) = start(SlowLine::new(19_200, 1000));
     let moving = Request::new(SubsystemId::VERTICAL, Body::Move { destination: 1 });

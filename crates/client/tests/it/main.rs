@@ -20,4 +20,5 @@ mod memory;
 mod processes;
 mod radio;
 mod refusal;
+mod silence;
 mod subscribe;

@@ -352,6 +352,9 @@ mod tests {
         let closed = only(valve, lafet_proto::flags::ValveFlags::CLOSED.bits());
         assert_eq!(helps(RequestId::WRAP, valve, &closed), Some(Help::InputFaults));
         assert_eq!(helps(RequestId::STOP, control, &quench), Some(Help::Stop(SubsystemId::ALL)));
+        for flags in [&closed as Flags<'_>, &|_| Some(0), &|_| None] {
+            assert_eq!(helps(RequestId::STOP, valve, flags), Some(Help::Stop(SubsystemId::ALL)));
+        }
     }
 
     #[test]

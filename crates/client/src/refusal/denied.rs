@@ -219,6 +219,9 @@ impl Denied<'_> {
             let (why, remedy) = (text::ValveBlocked.fixed(), text::ValveBlockedRemedy.fixed());
             return helped("§3.3.5/1", why, remedy, Help::Status(self.by));
         }
+        if self.request == RequestId::STOP {
+            return stop_all("§1/2", text::WaterFlows.fixed());
+        }
         let valve = (self.flags)(self.by).map(ValveFlags::from_bits_retain);
         // A switch that is not believed, or water past a valve that is closed (§D/6).
         let doubted = valve.map(|flags| {

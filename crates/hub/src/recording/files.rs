@@ -56,6 +56,16 @@ pub enum Unfit {
     Io(io::Error),
 }
 
+impl From<ReadError> for Unfit {
+    fn from(error: ReadError) -> Self {
+        match error {
+            // The hub's own disk, not what was sent.
+            ReadError::Io(error) => Self::Io(error),
+            other => Self::Read(other),
+        }
+    }
+}
+
 /// The folder; a temporary one goes with the last clone.
 #[derive(Clone, Debug)]
 pub struct Folder(Arc<Place>);
@@ -171,7 +181,7 @@ impl Folder {
         by: &str,
         known: &Whose,
     ) -> Result<Recording, Unfit> {
-        let about = About::read(sent, known).map_err(Unfit::Read)?;
+        let about = About::read(sent, known)?;
         let mut first = [0; 8];
         let mut file = File::open(sent).map_err(Unfit::Io)?;
         let len = file.read(&mut first).map_err(Unfit::Io)?;
@@ -362,6 +372,17 @@ mod tests {
         }
         assert_eq!(fresh("a.mcap", |name| name != "a-3.mcap"), "a-3.mcap");
         assert_eq!(date(1_763_712_000_000), "20251121-080000");
+    }
+
+    /// A file that the hub itself cannot read says nothing about what was sent.
+    #[test]
+    fn a_disk_that_fails_is_no_fault_of_the_sender() {
+        let folder = Folder::open(None).unwrap();
+        let (sent, none) = (folder.path().join("sent"), Whose::default());
+        let add = || folder.add(0, "a.mcap", &sent, "anna", &none);
+        assert!(matches!(add(), Err(Unfit::Io(_))));
+        fs::write(&sent, "text").unwrap();
+        assert!(matches!(add(), Err(Unfit::Read(ReadError::Unknown))));
     }
 
     /// A recording of 0.6 MB that ends so many days after 2000, if its word is there.

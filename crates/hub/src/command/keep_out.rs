@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use lafet_client::{Answers, Toward};
+use lafet_client::{Answers, JogEnd, Toward};
 use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Path, Quench, Sector, Trajectory, TrajectoryPoint};
 use lafet_proto::{Request, RequestId, Status, SubsystemId};
@@ -30,6 +30,9 @@ use crate::zones::orders::closing;
 /// What was sent shows in the state that is heard after this time, or after so many polls.
 const SHOWS: Duration = Duration::from_secs(1);
 const SHOWS_POLLS: u32 = 3;
+/// What was not answered may still be on its way to the monitor for this time: a line is repeated on, opened
+/// again, or kept by a serial server.
+const ARRIVES: Duration = Duration::from_secs(10);
 /// A motion by hand begins no nearer to a keep-out: of a barrel at rest, and of one that moves, arc-minutes.
 const NEAR: f64 = 30.0;
 const NEAR_MOVING: f64 = 600.0;
@@ -40,8 +43,9 @@ pub struct Barrel {
     /// What has been let pass and is not over, by number: one for each request and motion under way.
     underway: BTreeMap<u64, Goes>,
     passed: u64,
-    horizontal: Option<Sent>,
-    vertical: Option<Sent>,
+    horizontal: Way,
+    vertical: Way,
+    /// Until when an opening counts whatever the state shows.
     opened: Option<Now>,
     /// The program that was accepted last, and what it sweeps.
     program: Option<(String, Swept)>,
@@ -71,7 +75,9 @@ enum End {
     Rests,
     /// This request was accepted.
     Accepted(String),
-    /// Whether it has started is not known.
+    /// It is over, and what it has started the state shows.
+    Over,
+    /// Whether it has started, or will, is not known.
     Unknown,
 }
 
@@ -82,6 +88,15 @@ pub struct Passed {
     station: Arc<Station>,
     number: u64,
     end: End,
+}
+
+/// Where a drive may go.
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
+    /// Where it was sent last.
+    sent: Option<Sent>,
+    /// Where requests without an answer take it, if they arrive, and when the last one was over.
+    lost: Option<(Span, Now)>,
 }
 
 /// Where a drive was sent.
@@ -277,10 +292,11 @@ impl Hub {
     fn known(&self, station: &Station, barrel: &Barrel) -> Known {
         let (status, now) = (station.status(), self.now());
         let recent = |at: &Now| now.saturating_sub(*at) < shows(station);
-        let axis = |drive, sent: Option<Sent>| {
+        let axis = |drive, way: Way| {
             let moving = status.is_set(drive, "Move");
-            let sent = sent.filter(|sent| moving || recent(&sent.at)).map(|sent| sent.to);
-            let moves = barrel.going(drive).chain(sent).reduce(Span::with);
+            let sent = way.sent.filter(|sent| moving || recent(&sent.at)).map(|sent| sent.to);
+            let lost = way.lost.filter(|it| arrives(now, it.1)).map(|it| it.0);
+            let moves = barrel.going(drive).chain(sent).chain(lost).reduce(Span::with);
             Axis {
                 position: status.position(drive).map(|it| it as f64),
                 moves: moves.or(moving.then_some(Span::WHOLE)),
@@ -288,7 +304,7 @@ impl Hub {
         };
         let runs = lock(&station.programs).current().cloned();
         let opens = barrel.underway.values().any(|it| matches!(it, Goes::Opens));
-        let opened = opens || barrel.opened.as_ref().is_some_and(recent);
+        let opened = opens || barrel.opened.is_some_and(|until| now < until);
         let mut known = Known {
             horizontal: axis(SubsystemId::HORIZONTAL, barrel.horizontal),
             vertical: axis(SubsystemId::VERTICAL, barrel.vertical),
@@ -329,15 +345,19 @@ impl Barrel {
     }
 
     /// What was let pass is over. What was not refused counts until the state shows it.
-    fn over(&mut self, number: u64, end: End, now: Now) {
+    fn over(&mut self, number: u64, end: End, now: Now, shows: Duration) {
         let Some(goes) = self.underway.remove(&number) else { return };
         match (goes, end) {
             (_, End::Refused) => {}
             (Goes::To(drive, to), end) => {
-                let to = (!matches!(end, End::Rests)).then_some(to);
-                self.sent(drive, to, (number, now));
+                if let Some(way) = self.way(drive) {
+                    way.over((to, number), &end, now);
+                }
             }
-            (Goes::Opens, _) => self.opened = Some(now),
+            (Goes::Opens, end) => {
+                let counts = if matches!(end, End::Unknown) { ARRIVES.max(shows) } else { shows };
+                self.opened = self.opened.max(Some(now + counts));
+            }
             (Goes::Program(swept), End::Accepted(request)) => {
                 self.program = Some((request, swept));
             }
@@ -348,33 +368,50 @@ impl Barrel {
         }
     }
 
-    /// The latest that was sent counts, whichever answer comes first.
-    fn sent(&mut self, drive: SubsystemId, to: Option<Span>, (number, at): (u64, Now)) {
-        let known = match drive {
-            SubsystemId::HORIZONTAL => &mut self.horizontal,
-            SubsystemId::VERTICAL => &mut self.vertical,
-            _ => return,
-        };
-        if known.is_none_or(|it| it.number < number) {
-            *known = to.map(|to| Sent { to, at, number });
+    const fn way(&mut self, drive: SubsystemId) -> Option<&mut Way> {
+        match drive {
+            SubsystemId::HORIZONTAL => Some(&mut self.horizontal),
+            SubsystemId::VERTICAL => Some(&mut self.vertical),
+            _ => None,
         }
     }
 
     /// Drives that rest are where they are, not where they were sent; and a program without an answer that
     /// has started shows.
     fn settle(&mut self, status: &State, now: Now, shows: Duration) {
-        let drives = [
-            (SubsystemId::HORIZONTAL, &mut self.horizontal),
-            (SubsystemId::VERTICAL, &mut self.vertical),
-        ];
-        for (drive, sent) in drives {
+        for drive in [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL] {
+            let Some(way) = self.way(drive) else { continue };
             if !status.is_set(drive, "Move") {
-                *sent = sent.filter(|sent| now.saturating_sub(sent.at) < shows);
+                way.sent = way.sent.filter(|sent| now.saturating_sub(sent.at) < shows);
             }
+            way.lost = way.lost.filter(|it| arrives(now, it.1));
         }
         // One that deploys first has no flag yet.
         if !status.is_set(SubsystemId::DEPLOYER, "Deploying") {
-            self.unanswered = self.unanswered.filter(|it| now.saturating_sub(it.1) < shows);
+            self.unanswered = self.unanswered.filter(|it| arrives(now, it.1));
+        }
+    }
+}
+
+impl Way {
+    /// A request or a motion that goes there is over. The latest that was accepted counts, whichever answer
+    /// comes first; what may not have been carried out ends nothing that was sent before.
+    fn over(&mut self, (to, number): (Span, u64), end: &End, at: Now) {
+        let newer = self.sent.is_none_or(|it| it.number < number);
+        match end {
+            End::Refused => {}
+            End::Unknown => {
+                let to = self.lost.map_or(to, |it| it.0.with(to));
+                self.lost = Some((to, at));
+            }
+            End::Over => {
+                let (to, number) =
+                    self.sent.map_or((to, number), |it| (it.to.with(to), it.number.max(number)));
+                self.sent = Some(Sent { to, at, number });
+            }
+            End::Accepted(_) if newer => self.sent = Some(Sent { to, at, number }),
+            End::Rests if newer => self.sent = None,
+            End::Accepted(_) | End::Rests => {}
         }
     }
 }
@@ -387,9 +424,7 @@ impl Passed {
         request: &MonitorRequest,
         answers: Option<&Answers>,
     ) -> Option<Self> {
-        // Carried out, with an answer that was too long.
-        let done = |status: Status| status.is_success() || status == Status::NO_ROOM;
-        let done = answers.map(|answers| answers.iter().any(|it| done(it.status())));
+        let done = answers.map(was_done);
         self.end = match done {
             None => End::Unknown,
             Some(true) => End::Accepted(request.text().to_owned()),
@@ -398,17 +433,39 @@ impl Passed {
         (done == Some(true)).then_some(self)
     }
 
-    /// The motion was refused, or is over and the drive at rest.
-    pub fn rests(mut self) {
-        self.end = End::Rests;
+    /// Nothing was sent.
+    pub fn refused(mut self) {
+        self.end = End::Refused;
+    }
+
+    /// How the motion by hand ended.
+    pub fn jogged(mut self, end: &JogEnd) {
+        self.end = match end {
+            JogEnd::Stopped { .. } | JogEnd::Standing(_) => End::Rests,
+            JogEnd::Refused(_) | JogEnd::Unbounded(_) => End::Refused,
+            JogEnd::Replaced | JogEnd::TakenOver { .. } | JogEnd::StillMoving(_) => End::Over,
+            _ => End::Unknown,
+        };
     }
 }
 
 impl Drop for Passed {
     fn drop(&mut self) {
         let end = std::mem::replace(&mut self.end, End::Unknown);
-        lock(&self.station.barrel).over(self.number, end, self.hub.now());
+        let (now, shows) = (self.hub.now(), shows(&self.station));
+        lock(&self.station.barrel).over(self.number, end, now, shows);
     }
+}
+
+/// Whether a monitor has carried a request out: also one whose answer was too long.
+pub(super) fn was_done(answers: &Answers) -> bool {
+    let done = |status: Status| status.is_success() || status == Status::NO_ROOM;
+    answers.iter().any(|it| done(it.status()))
+}
+
+/// Whether what was over at this time without an answer may still arrive.
+fn arrives(now: Now, over: Now) -> bool {
+    now.saturating_sub(over) < ARRIVES
 }
 
 fn shows(station: &Station) -> Duration {
@@ -553,8 +610,7 @@ mod tests {
             let sent = passes(&hub, &station, request);
             assert!(is_kept_out(&hub, &station, "Open Valve1"), "{request}: it may have started");
             end(sent, End::Refused);
-            drop(passes(&hub, &station, "Open Valve1"));
-            lock(&station.barrel).opened = None;
+            end(passes(&hub, &station, "Open Valve1"), End::Refused);
         }
         let sent = passes(&hub, &station, QUENCH);
         lock(&station.programs).accepted(0, QUENCH, "anna");
@@ -591,8 +647,7 @@ mod tests {
         end(back, End::Accepted(String::new()));
         assert!(is_kept_out(&hub, &station, "Open Valve1"), "the first one is under way");
         end(there, End::Accepted(String::new()));
-        drop(passes(&hub, &station, "Open Valve1"));
-        lock(&station.barrel).opened = None;
+        end(passes(&hub, &station, "Open Valve1"), End::Refused);
         // One that is refused leaves the barrel on its way.
         let there = passes(&hub, &station, "Move Horizontal -2700");
         end(there, End::Accepted(String::new()));
@@ -611,12 +666,49 @@ mod tests {
         let bound = |drive, toward| hub.bound_by_keep_outs(&station, drive, toward).unwrap();
         let (to, motion) = bound(SubsystemId::HORIZONTAL, Toward::Min);
         assert_eq!(to, Some(-1710));
-        motion.unwrap().rests();
+        end(motion, End::Rests);
         end(second, End::Refused);
         let (to, motion) = bound(SubsystemId::HORIZONTAL, Toward::Min);
         assert_eq!(to, None, "no water");
         assert!(is_kept_out(&hub, &station, "Open Valve1"), "it moves");
-        motion.unwrap().rests();
+        end(motion, End::Rests);
         drop(passes(&hub, &station, "Open Valve1"));
+    }
+
+    /// A Move that may never have arrived, and a motion by hand that never began, end nothing.
+    #[tokio::test]
+    async fn what_may_not_have_started_erases_nothing_that_was_accepted() {
+        let refused = || JogEnd::Refused(lafet_client::Error::Closed);
+        let ends: [(&str, &dyn Fn(Passed)); 5] = [
+            ("no answer", &|it| drop(it)),
+            ("not begun", &Passed::refused),
+            ("refused", &|it| it.jogged(&refused())),
+            ("replaced", &|it| it.jogged(&JogEnd::Replaced)),
+            ("unknown", &|it| it.jogged(&JogEnd::Unknown(lafet_client::Error::Closed))),
+        ];
+        for (what, over) in ends {
+            let (hub, station) = stand();
+            let there = passes(&hub, &station, "Move Horizontal -2700");
+            end(there, End::Accepted(String::new()));
+            over(passes(&hub, &station, "Move Horizontal 600").unwrap());
+            assert!(is_kept_out(&hub, &station, "Open Valve1"), "{what}: it moves to the stand");
+        }
+    }
+
+    /// A request without an answer may arrive later than the next polls.
+    #[tokio::test]
+    async fn what_was_not_answered_counts_as_long_as_it_may_arrive() {
+        let (hub, station) = stand();
+        drop(passes(&hub, &station, "Move Horizontal -2700"));
+        let settle = |after| {
+            let (now, shows) = (hub.now() + after, shows(&station));
+            lock(&station.barrel).settle(&station.status(), now, shows);
+        };
+        settle(ARRIVES / 2);
+        assert!(is_kept_out(&hub, &station, "Open Valve1"));
+        settle(ARRIVES);
+        drop(passes(&hub, &station, "Open Valve1"));
+        let opened = lock(&station.barrel).opened.unwrap();
+        assert!(opened > hub.now() + ARRIVES / 2, "it may open later");
     }
 }

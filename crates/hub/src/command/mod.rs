@@ -179,6 +179,7 @@ impl Hub {
         };
         let (request, exchanged) = (&request, exchange(station, &request, terms.save).await);
         let answers = exchanged.as_ref().ok().map(|(answers, _)| answers);
+        let done = answers.is_some_and(keep_out::was_done);
         let passed = passed.and_then(|it| it.answered(request, answers));
         let took_ms = millis(began.elapsed());
         let state = match &exchanged {
@@ -198,12 +199,12 @@ impl Hub {
         ) {
             station.reread.notify_one();
         }
-        let outcome = sent.result.map_err(|error| error.noted(audit))?;
-        if outcome.ok {
+        if done {
             self.was_accepted(caller, station, request);
         }
         // A program is known as running from here on.
         drop(passed);
+        let outcome = sent.result.map_err(|error| error.noted(audit))?;
         Ok(Outcome { audit, ..outcome })
     }
 

@@ -12,6 +12,7 @@ use tokio::sync::mpsc;
 
 use super::jogs::Turn;
 use crate::command::NUMBERED;
+use crate::command::keep_out::Passed;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
@@ -79,7 +80,13 @@ impl Station {
         let (no_farther, passed) = hub.bound_by_keep_outs(self, beat.drive, beat.toward)?;
         let clock_permille = (speed * 1000.0) as u32;
         let hold = Hold { clock_permille, no_farther, ..Hold::default() };
-        let mut jog = drive.jog_with(beat.toward, hold).map_err(|error| ApiError::from(&error))?;
+        let mut jog = match drive.jog_with(beat.toward, hold) {
+            Ok(jog) => jog,
+            Err(error) => {
+                passed.into_iter().for_each(Passed::refused);
+                return Err(ApiError::from(&error));
+            }
+        };
         let way = if beat.toward == Toward::Max { "max" } else { "min" };
         let what = format!("jog {} {way}", beat.drive);
         let drive = beat.drive;
@@ -103,10 +110,7 @@ impl Station {
                     break jog.release().await;
                 }
             };
-            match passed {
-                Some(passed) if end.stands() => passed.rests(),
-                passed => drop(passed),
-            }
+            passed.into_iter().for_each(|it| it.jogged(&end));
             station.jog_ended(&hub, &caller, beat.drive, number, &end);
             let record = hub.record(&caller, station.id(), &what, end_word(&end).name());
             // Long since stored, unless the disk takes nothing: then it is not waited for.

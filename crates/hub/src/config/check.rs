@@ -152,17 +152,17 @@ impl Check<'_> {
             return;
         }
         let name = path.display();
-        self.warnings.push(Problem::at(
-            self.file,
-            self.text,
-            byte,
-            text::CheckFileReadable { name: Shown(&name) }.words(),
-            Both::same(format!("chmod o= {name}")),
-        ));
+        let what = text::CheckFileReadable { name: Shown(&name) }.words();
+        self.warn(byte, what, Both::same(format!("chmod o= {name}")));
     }
 
     fn file_name(&self) -> &Path {
         Path::new(Path::new(self.file).file_name().unwrap_or_default())
+    }
+
+    /// Something at a byte of the file does not do what it seems to.
+    pub fn warn(&mut self, byte: usize, what: Both, remedy: Both) {
+        self.warnings.push(Problem::at(self.file, self.text, byte, what, remedy));
     }
 
     /// Something is wrong at a byte of the file.
@@ -279,6 +279,28 @@ mod tests {
         let overrides = Overrides::default();
         Config::parse("hub.toml", text, Path::new("/etc/lafet"), &overrides)
             .map_err(|problems| problems.iter().map(ToString::to_string).collect())
+    }
+
+    /// A map may be larger than what the planner computes with.
+    #[test]
+    fn what_the_planner_cannot_compute_with_is_warned_of() {
+        let monitor = "[[monitor]]\nid = \"M1\"\nurl = \"tcp://h?addr=1\"\nheight = 2\n";
+        let detector = "[[detector]]\nid = \"d\"\nkind = \"flame\"\nzones = [\"z\"]\n";
+        let zone = "[[aim]]\nzone = \"z\"\nmonitor = \"M1\"\nhorizontal = 0\nvertical = 300\n\
+                    nozzle = 60\n[[zone]]\nid = \"z\"\nvotes = \"1oo1\"\nwater_max_s = 60\n\
+                    one_detector_releases = true\nmonitors = [\"M1\"]\n";
+        let warnings = |east: u32, sees: &str, wall: f64| {
+            let wall =
+                format!("[[wall]]\nname = \"w\"\nfrom = [0, 9]\nto = [{wall}, 9]\nheight = 3\n");
+            let at = format!("at = [{east}, 0]\n");
+            let text = format!("{monitor}{at}{detector}{sees}{zone}{wall}");
+            parse(&text).unwrap_or_else(|problems| panic!("{problems:#?}")).warnings.len()
+        };
+        let sees = "at = [0, 0, 6]\n";
+        assert_eq!(warnings(0, sees, 20.0), 0);
+        assert_eq!(warnings(20_000, sees, 20.0), 1);
+        assert_eq!(warnings(20_000, sees, 5000.0), 2);
+        assert_eq!(warnings(20_000, "", 5000.0), 0, "nothing is planned");
     }
 
     #[test]

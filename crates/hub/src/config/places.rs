@@ -8,6 +8,7 @@ use toml::Spanned;
 use super::check::Check;
 use super::file::{File, Monitor};
 use crate::site::keep_out::{KeepOut, Span, Swept};
+use crate::site::planned::check_place;
 use crate::site::{Place, Site, Tank, Wall};
 
 /// What is on a site is not farther from its middle, nor higher.
@@ -66,7 +67,32 @@ impl Check<'_> {
         let keep_outs = self.keep_outs(read, &monitors);
         let tanks = values(&read.tank);
         let walls = values(&read.wall);
+        self.plannable(read, &monitors);
         (!monitors.is_empty()).then_some(Site { monitors, tanks, walls, keep_outs })
+    }
+
+    /// The planner of the zones computes within narrower bounds than a map may have.
+    fn plannable(&mut self, read: &File, placed: &BTreeMap<String, Place>) {
+        if read.detector.iter().all(|it| it.get_ref().at.is_none()) {
+            return;
+        }
+        let monitors = read.monitor.iter().filter_map(|it| {
+            let place = placed.get(it.get_ref().id.get_ref())?;
+            Some((it.span().start, check_place(place)))
+        });
+        let tanks = read.tank.iter().map(|it| (it.span().start, it.get_ref().check_planned()));
+        let walls = read.wall.iter().map(|it| (it.span().start, it.get_ref().check_planned()));
+        let all = monitors.chain(tanks).chain(walls);
+        let found: Vec<_> = all.filter_map(|(at, it)| Some((at, it.err()?))).collect();
+        for (at, problem) in found {
+            self.warn(at, problem.0, text::CheckPlannedRemedy.words());
+        }
+        let obstacles = read.tank.len() + read.wall.len();
+        if obstacles > lafet_place::OBSTACLES_MAX {
+            let at = read.wall.last().map_or(0, |it| it.span().start);
+            let most = lafet_place::OBSTACLES_MAX;
+            self.warn(at, text::CheckObstacles { most }.words(), text::CheckPlannedRemedy.words());
+        }
     }
 
     fn places(

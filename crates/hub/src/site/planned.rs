@@ -1,5 +1,6 @@
 //! The site as the planner and the coverage compute with it ([`lafet_place`]): metres, radians, MPa.
 
+use lafet_place::Problem;
 use lafet_place::obstacle::Body;
 use lafet_place::site::{For, KeepOut as Kept, Kept as Shape, Monitor, Site as Planned};
 use lafet_place::supply::Supply;
@@ -68,6 +69,16 @@ pub fn planned(site: &Site, monitors: &[(String, Place, Built)], supply: Supply)
     }
 }
 
+/// Whether the planner can compute with a monitor: its place and its parameters are within what is usual.
+pub fn is_plannable(it: &(String, Place, Built)) -> bool {
+    monitor(it).check().is_ok()
+}
+
+/// Why the planner cannot compute with a monitor as delivered that is placed there.
+pub fn check_place(place: &Place) -> Result<(), Problem> {
+    monitor(&(String::new(), *place, Built::as_delivered())).check()
+}
+
 fn monitor((name, place, built): &(String, Place, Built)) -> Monitor {
     let arcmin = |limits: [i32; 2]| limits.map(|it| (f64::from(it) / 60.0).to_radians());
     let steepest = STEEPEST_DEG.to_radians();
@@ -107,6 +118,11 @@ fn kept(it: &KeepOut, monitors: &[(String, Place, Built)]) -> Option<Kept> {
 }
 
 impl Tank {
+    /// Why the planner cannot compute with it.
+    pub fn check_planned(&self) -> Result<(), Problem> {
+        if self.height < LEAST_M { Ok(()) } else { self.body().check() }
+    }
+
     fn body(&self) -> Body {
         let heights = [0.0, self.height];
         Body::Cylinder { at: self.at, radius_m: 0.5 * self.diameter, heights }
@@ -119,6 +135,12 @@ impl Tank {
 }
 
 impl Wall {
+    /// Why the planner cannot compute with it.
+    pub fn check_planned(&self) -> Result<(), Problem> {
+        let body = self.body().filter(|_| self.height >= LEAST_M);
+        body.map_or(Ok(()), |body| body.check())
+    }
+
     /// None without a length.
     fn body(&self) -> Option<Body> {
         let (east, north) = (self.to[0] - self.from[0], self.to[1] - self.from[1]);

@@ -123,6 +123,7 @@ check-supply = `[supply]` needs `pressure`; or `static`, `flow` and `pressure`; 
 check-flowing = `flowing` of `[supply]` is not 1 to { $most }.
 check-winds-too-many = There are more than { $most } winds.
 check-planned-remedy = (docs/coverage.md has the bounds of all keys.)
+check-obstacles = The planner of the zones takes at most { $most } tanks and walls together: with more it assigns no monitor.
 
 # The clock.
 clock-stepped = The clock was changed by { $by_s } s, or the machine was asleep.
@@ -381,6 +382,7 @@ postgres-no-authority = This machine trusts no authority (Debian: apt install ca
 # Events of the zones.
 zones-not-stored = Modes, masks and refusals of the zones are not stored: a restart would lose them. Check the disk.
 zones-stored = Modes, masks and refusals of the zones are stored again.
+zones-no-wind = The anemometer has reported nothing for { $minutes } min: monitors are assigned by the last wind.
 zone-detector-alarm = Detector { $detector }: alarm ({ $by }).
 zone-countdown = Zone { $zone }: enough votes, release in { $seconds } s.
 zone-held = Zone { $zone }: the delay is held.

@@ -123,6 +123,7 @@ check-supply = В `[supply]` нужно `pressure`; или `static`, `flow` и `
 check-flowing = `flowing` в `[supply]` не от 1 до { $most }.
 check-winds-too-many = Ветров больше { $most }.
 check-planned-remedy = (Пределы всех ключей – в docs/coverage.ru.md.)
+check-obstacles = Планировщик зон принимает не больше { $most } резервуаров и стен вместе: при большем числе он не назначает стволов.
 
 # The clock.
 clock-stepped = Часы переведены на { $by_s } с, либо машина спала.
@@ -381,6 +382,7 @@ postgres-no-authority = Эта машина не доверяет ни одно�
 # Events of the zones.
 zones-not-stored = Режимы, отключения и запреты зон не сохраняются и пропадут при перезапуске. Проверьте диск.
 zones-stored = Режимы, отключения и запреты зон снова сохраняются.
+zones-no-wind = От анемометра { $minutes } мин нет показаний: стволы назначаются по последнему ветру.
 zone-detector-alarm = Извещатель { $detector }: тревога ({ $by }).
 zone-countdown = Зона { $zone }: голосов достаточно, пуск через { $seconds } с.
 zone-held = Зона { $zone }: задержка удерживается.

@@ -158,10 +158,10 @@ impl FirePlace {
         wrapped(monitor.heading.to_radians() - bearing).to_degrees() * 60.0
     }
 
-    /// What the jet of a monitor scans to hit it; none where the request cannot say it.
-    pub fn target(&self, monitor: &Place) -> Option<Target> {
+    /// What the jet of a monitor scans to hit it at this height; none where the request cannot say it.
+    pub fn target(&self, monitor: &Place, up_m: f64) -> Option<Target> {
         let way_m = self.distance_m(monitor);
-        let rise_m = self.height_m.unwrap_or(0.0) - monitor.height;
+        let rise_m = up_m - monitor.height;
         let distance_m = way_m.hypot(rise_m);
         if !DISTANCE_M.contains(&distance_m) {
             return None;
@@ -215,10 +215,19 @@ impl Hub {
         ranked.into_iter().map(|(_, id)| id.clone()).collect()
     }
 
+    /// Height at which the water comes down, m: on the roof of a tank, else where the fire was measured.
+    pub(super) fn height_of(&self, fire: &FirePlace) -> f64 {
+        let map = self.map();
+        let tank = map.iter().flat_map(|map| &map.tanks).find(|tank| tank.has(fire.at));
+        // Not within it.
+        tank.map(|tank| tank.height + 0.1).or(fire.height_m).unwrap_or_default()
+    }
+
     /// Whether a monitor may point at a fire: its limits have it, and no keep-out is in what it scans.
     pub(super) fn may_aim(&self, station: &Station, place: &Place, fire: &FirePlace) -> bool {
         let azimuth = fire.azimuth_arcmin(place);
-        let half = fire.target(place).map_or(0.0, |it| f64::from(it.sector.width) / 2.0);
+        let target = fire.target(place, self.height_of(fire));
+        let half = target.map_or(0.0, |it| f64::from(it.sector.width) / 2.0);
         let clear = self.is_clear(station.id(), Span::around(azimuth, half));
         points(station, azimuth) && clear
     }
@@ -362,19 +371,21 @@ mod tests {
         let hall = Hall::new(&WEST_EAST, &[[10.0, 20.0]]);
         let place = hall.places(NOW).remove(0);
         let monitor = |heading| Place { at: [0.0, 0.0], heading, height: 2.0 };
-        let ahead = place.target(&monitor(0.0)).unwrap();
+        let ahead = place.target(&monitor(0.0), 0.0).unwrap();
         // East of north: to the right, negative on the wire.
         assert_eq!((ahead.sector.centre_h, ahead.distance), (-1594, 22));
         assert_eq!(ahead.sector.centre_v, -307, "2 m down on 22.4 m");
         assert_eq!((ahead.sector.width, ahead.sector.height), (240, 240));
-        assert_eq!(place.target(&monitor(90.0)).unwrap().sector.centre_h, 5400 - 1594);
+        let roof = place.target(&monitor(0.0), 12.0).unwrap();
+        assert_eq!((roof.sector.centre_v, roof.distance), (1446, 24), "10 m up");
+        assert_eq!(place.target(&monitor(90.0), 0.0).unwrap().sector.centre_h, 5400 - 1594);
         assert_eq!(
-            place.target(&monitor(-179.0)).unwrap().sector.centre_h,
+            place.target(&monitor(-179.0), 0.0).unwrap().sector.centre_h,
             -1594 - 179 * 60 + 21_600
         );
         let far = Place { at: [0.0, -120.0], heading: 0.0, height: 2.0 };
-        assert_eq!(place.target(&far), None, "the request has 127 m at most");
+        assert_eq!(place.target(&far, 0.0), None, "the request has 127 m at most");
         let wide = FirePlace { major_m: 10.0, ..place };
-        assert_eq!(wide.target(&monitor(0.0)).unwrap().sector.width, 1200);
+        assert_eq!(wide.target(&monitor(0.0), 0.0).unwrap().sector.width, 1200);
     }
 }

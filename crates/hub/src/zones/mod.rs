@@ -61,6 +61,8 @@ const WORKS: Duration = Duration::from_secs(2);
 const STORE: Duration = Duration::from_secs(5);
 /// Pause before what the disk did not take is tried again.
 const AGAIN: Duration = Duration::from_secs(1);
+/// A wind counts for so long after it was reported.
+const WIND_COUNTS: Duration = Duration::from_secs(600);
 /// What was not stored before the hub ends is waited for so long.
 const FAREWELL: Duration = Duration::from_secs(2);
 
@@ -69,6 +71,8 @@ const FAREWELL: Duration = Duration::from_secs(2);
 pub struct Zones {
     config: ZonesConfig,
     machine: Mutex<Machine>,
+    /// Counts the orders of each monitor, outside the lock: a no does not wait for it.
+    latest: BTreeMap<String, Arc<AtomicU64>>,
     stored: Stored,
     /// A deadline may have changed.
     wake: Notify,
@@ -120,9 +124,11 @@ impl Zones {
                 }))
             })?;
         let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
+        let lines: BTreeMap<String, Line> = lines.collect();
+        let latest = lines.iter().map(|(id, line)| (id.clone(), line.latest.clone())).collect();
         let machine = Machine {
             site,
-            lines: lines.collect(),
+            lines,
             holds: BTreeMap::new(),
             reported: BTreeMap::new(),
             fires: BTreeMap::new(),
@@ -138,7 +144,21 @@ impl Zones {
         let machine = Mutex::new(machine);
         let (wake, changed) = (Notify::new(), Notify::new());
         let turned_ms = AtomicU64::new(0);
-        Ok(Some(Self { config: zones, machine, stored, wake, changed, turned_ms }))
+        Ok(Some(Self { config: zones, machine, latest, stored, wake, changed, turned_ms }))
+    }
+
+    /// Makes every order void that opens or turns a monitor of this scope and is not sent yet.
+    fn void(&self, scope: &Scope) {
+        let site = &self.config.site;
+        let of = |zone: &String| site.zones.iter().find(|it| it.id == *zone);
+        let has = |id: &String| match scope {
+            Scope::Site => true,
+            Scope::Zone(zone) => of(zone).is_some_and(|it| it.monitors.contains(id)),
+            Scope::Monitor(monitor) => monitor == id,
+        };
+        for (_, latest) in self.latest.iter().filter(|it| has(it.0)) {
+            latest.fetch_add(1, Ordering::SeqCst);
+        }
     }
 
     fn persisted(&self) -> Persisted {
@@ -395,6 +415,10 @@ impl Hub {
     /// A repetition (no `news`) is a no only where the one before does not last any more: a reset may have
     /// come between.
     fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
+        // What waits to be sent is not sent while this waits for the lock.
+        if let Hand::Stop(scope) | Hand::Close(scope) = &order {
+            zones.void(scope);
+        }
         let mut machine = lock(&zones.machine);
         if let Hand::Stop(scope) | Hand::Close(scope) = &order
             && !news
@@ -455,6 +479,12 @@ impl Hub {
             machine.looked = now;
             self.look_at_lines(zones, machine);
             self.end_holds(zones, machine, now);
+            self.end_wind(machine, now);
+            for zone in &zones.config.site.zones {
+                if machine.plans.get(&zone.id).is_some_and(|plan| plan.is_due(now)) {
+                    self.plan_fires(zones, machine, &caller, zone);
+                }
+            }
             if now >= machine.located + AGAIN {
                 machine.located = now;
                 for zone in &zones.config.site.zones {
@@ -488,6 +518,15 @@ impl Hub {
             machine.holds.remove(&zone);
             let event = Event::Hand { by: ZONES.into(), order: Hand::Hold { zone, on: false } };
             self.take(zones, machine, &Caller::zones(), &event);
+        }
+    }
+
+    /// A wind that is not reported any more is not shown; what is planned stays planned for it.
+    fn end_wind(&self, machine: &mut Machine, now: Now) {
+        let over = |it: &mut view::WindReported| now.saturating_sub(it.heard) >= WIND_COUNTS;
+        if machine.wind.take_if(over).is_some() {
+            machine.news = true;
+            self.event(None, &notes::no_wind(WIND_COUNTS));
         }
     }
 

@@ -1,5 +1,7 @@
 //! What the machine records, in the audit log and in words.
 
+use std::time::Duration;
+
 use lafet_site::{Cause, Entry, Mode, Record, Scope, Signal, Trouble, Why};
 use lafet_texts::{Text, hub as text};
 use serde::Serialize;
@@ -72,6 +74,11 @@ pub fn storing(failing: bool) -> Both {
         true => text::ZonesNotStored.words(),
         false => text::ZonesStored.words(),
     }
+}
+
+/// That the anemometer has not reported for so long.
+pub fn no_wind(silent: Duration) -> Both {
+    text::ZonesNoWind { minutes: silent.as_secs() / 60 }.words()
 }
 
 /// The event, for people; `None`: it is not news for them. `by` has reported what is of a detector.

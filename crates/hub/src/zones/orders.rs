@@ -5,7 +5,7 @@
 //! monitor makes it void, and so does the time that the machine gave it.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use lafet_proto::request::Body;
@@ -13,6 +13,7 @@ use lafet_proto::{Request, SubsystemId};
 use lafet_site::{Cause, Command, Order, Phase, Tone};
 use tokio::time::sleep;
 
+use super::line::Aiming;
 use super::{Machine, Valid, ZONES, Zones};
 use crate::access::{Kind, Principal, Role, Standing};
 use crate::command::request::MonitorRequest;
@@ -57,7 +58,7 @@ impl Caller {
 }
 
 impl Hub {
-    /// Carries out an order.
+    /// Carries out an order of the machine.
     pub(super) fn carry_order(&self, zones: &Zones, machine: &mut Machine, command: &Command) {
         let (Order::Prepare { monitor, .. }
         | Order::Engage { monitor, .. }
@@ -68,41 +69,65 @@ impl Hub {
             return;
         };
         let Some(line) = machine.lines.get_mut(monitor) else { return };
-        line.latest.store(command.number, Ordering::SeqCst);
-        (line.engaged, line.aimed) = (None, None);
-        if let Some(task) = line.task.take() {
-            task.abort();
-        }
-        let Ok(station) = self.station(monitor) else { return };
+        line.void();
+        let Ok(station) = self.station(monitor) else { return line.clear() };
         match &command.order {
-            Order::Close { .. } => self.send_urgent_orders(&station, &closing(&station), command),
+            Order::Close { .. } => {
+                line.clear();
+                self.send_urgent_orders(&station, &closing(&station), command);
+            }
             Order::Stop { .. } => {
+                line.clear();
                 let stop = [MonitorRequest::stop(SubsystemId::ALL)];
                 self.send_urgent_orders(&station, &stop, command);
             }
             Order::Prepare { zone, .. } | Order::Engage { zone, .. } => {
-                let key = (zone.clone(), monitor.clone());
-                let Some(aim) = zones.config.aims.get(&key).cloned() else { return };
+                (line.engaged, line.order) = (None, None);
                 let of = zones.config.site.zones.iter().find(|it| it.id == *zone);
                 let fire = of.and_then(|of| self.fire_of(machine, of, monitor));
-                let Some(line) = machine.lines.get_mut(monitor) else { return };
-                line.aimed = fire.map(|it| it.0);
-                let opens = matches!(command.order, Order::Engage { .. });
-                line.engaged = opens.then(|| command.clone());
-                let opening = Opening {
-                    hub: self.clone(),
-                    fire: fire.map(|it| it.1),
-                    station,
-                    aim,
-                    opens,
-                    latest: line.latest.clone(),
-                    number: command.number,
-                    not_after: command.not_after_ms.map(Duration::from_millis),
-                };
-                line.task = Some(tokio::spawn(opening.run()).abort_handle());
+                self.aim(zones, machine, command, (station, fire), false);
             }
             _ => {}
         }
+    }
+
+    /// Orders a monitor to a fire; none: as configured. `again`: its water flows.
+    pub(super) fn aim(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        command: &Command,
+        (station, fire): (Arc<Station>, Option<(u64, Target)>),
+        again: bool,
+    ) {
+        let (Order::Prepare { monitor, zone } | Order::Engage { monitor, zone, .. }) =
+            &command.order
+        else {
+            return;
+        };
+        let Some(aim) = zones.config.aims.get(&(zone.clone(), monitor.clone())).cloned() else {
+            return;
+        };
+        let Some(line) = machine.lines.get_mut(monitor) else { return };
+        let number = line.void();
+        let accepted = Arc::new(AtomicBool::new(false));
+        let opens = matches!(command.order, Order::Engage { .. });
+        let opening = Opening {
+            hub: self.clone(),
+            fire: fire.map(|it| it.1),
+            station,
+            aim,
+            opens,
+            latest: line.latest.clone(),
+            number,
+            accepted: accepted.clone(),
+            not_after: command.not_after_ms.map(Duration::from_millis),
+        };
+        let before = line.on().filter(|_| again);
+        let fire = fire.map(|it| it.0);
+        line.order = Some(Aiming { fire, at: self.now(), again, accepted, before });
+        line.engaged = opens.then(|| command.clone());
+        line.task = Some(tokio::spawn(opening.run()).abort_handle());
     }
 
     fn drive_output(&self, command: &Command) {
@@ -193,8 +218,11 @@ struct Opening {
     fire: Option<Target>,
     /// With water.
     opens: bool,
-    latest: Arc<std::sync::atomic::AtomicU64>,
+    /// Its number among the orders of the line.
+    latest: Arc<AtomicU64>,
     number: u64,
+    /// Set when the monitor has accepted to aim.
+    accepted: Arc<AtomicBool>,
     /// Time of the hub after which it is not started any more.
     not_after: Option<Duration>,
 }
@@ -217,6 +245,7 @@ impl Opening {
         if !accepted {
             return;
         }
+        self.accepted.store(true, Ordering::SeqCst);
         let goes_on = self.goes_on();
         while !self.is_deployed() {
             if !goes_on() {
@@ -285,11 +314,13 @@ impl Opening {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use serde_json::Value;
 
     use super::*;
     use crate::text::both;
-    use crate::{Clock, Config, MonitorConfig};
+    use crate::{Clock, Config, MonitorConfig, Overrides};
 
     #[tokio::test]
     async fn an_order_that_is_void_is_not_sent() {
@@ -324,5 +355,81 @@ mod tests {
         hub.change_authority(&Caller::zones(), &station, "take", None).unwrap();
         let sent = hub.command(&Caller::zones(), &station, open(), None).await;
         assert_eq!(sent.unwrap_err().code, "not_connected");
+    }
+
+    /// A hub with a zone of one monitor, which engages it by this order.
+    fn hall() -> (Hub, Command) {
+        let text = r#"
+            [[monitor]]
+            id = "M1"
+            url = "tcp://127.0.0.1:1?addr=1"
+            [[detector]]
+            id = "flame"
+            kind = "flame"
+            zones = ["hall"]
+            [[aim]]
+            zone = "hall"
+            monitor = "M1"
+            horizontal = 600
+            vertical = 300
+            nozzle = 60
+            [[zone]]
+            id = "hall"
+            votes = "1oo1"
+            one_detector_releases = true
+            water_max_s = 60
+            monitors = ["M1"]
+        "#;
+        let read = Config::parse("hub.toml", text, Path::new("/"), &Overrides::default());
+        let hub = Hub::new(read.unwrap(), Clock::System, Value::Null).unwrap();
+        let (monitor, zone) = ("M1".into(), "hall".into());
+        let order = Order::Engage { monitor, zone, water_max_ms: None };
+        (hub, Command { number: 7, at_ms: 0, not_after_ms: None, order, cause: Vec::new() })
+    }
+
+    /// What waits for the audit log is asked then whether it is the latest.
+    #[tokio::test]
+    async fn water_that_is_aimed_again_by_the_same_command_makes_the_order_before_void() {
+        let (hub, command) = hall();
+        let zones = hub.zones().unwrap();
+        let mut machine = lock(&zones.machine);
+        hub.carry_order(zones, &mut machine, &command);
+        let latest = machine.lines["M1"].latest.clone();
+        let first = latest.load(Ordering::SeqCst);
+        let station = hub.station("M1").unwrap();
+        hub.aim(zones, &mut machine, &command, (station, None), true);
+        assert_ne!(latest.load(Ordering::SeqCst), first);
+        assert!(machine.lines["M1"].order.as_ref().unwrap().again);
+        let close = Order::Close { monitor: "M1".into() };
+        let second = latest.load(Ordering::SeqCst);
+        hub.carry_order(zones, &mut machine, &Command { order: close, ..command });
+        assert_ne!(latest.load(Ordering::SeqCst), second);
+        assert!(machine.lines["M1"].engaged.is_none());
+    }
+
+    #[tokio::test]
+    async fn a_no_makes_orders_void_before_it_waits_for_the_machine() {
+        let (hub, _) = hall();
+        let latest = lock(&hub.zones().unwrap().machine).lines["M1"].latest.clone();
+        let before = latest.load(Ordering::SeqCst);
+        let busy = hub.clone();
+        let refuse = {
+            let machine = lock(&busy.zones().unwrap().machine);
+            let hub = hub.clone();
+            let refuse = tokio::task::spawn_blocking(move || {
+                let station = hub.station("M1").unwrap();
+                let stop = MonitorRequest::stop(SubsystemId::ALL).unwrap();
+                let anna = Caller { via: "http", ..Caller::hub() };
+                hub.refuse_for_zones(&anna, &station, &stop, true);
+            });
+            let began = std::time::Instant::now();
+            while latest.load(Ordering::SeqCst) == before {
+                assert!(began.elapsed() < Duration::from_secs(10), "it waits for the lock");
+                std::thread::yield_now();
+            }
+            drop(machine);
+            refuse
+        };
+        refuse.await.unwrap();
     }
 }

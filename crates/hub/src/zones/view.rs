@@ -23,7 +23,7 @@ pub struct ZonesView {
     pub fires: Vec<FirePlace>,
     /// Which monitor is assigned to which fire, by zone.
     pub assigned: Vec<Assigned>,
-    /// The wind that was reported last.
+    /// The wind that was reported last, unless that is 10 min ago.
     #[schema(required)]
     pub wind: Option<WindReported>,
 }
@@ -143,12 +143,27 @@ impl From<&ZonesConfig> for ZonesConfigured {
 }
 
 impl Machine {
+    /// Monitors at work are shown at the fire that they have accepted.
+    fn assigned(&self) -> Vec<Assigned> {
+        let plans = self.plans.iter();
+        let all = plans.flat_map(|(zone, plan)| plan.assigned().map(move |it| (zone, it)));
+        all.filter(|(_, (monitor, number, _))| {
+            self.lines.get(*monitor).is_none_or(|line| line.shows(*number))
+        })
+        .map(|(zone, (monitor, _, at))| Assigned {
+            zone: zone.clone(),
+            monitor: monitor.clone(),
+            at,
+        })
+        .collect()
+    }
+
     pub(super) fn view(&self) -> ZonesView {
         ZonesView {
             state: self.site.state(),
             reported: self.reported.clone(),
             fires: self.fires.values().flatten().cloned().collect(),
-            assigned: self.plans.iter().flat_map(|(zone, plan)| plan.view(zone)).collect(),
+            assigned: self.assigned(),
             wind: self.wind.clone(),
         }
     }

@@ -333,10 +333,10 @@ impl Hub {
     }
 
     /// A monitor with a place, as the planner knows it; none where it could not compute with it.
-    fn built(&self, id: &String) -> Option<(String, Place, Built)> {
+    fn built(&self, id: &str) -> Option<(String, Place, Built)> {
         let (station, place) = (self.station(id).ok()?, self.place_of(id)?);
         let built = Built::by(|param| jet::parameter(&station, param));
-        Some((id.clone(), place, built)).filter(is_plannable)
+        Some((id.to_owned(), place, built)).filter(is_plannable)
     }
 
     /// The greatest pressure that a monitor measures.

@@ -381,7 +381,8 @@ mod tests {
             monitors = ["M1"]
         "#;
         let read = Config::parse("hub.toml", text, Path::new("/"), &Overrides::default());
-        let hub = Hub::new(read.unwrap(), Clock::System, Value::Null).unwrap();
+        let config = Config { data: None, ..read.unwrap() };
+        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
         let (monitor, zone) = ("M1".into(), "hall".into());
         let order = Order::Engage { monitor, zone, water_max_ms: None };
         (hub, Command { number: 7, at_ms: 0, not_after_ms: None, order, cause: Vec::new() })

@@ -681,7 +681,7 @@ mod tests {
         let refused = || JogEnd::Refused(lafet_client::Error::Closed);
         let ends: [(&str, &dyn Fn(Passed)); 5] = [
             ("no answer", &|it| drop(it)),
-            ("not begun", &Passed::refused),
+            ("not started", &Passed::refused),
             ("refused", &|it| it.jogged(&refused())),
             ("replaced", &|it| it.jogged(&JogEnd::Replaced)),
             ("unknown", &|it| it.jogged(&JogEnd::Unknown(lafet_client::Error::Closed))),

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import lafet
 import pytest
 from lafet import Monitor, Simulator
+from lafet._native import Link, Operation
 
 
 def until(so: Callable[[], bool], within: float = 10.0) -> None:
@@ -264,24 +265,44 @@ def test_a_program_that_deploys_first_ends_too(simulator: Simulator) -> None:
         assert not other.status().deployed
 
 
-def test_an_end_that_was_not_possible_is_tried_again(simulator: Simulator) -> None:
-    monitor = simulator.connect()
-    monitor.deploy(wait=60)
-    monitor.open(wait=10)
-    asked = monitor._core.link
+class Broken:
+    """A link that does with the first requests what a test wants."""
 
-    class Cut:
-        endpoint = asked.endpoint
+    def __init__(self, link: Link, breaks: list[BaseException]) -> None:
+        self._link = link
+        self._breaks = breaks
+        self.endpoint = link.endpoint
+        self.asked: list[str] = []
 
-        def command(self, request: lafet.Request) -> None:
-            raise KeyboardInterrupt
+    def command(self, request: lafet.Request) -> Operation[list[lafet.Answer]]:
+        self.asked.append(f"{request.name} {request.to}")
+        if self._breaks:
+            raise self._breaks.pop(0)
+        return self._link.command(request)
 
-    monitor._core._link = Cut()  # type: ignore[assignment]
-    with pytest.raises(KeyboardInterrupt):
-        monitor.end()
-    monitor._core._link = asked
+
+def test_an_end_that_was_interrupted_is_made_at_the_next(simulator: Simulator) -> None:
+    with pytest.raises(KeyboardInterrupt), simulator.connect() as monitor:
+        monitor.deploy(wait=60)
+        monitor.open(wait=10)
+        monitor._core._link = Broken(monitor._core.link, [KeyboardInterrupt()])  # type: ignore[assignment]
+    assert simulator.flow > 1
     monitor.end()
     until(lambda: simulator.flow < 1)
+
+
+def test_one_that_cannot_be_ended_keeps_no_other_from_it(deployed: Monitor) -> None:
+    refusal = lafet.Refused("resting", "Close", "Valve1", "ModuleFault", "Valve1")
+    deployed.open(wait=10)
+    deployed.aim(azimuth=170, elevation=10)
+    broken = Broken(deployed._core.link, [refusal, lafet.ProtocolError("odd")])
+    link = deployed._core.link
+    deployed._core._link = broken  # type: ignore[assignment]
+    deployed.end()
+    deployed._core._link = link
+    assert broken.asked[0] == "Close Valve1" and len(set(broken.asked[:3])) == 3
+    assert broken.asked.count("Close Valve1") == 2
+    deployed.wait_for(lambda it: not it.moving and not it.open, 10)
 
 
 def test_a_block_that_was_left_is_over(simulator: Simulator) -> None:

@@ -9,7 +9,7 @@ from typing import Literal
 from . import _native
 from ._native import Request
 from ._texts import say
-from .errors import LinkLost, NoAnswer, NotReached, NotSent, OutcomeUnknown
+from .errors import NotReached, NotSent
 from .state import Status, arcmin, degrees
 
 Drive = Literal["Horizontal", "Vertical", "Nozzle"]
@@ -25,9 +25,6 @@ NEAR = 6
 REFUSED_MAX = 5
 #: For how long a monitor that does not answer is tried when something that was started has to end, s.
 REACH_S = 30.0
-#: What may be over when the line is back.
-PASSING = (LinkLost, NoAnswer, NotSent, OutcomeUnknown)
-
 #: Drive and whether positions grow.
 DIRECTIONS: dict[Direction, tuple[Drive, bool]] = {
     "left": ("Horizontal", True),

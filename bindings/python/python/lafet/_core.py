@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -12,7 +13,7 @@ from . import _common, state
 from ._common import Drive, Point, Progress, Started, Valve
 from ._native import Answer, Link, Operation, Request
 from ._texts import say
-from .errors import NotSent, Refused
+from .errors import Error, NotSent, Refused
 from .state import Hotbed, Limits, Status, arcmin
 
 _T = TypeVar("_T")
@@ -29,6 +30,8 @@ class Core(ABC):
         self._link: Link | None = link
         self._endpoint = link.endpoint
         self._started = Started()
+        #: A fork does not end what its parent has started.
+        self.process = os.getpid()
 
     def __repr__(self) -> str:
         return f"<Monitor {self._endpoint}>"
@@ -40,8 +43,9 @@ class Core(ABC):
         return self._link
 
     def leave(self) -> None:
-        """Closes the connection, if nothing else uses it."""
-        self._link = None
+        """Closes the connection, unless something is left to be ended over it."""
+        if not self._started:
+            self._link = None
 
     @abstractmethod
     async def _run(self, operation: Operation[_T]) -> _T: ...
@@ -50,36 +54,31 @@ class Core(ABC):
     async def _sleep(self, seconds: float) -> None: ...
 
     async def end(self) -> None:
-        """Ends what was started, and says when that could not be done. A line that is cut is tried again for
-        half a minute."""
+        """Ends what was started, and says when that could not be done. A line that is cut, or a valve that
+        refuses, is tried again for half a minute."""
         deadline = time.monotonic() + _common.REACH_S
         refused: Counter[_common.Key] = Counter()
         while ends := self._started.ends():
-            failed: Exception | None = None
+            failed: Error | None = None
             for key, request in ends:
+                # Whatever becomes of one, the others are tried.
                 try:
                     await self._run(self.link.command(request))
                 except Refused as error:
-                    # What refuses in the name of another is a program that moves it.
                     refused[key] += 1
-                    if refused[key] < _common.REFUSED_MAX and error.by != error.to:
+                    # A program that moves a drive refuses in its name: if it is not one that ends just now,
+                    # another client has started it.
+                    if error.by == error.to or refused[key] < _common.REFUSED_MAX:
+                        failed = failed or error
                         continue
-                    if request.name == "Close" or error.by == error.to:
-                        failed = error
-                except _common.PASSING as error:
-                    if time.monotonic() < deadline:
-                        continue
-                    failed = _common.no_end(error)
-                else:
-                    self._forget([key])
+                except Error as error:
+                    failed = failed or error
                     continue
-                if failed is not None:
-                    break
                 self._forget([key])
             if failed is not None:
                 # What is left stays noted: another call, or the end of the program, tries it again.
-                raise failed
-            if self._started:
+                if time.monotonic() > deadline:
+                    raise _common.no_end(failed) from failed
                 await self._sleep(_common.POLL_S)
 
     def _note(self, request: Request) -> list[_common.Key]:

@@ -43,9 +43,10 @@ class Monitor(Core):
             except asyncio.CancelledError as again:
                 cancelled = again
         self.leave()
+        # Cancelled itself when the event loop ends: what is left is ended at the end of the program.
         failure = None if ending.cancelled() else ending.exception()
         if isinstance(failure, Exception):
-            raise_unless_worse(failure, error or cancelled)
+            raise_unless_worse(failure, cancelled or error)
         if cancelled is not None:
             raise cancelled
 
@@ -85,8 +86,12 @@ class Hold:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._hold is not None:
+        if self._hold is None:
+            return
+        try:
             self.ended = _common.ended(self._drive, await self._hold.release().start())
+        except Exception as failure:
+            raise_unless_worse(failure, error)
 
     def renew(self) -> bool:
         """Lets the motion go on for another lease; false when it is ending or has ended."""

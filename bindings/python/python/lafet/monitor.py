@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import atexit
+import os
 import sys
+import threading
 import time
 import warnings
 from collections.abc import Coroutine, Iterable
@@ -243,8 +245,12 @@ class Hold:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._hold is not None:
+        if self._hold is None:
+            return
+        try:
             self.ended = _common.ended(self._drive, self._hold.release().wait())
+        except Exception as failure:
+            raise_unless_worse(failure, error)
 
     def renew(self) -> bool:
         """Lets the motion go on for another lease; false when it is ending or has ended."""
@@ -272,10 +278,25 @@ def raise_unless_worse(failure: Exception, error: BaseException | None) -> None:
 def _end_all() -> None:
     """A program that ends in the middle ends what it has started, whether or not it uses asyncio."""
     Started.ending = True
-    for core in list(live):
+    # Side by side: one whose line is cut takes half a minute.
+    ends = []
+    for core in [core for core in list(live) if core.process == os.getpid()]:
+        end = threading.Thread(target=_end, args=(core,), daemon=True)
+        try:
+            end.start()
+        except RuntimeError:
+            # Some interpreters start no thread any more by now.
+            _end(core)
+        else:
+            ends.append(end)
+    for end in ends:
+        end.join()
+
+
+def _end(core: Core) -> None:
+    try:
         waiting = _Waiting(core.link)
         waiting._started = core._started
-        try:
-            _now(waiting.end())
-        except Exception as failure:
-            print(f"{core!r}: {failure}", file=sys.stderr)
+        _now(waiting.end())
+    except Exception as failure:
+        print(f"{core!r}: {failure}", file=sys.stderr)

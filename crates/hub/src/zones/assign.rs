@@ -4,8 +4,8 @@
 //! pressure changes, a fire is out or new; once a second at most. The machine gets the order of monitors that
 //! follows from it; the fire of each is known here.
 //!
-//! Water that flows is aimed again rarely and surely: while its fire burns it stays there, and it goes to a fire
-//! that was seen for some time and reported again by each detector that shows it.
+//! Water that flows is not aimed again: while a fire goes out another one may begin, and of detectors that have
+//! one bearing each the crossing is then a place where nothing burns.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -21,7 +21,6 @@ use lafet_site::{Authority, Event, Order, Phase, State, Trouble, Withheld};
 use super::fires::FirePlace;
 use super::line::Line;
 use super::{Machine, Zones};
-use crate::clock::ms;
 use crate::config::Target;
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
@@ -54,8 +53,6 @@ const DATM_MPA: f64 = 0.010_132_5;
 const LEAST_DATM: i64 = 10;
 /// A zone is planned this often, whatever is reported.
 const SOON: Duration = Duration::from_secs(1);
-/// What is ordered again is not started later than this.
-const IN_TIME: Duration = Duration::from_secs(2);
 
 /// The fires of a zone, and who is on them.
 #[derive(Debug, Default)]
@@ -219,14 +216,6 @@ impl Plan {
     fn is_recent(&self, now: Now) -> bool {
         self.planned.is_some_and(|at| now.saturating_sub(at) < SOON)
     }
-
-    /// The fire that the water of a monitor is to be aimed at now, if it has to be aimed again.
-    fn again(&self, monitor: &str, line: &Line, now: Now) -> Option<&Known> {
-        let to = self.known(*self.by.get(monitor)?)?;
-        let burns = line.on().is_some_and(|on| self.known(on).is_some());
-        let shown = to.lasts && to.missed.is_none();
-        (shown && !burns && line.is_due(now) && !line.is_barred(to.number)).then_some(to)
-    }
 }
 
 fn away(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -373,12 +362,11 @@ impl Hub {
         let index = |number: u64| fires.iter().position(|it| it.number == number);
         for (monitor, (id, place, _)) in able.iter().enumerate() {
             let line = machine.lines.get(id);
-            // Its water stays where it is while that burns.
+            // Its water stays where it is.
             let stays = line.filter(|it| it.engaged.is_some()).and_then(Line::at).and_then(index);
             for (fire, known) in fires.iter().enumerate() {
-                let barred = line.is_some_and(|it| it.is_barred(known.number));
                 let leaves = stays.is_some_and(|at| at != fire);
-                let never = barred || leaves || !self.may_turn(id, place, &known.place);
+                let never = leaves || !self.may_turn(id, place, &known.place);
                 for offer in task.levels.iter_mut().map(|level| &mut level.offers[monitor][fire]) {
                     // The request has a distance alone: the monitor takes its flat solution.
                     *offer = offer.filter(|it| !never && it.aim.is_none_or(|aim| !aim.steep));
@@ -499,11 +487,7 @@ impl Hub {
             let (Some(place), Ok(station)) = (self.place_of(id), self.station(id)) else {
                 continue;
             };
-            let line = machine.lines.get(id);
-            let able = plan.counted().filter(|it| {
-                let barred = line.is_some_and(|line| line.is_barred(it.number));
-                !barred && self.may_aim(&station, &place, &it.place)
-            });
+            let able = plan.counted().filter(|it| self.may_aim(&station, &place, &it.place));
             let rank = |it: &&Known| {
                 let taken = taken.get(&it.number).copied().unwrap_or_default();
                 (taken, it.place.distance_m(&place) as u32)
@@ -515,50 +499,6 @@ impl Hub {
             }
         }
         None
-    }
-
-    /// Aims water again whose fire is out, or that was aimed as configured; what was not accepted is repeated.
-    pub(super) fn aim_again(&self, zones: &Zones, machine: &mut Machine) {
-        let now = self.now();
-        let state = machine.site.state();
-        let engaged: Vec<_> = machine.lines.values().filter_map(|it| it.engaged.clone()).collect();
-        for command in engaged {
-            let Order::Engage { monitor, zone, .. } = &command.order else { continue };
-            // One that the machine does not use any more is left alone.
-            let uses = state.monitors.iter().any(|it| {
-                it.monitor == *monitor && !it.closing && it.engaged_for.as_ref() == Some(zone)
-            });
-            let Some(target) = uses.then(|| self.next_target(machine, zone, monitor)).flatten()
-            else {
-                continue;
-            };
-            let Some(line) = machine.lines.get_mut(monitor) else { continue };
-            if line.fails() {
-                // Without this pair.
-                if let Some(plan) = machine.plans.get_mut(zone) {
-                    plan.basis = None;
-                }
-                continue;
-            }
-            let Ok(station) = self.station(monitor) else { continue };
-            let command =
-                lafet_site::Command { not_after_ms: Some(ms(now + IN_TIME)), ..command.clone() };
-            self.aim(zones, machine, &command, (station, Some(target)), true);
-            self.note_order(&command);
-        }
-    }
-
-    /// Where the water of a monitor has to go from where it is, if that is known and may be done now.
-    fn next_target(&self, machine: &Machine, zone: &str, monitor: &str) -> Option<(u64, Target)> {
-        let (plan, line) = (machine.plans.get(zone)?, machine.lines.get(monitor)?);
-        let to = plan.again(monitor, line, self.now())?;
-        let (station, place) = (self.station(monitor).ok()?, self.place_of(monitor)?);
-        let status = station.status();
-        let drives = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL];
-        let known = !status.stale && drives.iter().all(|it| status.position(*it).is_some());
-        let may = known && self.may_turn(monitor, &place, &to.place);
-        let target = to.place.target(&place, self.height_of(&to.place));
-        Some((to.number, target.filter(|_| may)?))
     }
 }
 

@@ -1,8 +1,4 @@
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use super::super::fires::FireStanding;
-use super::super::line::Aiming;
 use super::*;
 
 fn place(standing: FireStanding, at: [f64; 2]) -> FirePlace {
@@ -33,12 +29,6 @@ fn s(after: u64) -> Now {
 /// Before the zone has water.
 fn see(plan: &mut Plan, places: &[FirePlace], now: Now) {
     plan.see(places, now, false, |_| None);
-}
-
-/// An order that the monitor has accepted, or not yet.
-fn order(fire: Option<u64>, at: Now, accepted: bool, again: bool) -> Aiming {
-    let accepted = Arc::new(AtomicBool::new(accepted));
-    Aiming { fire, at, again, accepted, before: None }
 }
 
 #[test]
@@ -110,60 +100,6 @@ fn while_a_zone_has_water_one_sight_is_no_fire() {
         plan.see(std::slice::from_ref(&new), s(now), true, heard([now, now]));
         assert_eq!(plan.counted().any(|it| it.at == new.at && it.lasts), counts, "{now}");
     }
-}
-
-#[test]
-fn water_is_aimed_again_only_when_its_fire_is_out_and_not_at_once() {
-    let mut plan = Plan::default();
-    see(&mut plan, &[sure([0.0, 20.0]), sure([30.0, 20.0])], s(0));
-    see(&mut plan, &[sure([0.0, 20.0]), sure([30.0, 20.0])], s(3));
-    plan.by.insert("M1".into(), 2);
-    let mut line = Line::default();
-    line.order = Some(order(Some(1), s(0), true, false));
-    let again = |plan: &Plan, line: &Line, now| plan.again("M1", line, now).map(|it| it.number);
-    assert_eq!(again(&plan, &line, s(30)), None, "its fire burns");
-    plan.fires.remove(0);
-    assert_eq!(again(&plan, &line, s(9)), None, "too soon");
-    assert_eq!(again(&plan, &line, s(10)), Some(2));
-    plan.fires[0].lasts = false;
-    assert_eq!(again(&plan, &line, s(10)), None, "not seen for long enough");
-    plan.fires[0].lasts = true;
-    plan.fires[0].missed = Some(s(9));
-    assert_eq!(again(&plan, &line, s(10)), None, "not seen now");
-    plan.fires[0].missed = None;
-    line.order = Some(order(None, s(0), true, false));
-    assert_eq!(again(&plan, &line, s(10)), Some(2), "it was aimed as configured");
-    line.order = Some(order(None, s(0), false, false));
-    assert_eq!(again(&plan, &line, s(10)), None, "the machine repeats its own order");
-}
-
-#[test]
-fn aiming_that_is_not_accepted_is_repeated_some_times_and_not_shown() {
-    let mut plan = Plan::default();
-    see(&mut plan, &[sure([30.0, 20.0])], s(0));
-    see(&mut plan, &[sure([30.0, 20.0])], s(3));
-    plan.by.insert("M1".into(), 1);
-    let close = lafet_site::Order::Close { monitor: "M1".into() };
-    let engaged = lafet_site::Command {
-        number: 1,
-        at_ms: 0,
-        order: close,
-        cause: Vec::new(),
-        not_after_ms: None,
-    };
-    let mut line = Line::default();
-    line.engaged = Some(engaged);
-    for turn in 0..3 {
-        let at = s(10 * turn);
-        line.order = Some(order(Some(1), at, false, true));
-        assert!(!line.shows(1) && line.on().is_none());
-        assert!(plan.again("M1", &line, at + Duration::from_secs(2)).is_none());
-        assert!(plan.again("M1", &line, at + Duration::from_secs(3)).is_some());
-        assert_eq!(line.fails(), turn == 2);
-    }
-    assert!(plan.again("M1", &line, s(60)).is_none() && line.is_barred(1), "often enough");
-    line.order.as_ref().unwrap().accepted.store(true, Ordering::SeqCst);
-    assert!(line.shows(1) && line.on() == Some(1));
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! What the hub knows of a monitor, as the machine gets it.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
@@ -21,12 +20,6 @@ use crate::sync::lock;
 const CONFIRMS: Duration = Duration::from_millis(900);
 /// A person who has pressed a button of the post keeps the monitor for this time.
 const POST_KEEPS: Duration = Duration::from_secs(30);
-/// Water that was aimed at a fire is not aimed again earlier, and aiming that was not accepted is not repeated
-/// earlier.
-const STAYS: Duration = Duration::from_secs(10);
-const REPEATED: Duration = Duration::from_secs(3);
-/// A fire that a monitor could not be aimed at so often is not for it.
-const FAILS_MAX: u8 = 3;
 /// Posts of a monitor.
 const POSTS: [SubsystemId; 2] = [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS];
 /// Subsystems without which a monitor neither aims nor opens.
@@ -51,8 +44,6 @@ pub struct Line {
     pub engaged: Option<Command>,
     /// How its last order aims.
     pub order: Option<Aiming>,
-    /// How often it could not be aimed at a fire, by its number.
-    failed: BTreeMap<u64, u8>,
     /// The last report.
     report: Option<MonitorReport>,
     /// Time of the state as the monitor reported it, and when it was first seen here.
@@ -63,38 +54,19 @@ pub struct Line {
     closes: bool,
 }
 
-/// How an order aims. Fires have the numbers of the plan of the zone.
+/// How an order aims.
 #[derive(Clone, Debug)]
 pub struct Aiming {
-    /// The fire; none: as configured.
+    /// The fire, by its number in the plan of the zone; none: as configured.
     pub fire: Option<u64>,
-    /// When it was given.
-    pub at: Now,
-    /// Water that flows is aimed again: not an order of the machine.
-    pub again: bool,
     /// The monitor has accepted it.
     pub accepted: Arc<AtomicBool>,
-    /// The fire that the water was on before.
-    pub before: Option<u64>,
-}
-
-impl Aiming {
-    /// Whether the monitor has accepted it.
-    pub fn is_accepted(&self) -> bool {
-        self.accepted.load(Ordering::SeqCst)
-    }
 }
 
 impl Line {
-    /// The fire that its water is on, as far as the monitor has accepted it; none: as configured.
-    pub fn on(&self) -> Option<u64> {
-        let order = self.order.as_ref()?;
-        if order.is_accepted() { order.fire } else { order.before }
-    }
-
-    /// The fire that it is at, or was ordered to.
+    /// The fire that it was ordered to.
     pub fn at(&self) -> Option<u64> {
-        self.on().or_else(|| self.order.as_ref()?.fire)
+        self.order.as_ref()?.fire
     }
 
     /// Makes all orders so far void; returns the number of the one that may follow.
@@ -105,39 +77,15 @@ impl Line {
         self.latest.fetch_add(1, Ordering::SeqCst) + 1
     }
 
-    /// Whether its water may be aimed again by now. The machine repeats its own orders.
-    pub fn is_due(&self, now: Now) -> bool {
-        self.order.as_ref().is_some_and(|order| {
-            let accepted = order.is_accepted();
-            let pause = if accepted { STAYS } else { REPEATED };
-            (accepted || order.again) && now.saturating_sub(order.at) >= pause
-        })
-    }
-
-    /// Counts aiming that was not accepted; whether its fire is not for it from now on.
-    pub fn fails(&mut self) -> bool {
-        let failed = self.order.as_ref().filter(|it| it.again && !it.is_accepted());
-        let Some(fire) = failed.and_then(|it| it.fire) else { return false };
-        let count = self.failed.entry(fire).or_default();
-        *count = count.saturating_add(1);
-        *count >= FAILS_MAX
-    }
-
-    /// Whether it could not be aimed at this fire.
-    pub fn is_barred(&self, fire: u64) -> bool {
-        self.failed.get(&fire).is_some_and(|count| *count >= FAILS_MAX)
-    }
-
-    /// It is not used any more: another time it may be.
+    /// It is not used any more.
     pub fn clear(&mut self) {
         (self.engaged, self.order) = (None, None);
-        self.failed.clear();
     }
 
-    /// Whether the clients see it at this fire of the plan.
+    /// Whether the clients see it at this fire of the plan: at work only at the one that it has accepted.
     pub fn shows(&self, fire: u64) -> bool {
         let order = self.order.as_ref().filter(|_| self.engaged.is_some());
-        order.is_none_or(|it| it.fire == Some(fire) && (it.is_accepted() || !it.again))
+        order.is_none_or(|it| it.fire == Some(fire) && it.accepted.load(Ordering::SeqCst))
     }
 }
 

@@ -258,6 +258,13 @@ impl Hub {
             _ => None,
         };
         let by = caller.principal.user.clone();
+        // What waits to be sent is not sent while this waits for the lock.
+        match &order {
+            Hand::Stop(scope) | Hand::Close(scope) => zones.void(scope),
+            Hand::Abort { zone } => zones.void(&Scope::Zone(zone.clone())),
+            Hand::Lockout { on: true } => zones.void(&Scope::Site),
+            _ => {}
+        }
         let mut machine = lock(&zones.machine);
         let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
         let refused = records.into_iter().find_map(|record| match record.entry {
@@ -314,6 +321,23 @@ impl Hub {
         Ok(())
     }
 
+    /// A contact that says no makes void what waits to be sent, before that waits for the lock.
+    fn void_for(&self, zones: &Zones, input: &str, pressed: bool) {
+        let all = zones.config.site.contacts.iter().filter(|it| pressed && it.id == input);
+        for contact in all {
+            match contact.kind {
+                ContactKind::Abort | ContactKind::Stop if !contact.zones.is_empty() => {
+                    let each = contact.zones.iter().cloned().map(Scope::Zone);
+                    each.for_each(|scope| zones.void(&scope));
+                }
+                ContactKind::Abort | ContactKind::Stop | ContactKind::Lockout => {
+                    zones.void(&Scope::Site);
+                }
+                _ => {}
+            }
+        }
+    }
+
     /// Takes a contact as it is, or the fault of its path.
     pub(crate) fn contact_reports(
         &self,
@@ -323,6 +347,7 @@ impl Hub {
         fault: Option<PathFault>,
     ) {
         let Some(zones) = self.zones() else { return };
+        self.void_for(zones, input, pressed);
         let mut machine = lock(&zones.machine);
         let path = Event::Path { path: input.to_owned(), fault };
         let contact = Event::Contact { input: input.to_owned(), pressed };
@@ -498,7 +523,6 @@ impl Hub {
         let reaction = machine.site.step(ms(self.now()));
         self.carry(zones, machine, &caller, reaction);
         if looks {
-            self.aim_again(zones, machine);
             self.give_back(machine);
         }
         self.publish_zones(machine, now);

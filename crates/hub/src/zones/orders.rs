@@ -85,20 +85,19 @@ impl Hub {
                 (line.engaged, line.order) = (None, None);
                 let of = zones.config.site.zones.iter().find(|it| it.id == *zone);
                 let fire = of.and_then(|of| self.fire_of(machine, of, monitor));
-                self.aim(zones, machine, command, (station, fire), false);
+                self.aim(zones, machine, command, (station, fire));
             }
             _ => {}
         }
     }
 
-    /// Orders a monitor to a fire; none: as configured. `again`: its water flows.
-    pub(super) fn aim(
+    /// Orders a monitor to a fire; none: as configured.
+    fn aim(
         &self,
         zones: &Zones,
         machine: &mut Machine,
         command: &Command,
         (station, fire): (Arc<Station>, Option<(u64, Target)>),
-        again: bool,
     ) {
         let (Order::Prepare { monitor, zone } | Order::Engage { monitor, zone, .. }) =
             &command.order
@@ -123,9 +122,7 @@ impl Hub {
             accepted: accepted.clone(),
             not_after: command.not_after_ms.map(Duration::from_millis),
         };
-        let before = line.on().filter(|_| again);
-        let fire = fire.map(|it| it.0);
-        line.order = Some(Aiming { fire, at: self.now(), again, accepted, before });
+        line.order = Some(Aiming { fire: fire.map(|it| it.0), accepted });
         line.engaged = opens.then(|| command.clone());
         line.task = Some(tokio::spawn(opening.run()).abort_handle());
     }
@@ -390,7 +387,7 @@ mod tests {
 
     /// What waits for the audit log is asked then whether it is the latest.
     #[tokio::test]
-    async fn water_that_is_aimed_again_by_the_same_command_makes_the_order_before_void() {
+    async fn an_order_by_the_same_command_makes_the_one_before_void() {
         let (hub, command) = hall();
         let zones = hub.zones().unwrap();
         let mut machine = lock(&zones.machine);
@@ -398,9 +395,8 @@ mod tests {
         let latest = machine.lines["M1"].latest.clone();
         let first = latest.load(Ordering::SeqCst);
         let station = hub.station("M1").unwrap();
-        hub.aim(zones, &mut machine, &command, (station, None), true);
+        hub.aim(zones, &mut machine, &command, (station, None));
         assert_ne!(latest.load(Ordering::SeqCst), first);
-        assert!(machine.lines["M1"].order.as_ref().unwrap().again);
         let close = Order::Close { monitor: "M1".into() };
         let second = latest.load(Ordering::SeqCst);
         hub.carry_order(zones, &mut machine, &Command { order: close, ..command });

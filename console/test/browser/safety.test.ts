@@ -94,8 +94,8 @@ describe('a held motion', () => {
     const [x, y] = await pull();
     const stick = page.locator('lf-joystick .base');
     const [old, height] = [(await stick.boundingBox())!.y, await site.position('M1', 'Vertical')];
-    await page.evaluate(() => {
-      document.querySelector<HTMLElement>('lf-page-operate')!.style.paddingTop = '80px';
+    await page.locator('lf-joystick').evaluate((it: HTMLElement) => {
+      it.style.translate = '0 80px';
     });
     expect((await stick.boundingBox())!.y - old).toBeGreaterThan(60);
     const there = await site.position('M1');

@@ -100,7 +100,8 @@ describe('a held motion', () => {
     expect((await stick.boundingBox())!.y - old).toBeGreaterThan(60);
     const there = await site.position('M1');
     await page.mouse.move(x - 1, y);
-    await until(async () => (await site.position('M1')) > there + 120);
+    // Long enough for another drive to begin.
+    await until(async () => (await site.position('M1')) > there + 1200);
     expect(await site.position('M1', 'Vertical')).toBe(height);
     await page.mouse.up();
     expect(await site.stands('M1')).toBe(true);

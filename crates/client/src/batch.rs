@@ -11,7 +11,7 @@ use tokio::time::{Instant, sleep_until};
 use crate::answers::{Answers, RequestBuf};
 use crate::client::{Client, not_sent, odd};
 use crate::deviation::Deviation;
-use crate::engine::{Conditions, Ended, Reply};
+use crate::engine::{Ended, Reply};
 use crate::error::{Cause, Error};
 use crate::plan::frame_len;
 use crate::session::{Outcome, Slot, Slots, Ticket};
@@ -97,9 +97,7 @@ impl Client {
     pub(crate) async fn run_one(&self, request: RequestBuf) -> Result<Answers, Error> {
         let mut first = None;
         loop {
-            let ended = self
-                .exchange(smallvec![request.clone()], Conditions { first, ..Conditions::default() })
-                .await;
+            let ended = self.exchange(smallvec![request.clone()], first, None).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(self.failure(&request, &ended));
             };
@@ -119,12 +117,7 @@ impl Client {
         requests: Vec<RequestBuf>,
         expires: Option<Instant>,
     ) -> Outcomes {
-        let ended = self
-            .exchange(
-                requests.iter().cloned().collect(),
-                Conditions { expires, ..Conditions::default() },
-            )
-            .await;
+        let ended = self.exchange(requests.iter().cloned().collect(), None, expires).await;
         let Some(Ok(Ended { outcome: Outcome::Answered(slots), .. })) = ended else {
             return requests.iter().map(|request| Err(self.failure(request, &ended))).collect();
         };
@@ -146,8 +139,7 @@ impl Client {
             let len = frame_len(&upcoming, self.config.framing);
             let frame: Vec<usize> = waiting.drain(..len).collect();
             let frame_requests = upcoming.into_iter().take(len).collect();
-            let ended =
-                self.exchange(frame_requests, Conditions { first, ..Conditions::default() }).await;
+            let ended = self.exchange(frame_requests, first, None).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 for index in frame {
                     results[index] = Err(self.failure(&requests[index], &ended));
@@ -241,10 +233,7 @@ impl<P: FnMut(Progress)> Complete<'_, P> {
                 continue;
             }
             let requests = frame.iter().map(|item| item.request.clone()).collect();
-            let ended = self
-                .client
-                .exchange(requests, Conditions { first: self.first, expires: None })
-                .await;
+            let ended = self.client.exchange(requests, self.first, None).await;
             let more = match ended {
                 Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) => {
                     self.first = self.first.or(ticket);

@@ -7,13 +7,14 @@ use lafet_proto::link::Check;
 use lafet_proto::{Request, SubsystemId};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::{broadcast, watch};
+use tokio::time::Instant;
 
 use crate::answers::{Answers, RequestBuf, Requests};
 use crate::deviation::Deviation;
-use crate::engine::{Conditions, Ended, Engine, Handle, Job, Reply};
+use crate::engine::{Ended, Engine, Handle, Job, Reply};
 use crate::error::{Cause, Error};
 use crate::exchange::Exchange;
-use crate::session::{Config, Outcome, QueueFull, Stats, Traced};
+use crate::session::{Config, Outcome, QueueFull, Stats, Ticket, Traced};
 use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::task::{Redial, Task};
 use crate::transport::Link;
@@ -205,16 +206,17 @@ impl Client {
     /// bus controller, a required checksum that is missing), [`Error::Link`] without a connection,
     /// [`Error::Closed`] when the task of the client has ended.
     pub async fn probe(&self) -> Result<(), Error> {
-        probed(&self.endpoint, self.exchange(Requests::new(), Conditions::default()).await)
+        probed(&self.endpoint, self.exchange(Requests::new(), None, None).await)
     }
 
     /// Sends a frame; `None` if the task has ended.
     pub(crate) async fn exchange(
         &self,
         requests: Requests,
-        conditions: Conditions,
+        first: Option<Ticket>,
+        expires: Option<Instant>,
     ) -> Option<Reply> {
-        let job = Job { address: self.address, requests, conditions };
+        let job = Job { address: self.address, requests, first, expires };
         if job.is_urgent() {
             self.shared.stop_jogs(self.address, &job.requests);
         }

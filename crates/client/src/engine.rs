@@ -52,13 +52,9 @@ const READS_MAX: usize = 16;
 pub struct Job {
     pub address: u8,
     pub requests: Requests,
-    pub conditions: Conditions,
-}
-
-/// Conditions of a job: see [`Terms`].
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Conditions {
+    /// The first frame of the same batch.
     pub first: Option<Ticket>,
+    /// Time after which it must not be sent.
     pub expires: Option<Instant>,
 }
 
@@ -222,9 +218,8 @@ impl Engine {
             return Err(Some(Ok(ended)));
         }
         let urgent = job.is_urgent();
-        let Conditions { first, expires } = job.conditions;
-        let expires = expires.map(|time| time.saturating_duration_since(self.start));
-        let terms = Terms { first, expires };
+        let expires = job.expires.map(|time| time.saturating_duration_since(self.start));
+        let terms = Terms { first: job.first, expires };
         let ticket = match self.line.submit(now, job.address, terms, job.requests) {
             Ok(ticket) => ticket,
             Err(full) => return Err(Some(Err(full))),

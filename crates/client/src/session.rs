@@ -273,7 +273,7 @@ impl Session {
         requests: impl Into<Requests>,
     ) -> Result<Ticket, QueueFull> {
         let ticket = Ticket(self.next_ticket);
-        let operation = Operation::new(ticket, requests.into(), now, terms);
+        let operation = Operation::new(ticket, requests.into(), now, terms.expires);
         let urgent = operation.is_urgent();
         let (queue, limit) = match urgent {
             true => (&mut self.urgent, URGENT_MAX),

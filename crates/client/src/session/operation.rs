@@ -5,7 +5,7 @@ use lafet_proto::RequestId;
 use super::check::Forms;
 use super::late_answers::Tag;
 use super::medium::Framing;
-use super::{Now, Outcome, Terms, Ticket};
+use super::{Now, Outcome, Ticket};
 use crate::answers::{RequestBuf, Requests};
 use crate::deviation::Deviation;
 
@@ -87,8 +87,7 @@ impl Outstanding {
 }
 
 impl Operation {
-    pub fn new(ticket: Ticket, requests: Requests, submitted: Now, terms: Terms) -> Self {
-        let Terms { expires, .. } = terms;
+    pub fn new(ticket: Ticket, requests: Requests, submitted: Now, expires: Option<Now>) -> Self {
         let urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
         let haste = match expires {
             _ if urgent => Haste::Urgent,
@@ -141,7 +140,7 @@ impl Operation {
 
     /// A frame with only a tag, to find out whether the monitor answers it.
     pub fn question(now: Now) -> Self {
-        Self::new(Ticket::QUESTION, Requests::new(), now, Terms::default())
+        Self::new(Ticket::QUESTION, Requests::new(), now, None)
     }
 
     pub const fn is_repeatable(&self) -> bool {

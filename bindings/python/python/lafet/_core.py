@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import TypeVar
 
-from . import _common, state
+from . import _common, _native, state
 from ._common import Drive, Point, Progress, Started, Valve
 from ._native import Answer, Link, Operation, Request
 from ._texts import say
@@ -26,10 +26,10 @@ live: set[Core] = set()
 class Core(ABC):
     """The requests of a monitor, whatever waits for them."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: Link, started: Started | None = None) -> None:
         self._link: Link | None = link
         self._endpoint = link.endpoint
-        self._started = Started()
+        self._started = Started() if started is None else started
         #: A fork does not end what its parent has started.
         self.process = os.getpid()
 
@@ -275,3 +275,19 @@ class Core(ABC):
             if time.monotonic() > deadline:
                 raise _common.late(status, wait, what)
             await self._sleep(_common.POLL_S)
+
+
+class HoldCore:
+    """A motion that lasts while it is renewed, whatever waits for its beginning and its end."""
+
+    def __init__(self, drive: Drive, begin: Operation[_native.Hold]) -> None:
+        self._drive = drive
+        self._begin = begin
+        self._hold: _native.Hold | None = None
+        #: How the motion ended: 'released', 'lapsed', 'link lost', 'stopped', 'at rest', 'replaced' or
+        #: 'taken over'. A drive that does not stop is an error.
+        self.ended: str | None = None
+
+    def renew(self) -> bool:
+        """Lets the motion go on for another lease; false when it is ending or has ended."""
+        return self._hold is not None and self._hold.renew()

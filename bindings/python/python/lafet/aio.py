@@ -7,8 +7,8 @@ from types import TracebackType
 from typing import TypeVar
 
 from . import _common, _native
-from ._common import Direction, Drive
-from ._core import Core
+from ._common import Direction
+from ._core import Core, HoldCore
 from ._native import Operation
 from .monitor import raise_unless_worse
 
@@ -66,15 +66,8 @@ class Monitor(Core):
         await asyncio.sleep(seconds)
 
 
-class Hold:
+class Hold(HoldCore):
     """A motion that lasts while it is renewed: see `lafet.Hold`."""
-
-    def __init__(self, drive: Drive, begin: Operation[_native.Hold]) -> None:
-        self._drive = drive
-        self._begin = begin
-        self._hold: _native.Hold | None = None
-        #: How the motion ended.
-        self.ended: str | None = None
 
     async def __aenter__(self) -> Hold:
         self._hold = await self._begin.start()
@@ -92,10 +85,6 @@ class Hold:
             self.ended = _common.ended(self._drive, await self._hold.release().start())
         except Exception as failure:
             raise_unless_worse(failure, error)
-
-    def renew(self) -> bool:
-        """Lets the motion go on for another lease; false when it is ending or has ended."""
-        return self._hold is not None and self._hold.renew()
 
     async def keep(self, seconds: float) -> bool:
         """Renews the motion for so long; false when it ended before."""

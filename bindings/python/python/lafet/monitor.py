@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from . import _common, _native
 from ._common import Direction, Drive, Point, Progress, Started, Valve
-from ._core import Core, live
+from ._core import Core, HoldCore, live
 from ._native import Answer, Link, Operation, Request
 from .state import Hotbed, Limits, Status
 
@@ -223,17 +223,9 @@ class Monitor:
         _now(self._core.clean_flash())
 
 
-class Hold:
+class Hold(HoldCore):
     """A motion that lasts while it is renewed, and ends with its `with` block. It ends by itself when it is
     not renewed in time (`lease`, at most 2 s), when the connection is lost and when this program ends."""
-
-    def __init__(self, drive: Drive, begin: Operation[_native.Hold]) -> None:
-        self._drive = drive
-        self._begin = begin
-        self._hold: _native.Hold | None = None
-        #: How the motion ended: 'released', 'lapsed', 'link lost', 'stopped', 'at rest', 'replaced' or
-        #: 'taken over'. A drive that does not stop is an error.
-        self.ended: str | None = None
 
     def __enter__(self) -> Hold:
         self._hold = self._begin.wait()
@@ -251,10 +243,6 @@ class Hold:
             self.ended = _common.ended(self._drive, self._hold.release().wait())
         except Exception as failure:
             raise_unless_worse(failure, error)
-
-    def renew(self) -> bool:
-        """Lets the motion go on for another lease; false when it is ending or has ended."""
-        return self._hold is not None and self._hold.renew()
 
     def keep(self, seconds: float) -> bool:
         """Renews the motion for so long; false when it ended before."""
@@ -295,8 +283,6 @@ def _end_all() -> None:
 
 def _end(core: Core) -> None:
     try:
-        waiting = _Waiting(core.link)
-        waiting._started = core._started
-        _now(waiting.end())
+        _now(_Waiting(core.link, core._started).end())
     except Exception as failure:
         print(f"{core!r}: {failure}", file=sys.stderr)

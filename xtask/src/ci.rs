@@ -36,8 +36,8 @@ enum When {
     Last,
 }
 
-/// The console comes first because it is built into the hub. The first two that run beside others build
-/// in folders of their own, so that cargo does not keep the tests waiting.
+/// The console comes first because it is built into the hub. The first two that run beside others have cargo's
+/// lock of the tests' folder for seconds at most, so that the tests need not wait for it.
 const STEPS: [CiStep; 22] = [
     (
         When::First,

@@ -80,8 +80,8 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
-                  only those: console, lock, licences, words, package, fmt, clippy, doc, no-std, \
-                  test, firmware, model, dissector, swarm, api, hub, bindings, python, bench, demo, browser.",
+                  only those: console, lock, licences, words, fmt, build, test, python, api, browser, \
+                  no-std, firmware, clippy, doc, package, model, dissector, bindings, bench, swarm, hub, demo.",
         run: ci::ci,
     },
     Task {

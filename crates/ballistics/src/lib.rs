@@ -72,6 +72,8 @@ pub const NARROWEST_MM: i32 = 60;
 /// Pressures that the law was calibrated for, with some margin, 0.1 atm. Below there is no jet to
 /// speak of, above is no fire pump.
 pub const PRESSURE_DATM: core::ops::RangeInclusive<u16> = 10..=250;
+/// The unit of pressure, 0.1 atm, in MPa.
+pub const DATM_MPA: f64 = 0.010_132_5;
 
 /// Steps of a shot, of a steep one, which needs more, and how many of them one call makes.
 const STEPS: u8 = 64;

@@ -7,13 +7,13 @@ use lafet_texts::place as text;
 use serde::Serialize;
 
 use crate::linear::wrapped;
+use lafet_ballistics::DATM_MPA;
+
 use crate::obstacle::Body;
 use crate::supply::Supply;
 use crate::text::{Problem, counted, within};
 use crate::{FARTHEST_M, KEEP_OUTS_MAX, MONITORS_MAX, OBSTACLES_MAX};
 
-/// 0.1 atm, the unit of pressure of the ballistics, MPa.
-const DATM_MPA: f64 = 0.010_132_5;
 /// A monitor is kept clear of jets from the ground to this far above its nozzle, m.
 const ABOVE_NOZZLE_M: f64 = 0.5;
 

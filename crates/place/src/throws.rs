@@ -82,7 +82,11 @@ impl Cache {
     ) -> Option<Arc<Throws>> {
         let [lower, upper] = monitor.elevations.map(|it| (it.to_degrees() * 60.0).round() as i32);
         let heights = [monitor.height_m, plane_m];
-        let exact = [pressure_mpa / 0.010_132_5, monitor.outlet_mm * 10.0, monitor.nozzle_mm];
+        let exact = [
+            pressure_mpa / lafet_ballistics::DATM_MPA,
+            monitor.outlet_mm * 10.0,
+            monitor.nozzle_mm,
+        ];
         let [pressure, outlet, nozzle] = exact.map(|it| it.round() as i64);
         let [height, plane, wind] =
             [monitor.height_m, plane_m, speed_mps].map(|it| (it * 100.0).round() as i64);

@@ -66,7 +66,7 @@ pub struct Blowing {
 impl Check<'_> {
     /// Water, winds and what is protected.
     pub fn plan(&mut self, read: &File) -> PlanConfig {
-        let mut plan = PlanConfig { flowing: None, ..PlanConfig::default() };
+        let mut plan = PlanConfig::default();
         if let Some(water) = &read.supply {
             let at = water.span().start;
             let water = water.get_ref();

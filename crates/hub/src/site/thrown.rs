@@ -1,14 +1,12 @@
 //! How far the water of a jet is expected to land, with its uncertainty: the law of `lafet throw`, which is
 //! compared with published throws, beside the monitor's own one, by which it aims.
 
+use lafet_ballistics::DATM_MPA;
 use lafet_ballistics::throw::{Figure, Kind, Refusal, Shot, Size, Throw, Value};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::jet::Basis;
-
-/// MPa in 0.1 atm.
-const DATM_MPA: f64 = 0.010_132_5;
 
 /// Wind 10 m above the ground, as the jet has it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

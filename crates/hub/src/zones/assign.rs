@@ -10,13 +10,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
+use lafet_ballistics::{DATM_MPA, PRESSURE_DATM};
 use lafet_place::planner::{Assignment, Fire, Situation, Task, Turned, filled, offers, renewed};
 use lafet_place::site::{Direction, Wind};
 use lafet_place::supply::Supply;
 use lafet_place::wrapped;
 use lafet_proto::SubsystemId;
 use lafet_site::config::Zone;
-use lafet_site::{Authority, Event, Order, Phase, State, Trouble, Withheld};
+use lafet_site::{Authority, Event, Phase, State, Trouble, Withheld};
 
 use super::fires::FirePlace;
 use super::line::Line;
@@ -48,9 +49,6 @@ const SURE_AFTER: Duration = Duration::from_secs(2);
 const TURNED_MPS: f64 = 1.5;
 /// A pressure is another one by this part of it.
 const OTHER_PRESSURE: f64 = 0.1;
-/// 0.1 atm, MPa, and the least pressure with a jet.
-const DATM_MPA: f64 = 0.010_132_5;
-const LEAST_DATM: i64 = 10;
 /// A zone is planned this often, whatever is reported.
 const SOON: Duration = Duration::from_secs(1);
 
@@ -84,8 +82,6 @@ struct Known {
     missed: Option<Now>,
     /// It is planned for.
     counts: bool,
-    /// It was seen for long enough, and reported again by each detector that shows it.
-    lasts: bool,
 }
 
 /// What a plan depends on.
@@ -122,7 +118,6 @@ impl Known {
             seen: now,
             missed: None,
             counts: false,
-            lasts: false,
         }
     }
 
@@ -131,18 +126,18 @@ impl Known {
         if away(self.at, place.at) > MOVED_M {
             self.at = place.at;
         }
-        if self.missed.take().is_some() && !self.lasts {
+        if self.missed.take().is_some() && !self.counts {
             self.since = now;
         }
         (self.place, self.seen) = (place.clone(), now);
     }
 
-    /// Whether it counts from now on; while the zone has water one sight of it is not enough.
+    /// Whether it counts from now on. While the zone has water it has to be seen for long enough, and reported
+    /// again by each detector that shows it.
     fn weigh(&mut self, now: Now, wet: bool, heard: &impl Fn(&str) -> Option<Now>) {
         let again = |id: &String| heard(id).is_some_and(|at| at > self.since);
         let long = now.saturating_sub(self.since) >= SURE_AFTER;
-        self.lasts |= long && self.place.detectors.iter().all(again);
-        self.counts |= self.lasts || !wet;
+        self.counts |= !wet || (long && self.place.detectors.iter().all(again));
     }
 }
 
@@ -334,7 +329,7 @@ impl Hub {
             let status = self.station(id).ok()?.status();
             status.valid(SubsystemId::GENERAL, "pressure")
         });
-        let most = measured.max().filter(|datm| *datm >= LEAST_DATM);
+        let most = measured.max().filter(|datm| *datm >= i64::from(*PRESSURE_DATM.start()));
         most.map_or(USUAL_MPA, |datm| datm as f64 * DATM_MPA)
     }
 
@@ -510,11 +505,7 @@ fn wind(machine: &Machine) -> Option<Wind> {
 
 /// Whether the machine has engaged a monitor for a zone.
 fn has_water(machine: &Machine, zone: &Zone) -> bool {
-    let of = |line: &Line| match line.engaged.as_ref().map(|it| &it.order) {
-        Some(Order::Engage { zone: of, .. }) => *of == zone.id,
-        _ => false,
-    };
-    machine.lines.values().any(of)
+    machine.lines.values().any(|line| line.engaged.as_ref() == Some(&zone.id))
 }
 
 /// Whether a monitor was ordered to act and does not.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{self, Button, ButtonState, ButtonsFlags, Severity};
-use lafet_site::{Authority, Command, Event, Hand, MonitorReport, Scope, Valve};
+use lafet_site::{Authority, Event, Hand, MonitorReport, Scope, Valve};
 use tokio::task::AbortHandle;
 
 use super::{Machine, ZONES, Zones};
@@ -40,8 +40,8 @@ pub struct Line {
     pub latest: Arc<AtomicU64>,
     /// What carries out an order that opens or turns.
     pub task: Option<AbortHandle>,
-    /// What it was ordered to last, with water.
-    pub engaged: Option<Command>,
+    /// The zone for which it was ordered to give water.
+    pub engaged: Option<String>,
     /// How its last order aims.
     pub order: Option<Aiming>,
     /// The last report.

@@ -161,6 +161,32 @@ impl Zones {
         }
     }
 
+    /// A person's no makes void what waits to be sent, before it waits for the lock itself.
+    fn void_by_hand(&self, order: &Hand) {
+        match order {
+            Hand::Stop(scope) | Hand::Close(scope) => self.void(scope),
+            Hand::Abort { zone } => self.void(&Scope::Zone(zone.clone())),
+            Hand::Lockout { on: true } => self.void(&Scope::Site),
+            _ => {}
+        }
+    }
+
+    /// The same for a contact that says no.
+    fn void_by_contact(&self, input: &str, pressed: bool) {
+        let all = self.config.site.contacts.iter().filter(|it| pressed && it.id == input);
+        for contact in all {
+            match contact.kind {
+                ContactKind::Abort | ContactKind::Stop if !contact.zones.is_empty() => {
+                    contact.zones.iter().for_each(|zone| self.void(&Scope::Zone(zone.clone())));
+                }
+                ContactKind::Abort | ContactKind::Stop | ContactKind::Lockout => {
+                    self.void(&Scope::Site);
+                }
+                _ => {}
+            }
+        }
+    }
+
     fn persisted(&self) -> Persisted {
         lock(&self.machine).site.persisted()
     }
@@ -258,13 +284,7 @@ impl Hub {
             _ => None,
         };
         let by = caller.principal.user.clone();
-        // What waits to be sent is not sent while this waits for the lock.
-        match &order {
-            Hand::Stop(scope) | Hand::Close(scope) => zones.void(scope),
-            Hand::Abort { zone } => zones.void(&Scope::Zone(zone.clone())),
-            Hand::Lockout { on: true } => zones.void(&Scope::Site),
-            _ => {}
-        }
+        zones.void_by_hand(&order);
         let mut machine = lock(&zones.machine);
         let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
         let refused = records.into_iter().find_map(|record| match record.entry {
@@ -321,23 +341,6 @@ impl Hub {
         Ok(())
     }
 
-    /// A contact that says no makes void what waits to be sent, before that waits for the lock.
-    fn void_for(&self, zones: &Zones, input: &str, pressed: bool) {
-        let all = zones.config.site.contacts.iter().filter(|it| pressed && it.id == input);
-        for contact in all {
-            match contact.kind {
-                ContactKind::Abort | ContactKind::Stop if !contact.zones.is_empty() => {
-                    let each = contact.zones.iter().cloned().map(Scope::Zone);
-                    each.for_each(|scope| zones.void(&scope));
-                }
-                ContactKind::Abort | ContactKind::Stop | ContactKind::Lockout => {
-                    zones.void(&Scope::Site);
-                }
-                _ => {}
-            }
-        }
-    }
-
     /// Takes a contact as it is, or the fault of its path.
     pub(crate) fn contact_reports(
         &self,
@@ -347,7 +350,7 @@ impl Hub {
         fault: Option<PathFault>,
     ) {
         let Some(zones) = self.zones() else { return };
-        self.void_for(zones, input, pressed);
+        zones.void_by_contact(input, pressed);
         let mut machine = lock(&zones.machine);
         let path = Event::Path { path: input.to_owned(), fault };
         let contact = Event::Contact { input: input.to_owned(), pressed };
@@ -440,10 +443,7 @@ impl Hub {
     /// A repetition (no `news`) is a no only where the one before does not last any more: a reset may have
     /// come between.
     fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
-        // What waits to be sent is not sent while this waits for the lock.
-        if let Hand::Stop(scope) | Hand::Close(scope) = &order {
-            zones.void(scope);
-        }
+        zones.void_by_hand(&order);
         let mut machine = lock(&zones.machine);
         if let Hand::Stop(scope) | Hand::Close(scope) = &order
             && !news

@@ -69,7 +69,7 @@ impl Hub {
             return;
         };
         let Some(line) = machine.lines.get_mut(monitor) else { return };
-        line.void();
+        let number = line.void();
         let Ok(station) = self.station(monitor) else { return line.clear() };
         match &command.order {
             Order::Close { .. } => {
@@ -82,33 +82,27 @@ impl Hub {
                 self.send_urgent_orders(&station, &stop, command);
             }
             Order::Prepare { zone, .. } | Order::Engage { zone, .. } => {
-                (line.engaged, line.order) = (None, None);
-                let of = zones.config.site.zones.iter().find(|it| it.id == *zone);
-                let fire = of.and_then(|of| self.fire_of(machine, of, monitor));
-                self.aim(zones, machine, command, (station, fire));
+                line.clear();
+                self.aim(zones, machine, command, (station, number, monitor, zone));
             }
             _ => {}
         }
     }
 
-    /// Orders a monitor to a fire; none: as configured.
+    /// Orders a monitor to its fire, by this number; without one, as configured.
     fn aim(
         &self,
         zones: &Zones,
         machine: &mut Machine,
         command: &Command,
-        (station, fire): (Arc<Station>, Option<(u64, Target)>),
+        (station, number, monitor, zone): (Arc<Station>, u64, &String, &String),
     ) {
-        let (Order::Prepare { monitor, zone } | Order::Engage { monitor, zone, .. }) =
-            &command.order
-        else {
-            return;
-        };
         let Some(aim) = zones.config.aims.get(&(zone.clone(), monitor.clone())).cloned() else {
             return;
         };
+        let of = zones.config.site.zones.iter().find(|it| it.id == *zone);
+        let fire = of.and_then(|of| self.fire_of(machine, of, monitor));
         let Some(line) = machine.lines.get_mut(monitor) else { return };
-        let number = line.void();
         let accepted = Arc::new(AtomicBool::new(false));
         let opens = matches!(command.order, Order::Engage { .. });
         let opening = Opening {
@@ -123,7 +117,7 @@ impl Hub {
             not_after: command.not_after_ms.map(Duration::from_millis),
         };
         line.order = Some(Aiming { fire: fire.map(|it| it.0), accepted });
-        line.engaged = opens.then(|| command.clone());
+        line.engaged = opens.then(|| zone.clone());
         line.task = Some(tokio::spawn(opening.run()).abort_handle());
     }
 
@@ -394,8 +388,7 @@ mod tests {
         hub.carry_order(zones, &mut machine, &command);
         let latest = machine.lines["M1"].latest.clone();
         let first = latest.load(Ordering::SeqCst);
-        let station = hub.station("M1").unwrap();
-        hub.aim(zones, &mut machine, &command, (station, None));
+        hub.carry_order(zones, &mut machine, &command);
         assert_ne!(latest.load(Ordering::SeqCst), first);
         let close = Order::Close { monitor: "M1".into() };
         let second = latest.load(Ordering::SeqCst);

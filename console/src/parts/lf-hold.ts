@@ -72,7 +72,7 @@ export class LfHold extends LitElement {
       @pointerdown=${this.pressed}
       @pointerup=${this.left}
       @pointercancel=${this.abort}
-      @lostpointercapture=${this.abort}
+      @lostpointercapture=${() => this.holding && this.abort()}
       @pointermove=${this.moved}
       @keydown=${this.keyed}
       @keyup=${this.left}

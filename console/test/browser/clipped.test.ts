@@ -4,7 +4,7 @@ import { afterAll, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
 import { clipped } from './clipped';
 import { Demo, PLAIN } from './demo';
-import { takeButton, until } from './site';
+import { able, go, pagesOf, placed, settled, takeButton, until } from './page';
 
 const VIEWS = ['en', 'ru'].flatMap((lang) =>
   [
@@ -20,21 +20,13 @@ beforeAll(async () => {
 });
 afterAll(() => demo?.stop());
 
-async function settled(page: Page): Promise<void> {
-  await until(() => page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null));
-  await page.waitForTimeout(500);
-}
-
 test.each(VIEWS)('every page in $lang, $width × $height', async ({ lang, ...size }) => {
   const page = await demo.open('#/overview', lang, size);
-  await page.locator('lf-page-overview').waitFor();
-  await page.locator('lf-nav a').nth(8).waitFor({ state: 'attached' });
-  const all = await page.locator('lf-nav a').evaluateAll((links) => links.map((link) => link.getAttribute('href')!));
+  const all = await pagesOf(page);
   expect(all.length).toBeGreaterThan(9);
   const found: string[] = [];
   for (const href of all) {
-    await page.evaluate((to) => (location.hash = to), href);
-    await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
+    await go(page, href);
     await settled(page);
     for (const what of await clipped(page)) found.push(`${href} ${what}`);
   }
@@ -44,13 +36,26 @@ test.each(VIEWS)('every page in $lang, $width × $height', async ({ lang, ...siz
 
 /** The buttons of Operate lie within the column, and the column within the page. */
 async function whole(page: Page, parts: string): Promise<void> {
-  const column = (await page.locator('lf-page-operate .side').boundingBox())!;
-  const bottom = Math.min(column.y + column.height, page.viewportSize()!.height);
+  await settled(page);
+  await placed(page.locator('lf-page-operate .side'));
   const all = page.locator(`lf-page-operate ${parts}`);
-  expect(await all.count()).toBeGreaterThan(2);
-  for (const part of await all.all()) {
-    const box = (await part.boundingBox())!;
-    const told = `${await part.textContent()} ${JSON.stringify([box, column])}`;
+  await until(async () => (await all.count()) > 2);
+  // All at one moment.
+  const { column, boxes } = await all.evaluateAll((found) => {
+    const box = (one: Element) => {
+      const { x, y, width, height } = one.getBoundingClientRect();
+      return { x, y, width, height, text: one.textContent };
+    };
+    let at: Node | null = found[0]!;
+    while (at && !(at instanceof Element && at.classList.contains('side'))) {
+      at = (at as Element).assignedSlot ?? at.parentNode ?? (at as ShadowRoot).host ?? null;
+    }
+    return { column: box(at as Element), boxes: found.map(box) };
+  });
+  const bottom = Math.min(column.y + column.height, page.viewportSize()!.height);
+  expect(boxes.length).toBeGreaterThan(2);
+  for (const box of boxes) {
+    const told = JSON.stringify([box, { ...column, text: '' }]);
     expect(box.y, told).toBeGreaterThanOrEqual(column.y);
     expect(box.y + box.height, told).toBeLessThanOrEqual(bottom);
     expect(box.x + box.width, told).toBeLessThanOrEqual(column.x + column.width);
@@ -64,7 +69,6 @@ test.each(VIEWS.filter(({ width }) => width > 1000))(
     await page.locator('lf-automatic #draw').waitFor();
     const next = page.locator('#guide-skip, #guide-next').first();
     for (let more = true; more; ) {
-      await settled(page);
       await whole(page, 'lf-automatic .tiles > lf-button');
       more = (await next.count()) > 0;
       if (more) await next.click();
@@ -81,9 +85,10 @@ test.each(VIEWS.filter(({ width }) => width > 1000))(
     await page.locator('lf-automatic #draw').waitFor();
     await whole(page, 'lf-automatic .tiles > lf-button');
     await takeButton(page).click();
-    await page.locator('lf-automatic #draw button:not([aria-disabled])').click();
+    await able(page.locator('lf-automatic #draw')).click();
     await page.locator('lf-automatic .sector').waitFor();
     await whole(page, 'lf-automatic .sector :is(lf-button, p)');
+    await settled(page);
     expect(await clipped(page)).toEqual([]);
     await page.context().close();
   },
@@ -95,11 +100,11 @@ test.each(VIEWS)('the first steps cover nothing in $lang, $width × $height', as
   await guide.waitFor();
   for (let step = 0; step < 3; step += 1) {
     await settled(page);
-    const [card, main] = [(await guide.boundingBox())!, (await page.locator('main').boundingBox())!];
+    const [card, main] = [await placed(guide), await placed(page.locator('main'))];
     expect(card.y).toBeGreaterThanOrEqual(main.y + main.height);
     expect(main.height).toBeGreaterThan(size.height * 0.3);
     for (const part of ['#stop', '#lockout']) {
-      const box = (await page.locator(part).boundingBox())!;
+      const box = await placed(page.locator(part));
       expect(box.y + box.height <= card.y || box.y >= card.y + card.height).toBe(true);
     }
     expect(await clipped(page)).toEqual([]);

@@ -1,6 +1,8 @@
 // `lafet demo` with the console, for pages that need a simulated site. LAFET_BIN is the program.
 import { type ChildProcess, spawn } from 'node:child_process';
 import { type Browser, chromium, type Page } from 'playwright-core';
+import type { Monitor } from '../../src/hub/types';
+import { follow, LATE_MS, shown, until } from './page';
 import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
@@ -28,6 +30,7 @@ export class Demo {
       });
       demo.child.on('exit', (code) => reject(new Error(`lafet demo ended with ${code}: ${told}`)));
     });
+    await until(() => demo.known(), LATE_MS);
     demo.served = await consoleOf(demo.hub);
     demo.url = demo.served.url;
     demo.browser = await chromium.launch({
@@ -36,6 +39,12 @@ export class Demo {
       ignoreDefaultArgs: without,
     });
     return demo;
+  }
+
+  /** Whether the hub has the state of every monitor. */
+  private async known(): Promise<boolean> {
+    const all = Object.values(await this.get<Record<string, Monitor>>('/api/monitors'));
+    return all.length > 0 && all.every(({ status }) => status.at_ms !== null && !status.stale);
   }
 
   async stop(): Promise<void> {
@@ -52,14 +61,14 @@ export class Demo {
     guide = 'done',
   ): Promise<Page> {
     const context = await this.browser.newContext({ viewport: size });
-    context.setDefaultTimeout(20_000);
+    context.setDefaultTimeout(LATE_MS);
     const wanted = { lang, display, theme: 'day', guide };
     await context.addInitScript((all) => {
       for (const [name, value] of Object.entries(all)) localStorage.setItem(`lafet.${name}`, value);
     }, wanted);
-    const page = await context.newPage();
+    const page = follow(await context.newPage());
     await page.goto(`${this.url}/${route}`);
-    await page.waitForSelector('lf-topbar');
+    await shown(page);
     return page;
   }
 
@@ -77,9 +86,9 @@ export class Demo {
     });
   }
 
-  /** Takes control and commands. */
+  /** Takes control, which a page that was closed keeps for a moment, and commands. */
   async request(monitor: string, request: string): Promise<void> {
-    await this.post(`/api/monitors/${monitor}/authority`, { action: 'take' });
+    await until(async () => (await this.post(`/api/monitors/${monitor}/authority`, { action: 'take' })).ok);
     const answer = await this.post(`/api/monitors/${monitor}/requests`, { request });
     if (!answer.ok) throw new Error(`${request}: ${await answer.text()}`);
   }

@@ -4,7 +4,7 @@
 import type { Page } from 'playwright-core';
 import { afterAll, beforeAll, describe, expect, test } from 'vitest';
 import { Demo } from './demo';
-import { take, until } from './site';
+import { able, LATE_MS, passes, SOON, settled, take, until } from './page';
 
 /** On the ground, 35 m from M1, which is 6 m high. */
 const FIRE = [-12, 14];
@@ -21,15 +21,15 @@ const monitor = () => demo.get<Monitor>('/api/monitors/M1');
 
 beforeAll(async () => {
   demo = await Demo.start();
-  await demo.post('/api/sim/fire', { at: FIRE, size: 3 });
+  expect((await demo.post('/api/sim/fire', { at: FIRE, size: 3 })).ok).toBe(true);
   await demo.request('M1', 'StartSeek Detector -3000 3000 -900 600 analyse');
   await demo.post('/api/sim/speed', { speed: 20 });
-  await until(async () => ((await monitor()).hotbeds?.list.length ?? 0) >= 2, 60_000);
-  await until(async () => !(await monitor()).status.subsystems.Detector!.flags.includes('Searching'), 60_000);
+  await until(async () => ((await monitor()).hotbeds?.list.length ?? 0) >= 2, 2 * LATE_MS);
+  await until(async () => !(await monitor()).status.subsystems.Detector!.flags.includes('Searching'), 2 * LATE_MS);
   await demo.post('/api/sim/speed', { speed: 1 });
   await demo.post('/api/monitors/M1/authority', { action: 'release' });
-});
-afterAll(() => demo.stop());
+}, 300_000);
+afterAll(() => demo?.stop());
 
 const distance = (page: Page) => page.locator('#distance').inputValue();
 const why = (page: Page) => page.locator('#quench button').getAttribute('aria-description');
@@ -39,6 +39,8 @@ test('the name of a tank that burns is beside its flame, above the fire', async 
   const name = page.locator('lf-plan .tank-name', { hasText: 'T-1' });
   await name.waitFor();
   await page.locator('lf-plan .flame').first().waitFor();
+  await until(async () => (await page.locator('lf-plan :is(.flame, .fire-area)').count()) >= 2);
+  await settled(page);
   const seen = await name.evaluate((text) => {
     const box = text.getBoundingClientRect();
     const all = [...(text.getRootNode() as ShadowRoot).querySelectorAll('.flame, .fire-area')];
@@ -59,7 +61,6 @@ test('the name of a tank that burns is beside its flame, above the fire', async 
 describe('a found fire spot', () => {
   test('is extinguished at the distance that is shown, or that the operator enters', async () => {
     const page = await demo.open('#/m/M1/operate');
-    page.setDefaultTimeout(60_000);
     await take(page);
     // The fire is shown on every page, also after it is acknowledged.
     const fire = page.locator('lf-topbar .fire');
@@ -67,17 +68,17 @@ describe('a found fire spot', () => {
     expect(await fire.getAttribute('class')).not.toContain('known');
     await demo.post('/api/alarms/ack', {});
     await until(async () => (await fire.getAttribute('class'))!.includes('known'));
-    await page.locator('#draw').click();
-    await page.locator('#found').click();
+    await able(page.locator('#draw')).click();
+    await able(page.locator('#found')).click();
 
     // The brightest burns on a tank, whose place is on the plan.
     await page.locator('lf-found #how').getByText('T-1 is in that direction').waitFor();
-    expect(await distance(page)).toBe('28');
+    await expect.poll(() => distance(page), SOON).toBe('28');
 
-    await page.locator('lf-found .which lf-button').nth(1).click();
+    await able(page.locator('lf-found .which lf-button').nth(1)).click();
     const how = page.locator('lf-found #how').getByText('6.0 m above the ground');
     await how.waitFor();
-    expect(Math.abs(Number(await distance(page)) - AWAY_M)).toBeLessThanOrEqual(2);
+    await expect.poll(async () => Math.abs(Number(await distance(page)) - AWAY_M), SOON).toBeLessThanOrEqual(2);
     const [, least, most] = /(\d+)\D+to (\d+)\D+$/.exec((await how.textContent())!.trim())!.map(Number);
     expect(least).toBeLessThan(AWAY_M);
     expect(most).toBeGreaterThan(AWAY_M);
@@ -85,8 +86,10 @@ describe('a found fire spot', () => {
     await page.fill('#distance', '200');
     await until(async () => (await why(page)) === 'Enter the distance first');
     await page.fill('#distance', '');
-    expect(await why(page)).toBe('Enter the distance first');
+    await expect.poll(() => why(page), SOON).toBe('Enter the distance first');
     await page.locator('#quench').click();
+    await page.locator('.lf-why', { hasText: 'Enter the distance first' }).waitFor();
+    await passes(page, 500);
     expect((await monitor()).program).toBeNull();
 
     await page.fill('#distance', '33');

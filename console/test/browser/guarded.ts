@@ -3,6 +3,7 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
+import { shown } from './page';
 import { consoleOf, type Served } from './served';
 import { LAFET } from './site';
 
@@ -64,7 +65,7 @@ export class Guarded {
 
   async stop(): Promise<void> {
     await this.served?.close();
-    this.child.kill('SIGKILL');
+    this.child?.kill('SIGKILL');
     rmSync(this.folder, { recursive: true, force: true });
   }
 
@@ -87,7 +88,7 @@ export class Guarded {
     const [name, value] = answer.headers.get('set-cookie')!.split(';')[0]!.split('=') as [string, string];
     await page.context().addCookies([{ name, value, url: this.url, httpOnly: true, sameSite: 'Strict' }]);
     await page.goto(`${this.url}/#/alarms`);
-    await page.waitForSelector('lf-topbar');
+    await shown(page);
   }
 
   post(path: string, body: unknown, headers: Record<string, string> = {}): Promise<Response> {

@@ -4,7 +4,7 @@ import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Jet } from '../../src/hub/jets';
 import type { Monitor } from '../../src/hub/types';
 import { Demo } from './demo';
-import { until } from './site';
+import { LATE_MS, SOON, settled, until } from './page';
 
 let demo: Demo;
 let page: Page;
@@ -21,7 +21,7 @@ const general = async () => (await demo.get<Monitor>('/api/monitors/M1')).status
 const legend = () => page.locator('lf-plan .landing-legend');
 const fault = (on: boolean) => demo.post('/api/sim/faults', { monitor: 'M1', fault: 'pressure-break', on });
 
-test('shows where the water is expected, and says what is not known', { timeout: 300_000 }, async () => {
+test('shows where the water is expected, and says what is not known', { timeout: 500_000 }, async () => {
   page = await demo.open('#/m/M1/operate', 'en', SIZE);
   // What the hub has answered, as the legend has it.
   const answers = new Set<string>();
@@ -36,29 +36,33 @@ test('shows where the water is expected, and says what is not known', { timeout:
   await demo.request('M1', 'Deploy Deployer');
   await until(
     async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems.Deployer!.flags.includes('Deployed'),
-    60_000,
+    2 * LATE_MS,
   );
   await demo.request('M1', 'Move Vertical 1200');
+  await until(async () =>
+    (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems.Vertical!.flags.includes('Move'),
+  );
+  await settled(page);
   expect(await legend().count()).toBe(0);
   await demo.request('M1', 'Open Valve1');
   await until(async () => {
     const { pressure, flowrate } = (await general()) as unknown as { pressure: number; flowrate: number };
     return pressure > 60 && flowrate > 10;
-  }, 60_000);
+  }, 2 * LATE_MS);
   await until(
     async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems.Vertical!.position === 1200,
-    60_000,
+    2 * LATE_MS,
   );
   await until(async () => {
     const [, span] = /Water lands at (\d+–\d+)\sm/.exec((await legend().textContent()) ?? '') ?? [];
     return span !== undefined && answers.has(span);
-  }, 60_000);
+  }, 2 * LATE_MS);
   await page.locator('lf-plan .landing-legend').getByText('with the wind').waitFor();
-  expect(await page.locator('lf-plan .landing-area .area').count()).toBe(1);
+  await expect.poll(() => page.locator('lf-plan .landing-area .area').count(), SOON).toBe(1);
 
   await fault(true);
   await legend().getByText('Where the water lands is not known: no valid pressure').waitFor();
-  expect(await page.locator('lf-plan .landing-area').count()).toBe(0);
+  await expect.poll(() => page.locator('lf-plan .landing-area').count(), SOON).toBe(0);
   await fault(false);
   await legend().getByText('Water lands at').waitFor();
   await page.context().close();
@@ -68,5 +72,5 @@ test('shows where the water is expected, and says what is not known', { timeout:
     .getByText(/Вода падает на \d+–\d+\sм/)
     .waitFor();
   await demo.request('M1', 'Close Valve1');
-  await until(async () => (await legend().count()) === 0, 60_000);
+  await until(async () => (await legend().count()) === 0, 2 * LATE_MS);
 });

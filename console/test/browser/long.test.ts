@@ -5,7 +5,7 @@ import { createRequire } from 'node:module';
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo } from './demo';
-import { until } from './site';
+import { drawn, go, LATE_MS, SOON, settled, shown, until } from './page';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const ROWS = 10_000;
@@ -25,7 +25,7 @@ afterEach(() => page.context().close());
 async function opened(route: string, path: string, body: unknown): Promise<void> {
   page = await demo.open('#/overview');
   await page.route(`**${path}?**`, (asked) => asked.fulfill({ json: body }));
-  await page.evaluate((to) => (location.hash = to), route);
+  await go(page, route);
 }
 
 /** Scrolls down until the last row is rendered, as a user does; returns the maximum number of rendered rows. */
@@ -39,11 +39,12 @@ async function scrolledThrough(rows: string, last: RegExp): Promise<number> {
     });
     most = Math.max(most, await made.count());
     return page.locator(rows).filter({ hasText: last }).last().isVisible();
-  }, 30_000);
+  }, LATE_MS);
   return most;
 }
 
 async function clean(): Promise<void> {
+  await settled(page);
   await page.evaluate(AXE);
   const found = await page.evaluate(async () => {
     const axe = (window as unknown as { axe: { run: (options: object) => Promise<{ violations: { id: string }[] }> } })
@@ -78,7 +79,7 @@ test('the audit log of ten thousand commands', async () => {
     .locator(rows)
     .filter({ hasText: `Horizontal ${ROWS}` })
     .waitFor();
-  expect(await page.locator('lf-audit-log table').getAttribute('aria-rowcount')).toBe(`${ROWS + 1}`);
+  await expect.poll(() => page.locator('lf-audit-log table').getAttribute('aria-rowcount'), SOON).toBe(`${ROWS + 1}`);
   expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
   expect(await scrolledThrough(rows, /Horizontal 1\b/)).toBeLessThan(MADE_MOST);
   const last = page
@@ -90,15 +91,21 @@ test('the audit log of ten thousand commands', async () => {
 
   // By the keyboard: from a row to the one above, also beyond the rendered rows.
   await last.locator('button').focus();
-  for (let n = 2; n < 80; n += 1) await page.keyboard.press('Shift+Tab');
-  const focused = await page.evaluate(() => {
-    const log = document
-      .querySelector('lf-app')!
-      .shadowRoot!.querySelector('lf-page-events')!
-      .shadowRoot!.querySelector('lf-audit-log')!;
-    return log.shadowRoot!.activeElement?.closest('tr')?.getAttribute('data-n') ?? '';
-  });
-  expect(focused).toBe('79');
+  const focused = () =>
+    page.evaluate(() => {
+      const log = document
+        .querySelector('lf-app')!
+        .shadowRoot!.querySelector('lf-page-events')!
+        .shadowRoot!.querySelector('lf-audit-log')!;
+      return log.shadowRoot!.activeElement?.closest('tr')?.getAttribute('data-n') ?? '';
+    });
+  // The next rows are rendered before the next key.
+  for (let n = 2; n < 80; n += 1) {
+    await page.keyboard.press('Shift+Tab');
+    await until(async () => (await focused()) === `${n}`);
+    await drawn(page);
+  }
+  expect(await focused()).toBe('79');
 });
 
 test('the history of ten thousand alarms', async () => {
@@ -114,6 +121,7 @@ test('the history of ten thousand alarms', async () => {
   await page.getByRole('tab', { name: /History/ }).click();
   const rows = 'lf-alarm-history tr.step-row';
   await page.locator(rows).first().waitFor();
+  await settled(page);
   expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
   expect(await scrolledThrough(rows, /\bM1\b/)).toBeLessThan(MADE_MOST);
   await clean();
@@ -130,6 +138,7 @@ test('ten thousand things that have happened', async () => {
   await page.getByRole('tab', { name: /^Events/ }).click();
   const rows = 'lf-page-events .live .event';
   await page.locator(rows).first().waitFor();
+  await settled(page);
   expect(await page.locator(rows).count()).toBeLessThan(MADE_MOST);
   expect(await scrolledThrough(rows, /thing 1\./)).toBeLessThan(MADE_MOST);
   await clean();
@@ -148,7 +157,7 @@ test('ten thousand frames of a link', async () => {
     say = (text) => ws.send(text);
   });
   await page.goto(`${demo.url}/?again#/m/M1/inspector`);
-  await page.locator('lf-page-inspector').waitFor();
+  await shown(page);
   const list = page.locator('lf-frame-list [role=listbox]');
   for (let n = 1; n <= ROWS; n += 1) {
     const text = `thing ${n} ${'and more '.repeat(20)}`;
@@ -166,14 +175,14 @@ test('ten thousand frames of a link', async () => {
     say(JSON.stringify(frame));
   }
   const rows = page.locator('lf-frame-list .frame');
-  await rows.filter({ hasText: `thing ${ROWS} ` }).waitFor({ timeout: 90_000 });
+  await rows.filter({ hasText: `thing ${ROWS} ` }).waitFor({ timeout: 2 * LATE_MS });
   expect(await rows.count()).toBeLessThan(60);
-  expect(await rows.first().getAttribute('aria-setsize')).toBe(`${ROWS}`);
+  await expect.poll(() => rows.first().getAttribute('aria-setsize'), SOON).toBe(`${ROWS}`);
   await list.focus();
   for (let n = 0; n < 30; n += 1) await page.keyboard.press('ArrowUp');
   const chosen = page.locator('lf-frame-list .frame[aria-selected=true]');
   await until(async () => (await chosen.getAttribute('aria-posinset')) === `${ROWS - 29}`);
-  expect(await chosen.isVisible()).toBe(true);
+  await expect.poll(() => chosen.isVisible(), SOON).toBe(true);
   await page.locator('lf-page-inspector lf-find input').fill('thing 1234 ');
   await until(async () => (await rows.count()) === 1);
   await clean();

@@ -2,6 +2,7 @@
 import type { Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Guarded } from './guarded';
+import { go, placed, settled } from './page';
 import { Site } from './site';
 
 const SEEN = ['en', 'ru'].flatMap((lang) =>
@@ -29,7 +30,7 @@ afterEach(() => page.context().close());
 const whole = (part: Locator): Promise<boolean> => part.evaluate((it) => it.scrollWidth <= it.clientWidth);
 
 async function apart(one: Locator, other: Locator): Promise<void> {
-  const [a, b] = [(await one.boundingBox())!, (await other.boundingBox())!];
+  const [a, b] = [await placed(one), await placed(other)];
   expect(a.x + a.width).toBeLessThanOrEqual(b.x);
 }
 
@@ -38,9 +39,10 @@ test.each(SEEN)(
   async ({ lang, ...size }) => {
     page = await site.open('#/overview', lang, size);
     await guarded.enter(page, 'olga');
-    await page.evaluate((id) => (location.hash = `#/m/${id}/operate`), guarded.long);
+    await go(page, `#/m/${guarded.long}/operate`);
     const stop = page.locator('#stop');
     await stop.getByText('…terrace1').waitFor();
+    await settled(page);
     expect(await whole(stop.locator('span'))).toBe(true);
     expect(await whole(stop.locator('small'))).toBe(true);
     await apart(stop, page.locator('#stop-all'));
@@ -48,14 +50,24 @@ test.each(SEEN)(
     const name = lang === 'ru' ? 'Управление' : 'Operate';
     expect(await whole(page.locator('lf-topbar .where span:visible', { hasText: name }))).toBe(true);
 
-    await page.evaluate(() => (location.hash = '#/overview'));
+    await go(page, '#/overview');
     const cards = page.locator('lf-page-overview .one');
     await cards.nth(1).waitFor();
-    for (const card of await cards.all()) {
-      const inside = (await card.boundingBox())!;
-      for (const part of await card.locator('h2 b, lf-chip, lf-value').all()) {
-        const box = (await part.boundingBox())!;
-        expect(box.x + box.width).toBeLessThanOrEqual(inside.x + inside.width);
+    await settled(page);
+    // All at one moment.
+    const found = await cards.evaluateAll((all) =>
+      all.map((card) => ({
+        inside: card.getBoundingClientRect().toJSON() as DOMRect,
+        parts: [...card.querySelectorAll('h2 b, lf-chip, lf-value')].map((part) => {
+          return part.getBoundingClientRect().toJSON() as DOMRect;
+        }),
+      })),
+    );
+    expect(found.length).toBeGreaterThanOrEqual(2);
+    for (const { inside, parts } of found) {
+      expect(parts.length).toBeGreaterThan(0);
+      for (const box of parts) {
+        expect(box.right).toBeLessThanOrEqual(inside.right);
         expect(box.x).toBeGreaterThanOrEqual(inside.x);
       }
     }

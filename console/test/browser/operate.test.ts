@@ -5,7 +5,7 @@ import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Jet } from '../../src/hub/jets';
 import type { Monitor, Scene } from '../../src/hub/types';
 import { Demo, WEBGL } from './demo';
-import { takeButton, until } from './site';
+import { able, go, LATE_MS, passes, placed, settled, takeButton, until } from './page';
 
 let demo: Demo;
 let page: Page;
@@ -22,7 +22,7 @@ const flags = async (subsystem: string) => (await status()).subsystems[subsystem
 
 test('the plan is most of the page, and the controls for a fire are visible at once', async () => {
   page = await demo.open('#/m/M1/operate', 'en', { width: 1440, height: 900 });
-  const box = async (what: string) => (await page.locator(what).first().boundingBox())!;
+  const box = (what: string) => placed(page.locator(what).first());
   await page.locator('#deploy').waitFor();
   for (const [width, height, least] of [
     [1440, 900, 0.5],
@@ -34,6 +34,7 @@ test('the plan is most of the page, and the controls for a fire are visible at o
       const plan = await box('lf-plan');
       return (plan.width * (Math.min(plan.y + plan.height, height) - plan.y)) / (width * height) >= least;
     });
+    await settled(page);
     for (const what of ['#deploy', '#seek', '#draw', '#Valve1 .close-button', 'lf-joystick']) {
       const { y, height: high } = await box(what);
       expect(y + high, `${what} at ${width}`).toBeLessThanOrEqual(height);
@@ -41,16 +42,16 @@ test('the plan is most of the page, and the controls for a fire are visible at o
   }
 });
 
-test("the water in 3D lands where the simulator's does, at 28 m", { timeout: 300_000 }, async () => {
+test("the water in 3D lands where the simulator's does, at 28 m", { timeout: 500_000 }, async () => {
   const { site } = await demo.get<{
     site: { monitors: Record<string, { at: [number, number] }>; tanks: { name: string; at: [number, number] }[] };
   }>('/api/hub');
   const [from, tank] = [site.monitors.M1!.at, site.tanks.find(({ name }) => name === 'T-1')!.at];
   expect(Math.hypot(tank[0] - from[0], tank[1] - from[1])).toBeCloseTo(28.3, 0);
   await demo.request('M1', 'Deploy Deployer');
-  await until(async () => (await flags('Deployer')).includes('Deployed'), 60_000);
+  await until(async () => (await flags('Deployer')).includes('Deployed'), 2 * LATE_MS);
   await demo.request('M1', 'Open Valve1');
-  await until(async () => ((await status()).subsystems.General!.pressure as number) > 60, 60_000);
+  await until(async () => ((await status()).subsystems.General!.pressure as number) > 60, 2 * LATE_MS);
   // The barrel points at the tank at rest; it is raised for the jet.
   const answer = await demo.post('/api/monitors/M1/aim', { way_m: 28.3, rise_m: 0 });
   const { elevation_arcmin } = (await answer.json()) as { elevation_arcmin: number };
@@ -60,7 +61,7 @@ test("the water in 3D lands where the simulator's does, at 28 m", { timeout: 300
     async () =>
       !(await flags('Vertical')).includes('Move') &&
       (await status()).subsystems.Vertical!.position === elevation_arcmin,
-    60_000,
+    2 * LATE_MS,
   );
   page = await demo.open('#/m/M1/operate');
   await page.getByText('3D', { exact: true }).click();
@@ -82,15 +83,19 @@ test("the water in 3D lands where the simulator's does, at 28 m", { timeout: 300
       const lands = world?.shown.monitors.find(({ id }) => id === 'M1')?.lands;
       return at && lands && { at: [at[0], -at[2]] as [number, number], lands, many: water.length };
     });
-  await until(async () => ((await ends())?.many ?? 0) > 30, 60_000);
-  const drawn = (await ends())!;
+  let seen = await ends();
+  await until(async () => {
+    seen = await ends();
+    return (seen?.many ?? 0) > 30;
+  }, 2 * LATE_MS);
+  const drawn = seen!;
   expect(Math.hypot(drawn.at[0] - drawn.lands[0], drawn.at[1] - drawn.lands[1])).toBeLessThan(1);
   // While a poll is late the hub has no valid pressure, and thus no jet.
   let jet: Jet | undefined;
   await until(async () => {
     [jet] = (await (await demo.post('/api/jets', { jets: [{ monitor: 'M1' }] })).json()) as Jet[];
     return Boolean(jet?.flight);
-  }, 10_000);
+  });
   expect(jet!.flight!.lands_m).toBeGreaterThan(20);
   await demo.request('M1', 'Close Valve1');
   await demo.post('/api/monitors/M1/authority', { action: 'release' });
@@ -104,14 +109,18 @@ test('a broken pressure sensor is a bad value, and is not used to aim without co
     const pressure = page.locator('lf-page-operate .strip lf-value', { hasText: 'Pressure' });
     await pressure.getByText('not valid').waitFor();
     await takeButton(page).click();
-    await page.locator('#aim button:not([aria-disabled=true])').click();
+    await able(page.locator('#aim')).click();
+    await page.locator('#aim button[aria-pressed=true]').waitFor();
+    await settled(page);
     const before = (await status()).subsystems.Horizontal!.position;
-    const plan = (await page.locator('lf-plan').boundingBox())!;
+    const plan = await placed(page.locator('lf-plan'));
     await page.mouse.click(plan.x + plan.width * 0.6, plan.y + plan.height * 0.5);
     await page.locator('lf-dialogs').getByText('The pressure is not known').waitFor();
     await page.locator('lf-dialogs').getByText('Cancel', { exact: true }).click();
+    await page.getByRole('dialog').waitFor({ state: 'detached' });
+    await passes(page, 500);
     expect((await status()).subsystems.Horizontal!.position).toBe(before);
-    await page.evaluate(() => (location.hash = '#/overview'));
+    await go(page, '#/overview');
     await page.locator('#card-M1').getByText('not valid').waitFor();
   } finally {
     await fault(false);

@@ -5,7 +5,8 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Alarm, AuditEntry } from '../../src/hub/types';
 import { Guarded } from './guarded';
-import { Site, take, until } from './site';
+import { able, drawn, go, LATE_MS, passes, placed, SOON, settled, take, until } from './page';
+import { Site } from './site';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const LOCKED = 'M2/General/LockedOut';
@@ -25,17 +26,17 @@ afterEach(async () => {
   await site.send('M2', 'Lockout All off');
   await until(async () => (await alarm(LOCKED))?.active !== true);
   await post('/api/alarms/ack', {});
-  await until(async () => (await get<Alarm[]>('/api/alarms')).every((one) => one.active), 10_000);
+  await until(async () => (await get<Alarm[]>('/api/alarms')).every((one) => one.active));
 });
 
 async function get<T>(path: string): Promise<T> {
-  const answer = await fetch(`http://127.0.0.1:${site.way.port}${path}`);
+  const answer = await fetch(`${site.api}${path}`);
   return (await answer.json()) as T;
 }
 
 async function post(path: string, body: unknown): Promise<Response> {
   const headers = { 'content-type': 'application/json' };
-  return fetch(`http://127.0.0.1:${site.way.port}${path}`, { method: 'POST', headers, body: JSON.stringify(body) });
+  return fetch(`${site.api}${path}`, { method: 'POST', headers, body: JSON.stringify(body) });
 }
 
 async function alarm(id: string): Promise<Alarm | undefined> {
@@ -64,13 +65,14 @@ describe('alarms', () => {
     await page.locator('lf-nav a[href="#/alarms"] .count', { hasText: '1' }).waitFor();
     await row.locator('[data-act=more]').click();
     await row.getByText('Find out who locked it', { exact: false }).waitFor();
-    await row.locator('[data-act=ack]').click();
+    await able(row.locator('[data-act=ack]')).click();
     await row.getByText('Acknowledged', { exact: true }).waitFor();
     expect((await alarm(LOCKED))?.state).toBe('ack');
     expect((await alarm(LOCKED))?.ack?.user).toBe('demo');
+    await drawn(page);
     expect(await row.locator('[data-act=ack]').count()).toBe(0);
     await site.send('M2', 'Lockout All off');
-    await row.waitFor({ state: 'detached', timeout: 8000 });
+    await row.waitFor({ state: 'detached' });
     await page.locator('lf-tabbar [data-tab=history]').click();
     for (const step of ['Raised', 'Acknowledged', 'Returned to normal']) {
       await page.locator('lf-alarm-history .step', { hasText: step }).first().waitFor();
@@ -80,13 +82,15 @@ describe('alarms', () => {
   test('are shelved for a time with a reason, and come back', async () => {
     await lockOut();
     const page = await open('#/alarms');
-    await page.locator(`[data-id="${LOCKED}"] [data-act=shelve]`).click();
+    await able(page.locator(`[data-id="${LOCKED}"] [data-act=shelve]`)).click();
     const yes = page.locator('lf-dialogs lf-button[data-yes]');
     await yes.click();
+    await page.locator('.lf-why').waitFor();
+    await passes(page, 300);
     expect((await alarm(LOCKED))?.state, 'not without a reason').toBe('unack');
     await page.locator('lf-dialogs input[name=reason]').fill('The gate is being painted');
     await page.locator('lf-dialogs lf-button', { hasText: '4 h' }).click();
-    await yes.click();
+    await able(yes).click();
     await until(async () => (await alarm(LOCKED))?.state === 'shelved');
     const { shelved } = (await alarm(LOCKED))!;
     expect(shelved?.reason).toBe('The gate is being painted');
@@ -96,7 +100,7 @@ describe('alarms', () => {
     await page.getByText('No alarms').last().waitFor();
     await page.locator('lf-tabbar [data-tab=shelved]').click();
     await page.getByText('“The gate is being painted”', { exact: false }).waitFor();
-    await page.locator(`[data-id="${LOCKED}"] [data-act=unshelve]`).click();
+    await able(page.locator(`[data-id="${LOCKED}"] [data-act=unshelve]`)).click();
     await until(async () => (await alarm(LOCKED))?.state === 'unack');
   });
 
@@ -105,8 +109,9 @@ describe('alarms', () => {
     const page = await open('#/alarms');
     const row = page.locator(`[data-id="${LOCKED}"]`);
     await row.waitFor();
+    await settled(page);
     await row.hover();
-    const before = (await row.boundingBox())!.y;
+    const before = (await placed(row)).y;
     site.links[0]!.cut();
     // A pointer moves a little before a press; what is under it is read at one moment.
     let step = 0;
@@ -119,7 +124,7 @@ describe('alarms', () => {
         return { fresh: root.querySelector('.fresh') !== null, count, y: one.getBoundingClientRect().y };
       });
       return seen.fresh;
-    }, 10_000);
+    }, LATE_MS);
     expect(seen.count, 'what is new waits').toBe(1);
     expect(seen.y).toBe(before);
     await page.mouse.move(5, 400);
@@ -136,6 +141,7 @@ describe('alarms', () => {
     site.way.freeze();
     await page.getByText('No connection to the hub', { exact: false }).last().waitFor();
     await until(async () => (await ack.locator('button').getAttribute('aria-disabled')) === 'true');
+    await drawn(page);
     expect(await ack.locator('button').getAttribute('aria-description')).toBe('No connection to the hub');
   });
 });
@@ -144,18 +150,18 @@ describe('the event log', () => {
   test('has a command with its answer and effect in one line, and the chain is intact', async () => {
     const page = await open('#/events');
     await page.getByText('Chain intact', { exact: false }).waitFor();
-    await post('/api/monitors/M1/authority', { action: 'take' });
+    await until(async () => (await post('/api/monitors/M1/authority', { action: 'take' })).ok);
     await post('/api/monitors/M1/requests', { request: 'Move Horizontal 300' });
     await post('/api/monitors/M1/requests', { request: 'Wrap' });
     const line = page.locator('tr.deed', { hasText: 'to 5.0°' });
     await line.locator('.effect').waitFor();
-    expect(await line.count()).toBe(1);
-    expect(await line.locator('.fate').textContent()).toContain('accepted');
-    expect(await line.locator('.effect').textContent()).toContain('°');
+    await expect.poll(() => line.count(), SOON).toBe(1);
+    await expect.poll(() => line.locator('.fate').textContent(), SOON).toContain('accepted');
+    await expect.poll(() => line.locator('.effect').textContent(), SOON).toContain('°');
     await line.click();
     const inside = page.locator('tr.inside');
     await inside.getByText('2 s later').waitFor();
-    expect(await inside.locator('.entry').count()).toBe(3);
+    await expect.poll(() => inside.locator('.entry').count(), SOON).toBe(3);
     const { entries } = await get<{ entries: AuditEntry[] }>('/api/audit?limit=50');
     const asked = entries.find((entry) => entry.what === 'Move Horizontal 300' && entry.outcome === 'asked')!;
     expect(await inside.textContent()).toContain(asked.hash);
@@ -175,16 +181,17 @@ describe('the event log', () => {
     await page.locator('select[name=kind]').selectOption('bad');
     const line = page.locator('tr.deed', { hasText: 'Restart' }).first();
     await line.waitFor();
-    expect(await line.locator('.fate').textContent()).toContain('not allowed');
+    await expect.poll(() => line.locator('.fate').textContent(), SOON).toContain('not allowed');
     await page.locator('select[name=kind]').selectOption('');
     const [asked] = await Promise.all([
       page.waitForRequest((request) => request.url().includes('/api/audit?') && request.url().includes('text=Restart')),
       page.locator('lf-audit-log lf-find input').fill('Restart'),
     ]);
     expect(new URL(asked.url()).searchParams.get('text')).toBe('Restart');
-    await until(async () =>
-      (await page.locator('tr.deed').allTextContents()).every((text) => text.includes('Restart')),
-    );
+    await until(async () => {
+      const all = await page.locator('tr.deed').allTextContents();
+      return all.length > 0 && all.every((text) => text.includes('Restart'));
+    });
     await line.waitFor();
   });
 
@@ -199,8 +206,10 @@ describe('the event log', () => {
     await lines.filter({ hasText: 'M2' }).first().waitFor();
     const text = (await lines.filter({ hasText: 'M2' }).first().locator('span').last().textContent())!.trim();
     await page.locator('lf-page-events lf-find input').fill(text);
-    await until(async () => (await lines.allTextContents()).every((line) => line.includes(text)));
-    expect(await lines.count()).toBeGreaterThan(0);
+    await until(async () => {
+      const all = await lines.allTextContents();
+      return all.length > 0 && all.every((line) => line.includes(text));
+    });
   });
 });
 
@@ -218,7 +227,7 @@ describe('the inspector', () => {
     await page.locator('.frame.in').last().click();
     await page.locator('lf-frame-decoded summary', { hasText: 'General' }).click();
     const voltage = page.locator('lf-frame-decoded .field', { hasText: 'main_voltage' });
-    expect(await voltage.locator('.value').textContent()).toContain('24 V');
+    await expect.poll(() => voltage.locator('.value').textContent(), SOON).toContain('24 V');
     expect(await voltage.locator('.raw').textContent()).toBe('18 00');
     await page.locator('select[name=polls]').selectOption('off');
     await page.getByText('Nothing matches').waitFor();
@@ -229,15 +238,22 @@ describe('the inspector', () => {
     await page.locator('select[name=polls]').selectOption('off');
     const field = page.locator('input[name=request]');
     await field.click();
+    const offered = page.locator('#offers [role=option]').first();
     await field.pressSequentially('getp');
+    await offered.waitFor();
     await page.keyboard.press('Tab');
+    await until(async () => (await field.inputValue()) === 'GetParam ');
     await field.pressSequentially('vert');
+    await offered.waitFor();
     await page.keyboard.press('Tab');
+    await until(async () => (await field.inputValue()) === 'GetParam Vertical ');
     await field.pressSequentially('minl');
+    await offered.waitFor();
     await page.keyboard.press('ArrowDown');
     await page.keyboard.press('Enter');
     await until(async () => (await field.inputValue()) === 'GetParam Vertical MinLimit');
     await page.getByText('Allowed for all users', { exact: false }).waitFor();
+    await able(page.locator('#send')).waitFor();
     await page.keyboard.press('Enter');
     await page.locator('.outcome', { hasText: 'Vertical GetParam → Ok: MinLimit' }).waitFor();
     await page.locator('.frame.out', { hasText: 'GetParam Vertical MinLimit' }).waitFor();
@@ -253,8 +269,10 @@ describe('the inspector', () => {
     await field.fill('Move Horizontal 1800');
     await until(async () => (await send.getAttribute('aria-description')) === 'Take control of M1 first');
     await send.click({ force: true });
+    await page.locator('.lf-why', { hasText: 'Take control of M1 first' }).waitFor();
     await field.press('Escape');
     await field.press('Enter');
+    await passes(page, 500);
     expect(await site.position('M1')).toBe(at);
     expect(await site.moves('M1')).toBe(false);
     await take(page);
@@ -262,8 +280,10 @@ describe('the inspector', () => {
     await field.press('Escape');
     await send.click();
     const yes = page.locator('lf-dialogs lf-button').last();
-    expect(await yes.locator('button').getAttribute('aria-disabled')).toBe('true');
+    await expect.poll(() => yes.locator('button').getAttribute('aria-disabled'), SOON).toBe('true');
     await page.locator('lf-dialogs lf-button', { hasText: 'Cancel' }).click();
+    await page.getByRole('dialog').waitFor({ state: 'detached' });
+    await passes(page, 300);
     const { entries } = await get<{ entries: AuditEntry[] }>('/api/audit?limit=50&monitor=M1');
     expect(entries.filter((entry) => entry.what === 'Restart All' && entry.monitor === 'M1')).toEqual([]);
     await field.fill('Mve Horizontal 1');
@@ -279,12 +299,12 @@ describe('diagnosis', () => {
     const page = await open('#/m/M2/diagnosis');
     const flag = page.locator('#set [data-flag="General/LockedOut"]');
     await flag.waitFor();
-    expect(await flag.textContent()).toContain('What to do');
-    expect(await page.locator('#try li').first().textContent()).toContain('Find out who locked it');
+    await expect.poll(() => flag.textContent(), SOON).toContain('What to do');
+    await expect.poll(() => page.locator('#try li').first().textContent(), SOON).toContain('Find out who locked it');
     await page.locator('lf-all-flags lf-find input').fill('PosEncoderFault');
     const known = page.locator('lf-all-flags [data-flag$="/PosEncoderFault"]');
     await known.first().waitFor();
-    expect(await known.count()).toBeGreaterThanOrEqual(4);
+    await expect.poll(() => known.count(), SOON).toBeGreaterThanOrEqual(4);
     await page.getByText('There has been no hardware fault.').waitFor();
   });
 
@@ -293,6 +313,7 @@ describe('diagnosis', () => {
     await page.getByText('No faults and no warnings', { exact: true }).waitFor();
     site.links[0]!.cut();
     await page.getByText('No data since', { exact: false }).waitFor();
+    await drawn(page);
     expect(await page.getByText('No faults and no warnings', { exact: true }).count()).toBe(0);
     await page.locator('#try li.urgent').first().waitFor();
     await page.locator('lf-link-stats lf-chip', { hasText: 'No connection' }).waitFor();
@@ -301,7 +322,9 @@ describe('diagnosis', () => {
   test('saves a report with all known data', async () => {
     const page = await open('#/m/M1/diagnosis');
     await page.getByText('There has been no hardware fault.').waitFor();
-    const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#report').click()]);
+    // It takes one each second.
+    await passes(page, 1500);
+    const [download] = await Promise.all([page.waitForEvent('download'), able(page.locator('#report')).click()]);
     expect(download.suggestedFilename()).toMatch(/^lafet-report-M1-\d{4}-\d\d-\d\d_.*\.json$/);
     const report = JSON.parse(readFileSync(await download.path(), 'utf8'));
     expect(report.monitor.id).toBe('M1');
@@ -315,37 +338,40 @@ describe('diagnosis', () => {
 describe('administration', () => {
   test('adds a user and a token, which is shown once and works', async () => {
     const page = await open('#/admin');
-    await page.locator('#add-user').click();
+    await able(page.locator('#add-user')).click();
     const yes = page.locator('lf-dialogs lf-button[data-yes]');
     await page.locator('lf-dialogs input[name=name]').fill('anna');
     await page.locator('lf-dialogs input[name=password]').fill('short');
-    expect(await yes.locator('button').getAttribute('aria-description')).toContain('10 characters');
+    const why = () => yes.locator('button').getAttribute('aria-description');
+    await expect.poll(why, SOON).toContain('10 characters');
     await page.locator('lf-dialogs lf-button', { hasText: 'Suggest' }).click();
     await page.locator('lf-dialogs select[name=role]').selectOption('administrator');
-    await yes.click();
+    await able(yes).click();
     const row = page.locator('tr[data-user=anna]');
     await row.waitFor();
     const last = row.locator('[data-act=remove] button');
-    expect(await last.getAttribute('aria-description')).toContain('last administrator');
+    await expect.poll(() => last.getAttribute('aria-description'), SOON).toContain('last administrator');
     await page.locator('lf-tabbar [data-tab=tokens]').click();
-    await page.locator('#add-token').click();
+    await able(page.locator('#add-token')).click();
     await page.locator('lf-dialogs input[name=name]').fill('SCADA');
-    await yes.click();
+    await able(yes).click();
     const token = await page.locator('lf-dialogs textarea[name=token]').inputValue();
     expect(token).toMatch(/^lafet_/);
-    await yes.click();
+    expect(await everything(page)).toContain(token);
+    await able(yes).click();
     await page.locator('tr[data-token=SCADA]').waitFor();
-    expect(await page.content()).not.toContain(token);
-    await page.locator('tr[data-token=SCADA] [data-act=remove]').click();
-    await page.locator('lf-dialogs lf-button', { hasText: 'Revoke' }).last().click();
+    await page.getByRole('dialog').waitFor({ state: 'detached' });
+    expect(await everything(page)).not.toContain(token);
+    await able(page.locator('tr[data-token=SCADA] [data-act=remove]')).click();
+    await able(page.locator('lf-dialogs lf-button', { hasText: 'Revoke' }).last()).click();
     await page.getByText('No tokens').waitFor();
     expect(await get('/api/tokens')).toEqual([]);
     await page.locator('lf-tabbar [data-tab=sessions]').click();
     const own = page.locator('tr[data-session]', { hasText: 'you' });
     await own.waitFor();
-    expect(await own.locator('[data-act=end] button').getAttribute('aria-description')).toContain(
-      'did not log in with a password',
-    );
+    await expect
+      .poll(() => own.locator('[data-act=end] button').getAttribute('aria-description'), SOON)
+      .toContain('did not log in with a password');
   });
 });
 
@@ -357,17 +383,18 @@ describe('with login', () => {
       pages.push(page);
       await guarded.enter(page, 'olga');
       await page.locator('#ack-all').waitFor();
+      await page.locator('lf-nav a[href="#/events"]').waitFor();
       expect(await page.locator('lf-nav a[href="#/admin"]').count()).toBe(0);
       await page.locator('lf-nav a[href="#/events"]').click();
       await page.locator('lf-tabbar [data-tab=log]').click();
       await page.getByText('for operators and above', { exact: false }).waitFor();
-      await page.goto(`${guarded.url}/#/admin`);
+      await go(page, '#/admin');
       await page.locator('lf-admin-own').waitFor();
       expect(await page.locator('lf-tabbar [data-tab=users]').count()).toBe(0);
       await page.locator('input[name=old]').fill(guarded.password);
       await page.locator('input[name=new]').fill('another password');
       await page.locator('input[name=again]').fill('another password');
-      await page.locator('#save-password').click();
+      await able(page.locator('#save-password')).click();
       await page.getByText('The password is changed').waitFor();
       expect(await guarded.login('olga', guarded.password)).toBe(401);
     } finally {
@@ -395,7 +422,7 @@ describe('every page', () => {
       await page.locator('lf-app main h1').waitFor();
       for (const size of SIZES) {
         await page.setViewportSize(size);
-        await drawn(page);
+        await settled(page);
         const main = page.locator('lf-app main');
         const wide = await main.evaluate((el) => el.scrollWidth - el.clientWidth);
         expect(wide, `${route} ${lang} at ${size.width}`).toBeLessThanOrEqual(0);
@@ -406,9 +433,17 @@ describe('every page', () => {
   });
 });
 
-/** Two frames of the screen later. */
-async function drawn(page: Page): Promise<void> {
-  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+/** All texts of the page and of its fields, through all shadow roots. */
+function everything(page: Page): Promise<string> {
+  return page.evaluate(() => {
+    const told = (root: Document | ShadowRoot): string[] =>
+      [...root.querySelectorAll('*')].flatMap((one) => [
+        (one as HTMLInputElement).value ?? '',
+        one.shadowRoot ? one.shadowRoot.innerHTML : '',
+        ...(one.shadowRoot ? told(one.shadowRoot) : []),
+      ]);
+    return [document.documentElement.outerHTML, ...told(document)].join('\n');
+  });
 }
 
 interface Found {

@@ -1,10 +1,11 @@
 // Parameters, programs, commissioning: the page shows what the monitor has.
 import { readFileSync } from 'node:fs';
-import type { Download, Page } from 'playwright-core';
+import type { Download, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Result } from '../../src/hub/types';
 import { STEPS, type StepId } from '../../src/pages/commissioning/model';
-import { heldUntil, holdUntil, Site, take, until } from './site';
+import { able, drawn, heldUntil, holdUntil, passes, settled, take, until } from './page';
+import { Site } from './site';
 
 let site: Site;
 let page: Page;
@@ -19,17 +20,20 @@ afterEach(async () => {
   await until(async () => (await site.holder('M1')) === null);
   await site.send('M1', 'Lockout All off');
   await site.send('M1', 'Stop All');
+  await site.send('M1', 'SwitchLimits Horizontal reject');
+  await site.send('M1', 'SetParam Horizontal MaxLimit 10800');
+  await until(() => site.stands('M1'));
 });
 
 async function open(route: string, lang = 'en'): Promise<void> {
   page = await site.open(`#/m/M1/${route}`, lang);
   await take(page);
-  await page.locator(`lf-page-${route}`).waitFor();
+  await settled(page);
 }
 
 /** The monitor's present answer to GetParam. */
 async function stored(subsystem: string, name: string): Promise<number[]> {
-  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/requests`, {
+  const answer = await fetch(`${site.api}/api/monitors/M1/requests`, {
     method: 'POST',
     headers: { 'content-type': 'application/json' },
     body: JSON.stringify({ request: `GetParam ${subsystem} ${name}` }),
@@ -45,6 +49,9 @@ const textOf = async (download: Download) => readFileSync(await download.path(),
 const flagged = async (subsystem: string, flag: string) =>
   (await site.outputs('M1'))[subsystem]?.flags.includes(flag) === true;
 const said = (text: string | RegExp) => () => page.getByText(text).first().isVisible();
+/** An enabled button with this text. */
+const button = (text: string, within: Page | Locator = page) =>
+  able(within.locator('lf-button', { hasText: new RegExp(`^\\s*${text}\\s*$`) }));
 
 async function choose(name: string, text: string): Promise<void> {
   const buffer = Buffer.from(text);
@@ -58,10 +65,12 @@ describe('parameters', () => {
     await field('Vertical.Speed').fill('999');
     await page.getByText('Must be between 1 and 255 °/s.').waitFor();
     await row('Vertical.Speed').getByText('Write', { exact: true }).click();
+    await page.locator('.lf-why', { hasText: 'Must be between 1 and 255 °/s.' }).waitFor();
+    await passes(page, 300);
     expect(await stored('Vertical', 'Speed')).toEqual([12]);
     await field('Vertical.Speed').fill('14');
     await page.getByText('Monitor: 12 °/s').waitFor();
-    await row('Vertical.Speed').getByText('Write', { exact: true }).click();
+    await button('Write', row('Vertical.Speed')).click();
     await row('Vertical.Speed').getByText('Stored', { exact: true }).waitFor();
     expect(await stored('Vertical', 'Speed')).toEqual([14]);
   });
@@ -72,21 +81,19 @@ describe('parameters', () => {
     await field('Horizontal.MaxCurrent').fill('7,5');
     await field('Horizontal.Speed').fill('0');
     await page.getByText('1 cannot be written').waitFor();
-    await page.getByText('Write 2').click();
+    await button('Write 2').click();
     await row('Horizontal.MaxLimit').getByText('Stored').waitFor();
+    await row('Horizontal.MaxCurrent').getByText('Stored').waitFor();
     expect(await stored('Horizontal', 'MaxLimit')).toEqual([10230]);
     expect(await stored('Horizontal', 'MaxCurrent')).toEqual([75]);
     expect(await stored('Horizontal', 'Speed')).toEqual([20]);
     await page.getByText('1 parameter edited').waitFor();
-    await page.getByText('Discard').click();
+    await button('Discard').click();
   });
 
   test('go to a file and come back from it, each with its outcome', async () => {
     await open('params');
-    const [download] = await Promise.all([
-      page.waitForEvent('download'),
-      page.getByText('Save to a file', { exact: true }).click(),
-    ]);
+    const [download] = await Promise.all([page.waitForEvent('download'), button('Save to a file').click()]);
     expect(download.suggestedFilename()).toMatch(/^lafet-M1-params-\d{4}-\d\d-\d\d\.toml$/);
     const file = await textOf(download);
     expect(file).toContain('\n[Nozzle]\n');
@@ -98,7 +105,7 @@ describe('parameters', () => {
     );
     await page.getByText('2 parameters differ').waitFor();
     await page.getByLabel('Restore Detector.Threshold').uncheck();
-    await page.getByText('Restore 1', { exact: true }).click();
+    await button('Restore 1').click();
     await page.getByText('Everything selected is stored.').waitFor();
     expect(await stored('Detector', 'FieldOfView')).toEqual([800]);
     expect(await stored('Detector', 'Threshold')).toEqual([50]);
@@ -122,8 +129,8 @@ describe('parameters', () => {
       ),
     );
     await page.getByText('Restoring left.toml').waitFor();
-    await page.getByText('Continue').click();
-    await page.getByText('Restore 1', { exact: true }).click();
+    await button('Continue').click();
+    await button('Restore 1').click();
     await page.getByText('Everything selected is stored.').waitFor();
     expect(await stored('Detector', 'Threshold')).toEqual([70]);
   });
@@ -133,6 +140,7 @@ describe('parameters', () => {
     await field('Vertical.Acceleration').fill('30');
     await row('Vertical.Acceleration').getByText('Write', { exact: true }).click();
     await page.getByText('Take control of M1 first', { exact: true }).waitFor();
+    await passes(page, 300);
     expect(await stored('Vertical', 'Acceleration')).toEqual([24]);
   });
 });
@@ -157,24 +165,25 @@ describe('programs', () => {
     const handle = page.locator('lf-aim-chart [data-what=left]');
     await handle.focus();
     await page.keyboard.press('Shift+ArrowLeft');
-    await page.getByText('Store in M1').click();
+    await until(async () => (await number('Width').inputValue()) === '17');
+    await button('Store in M1').click();
     await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
     // The left edge went out by 5°: the width grew by that, the centre by half of it.
     expect(await stored('Control', 'Program2')).toEqual([750, -240, 40, 1020, 360, 2, 0]);
     await page.getByText('The jet scans 17.0° × 6.0° in 4 lines').waitFor();
     await holdUntil(page, page.getByText('Run program 2'), () => flagged('Control', 'Quench'));
-    await page.getByText('Stop the program').click();
+    await button('Stop the program').click();
     await until(async () => !(await flagged('Control', 'Quench')));
   });
 
   test('trajectories take the point where the barrel is, and a file brings them', async () => {
     await open('programs');
     await page.locator('.entry').nth(9).click();
-    await page.getByText('Add the present point', { exact: true }).click();
-    await page.getByText('Add a point', { exact: true }).click();
+    await button('Add the present point').click();
+    await button('Add a point').click();
     await page.getByLabel('Point 2: Traverse').fill('5');
     await page.getByLabel('Point 2: Dwell').fill('2.5');
-    await page.getByText('Store in M1').click();
+    await button('Store in M1').click();
     await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
     const values = await stored('Control', 'Trajectory1');
     expect(values).toHaveLength(8);
@@ -183,7 +192,7 @@ describe('programs', () => {
     await choose('programs.toml', 'format = 1\n[Control]\nTrajectory3 = [60, 0, 25, 10]\n[Vertical]\nSpeed = 99\n');
     await page.getByText('1 loaded from programs.toml; not stored yet.').waitFor();
     await page.locator('.entry').nth(11).click();
-    await page.getByText('Store in M1').click();
+    await button('Store in M1').click();
     await page.locator('.editor').getByText('Stored', { exact: true }).waitFor();
     expect(await stored('Control', 'Trajectory3')).toEqual([60, 0, 25, 10]);
     expect(await stored('Vertical', 'Speed')).not.toEqual([99]);
@@ -202,8 +211,11 @@ describe('programs', () => {
 describe('commissioning', () => {
   async function prepared(): Promise<void> {
     await open('commissioning');
-    for (const box of await page.locator('lf-step-prepare input[type=checkbox]').all()) await box.check();
-    await page.getByText('Passed', { exact: true }).click();
+    const boxes = page.locator('lf-step-prepare input[type=checkbox]');
+    await boxes.first().waitFor();
+    await drawn(page);
+    for (const box of await boxes.all()) await box.check();
+    await button('Passed').click();
     await page.locator('lf-step-stop').waitFor();
   }
 
@@ -219,6 +231,7 @@ describe('commissioning', () => {
       STEPS.slice(0, STEPS.indexOf(step)),
     );
     await page.reload();
+    await settled(page);
     await take(page);
     await page.locator(`lf-step-${step}`).waitFor();
   }
@@ -227,10 +240,10 @@ describe('commissioning', () => {
     await prepared();
     await page.getByText('Valves', { exact: false }).first().click();
     await page.getByText('To do first: Test of STOP.').waitFor();
-    await page.getByText('Go to it').click();
-    await page.getByText('It cannot be passed …').click();
+    await button('Go to it').click();
+    await button('It cannot be passed …').click();
     await page.getByLabel('What is wrong, and what was done about it').fill('no power at the drives');
-    await page.getByText('Record it').click();
+    await button('Record it').click();
     await page.getByText('no power at the drives').first().waitFor();
     await page.getByText('Limits of travel').click();
     await page.getByText('To do first: Test of STOP.').waitFor();
@@ -238,10 +251,11 @@ describe('commissioning', () => {
 
   test('proves STOP at the monitor, by a motion that is held', async () => {
     await prepared();
-    const button = page.locator('lf-step-stop lf-move').first();
-    const box = (await button.boundingBox())!;
-    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-    const [down, up] = [() => page.mouse.down(), () => page.mouse.up()];
+    const down = async () => {
+      await able(page.locator('lf-step-stop lf-move').first()).hover();
+      await page.mouse.down();
+    };
+    const up = () => page.mouse.up();
     await heldUntil(page, said('It is moving. Press STOP now!'), down, up);
     await up();
     await page.getByText('It stopped before STOP was pressed.').waitFor();
@@ -262,7 +276,7 @@ describe('commissioning', () => {
     await page.getByText(/STOP works: .* after \d+ ms/).waitFor();
     expect(await site.stands('M1')).toBe(true);
     await page.mouse.up();
-    await page.getByText('Passed', { exact: true }).click();
+    await button('Passed').click();
     await page.locator('lf-step-directions').waitFor();
     await page.reload();
     await page.locator('lf-step-directions').waitFor();
@@ -274,15 +288,13 @@ describe('commissioning', () => {
     await holdUntil(page, box.getByText('Limits off, to set them'), () => flagged('Horizontal', 'Limitless'));
     const from = await site.position('M1');
     await holdUntil(page, box.locator('lf-move').first(), async () => (await site.position('M1')) > from + 300);
-    await until(async () => !(await site.moves('M1')));
+    expect(await site.stands('M1')).toBe(true);
     const at = await site.position('M1');
-    // The page learns later that the monitor is at rest.
-    await box.locator('lf-button', { hasText: 'Set as limit: left' }).locator('button:not([aria-disabled])').click();
+    // The page learns later where the barrel is, and that it is at rest.
+    await until(async () => Math.abs(parseFloat((await box.locator('.big').first().textContent())!) - at / 60) < 0.06);
+    await able(box.locator('lf-button', { hasText: 'Set as limit: left' })).click();
     await box.getByText(/^Set: /).waitFor();
-    await box
-      .locator('lf-button', { hasText: 'Limits on: take effect' })
-      .locator('button:not([aria-disabled])')
-      .click();
+    await able(box.locator('lf-button', { hasText: 'Limits on: take effect' })).click();
     await until(async () => !(await flagged('Horizontal', 'Limitless')));
     expect(await stored('Horizontal', 'MaxLimit')).toEqual([at]);
     await box.getByText('Limits are on.').waitFor();
@@ -290,11 +302,10 @@ describe('commissioning', () => {
     await holdUntil(page, box.locator('lf-move').first(), () => limited.isVisible());
     await page.locator('.steps').getByText('Report').click();
     await page.getByText('NOT FINISHED').waitFor();
-    const [download] = await Promise.all([page.waitForEvent('download'), page.getByText('Save the report').click()]);
+    const [download] = await Promise.all([page.waitForEvent('download'), button('Save the report').click()]);
     const report = await textOf(download);
     expect(report).toContain('<h1>Commissioning report</h1>');
     expect(report).toContain(`<td>Horizontal.MaxLimit</td><td class="n">${at}</td>`);
-    await site.send('M1', 'SetParam Horizontal MaxLimit 10800');
   });
 
   test('lets LOCKOUT be seen to refuse', async () => {
@@ -309,10 +320,10 @@ describe('commissioning', () => {
     const asked = () => page.getByLabel('Type M1 to confirm').isVisible();
     await holdUntil(page, page.locator('lf-step-lockout lf-hold', { hasText: 'Release' }), asked);
     await page.getByLabel('Type M1 to confirm').fill('M1');
-    await page.locator('lf-dialogs').getByText('Release', { exact: true }).click();
+    await able(page.locator('lf-dialogs').getByText('Release', { exact: true })).click();
     await page.getByText('Released: commands are accepted again').waitFor();
     expect((await site.outputs('M1')).General?.flags).not.toContain('LockedOut');
-    await page.getByText('Passed', { exact: true }).click();
+    await button('Passed').click();
     await page.getByText('PASSED', { exact: true }).waitFor();
   });
 });

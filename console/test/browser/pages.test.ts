@@ -3,7 +3,8 @@
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { afterAll, beforeAll, expect, test } from 'vitest';
-import { Site, until } from './site';
+import { go, pagesOf, settled } from './page';
+import { Site } from './site';
 
 interface Violation {
   id: string;
@@ -26,7 +27,7 @@ const VIEWS = [
 ];
 
 for (const { lang, theme, size } of VIEWS) {
-  test(`pages in ${lang}, ${theme}, ${size.width} × ${size.height}`, { timeout: 120_000 }, async () => {
+  test(`pages in ${lang}, ${theme}, ${size.width} × ${size.height}`, { timeout: 400_000 }, async () => {
     const page = await site.open('#/overview', lang, size);
     const thrown: string[] = [];
     page.on('pageerror', (error) => thrown.push(String(error)));
@@ -34,16 +35,13 @@ for (const { lang, theme, size } of VIEWS) {
       document.documentElement.dataset.theme = to;
       localStorage.setItem('lafet.theme', to);
     }, theme);
-    await page.locator('lf-page-overview').waitFor();
     await page.evaluate(axe);
-    const all = await page.locator('lf-nav a').evaluateAll((links) => links.map((link) => link.getAttribute('href')!));
+    const all = await pagesOf(page);
+    expect(all.length).toBeGreaterThan(9);
     const found: string[] = [];
     for (const href of all) {
-      await page.evaluate((to) => (location.hash = to), href);
-      await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
-      await until(() =>
-        page.evaluate(() => document.querySelector('lf-app')!.shadowRoot!.querySelector('.boot') === null),
-      );
+      await go(page, href);
+      await settled(page);
       const violations = await page.evaluate(
         (tags) =>
           (globalThis as unknown as { axe: { run: (o: object) => Promise<{ violations: Violation[] }> } }).axe

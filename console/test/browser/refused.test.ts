@@ -2,7 +2,7 @@
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo } from './demo';
-import { takeButton } from './site';
+import { able, drawn, go, SOON, shown, takeButton } from './page';
 
 let demo: Demo;
 let page: Page;
@@ -37,8 +37,10 @@ test('an alarm that is not acknowledged: too fast, no disk, a proxy', async () =
   ] as const) {
     await page.unrouteAll();
     await answered('**/api/alarms/ack', status, code, text);
-    await all.click();
-    await page.locator('lf-toasts .error').getByText(said).waitFor();
+    const told = page.locator('lf-toasts .error').getByText(said).waitFor();
+    await able(all).click();
+    await told;
+    await drawn(page);
     expect(await page.locator('li.alarm').count(), 'what was refused has changed nothing').toBeGreaterThan(0);
   }
   await demo.post('/api/sim/link', { monitor: 'M2', up: true });
@@ -53,8 +55,10 @@ test('pages that cannot be read say so, and are not waiting', async () => {
     ['#/training', '**/api/sim'],
   ] as const) {
     await answered(glob, 503, 'storage');
-    await page.evaluate((to) => (location.hash = to), route);
+    // Not what the page before has said.
+    await go(page, route);
     await page.locator('main').getByText(FULL.en).first().waitFor();
+    await drawn(page);
     expect(await page.locator('main [aria-busy=true]').count(), route).toBe(0);
   }
 });
@@ -81,8 +85,11 @@ test('a monitor that another one holds, and commands that come too fast', async 
     });
   });
   await page.goto(`${demo.url}/?again#/m/M1/operate`);
+  await shown(page);
   await takeButton(page).click();
   await page.locator('lf-toasts .error').getByText(`Take control: ${HELD.en}`).waitFor();
+  await expect.poll(() => page.locator('#take').isVisible(), SOON).toBe(true);
+  await drawn(page);
   expect(await page.locator('#take').isVisible(), 'a refusal gives control to no client').toBe(true);
   refusal = { code: 'slow_down', ...FAST };
   await takeButton(page).click();
@@ -94,11 +101,12 @@ test('STOP of monitors that are locked out: they are at rest', async () => {
   const note = page.locator('lf-toasts .toast').last();
   await demo.post('/api/lockout');
   await page.locator('#release').waitFor();
+  const one = note.getByText('M1 is locked out: the lockout has stopped it already.').waitFor();
   await page.keyboard.press('Pause');
-  await note.getByText('M1 is locked out: the lockout has stopped it already.').waitFor();
-  await page.evaluate(() => (location.hash = '#/overview'));
-  await page.locator('lf-page-overview').waitFor();
+  await one;
+  await go(page, '#/overview');
+  const all = page.locator('lf-toasts .toast.ok').getByText('All monitors · Stop').waitFor();
   await page.keyboard.press('Pause');
-  await page.locator('lf-toasts .toast.ok').getByText('All monitors · Stop').waitFor();
+  await all;
   expect(await page.locator('lf-toasts .error').count()).toBe(0);
 });

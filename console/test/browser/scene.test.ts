@@ -2,7 +2,7 @@
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import { Demo, WEBGL } from './demo';
-import { until } from './site';
+import { go, LATE_MS, SOON, until } from './page';
 
 interface SceneElement extends Element {
   figures: { calls: number; particles: number } | null;
@@ -25,14 +25,14 @@ test('draws the site with few calls, and stops when the page is left', async () 
   const loaded: string[] = [];
   page.on('request', (request) => loaded.push(request.url()));
   await page.getByText('3D', { exact: true }).click();
-  await until(async () => ((await figures())?.calls ?? 0) > 5, 20_000);
+  await until(async () => ((await figures())?.calls ?? 0) > 5, LATE_MS);
   // The fire of the demo: flames and smoke.
-  await until(async () => (await figures())!.particles > 20, 20_000);
+  await until(async () => ((await figures())?.particles ?? 0) > 20, LATE_MS);
   expect((await figures())!.calls).toBeLessThan(CALLS_MAX);
   // It is loaded only now.
   expect(loaded.some((url) => /world-.*\.js/.test(url))).toBe(true);
   const scene = await page.locator('lf-scene').elementHandle();
-  await page.evaluate(() => (location.hash = '#/overview'));
+  await go(page, '#/overview');
   await until(() =>
     scene!.evaluate((element) => !element.isConnected && (element as unknown as SceneElement).figures === null),
   );
@@ -43,8 +43,9 @@ test('without WebGL the plan is shown', async () => {
   await page.evaluate(() => {
     HTMLCanvasElement.prototype.getContext = () => null;
   });
+  const told = page.locator('lf-toasts').getByText('The 3D picture does not work in this browser').waitFor();
   await page.getByText('3D', { exact: true }).click();
-  await page.locator('lf-toasts').getByText('The 3D picture does not work in this browser').waitFor();
+  await told;
   await page.locator('lf-plan').waitFor();
-  expect(await page.locator('lf-scene').count()).toBe(0);
+  await expect.poll(() => page.locator('lf-scene').count(), SOON).toBe(0);
 });

@@ -5,8 +5,10 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { promisify } from 'node:util';
-import { type Browser, type BrowserContext, chromium, type Locator, type Page } from 'playwright-core';
+import { type Browser, chromium, type Page } from 'playwright-core';
+import type { Monitor } from '../../src/hub/types';
 import { Cable } from './cable';
+import { follow, LATE_MS, shown, until } from './page';
 import { consoleOf, type Served } from './served';
 import { type Names, type Output, Wire } from './wire';
 
@@ -65,15 +67,27 @@ export class Site {
     );
     site.hub = await site.program(['serve', '--config', config]);
     site.way = await Cable.to(site.hub);
-    const names = (await (await fetch(`http://127.0.0.1:${site.way.port}/api/dictionary`)).json()) as Names;
+    const names = (await (await fetch(`${site.api}/api/dictionary`)).json()) as Names;
     site.wires = site.monitors.map((port, n) => new Wire(port, n + 1, names));
     site.served = await consoleOf(`http://127.0.0.1:${site.way.port}`);
     site.url = site.served.url;
     site.browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox'] });
     for (const id of ['M1', 'M2']) {
-      await until(async () => (await site.outputs(id)).Deployer?.flags.includes('Deployed') === true, 30_000);
+      await until(async () => (await site.outputs(id)).Deployer?.flags.includes('Deployed') === true, 60_000);
+      await until(() => site.known(id), 60_000);
     }
     return site;
+  }
+
+  /** The hub itself: the way of the browser may be cut. */
+  get api(): string {
+    return `http://127.0.0.1:${this.hub}`;
+  }
+
+  /** Whether the hub has the state of a monitor. */
+  private async known(id: string): Promise<boolean> {
+    const { link, status } = (await (await fetch(`${this.api}/api/monitors/${id}`)).json()) as Monitor;
+    return link.state === 'up' && status.at_ms !== null && !status.stale;
   }
 
   /** Kills the hub and starts it again with the same address and storage. */
@@ -100,17 +114,16 @@ export class Site {
 
   /** A page of a separate user; `close` its context at the end. */
   async open(route: string, lang = 'en', size = { width: 1440, height: 900 }, touch = false): Promise<Page> {
-    const context: BrowserContext = await this.browser.newContext({ viewport: size, hasTouch: touch });
-    // A busy machine is slow; assertions at the monitor have limits of their own.
-    context.setDefaultTimeout(20_000);
+    const context = await this.browser.newContext({ viewport: size, hasTouch: touch });
+    context.setDefaultTimeout(LATE_MS);
     await context.addInitScript((wanted) => {
       localStorage.setItem('lafet.lang', wanted);
       localStorage.setItem('lafet.theme', 'day');
       localStorage.setItem('lafet.guide', 'done');
     }, lang);
-    const page = await context.newPage();
+    const page = follow(await context.newPage());
     await page.goto(`${this.url}/${route}`);
-    await page.waitForSelector('lf-topbar');
+    await shown(page);
     return page;
   }
 
@@ -150,9 +163,8 @@ export class Site {
 
   /** The holder of control, as reported by the hub. */
   async holder(id: string): Promise<string | null> {
-    const answer = await fetch(`http://127.0.0.1:${this.way.port}/api/monitors/${id}`);
-    const monitor = (await answer.json()) as { authority: { holder: { seat: string } | null } };
-    return monitor.authority.holder?.seat ?? null;
+    const answer = await fetch(`${this.api}/api/monitors/${id}`);
+    return ((await answer.json()) as Monitor).authority.holder?.seat ?? null;
   }
 
   private address(id: string): string {
@@ -165,113 +177,16 @@ export class Site {
     const child = spawn(LAFET, args, { stdio: ['ignore', 'pipe', 'pipe'] });
     this.children.push(child);
     return new Promise((resolve, reject) => {
-      let told = '';
+      let [told, said] = ['', ''];
       const hear = (text: Buffer) => {
         told += text.toString();
         const port = /(?:tcp|http):\/\/127\.0\.0\.1:(\d+)/.exec(told)?.[1];
         if (port) resolve(Number(port));
       };
       child.stdout.on('data', hear);
-      child.once('exit', (code) => reject(new Error(`lafet ${args[0]} ended with ${code}: ${told}`)));
+      // It is read, as a pipe that is full would hold the program up.
+      child.stderr.on('data', (text: Buffer) => (said = `${said}${text}`.slice(-4000)));
+      child.once('exit', (code) => reject(new Error(`lafet ${args[0]} ended with ${code}: ${told}${said}`)));
     });
-  }
-}
-
-/** Waits until the condition is true; fails on a timeout. */
-export async function until(so: () => Promise<boolean> | boolean, within_ms = 15_000): Promise<void> {
-  const end = performance.now() + within_ms;
-  while (!(await so())) {
-    if (performance.now() > end) throw new Error(`not so within ${within_ms} ms: ${so}`);
-    await new Promise((done) => setTimeout(done, 20));
-  }
-}
-
-/**
- * The button that takes control, as soon as it can: a page that was closed keeps its monitor for `lost_ms`, and until
- * then the same button asks its holder.
- */
-export function takeButton(page: Page): Locator {
-  return page
-    .locator('#take', { hasText: /^\s*(Take control|Взять управление)\s*$/ })
-    .locator('button:not([aria-disabled=true])');
-}
-
-/** Takes control of M1 on one of its pages; until the page has it, its buttons are disabled. */
-export async function take(page: Page): Promise<void> {
-  await takeButton(page).click();
-  await page
-    .getByText(/^(You control M1|Стволом M1 управляете вы)$/)
-    .first()
-    .waitFor();
-}
-
-/**
- * Presses a button for at least this time and releases it; returns how long the page itself has seen it
- * pressed. On a busy machine that is longer than intended, and it is what counts.
- */
-export async function press(page: Page, button: Locator, for_ms: number): Promise<number> {
-  await button.scrollIntoViewIfNeeded();
-  const box = (await button.boundingBox())!;
-  await page.evaluate(() => {
-    const seen = window as unknown as { pressed: Record<string, number> };
-    seen.pressed = {};
-    for (const type of ['pointerdown', 'pointerup']) {
-      window.addEventListener(type, (event) => (seen.pressed[type] = event.timeStamp), { capture: true, once: true });
-    }
-  });
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await page.mouse.down();
-  await page.waitForTimeout(for_ms);
-  await page.mouse.up();
-  return page.evaluate(() => {
-    const { pressed } = window as unknown as { pressed: Record<string, number> };
-    return pressed.pointerup! - pressed.pointerdown!;
-  });
-}
-
-/**
- * Holds until the condition is true; the pointer stays where it is. On a busy machine the page's heartbeats
- * may be late, and the motion ends, as it must: then the button is released, which the page must see, and
- * held again.
- */
-export async function heldUntil(
-  page: Page,
-  sign: () => Promise<boolean>,
-  hold: () => Promise<void>,
-  leave: () => Promise<void>,
-): Promise<void> {
-  for (let n = 0; n < 5; n += 1) {
-    await hold();
-    const seen = await until(sign, 3000).then(
-      () => true,
-      () => false,
-    );
-    if (seen) return;
-    await leave();
-    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-  }
-  throw new Error(`nothing comes of what the hand holds: ${sign}`);
-}
-
-/** Holds a button until the condition is true, then releases it. */
-export async function holdUntil(page: Page, button: Locator, sign: () => Promise<boolean>): Promise<void> {
-  const hold = async () => {
-    await button.hover();
-    await page.mouse.down();
-  };
-  await heldUntil(page, sign, hold, () => page.mouse.up());
-  await page.mouse.up();
-}
-
-/** Presses until the condition is true, then releases. */
-export async function pressUntil(page: Page, button: Locator, so: () => Promise<boolean>): Promise<void> {
-  await button.scrollIntoViewIfNeeded();
-  const box = (await button.boundingBox())!;
-  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-  await page.mouse.down();
-  try {
-    await until(so);
-  } finally {
-    await page.mouse.up();
   }
 }

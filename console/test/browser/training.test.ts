@@ -3,7 +3,7 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import type { Simulation } from '../../src/pages/training/model';
 import { Demo } from './demo';
-import { until } from './site';
+import { able, LATE_MS, passes, placed, SOON, settled, until } from './page';
 
 let demo: Demo;
 let page: Page;
@@ -27,27 +27,27 @@ describe('training', () => {
     await jam.click();
     await until(async () => (await sim()).monitors.M1!.faults.includes('vertical-jam'));
     await until(async () => (await jam.getAttribute('aria-checked')) === 'true');
-    await page.getByText('Repair all').click();
+    await able(page.locator('lf-button', { hasText: 'Repair all' })).click();
     await until(async () => (await sim()).monitors.M1!.faults.length === 0);
     await until(async () => (await jam.getAttribute('aria-checked')) === 'false');
   });
 
   test('a link is cut and restored', async () => {
     await page.getByRole('tab', { name: 'M2' }).click();
-    await page.getByText('Cut the connection').click();
+    await able(page.locator('lf-button', { hasText: 'Cut the connection' })).click();
     await until(async () => (await sim()).monitors.M2!.link === 'lost');
-    await page.getByText('Restore the connection').click();
+    await able(page.locator('lf-button', { hasText: 'Restore the connection' })).click();
     await until(async () => (await sim()).monitors.M2!.link === 'up');
   });
 
   test('a fire is no alarm until a detector has seen it, and the strip says so', async () => {
     const unreported = page.getByText('fire not yet reported by a detector');
-    await unreported.waitFor({ timeout: 60_000 });
+    await unreported.waitFor({ timeout: LATE_MS });
     expect(await page.locator('lf-topbar .fire').count()).toBe(0);
     await demo.request('M1', 'StartSeek Detector -3000 3000 -900 600');
     await demo.post('/api/sim/speed', { speed: 20 });
-    await page.locator('lf-topbar .fire').waitFor({ timeout: 120_000 });
-    expect(await unreported.count()).toBe(0);
+    await page.locator('lf-topbar .fire').waitFor({ timeout: 2 * LATE_MS });
+    await expect.poll(() => unreported.count(), SOON).toBe(0);
     await demo.post('/api/sim/speed', { speed: 1 });
   });
 
@@ -56,28 +56,38 @@ describe('training', () => {
     await until(async () => (await sim()).paused);
     const stopped = (await sim()).t_s;
     await page.getByText('Continue', { exact: true }).waitFor();
+    await passes(page, 500);
     expect((await sim()).t_s).toBe(stopped);
     await page.locator('#pause').click();
     await until(async () => (await sim()).t_s > stopped);
   });
 
   test('a fire burns where the plan was clicked', async () => {
-    await page.getByText('Place a fire on the plan').click();
-    const plan = (await page.locator('lf-plan').boundingBox())!;
-    await page.mouse.click(plan.x + plan.width / 3, plan.y + plan.height * 0.8);
-    // The plan then shows one more fire, at the click, and its text includes it.
     const flames = page.locator('lf-plan .flame');
-    await until(async () => (await flames.count()) >= 2);
-    const boxes = await Promise.all((await flames.all()).map((flame) => flame.boundingBox()));
-    const away = boxes.map((box) =>
-      Math.hypot(
-        box!.x + box!.width / 2 - (plan.x + plan.width / 3),
-        box!.y + box!.height / 2 - (plan.y + plan.height * 0.8),
-      ),
-    );
-    expect(Math.min(...away)).toBeLessThan(12);
-    const summary = await page.locator('lf-plan #summary').textContent();
-    expect(summary?.match(/is burning/g)?.length).toBe(boxes.length);
+    await flames.first().waitFor();
+    const before = await flames.count();
+    await able(page.locator('lf-button', { hasText: 'Place a fire on the plan' })).click();
+    await settled(page);
+    const plan = await placed(page.locator('lf-plan'));
+    const [x, y] = [plan.x + plan.width / 3, plan.y + plan.height * 0.8];
+    await page.mouse.click(x, y);
+    // The plan then shows one more fire, at the click, and its text includes it.
+    await until(async () => (await flames.count()) > before);
+    const away = async () => {
+      const boxes = await flames.evaluateAll((all) =>
+        all.map((one) => one.getBoundingClientRect().toJSON() as DOMRect),
+      );
+      return Math.min(...boxes.map((box) => Math.hypot(box.x + box.width / 2 - x, box.y + box.height / 2 - y)));
+    };
+    await expect.poll(away, SOON).toBeLessThan(12);
+    const burning = () =>
+      page.locator('lf-plan').evaluate((one) => {
+        const root = one.shadowRoot!;
+        const told = root.querySelector('#summary')!.textContent!.match(/is burning/g)?.length;
+        return [told, root.querySelectorAll('.flame').length];
+      });
+    await expect.poll(async () => new Set(await burning()).size, SOON).toBe(1);
+    expect((await burning())[1]).toBeGreaterThanOrEqual(2);
   });
 
   test('another exercise brings its own site', async () => {
@@ -89,6 +99,6 @@ describe('training', () => {
     expect((await sim()).run).toBe(run + 1);
     await page.getByRole('heading', { name: 'Two fires, one monitor', level: 2 }).waitFor();
     await until(async () => (await page.getByRole('tab').count()) === 1);
-    expect(await page.getByText('none flares up again').count()).toBe(1);
+    await expect.poll(() => page.getByText('none flares up again').count(), SOON).toBe(1);
   });
 });

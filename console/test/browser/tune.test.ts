@@ -4,7 +4,8 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Tune } from '../../src/hub/types';
 import { STEPS } from '../../src/pages/commissioning/model';
-import { holdUntil, Site, take, until } from './site';
+import { able, go, holdUntil, LATE_MS, passes, SOON, settled, take, until } from './page';
+import { Site } from './site';
 
 let site: Site;
 let page: Page;
@@ -28,12 +29,13 @@ async function open(): Promise<void> {
     STEPS.slice(0, STEPS.indexOf('tune')),
   );
   await page.reload();
+  await settled(page);
   await take(page);
   await page.locator('lf-step-tune').waitFor();
 }
 
 async function stored(name: string): Promise<number[]> {
-  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1/requests`, {
+  const answer = await fetch(`${site.api}/api/monitors/M1/requests`, {
     method: 'POST',
     headers: { 'content-type': 'application/json' },
     body: JSON.stringify({ request: `GetParam Horizontal ${name}` }),
@@ -44,7 +46,7 @@ async function stored(name: string): Promise<number[]> {
 
 /** What the hub publishes of it. */
 async function told(): Promise<Tune> {
-  const answer = await fetch(`http://127.0.0.1:${site.way.port}/api/monitors/M1`);
+  const answer = await fetch(`${site.api}/api/monitors/M1`);
   return ((await answer.json()) as { tune: Tune }).tune;
 }
 
@@ -53,7 +55,7 @@ async function measure(moves: number): Promise<void> {
   await holdUntil(page, box().locator('lf-hold'), () => box().locator('#tune-end').isVisible());
   await box()
     .getByText(new RegExp(`^Move ([${moves}-9]|[12]\\d) of 20$`))
-    .waitFor({ timeout: 60_000 });
+    .waitFor({ timeout: 2 * LATE_MS });
 }
 
 test('STOP in the middle of it stops the drive, and the values are as before', async () => {
@@ -66,7 +68,7 @@ test('STOP in the middle of it stops the drive, and the values are as before', a
   expect(await site.stands('M1')).toBe(true);
   expect(await stored('MinSpeed')).toEqual([0]);
   // Nothing goes on by itself, and nothing was measured.
-  await page.waitForTimeout(3000);
+  await passes(page, 3000);
   expect(await site.moves('M1')).toBe(false);
   expect(await box().locator('.write').count()).toBe(0);
 });
@@ -74,10 +76,10 @@ test('STOP in the middle of it stops the drive, and the values are as before', a
 test('leaving the page ends it', async () => {
   await open();
   await measure(1);
-  await page.evaluate(() => (location.hash = '#/overview'));
-  await until(async () => (await told()).state === 'ended', 30_000);
+  await go(page, '#/overview');
+  await until(async () => (await told()).state === 'ended', LATE_MS);
   expect(await site.stands('M1')).toBe(true);
-  await page.evaluate(() => (location.hash = '#/m/M1/commissioning'));
+  await go(page, '#/m/M1/commissioning');
   await box().getByText('Ended by its operator.').waitFor();
 });
 
@@ -90,25 +92,27 @@ test('an open valve is refused before anything moves', async () => {
     await page.getByText('Close first: Valve1').waitFor();
   } finally {
     await site.send('M1', 'Close Valve1');
-    await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Closed'), 60_000);
+    await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Closed'), LATE_MS);
   }
 });
 
-test('what was measured is shown beside the present values, and is written on request', async () => {
+test('what was measured is shown beside the present values, and is written on request', {
+  timeout: 300_000,
+}, async () => {
   await open();
   await measure(1);
-  await until(async () => (await told()).state !== 'running', 120_000);
+  await until(async () => (await told()).state !== 'running', 150_000);
   expect(await told()).toMatchObject({ state: 'done', restored: true, text: null });
   await box().locator('.write').waitFor();
   expect(await stored('StopLag')).toEqual([0]);
   const lag = box().locator('tr', { hasText: 'StopLag' });
-  expect(await lag.locator('td').nth(1).textContent()).toMatch(/^0/);
+  await expect.poll(() => lag.locator('td').nth(1).textContent(), SOON).toMatch(/^0/);
   const found = (await told()).found!;
   // The fault `lag` is 300 ms; the page shows seconds.
   expect(found.stop_lag).toBeGreaterThan(240);
   expect(found.stop_lag).toBeLessThan(360);
   expect(Number.parseFloat((await lag.locator('td').nth(2).textContent())!)).toBeCloseTo(found.stop_lag / 1000, 3);
-  await box().locator('.write').click();
+  await able(box().locator('.write')).click();
   await box().getByText('Written to the monitor').waitFor();
   expect(await stored('StopLag')).toEqual([found.stop_lag]);
   expect((await stored('MinSpeed'))[0]).toBeGreaterThanOrEqual(10);

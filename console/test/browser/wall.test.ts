@@ -3,7 +3,7 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Monitor } from '../../src/hub/types';
 import { Demo } from './demo';
-import { heldUntil, take, until } from './site';
+import { able, go, heldUntil, LATE_MS, middle, pagesOf, placed, SOON, settled, take, until } from './page';
 
 const WALL = { width: 2560, height: 1440 };
 let demo: Demo;
@@ -20,19 +20,18 @@ const zoom = () => page.evaluate(() => Number(getComputedStyle(document.document
 test('every page fits, and values are readable from a distance', async () => {
   page = await demo.open('#/overview', 'ru', WALL, 'wall');
   await page.locator('lf-page-overview lf-value').first().waitFor();
-  expect(await zoom()).toBeGreaterThan(1.8);
-  const high = (await page.locator('lf-page-overview lf-value .value').first().boundingBox())!.height;
+  await expect.poll(zoom, SOON).toBeGreaterThan(1.8);
+  const high = (await placed(page.locator('lf-page-overview lf-value .value').first())).height;
   // On a screen of 55 inches a pixel is half a millimetre: figures of 20 mm.
   expect(high).toBeGreaterThan(56);
-  const pages = await page.locator('lf-nav a').evaluateAll((all) => all.map((one) => one.getAttribute('href')!));
-  for (const href of pages) {
-    await page.evaluate((to) => (location.hash = to), href);
-    await page.locator(`lf-page-${href.split('/').at(-1)}`).waitFor();
+  for (const href of await pagesOf(page)) {
+    await go(page, href);
+    await settled(page);
     const main = page.locator('main');
     expect(await main.evaluate((one) => one.scrollWidth - one.clientWidth), href).toBeLessThanOrEqual(0);
-    const stop = (await page.locator('#lockout').boundingBox())!;
+    const stop = await placed(page.locator('#lockout'));
     expect(stop.x + stop.width, href).toBeLessThanOrEqual(WALL.width);
-    const box = (await main.boundingBox())!;
+    const box = await placed(main);
     expect(box.y + box.height, href).toBeLessThanOrEqual(WALL.height + 1);
   }
 });
@@ -48,26 +47,26 @@ test('is chosen in the settings, and stored', async () => {
 
 test('a press on the plan hits the visible place, a pulled stick moves the barrel', async () => {
   page = await demo.open('#/training', 'en', WALL, 'wall');
-  await page.getByText('Place a fire on the plan').click();
-  const plan = (await page.locator('lf-plan').boundingBox())!;
+  await able(page.locator('lf-button', { hasText: 'Place a fire on the plan' })).click();
+  await settled(page);
+  const plan = await placed(page.locator('lf-plan'));
   const at = { x: plan.x + plan.width / 3, y: plan.y + plan.height * 0.8 };
   await page.mouse.click(at.x, at.y);
   const flames = page.locator('lf-plan .flame');
   const near = async () => {
-    const boxes = await Promise.all((await flames.all()).map((flame) => flame.boundingBox()));
-    return Math.min(...boxes.map((box) => Math.hypot(box!.x + box!.width / 2 - at.x, box!.y + box!.height / 2 - at.y)));
+    const boxes = await flames.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().toJSON() as DOMRect));
+    return Math.min(...boxes.map((box) => Math.hypot(box.x + box.width / 2 - at.x, box.y + box.height / 2 - at.y)));
   };
   await until(async () => (await near()) < 12 * (await zoom()));
 
-  await page.evaluate(() => (location.hash = '#/m/M1/operate'));
+  await go(page, '#/m/M1/operate');
   await take(page);
-  await page.locator('#deploy').click();
+  await able(page.locator('#deploy')).click();
   const states = async () => (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems;
-  await until(async () => (await states()).Deployer!.flags.includes('Deployed'), 60_000);
+  await until(async () => (await states()).Deployer!.flags.includes('Deployed'), LATE_MS);
   const moved = async () => ((await states()).Horizontal!.position as number) > 30;
   const pull = async () => {
-    const stick = (await page.locator('lf-joystick .base').boundingBox())!;
-    const [x, y] = [stick.x + stick.width / 2, stick.y + stick.height / 2];
+    const [x, y] = await middle(page.locator('lf-joystick .base'));
     await page.mouse.move(x, y);
     await page.mouse.down();
     await page.mouse.move(x - 60 * (await zoom()), y, { steps: 3 });

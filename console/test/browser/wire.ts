@@ -18,7 +18,7 @@ export interface Names {
 const [END, ESCAPE, ESCAPED_END, ESCAPED_ESCAPE, SYNC] = [0xc0, 0xdb, 0xdc, 0xdd, 0xff];
 const OWN_ADDRESS = 200;
 const ALL = 0x5d;
-const ANSWER_MS = 2000;
+const ANSWER_MS = 5000;
 const DRIVES = new Set(['Vertical', 'Horizontal', 'Nozzle', 'Deployer']);
 
 export class Wire {

@@ -63,6 +63,11 @@ impl Job {
     pub fn is_urgent(&self) -> bool {
         !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
     }
+
+    /// Whether it only reads: whatever comes after it loses nothing.
+    fn is_read(&self) -> bool {
+        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_read)
+    }
 }
 
 pub type Reply = Result<Ended, QueueFull>;
@@ -208,7 +213,8 @@ impl Engine {
         self.turn.wake_task();
     }
 
-    /// Queues a job of the caller with this waker; an error is the reply. Urgent ones are sent.
+    /// Queues a job of the caller with this waker; an error is the reply. Urgent ones are sent, and
+    /// reads that nothing waits for: a caller that wakes itself costs two system calls.
     pub fn submit(&mut self, now: Now, job: Job, waker: &Waker) -> Result<Ticket, Option<Reply>> {
         if !self.runs {
             return Err(None);
@@ -217,7 +223,7 @@ impl Engine {
             let ended = Ended::new(Outcome::NotConnected, None, self.error.clone());
             return Err(Some(Ok(ended)));
         }
-        let urgent = job.is_urgent();
+        let (urgent, read) = (job.is_urgent(), job.is_read());
         let expires = job.expires.map(|time| time.saturating_duration_since(self.start));
         let terms = Terms { first: job.first, expires };
         let ticket = match self.line.submit(now, job.address, terms, job.requests) {
@@ -228,12 +234,13 @@ impl Engine {
         self.waiting.push(Waiting { ticket, since: now, waker, ended: None });
         self.lead.submitted(now);
         self.due = Some(now);
-        if !urgent && self.lead.is_allowed() && self.line.awaited().is_none() {
+        let leads = self.lead.is_allowed() && self.line.awaited().is_none();
+        if leads && !urgent && !read {
             // It is sent by the next poll: a Stop that is submitted in the same moment goes first.
             self.waiting.last().inspect(|caller| caller.waker.wake_by_ref());
             return Ok(ticket);
         }
-        if urgent {
+        if urgent || leads {
             self.drive(now, None);
         } else {
             self.due = self.next_due(now);

@@ -161,6 +161,24 @@ async fn a_stop_is_sent_by_its_first_poll() {
     }
 }
 
+/// A read that nothing waits for is sent by its first poll; a motion by the next, so that a Stop of
+/// the same moment goes first.
+#[tokio::test(start_paused = true)]
+async fn a_motion_waits_for_a_stop_of_the_same_moment_a_read_does_not() {
+    let motion = Request::new(VERTICAL, Body::Move { destination: 1 });
+    for (asked, sent) in [(limits(), [LIMITS, STOP].as_slice()), (motion, &[STOP])] {
+        let (client, times) = start(|_| true);
+        hurry(&client).await;
+        times.lock().unwrap().clear();
+        let (mut first, halt) = (pin!(client.request(&asked)), stop());
+        assert!(!poll(&mut first, 1));
+        client.request(&halt).await.unwrap();
+        sleep(LOOK).await;
+        assert!(poll(&mut first, 1));
+        assert_eq!(received(&times), sent, "{asked:?}");
+    }
+}
+
 /// A Stop goes before 30 requests of callers that are not polled any more, one of which is on the
 /// line: after its answer, or after 150 ms.
 #[tokio::test(start_paused = true)]

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use crate::TaskResult;
-use crate::run::{cargo, show};
+use crate::run::{cargo, show, show_tests};
 
 /// A program with a test `random_cuts`, and the variable that sets their number.
 struct Level {
@@ -28,15 +28,16 @@ pub fn cuts(arguments: &[String]) -> TaskResult {
     };
     let level = LEVELS.iter().find(|level| level.name == name).ok_or(wanted)?;
     let count: u64 = count.replace('_', "").parse().map_err(|_| wanted)?;
-    let run = |arguments: &[&str]| {
+    let test = |arguments: &[&str]| {
         let mut command = cargo(&["test", "--release", "-q", "-p", level.package]);
         command.args(["--test", level.test]).args(arguments);
-        show(command.env(level.variable, count.to_string()))
+        command.env(level.variable, count.to_string());
+        command
     };
     // Built first, so that the measured rate is that of the cuts alone.
-    run(&["--no-run"])?;
+    show(&mut test(&["--no-run"]))?;
     let start = Instant::now();
-    run(&["random_cuts", "--", "--nocapture"])?;
+    show_tests(&mut test(&["random_cuts", "--", "--nocapture"]))?;
     let seconds = start.elapsed().as_secs_f64();
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let rate = count as f64 / seconds;

@@ -2,7 +2,7 @@
 
 use std::process::{Command, ExitCode};
 
-use crate::run::{StepResult, cargo, output, show};
+use crate::run::{StepResult, cargo, output, show_tests};
 use crate::{TaskResult, flag, setup};
 
 pub fn dissector(arguments: &[String]) -> TaskResult {
@@ -17,5 +17,5 @@ pub fn check() -> StepResult {
         setup::debian(&["tshark"])?;
     }
     let test = ["test", "--package", "lafet-capture", "--test", "it", "--", "--ignored"];
-    show(cargo(&test).arg("dissector::"))
+    show_tests(cargo(&test).arg("dissector::"))
 }

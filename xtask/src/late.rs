@@ -32,7 +32,7 @@ pub fn late(arguments: &[String]) -> TaskResult {
         "--nocapture",
         TEST,
     ]);
-    run::show(command.env("LAFET_EXCHANGES", exchanges.to_string()))?;
+    run::show_tests(command.env("LAFET_EXCHANGES", exchanges.to_string()))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -50,7 +50,7 @@ fn processes(arguments: &[String]) -> TaskResult {
         "--nocapture",
         "--test-threads=1",
     ]);
-    run::show(command.env("LAFET_PROCESSES", processes.to_string()))?;
+    run::show_tests(command.env("LAFET_PROCESSES", processes.to_string()))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,8 +1,8 @@
 //! Runs commands and steps, and sums up the results.
 
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -83,6 +83,35 @@ pub fn show(command: &mut Command) -> StepResult {
     flush();
     let status = command.status().map_err(|e| format!("cannot run `{text}`: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("`{text}` failed: {status}")) }
+}
+
+/// Runs tests whose output the user sees; an error if none of them was chosen.
+pub fn show_tests(command: &mut Command) -> StepResult {
+    let text = line(command);
+    println!("   {text}");
+    flush();
+    let failed = |e: std::io::Error| format!("cannot run `{text}`: {e}");
+    let mut child = command.stdout(Stdio::piped()).spawn().map_err(failed)?;
+    let mut passed = 0;
+    if let Some(printed) = child.stdout.take() {
+        for line in BufReader::new(printed).lines().map_while(Result::ok) {
+            println!("{line}");
+            passed += passed_in(&line);
+        }
+    }
+    let status = child.wait().map_err(failed)?;
+    match (status.success(), passed) {
+        (false, _) => Err(format!("`{text}` failed: {status}")),
+        (true, 0) => Err(format!("`{text}` ran no test: they have other names now")),
+        _ => Ok(()),
+    }
+}
+
+/// How many tests a line of the summary counts.
+fn passed_in(line: &str) -> u64 {
+    let counts = line.strip_prefix("test result: ok. ");
+    let first = counts.and_then(|counts| counts.split(' ').next());
+    first.and_then(|count| count.parse().ok()).unwrap_or(0)
 }
 
 /// Runs a command and returns its output.
@@ -172,5 +201,24 @@ impl Steps {
         }
         println!("{} passed, {failed} failed", self.done.len() - failed);
         if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_that_runs_no_test_is_an_error() {
+        let printing = |text: &str| {
+            let mut command = Command::new("printf");
+            command.arg(text);
+            show_tests(&mut command)
+        };
+        let summary = "running 2 tests\n..\ntest result: ok. 2 passed; 0 failed; 0 ignored\n";
+        assert_eq!(printing(summary), Ok(()));
+        let none = printing("running 0 tests\n\ntest result: ok. 0 passed; 0 failed; 7 ignored\n");
+        assert!(none.unwrap_err().contains("ran no test"));
+        assert!(show_tests(&mut Command::new("false")).unwrap_err().contains("failed"));
     }
 }

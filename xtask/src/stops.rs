@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use crate::TaskResult;
-use crate::run::{cargo, show};
+use crate::run::{cargo, show, show_tests};
 
 pub fn stops(arguments: &[String]) -> TaskResult {
     let wanted = "it takes --cases N";
@@ -14,14 +14,15 @@ pub fn stops(arguments: &[String]) -> TaskResult {
         _ => return Err(wanted.into()),
     };
     count.parse::<u64>().map_err(|_| wanted)?;
-    let run = |arguments: &[&str]| {
+    let test = |arguments: &[&str]| {
         let mut command = cargo(&["test", "--release", "-q", "-p", "lafet-device"]);
         command.args(["--test", "stops"]).args(arguments);
-        show(command.env("LAFET_STOP_CASES", &count))
+        command.env("LAFET_STOP_CASES", &count);
+        command
     };
-    run(&["--no-run"])?;
+    show(&mut test(&["--no-run"]))?;
     let start = Instant::now();
-    run(&["--", "--nocapture"])?;
+    show_tests(&mut test(&["--", "--nocapture"]))?;
     println!("{:.0} s", start.elapsed().as_secs_f64());
     Ok(ExitCode::SUCCESS)
 }

@@ -305,6 +305,48 @@ def test_one_that_cannot_be_ended_keeps_no_other_from_it(deployed: Monitor) -> N
     deployed.wait_for(lambda it: not it.moving and not it.open, 10)
 
 
+def test_a_number_that_does_not_fit_moves_nothing(deployed: Monitor, simulator: Simulator) -> None:
+    with pytest.raises(OverflowError):
+        deployed.aim(azimuth=10, elevation=1000)
+    time.sleep(0.5)
+    assert "Move" not in deployed.status()["Horizontal"].flags
+    assert abs(simulator.position("Horizontal")) < 6
+
+
+def test_a_time_that_is_no_number_is_no_wait(monitor: Monitor) -> None:
+    with pytest.raises(lafet.NotReached):
+        monitor.wait_for(lambda it: False, float("nan"))
+    with pytest.raises(lafet.NotReached):
+        monitor.deploy(wait=float("nan"))
+
+
+def test_an_end_in_the_middle_of_another_request(deployed: Monitor, simulator: Simulator) -> None:
+    deployed.open(wait=10)
+    # As in a signal handler that comes while the lock is held.
+    ended = threading.Thread(target=lambda: until_the_end(deployed), daemon=True)
+    ended.start()
+    ended.join(30)
+    assert not ended.is_alive()
+    until(lambda: simulator.flow < 1)
+
+
+def until_the_end(monitor: Monitor) -> None:
+    with monitor._core._started._lock:
+        monitor.end()
+
+
+def test_a_busy_monitor_is_asked_again(deployed: Monitor) -> None:
+    busy = [lafet.Refused("restarting", "Stop", "Horizontal", "Busy", "General") for _ in range(10)]
+    deployed.aim(azimuth=170)
+    broken = Broken(deployed._core.link, list(busy))
+    link = deployed._core.link
+    deployed._core._link = broken  # type: ignore[assignment]
+    deployed.end()
+    deployed._core._link = link
+    assert broken.asked == ["Stop Horizontal"] * 11
+    deployed.wait_for(lambda it: not it.moving, 10)
+
+
 def test_a_block_that_was_left_is_over(simulator: Simulator) -> None:
     with simulator.connect() as monitor:
         monitor.status()

@@ -57,7 +57,8 @@ class Started:
     ending = False
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        # A signal handler, or a generator that is collected, may come in the middle of it and end everything.
+        self._lock = threading.RLock()
         self._ends: dict[Key, Request] = {}
 
     def note(self, request: Request) -> list[Key]:

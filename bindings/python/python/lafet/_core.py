@@ -65,7 +65,7 @@ class Core(ABC):
                 try:
                     await self._run(self.link.command(request))
                 except Refused as error:
-                    refused[key] += 1
+                    refused[key] += error.status != "Busy"
                     # A program that moves a drive refuses in its name: if it is not one that ends just now,
                     # another client has started it.
                     if error.by == error.to or refused[key] < _common.REFUSED_MAX:
@@ -109,7 +109,8 @@ class Core(ABC):
             status = await self.status()
             if condition(status):
                 return status
-            if time.monotonic() > deadline:
+            # Written so that a time that is no number has passed.
+            if not time.monotonic() <= deadline:
                 raise _common.late(status, timeout, getattr(condition, "__name__", "as asked"))
             await self._sleep(poll)
 
@@ -261,8 +262,9 @@ class Core(ABC):
             raise
 
     async def _move(self, targets: dict[Drive, int], wait: float | None) -> None:
-        for drive, target in targets.items():
-            await self._do(Request.move_to(drive, target))
+        # All are made before one is sent: a number that does not fit moves nothing.
+        for request in [Request.move_to(drive, target) for drive, target in targets.items()]:
+            await self._do(request)
         await self._await(_common.Arrival(targets), wait, "there")
         if wait is not None:
             self._forget([("Stop", drive) for drive in targets])
@@ -272,7 +274,7 @@ class Core(ABC):
             return
         deadline = time.monotonic() + wait
         while not condition(status := await self.status()):
-            if time.monotonic() > deadline:
+            if not time.monotonic() <= deadline:
                 raise _common.late(status, wait, what)
             await self._sleep(_common.POLL_S)
 

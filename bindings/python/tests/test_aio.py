@@ -90,6 +90,22 @@ def test_a_hold_and_a_refusal(simulator: Simulator) -> None:
     assert simulator.position("Horizontal") > 60
 
 
+def test_a_motion_that_another_task_holds_ends_with_the_block(simulator: Simulator) -> None:
+    async def hold(monitor: aio.Monitor) -> bool:
+        async with monitor.hold("left") as motion:
+            return await motion.keep(60)
+
+    async def work() -> None:
+        async with await aio.connect(simulator.url) as monitor:
+            await monitor.deploy(wait=60)
+            task = asyncio.create_task(hold(monitor))
+            while simulator.position("Horizontal") < 60:
+                await asyncio.sleep(0.02)
+        assert not await asyncio.wait_for(task, 30)
+
+    asyncio.run(work())
+
+
 def test_an_operation_is_begun_once(simulator: Simulator) -> None:
     async def work() -> None:
         monitor = await aio.connect(simulator.url)

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import lafet
 import pytest
-from lafet import Monitor, Simulator
+from lafet import Monitor, Simulator, _common
 from lafet._native import Link, Operation
 
 
@@ -331,7 +331,7 @@ def test_an_end_in_the_middle_of_another_request(deployed: Monitor, simulator: S
 
 
 def until_the_end(monitor: Monitor) -> None:
-    with monitor._core._started._lock:
+    with _common.LOCK:
         monitor.end()
 
 
@@ -345,6 +345,65 @@ def test_a_busy_monitor_is_asked_again(deployed: Monitor) -> None:
     deployed._core._link = link
     assert broken.asked == ["Stop Horizontal"] * 11
     deployed.wait_for(lambda it: not it.moving, 10)
+
+
+def test_a_motion_that_another_thread_holds_ends_with_the_block(simulator: Simulator) -> None:
+    kept: list[bool] = []
+
+    def hold(monitor: Monitor) -> None:
+        with monitor.hold("left") as motion:
+            kept.append(motion.keep(60))
+
+    with simulator.connect() as monitor:
+        monitor.deploy(wait=60)
+        thread = threading.Thread(target=hold, args=(monitor,), daemon=True)
+        thread.start()
+        until(lambda: simulator.position("Horizontal") > 60)
+    thread.join(30)
+    assert kept == [False]
+    there = simulator.position("Horizontal")
+    time.sleep(0.5)
+    assert abs(simulator.position("Horizontal") - there) < 2
+
+
+def test_a_held_motion_that_was_released_is_not_stopped_again(deployed: Monitor) -> None:
+    with deployed.hold("left") as motion:
+        motion.keep(0.2)
+        assert [key for key, _, _ in deployed._core._started.ends()] == [("Stop", "Horizontal")]
+    assert deployed._core._started.ends() == []
+
+
+def test_nothing_is_started_while_the_block_is_left(deployed: Monitor) -> None:
+    deployed._core.forbid()
+    starts: list[Callable[[], object]] = [
+        deployed.open,
+        lambda: deployed.aim(azimuth=10),
+        lambda: deployed.send("Open Valve1"),
+        lambda: deployed.hold("left").__enter__(),
+    ]
+    for start in starts:
+        with pytest.raises(RuntimeError, match="connect again"):
+            start()
+    assert not deployed.status().open
+
+
+def test_what_was_refused_is_not_ended(simulator: Simulator) -> None:
+    with simulator.connect() as monitor:
+        answers = monitor.send("Open Valve1")
+        assert not any(answer.accepted for answer in answers)
+        assert monitor._core._started.ends() == []
+
+
+def test_a_refusal_or_an_arrival_of_one_thread_is_not_that_of_another() -> None:
+    started = _common.Started()
+    stop = [lafet.Request.stop("Horizontal")]
+    first, second = started.claim(stop), started.claim(stop)
+    started.refused(first)
+    assert len(started.ends()) == 1
+    assert not started.ended(first.keys, first.number)
+    assert len(started.ends()) == 1
+    assert started.ended(second.keys, second.number)
+    assert started.ends() == []
 
 
 def test_a_block_that_was_left_is_over(simulator: Simulator) -> None:

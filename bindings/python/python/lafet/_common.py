@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from . import _native
 from ._native import Request
@@ -49,44 +49,84 @@ _ENDS: dict[str, Callable[[str], list[Request]]] = {
 }
 Key = tuple[str, str]
 
+#: Held while what was started is looked at or changed. A signal handler, or a generator that is collected,
+#: may come in the middle of that and end everything: so it may be taken again, and each step looks again.
+LOCK = threading.RLock()
+
+
+class Claim(NamedTuple):
+    """That something may have been started: what ends it, and which of that only this claim asks for."""
+
+    number: int
+    keys: list[Key]
+    new: list[Key]
+
 
 class Started:
-    """What was started, and so has to end when its program does. For several threads."""
+    """What was started, and so has to end when its program does. For several threads, tasks and handlers:
+    what one of them knows to have ended may be started again by another, so claims have numbers."""
 
     #: Set when the program ends: nothing is started any more.
     ending = False
 
     def __init__(self) -> None:
-        # A signal handler, or a generator that is collected, may come in the middle of it and end everything.
-        self._lock = threading.RLock()
-        self._ends: dict[Key, Request] = {}
+        self._ends: dict[Key, tuple[int, Request]] = {}
+        self._number = 0
+        #: Set when the block is left: nothing is started over this connection any more.
+        self.left = False
 
-    def note(self, request: Request) -> list[Key]:
-        """Before a request is sent: whether it is executed may never be known. What is new by it."""
-        make = _ENDS.get(request.name)
-        if make is None:
-            return []
-        if Started.ending:
-            raise NotSent(say("ending"))
-        ends = {(end.name, end.to): end for end in make(request.to)}
-        with self._lock:
-            new = [key for key in ends if key not in self._ends]
-            self._ends.update(ends)
-        return new
+    def claim(self, ends: Iterable[Request]) -> Claim:
+        """Before something is started that these end: whether it is executed may never be known."""
+        by_key = {(end.name, end.to): end for end in ends}
+        with LOCK:
+            if by_key and Started.ending:
+                raise NotSent(say("ending"))
+            if by_key and self.left:
+                raise RuntimeError(say("left"))
+            new = [key for key in by_key if key not in self._ends]
+            self._number += 1
+            self._ends.update({key: (self._number, end) for key, end in by_key.items()})
+            return Claim(self._number, list(by_key), new)
 
-    def forget(self, keys: Iterable[Key]) -> None:
-        """What was not executed, or has ended."""
-        with self._lock:
+    def refused(self, claim: Claim) -> None:
+        """It was not executed; what another has claimed since stays."""
+        with LOCK:
+            for key in claim.new:
+                end = self._ends.get(key)
+                if end is not None and end[0] == claim.number:
+                    self._ends.pop(key, None)
+
+    def ended(self, keys: Iterable[Key], number: int) -> bool:
+        """What was claimed up to this number has ended; false when something was claimed since."""
+        with LOCK:
+            later = False
             for key in keys:
-                self._ends.pop(key, None)
+                end = self._ends.get(key)
+                if end is not None and end[0] <= number:
+                    self._ends.pop(key, None)
+                elif end is not None:
+                    later = True
+            return not later
 
-    def ends(self) -> list[tuple[Key, Request]]:
+    def number(self) -> int:
+        """That of the latest claim."""
+        return self._number
+
+    def ends(self) -> list[tuple[Key, int, Request]]:
         """Water first, then the programs: while one runs, it refuses that its drives are stopped."""
-        with self._lock:
-            return sorted(self._ends.items(), key=lambda end: _rank(end[1]))
+        with LOCK:
+            every = list(self._ends.items())
+        ends = [(key, number, end) for key, (number, end) in every]
+        return sorted(ends, key=lambda end: _rank(end[2]))
 
     def __bool__(self) -> bool:
         return bool(self._ends)
+
+
+def ends_of(request: Request) -> list[Request]:
+    """What ends what a request starts."""
+    make = _ENDS.get(request.name)
+    return [] if make is None else make(request.to)
 
 
 def _rank(end: Request) -> int:

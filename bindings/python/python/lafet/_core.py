@@ -10,10 +10,10 @@ from collections.abc import Iterable
 from typing import TypeVar
 
 from . import _common, _native, state
-from ._common import Drive, Point, Progress, Started, Valve
+from ._common import LOCK, Claim, Drive, Point, Progress, Started, Valve
 from ._native import Answer, Link, Operation, Request
 from ._texts import say
-from .errors import Error, NotSent, Refused
+from .errors import Error, NotReached, NotSent, Refused
 from .state import Hotbed, Limits, Status, arcmin
 
 _T = TypeVar("_T")
@@ -42,6 +42,10 @@ class Core(ABC):
             raise RuntimeError(say("left"))
         return self._link
 
+    def forbid(self) -> None:
+        """The block is being left: other threads and tasks start nothing any more."""
+        self._started.left = True
+
     def leave(self) -> None:
         """Closes the connection, unless something is left to be ended over it."""
         if not self._started:
@@ -60,7 +64,7 @@ class Core(ABC):
         refused: Counter[_common.Key] = Counter()
         while ends := self._started.ends():
             failed: Error | None = None
-            for key, request in ends:
+            for key, number, request in ends:
                 # Whatever becomes of one, the others are tried.
                 try:
                     await self._run(self.link.command(request))
@@ -74,21 +78,39 @@ class Core(ABC):
                 except Error as error:
                     failed = failed or error
                     continue
-                self._forget([key])
+                if not self._ended([key], number):
+                    failed = failed or NotReached(say("started-anew"))
             if failed is not None:
                 # What is left stays noted: another call, or the end of the program, tries it again.
                 if time.monotonic() > deadline:
                     raise _common.no_end(failed) from failed
                 await self._sleep(_common.POLL_S)
 
-    def _note(self, request: Request) -> list[_common.Key]:
-        new = self._started.note(request)
-        if self._started:
-            live.add(self)
-        return new
+    def _claim(self, ends: Iterable[Request]) -> Claim:
+        """Before something is started that these end."""
+        with LOCK:
+            claim = self._started.claim(ends)
+            if self._started:
+                live.add(self)
+        return claim
 
-    def _forget(self, keys: Iterable[_common.Key]) -> None:
-        self._started.forget(keys)
+    def _refused(self, claim: Claim) -> None:
+        """What was claimed was not executed."""
+        with LOCK:
+            self._started.refused(claim)
+            self._rest()
+
+    def _ended(self, keys: Iterable[_common.Key], number: int) -> bool:
+        with LOCK:
+            ended = self._started.ended(keys, number)
+            self._rest()
+        return ended
+
+    def _seen_to_end(self, claim: Claim) -> None:
+        """What was claimed has ended."""
+        self._ended(claim.keys, claim.number)
+
+    def _rest(self) -> None:
         if not self._started:
             live.discard(self)
 
@@ -133,8 +155,15 @@ class Core(ABC):
     async def send(self, request: Request | str) -> list[Answer]:
         """Any request, also in the words of `lafet send`; returns what is answered, refusals too."""
         asked = _common.parsed(request)
-        self._note(asked)
-        return await self._run(self.link.send(asked))
+        claim = self._claim(_common.ends_of(asked))
+        try:
+            answers = await self._run(self.link.send(asked))
+        except NotSent:
+            self._refused(claim)
+            raise
+        if not any(answer.accepted for answer in answers):
+            self._refused(claim)
+        return answers
 
     # What it is to do.
 
@@ -148,17 +177,17 @@ class Core(ABC):
 
     async def deploy(self, *, wait: float | None = None) -> None:
         """Into the working position (section 3.10); `wait`: until it is there, at most so many s."""
-        await self._do(Request.deploy())
+        claim = await self._do(Request.deploy())
         await self._await(lambda status: status.deployed, wait, "deployed")
         if wait is not None:
-            self._forget([("Stop", "Deployer")])
+            self._seen_to_end(claim)
 
     async def wrap(self, *, wait: float | None = None) -> None:
         """Into the stowed position (section 3.11)."""
-        await self._do(Request.wrap())
+        claim = await self._do(Request.wrap())
         await self._await(lambda status: "Wrapped" in status["Deployer"].flags, wait, "wrapped")
         if wait is not None:
-            self._forget([("Stop", "Deployer")])
+            self._seen_to_end(claim)
 
     async def aim(
         self,
@@ -186,10 +215,11 @@ class Core(ABC):
 
     async def close(self, valve: Valve = "Valve1", *, wait: float | None = None) -> None:
         """Closes a valve (section 3.9)."""
+        number = self._started.number()
         await self._do(Request.close(valve))
         await self._await(lambda status: "Closed" in status[valve].flags, wait, "closed")
         if wait is not None:
-            self._forget([("Close", valve)])
+            self._ended([("Close", valve)], number)
 
     async def quench(
         self,
@@ -253,21 +283,23 @@ class Core(ABC):
     async def _ask(self, request: Request) -> list[Answer]:
         return await self._run(self.link.command(request))
 
-    async def _do(self, request: Request) -> None:
-        new = self._note(request)
+    async def _do(self, request: Request) -> Claim:
+        claim = self._claim(_common.ends_of(request))
         try:
             await self._ask(request)
         except (Refused, NotSent):
-            self._forget(new)
+            self._refused(claim)
             raise
+        return claim
 
     async def _move(self, targets: dict[Drive, int], wait: float | None) -> None:
         # All are made before one is sent: a number that does not fit moves nothing.
-        for request in [Request.move_to(drive, target) for drive, target in targets.items()]:
-            await self._do(request)
+        requests = [Request.move_to(drive, target) for drive, target in targets.items()]
+        claims = [await self._do(request) for request in requests]
         await self._await(_common.Arrival(targets), wait, "there")
         if wait is not None:
-            self._forget([("Stop", drive) for drive in targets])
+            for claim in claims:
+                self._seen_to_end(claim)
 
     async def _await(self, condition: Progress, wait: float | None, what: str) -> None:
         if wait is None:
@@ -282,7 +314,9 @@ class Core(ABC):
 class HoldCore:
     """A motion that lasts while it is renewed, whatever waits for its beginning and its end."""
 
-    def __init__(self, drive: Drive, begin: Operation[_native.Hold]) -> None:
+    def __init__(self, core: Core, drive: Drive, begin: Operation[_native.Hold]) -> None:
+        self._core = core
+        self._claimed: Claim | None = None
         self._drive = drive
         self._begin = begin
         self._hold: _native.Hold | None = None
@@ -293,3 +327,21 @@ class HoldCore:
     def renew(self) -> bool:
         """Lets the motion go on for another lease; false when it is ending or has ended."""
         return self._hold is not None and self._hold.renew()
+
+    def _begins(self) -> None:
+        """Before it begins: the end of the monitor's block ends it too, whoever renews it."""
+        self._claimed = self._core._claim([Request.stop(self._drive)])
+
+    def _has_ended(self, how: str) -> None:
+        try:
+            self.ended = _common.ended(self._drive, how)
+        except NotSent:
+            self._never_moved()
+            raise
+        if self._claimed is not None:
+            self._core._seen_to_end(self._claimed)
+
+    def _never_moved(self) -> None:
+        """It never moved."""
+        if self._claimed is not None:
+            self._core._refused(self._claimed)

@@ -30,6 +30,10 @@ _TEXTS = {
         "{subsystem} does not say its state",
         "{subsystem} не сообщает своё состояние",
     ),
+    "started-anew": (
+        "another part of this program starts again what is being ended",
+        "другая часть программы снова начинает то, что прекращается",
+    ),
     "left": (
         "the block of this monitor was left, and its connection closed: connect again",
         "блок этого ствола кончился, соединение закрыто: подключитесь снова",

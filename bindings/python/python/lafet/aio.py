@@ -10,6 +10,7 @@ from . import _common, _native
 from ._common import Direction
 from ._core import Core, HoldCore
 from ._native import Operation
+from .errors import Refused
 from .monitor import raise_unless_worse
 
 __all__ = ["Hold", "Monitor", "connect"]
@@ -34,6 +35,7 @@ class Monitor(Core):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.forbid()
         ending = asyncio.ensure_future(self.end())
         cancelled: asyncio.CancelledError | None = None
         while not ending.done():
@@ -57,7 +59,7 @@ class Monitor(Core):
     def hold(self, toward: Direction, *, lease: float = 0.3) -> Hold:
         """A motion that lasts while it is renewed, for an `async with` block."""
         drive, grows = _common.direction(toward)
-        return Hold(drive, self.link.hold(drive, grows, lease))
+        return Hold(self, drive, self.link.hold(drive, grows, lease))
 
     async def _run(self, operation: Operation[_T]) -> _T:
         return await operation.start()
@@ -70,7 +72,12 @@ class Hold(HoldCore):
     """A motion that lasts while it is renewed: see `lafet.Hold`."""
 
     async def __aenter__(self) -> Hold:
-        self._hold = await self._begin.start()
+        self._begins()
+        try:
+            self._hold = await self._begin.start()
+        except Exception:
+            self._never_moved()
+            raise
         return self
 
     async def __aexit__(
@@ -82,7 +89,10 @@ class Hold(HoldCore):
         if self._hold is None:
             return
         try:
-            self.ended = _common.ended(self._drive, await self._hold.release().start())
+            self._has_ended(await self._hold.release().start())
+        except Refused as failure:
+            self._never_moved()
+            raise_unless_worse(failure, error)
         except Exception as failure:
             raise_unless_worse(failure, error)
 

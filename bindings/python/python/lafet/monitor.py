@@ -16,6 +16,7 @@ from . import _common, _native
 from ._common import Direction, Drive, Point, Progress, Started, Valve
 from ._core import Core, HoldCore, live
 from ._native import Answer, Link, Operation, Request
+from .errors import Refused
 from .state import Hotbed, Limits, Status
 
 __all__ = ["Hold", "Monitor", "connect"]
@@ -72,6 +73,7 @@ class Monitor:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._core.forbid()
         try:
             self.end()
         except Exception as failure:
@@ -94,7 +96,7 @@ class Monitor:
     def hold(self, toward: Direction, *, lease: float = 0.3) -> Hold:
         """A motion that lasts while it is renewed, for a `with` block."""
         drive, grows = _common.direction(toward)
-        return Hold(drive, self._core.link.hold(drive, grows, lease))
+        return Hold(self._core, drive, self._core.link.hold(drive, grows, lease))
 
     def status(self) -> Status:
         """The state of all subsystems (section 3.3)."""
@@ -228,7 +230,12 @@ class Hold(HoldCore):
     not renewed in time (`lease`, at most 2 s), when the connection is lost and when this program ends."""
 
     def __enter__(self) -> Hold:
-        self._hold = self._begin.wait()
+        self._begins()
+        try:
+            self._hold = self._begin.wait()
+        except Exception:
+            self._never_moved()
+            raise
         return self
 
     def __exit__(
@@ -240,7 +247,10 @@ class Hold(HoldCore):
         if self._hold is None:
             return
         try:
-            self.ended = _common.ended(self._drive, self._hold.release().wait())
+            self._has_ended(self._hold.release().wait())
+        except Refused as failure:
+            self._never_moved()
+            raise_unless_worse(failure, error)
         except Exception as failure:
             raise_unless_worse(failure, error)
 

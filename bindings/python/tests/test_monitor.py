@@ -373,6 +373,19 @@ def test_a_held_motion_that_was_released_is_not_stopped_again(deployed: Monitor)
     assert deployed._core._started.ends() == []
 
 
+def test_another_monitor_of_the_line_ends_with_the_block_of_the_first(simulator: Simulator) -> None:
+    with lafet.connect(simulator.url.replace("addr=1", "addr=2")) as first:
+        second = first.at(1)
+        second.deploy(wait=60)
+        second.open(wait=10)
+        with first.at(1).at(3):
+            pass
+        assert second.status().open
+    until(lambda: simulator.flow < 1)
+    with pytest.raises(RuntimeError, match="connect again"):
+        second.open()
+
+
 def test_nothing_is_started_while_the_block_is_left(deployed: Monitor) -> None:
     deployed._core.forbid()
     starts: list[Callable[[], object]] = [

@@ -48,6 +48,8 @@ _ENDS: dict[str, Callable[[str], list[Request]]] = {
     "Wrap": lambda to: [Request.stop("Deployer")],
 }
 Key = tuple[str, str]
+#: What has to end, the number of its latest claim, and what ends it.
+End = tuple[Key, int, Request]
 
 #: Held while what was started is looked at or changed. A signal handler, or a generator that is collected,
 #: may come in the middle of that and end everything: so it may be taken again, and each step looks again.
@@ -112,12 +114,11 @@ class Started:
         """That of the latest claim."""
         return self._number
 
-    def ends(self) -> list[tuple[Key, int, Request]]:
-        """Water first, then the programs: while one runs, it refuses that its drives are stopped."""
+    def ends(self) -> list[End]:
+        """What has to end: see `rank` for the order."""
         with LOCK:
             every = list(self._ends.items())
-        ends = [(key, number, end) for key, (number, end) in every]
-        return sorted(ends, key=lambda end: _rank(end[2]))
+        return [(key, number, end) for key, (number, end) in every]
 
     def __bool__(self) -> bool:
         return bool(self._ends)
@@ -129,10 +130,12 @@ def ends_of(request: Request) -> list[Request]:
     return [] if make is None else make(request.to)
 
 
-def _rank(end: Request) -> int:
-    if end.name == "Close":
+def rank(end: End) -> int:
+    """Water first, then the programs: while one runs, it refuses that its drives are stopped."""
+    request = end[2]
+    if request.name == "Close":
         return 0
-    return 1 if end.to in ("Control", "Detector") else 2
+    return 1 if request.to in ("Control", "Detector") else 2
 
 
 def direction(toward: Direction) -> tuple[Drive, bool]:

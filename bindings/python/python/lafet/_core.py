@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterable
 from typing import TypeVar
+from weakref import WeakSet
 
 from . import _common, _native, state
 from ._common import LOCK, Claim, Drive, Point, Progress, Started, Valve
@@ -26,12 +27,20 @@ live: set[Core] = set()
 class Core(ABC):
     """The requests of a monitor, whatever waits for them."""
 
-    def __init__(self, link: Link, started: Started | None = None) -> None:
+    def __init__(
+        self, link: Link, started: Started | None = None, line: WeakSet[Core] | None = None
+    ) -> None:
         self._link: Link | None = link
         self._endpoint = link.endpoint
         self._started = Started() if started is None else started
         #: A fork does not end what its parent has started.
         self.process = os.getpid()
+        #: The others on the line that came from this one by `at`, or all of those that it is one of itself.
+        self._line: WeakSet[Core] = WeakSet() if line is None else line
+        self._is_first = line is None
+        if line is not None:
+            with LOCK:
+                line.add(self)
 
     def __repr__(self) -> str:
         return f"<Monitor {self._endpoint}>"
@@ -44,12 +53,23 @@ class Core(ABC):
 
     def forbid(self) -> None:
         """The block is being left: other threads and tasks start nothing any more."""
-        self._started.left = True
+        for core in self._block():
+            core._started.left = True
 
     def leave(self) -> None:
         """Closes the connection, unless something is left to be ended over it."""
-        if not self._started:
-            self._link = None
+        for core in self._block():
+            if not core._started:
+                core._link = None
+
+    def _block(self) -> list[Core]:
+        """Those that end with this one's block: of the first of a line, all that came from it by `at`."""
+        with LOCK:
+            return [self, *self._line] if self._is_first else [self]
+
+    def _ends(self) -> list[tuple[Core, _common.End]]:
+        ends = [(core, end) for core in self._block() for end in core._started.ends()]
+        return sorted(ends, key=lambda it: _common.rank(it[1]))
 
     @abstractmethod
     async def _run(self, operation: Operation[_T]) -> _T: ...
@@ -61,24 +81,24 @@ class Core(ABC):
         """Ends what was started, and says when that could not be done. A line that is cut, or a valve that
         refuses, is tried again for half a minute."""
         deadline = time.monotonic() + _common.REACH_S
-        refused: Counter[_common.Key] = Counter()
-        while ends := self._started.ends():
+        refused: Counter[tuple[Core, _common.Key]] = Counter()
+        while ends := self._ends():
             failed: Error | None = None
-            for key, number, request in ends:
+            for core, (key, number, request) in ends:
                 # Whatever becomes of one, the others are tried.
                 try:
-                    await self._run(self.link.command(request))
+                    await self._run(core.link.command(request))
                 except Refused as error:
-                    refused[key] += error.status != "Busy"
+                    refused[core, key] += error.status != "Busy"
                     # A program that moves a drive refuses in its name: if it is not one that ends just now,
                     # another client has started it.
-                    if error.by == error.to or refused[key] < _common.REFUSED_MAX:
+                    if error.by == error.to or refused[core, key] < _common.REFUSED_MAX:
                         failed = failed or error
                         continue
                 except Error as error:
                     failed = failed or error
                     continue
-                if not self._ended([key], number):
+                if not core._ended([key], number):
                     failed = failed or NotReached(say("started-anew"))
             if failed is not None:
                 # What is left stays noted: another call, or the end of the program, tries it again.

@@ -53,8 +53,8 @@ class Monitor(Core):
             raise cancelled
 
     def at(self, address: int) -> Monitor:
-        """Another monitor on the same line."""
-        return Monitor(self.link.at(address))
+        """Another monitor on the same line. What it has started ends with this one's block at the latest."""
+        return Monitor(self.link.at(address), line=self._line)
 
     def hold(self, toward: Direction, *, lease: float = 0.3) -> Hold:
         """A motion that lasts while it is renewed, for an `async with` block."""

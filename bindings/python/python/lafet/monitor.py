@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Coroutine, Iterable
 from types import TracebackType
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 from . import _common, _native
 from ._common import Direction, Drive, Point, Progress, Started, Valve
@@ -61,8 +62,8 @@ class Monitor:
     stopped, valves that were opened are closed. Ctrl-C leaves it too.
     """
 
-    def __init__(self, link: Link) -> None:
-        self._core = _Waiting(link)
+    def __init__(self, link: Link, line: WeakSet[Core] | None = None) -> None:
+        self._core = _Waiting(link, line=line)
 
     def __enter__(self) -> Monitor:
         return self
@@ -85,8 +86,8 @@ class Monitor:
         return repr(self._core)
 
     def at(self, address: int) -> Monitor:
-        """Another monitor on the same line."""
-        return Monitor(self._core.link.at(address))
+        """Another monitor on the same line. What it has started ends with this one's block at the latest."""
+        return Monitor(self._core.link.at(address), self._core._line)
 
     def end(self) -> None:
         """Ends what was started, and says when that could not be done. A line that is cut is tried again for

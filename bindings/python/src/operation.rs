@@ -64,11 +64,12 @@ impl Operation {
 
 #[pymethods]
 impl Operation {
-    /// Waits for the end in this thread. Ctrl-C ends the waiting.
+    /// Waits for the end in this thread. Ctrl-C ends the waiting, and the operation unless it is a Stop,
+    /// a Close or a Lockout.
     fn wait<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let work = self.take()?;
         let (done, mut result) = sync_channel(1);
-        self.threads.handle().spawn(async move {
+        let task = self.threads.handle().spawn(async move {
             // After Ctrl-C there is no receiver.
             let _ = done.send(work.await);
         });
@@ -76,7 +77,15 @@ impl Operation {
             let waiting = &mut result;
             match py.detach(move || waiting.recv_timeout(SIGNALS)) {
                 Ok(result) => return value(py, result),
-                Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(interrupt) = py.check_signals() {
+                        // What has not been sent is not sent later, when the program is elsewhere.
+                        if !self.goes_on {
+                            task.abort();
+                        }
+                        return Err(interrupt);
+                    }
+                }
                 Err(RecvTimeoutError::Disconnected) => {
                     return Err(PyRuntimeError::new_err("the operation was lost"));
                 }

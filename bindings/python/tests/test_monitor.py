@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import pickle
 import signal
@@ -12,6 +13,7 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import lafet
 import pytest
@@ -306,11 +308,13 @@ def test_one_that_cannot_be_ended_keeps_no_other_from_it(deployed: Monitor) -> N
 
 
 def test_a_number_that_does_not_fit_moves_nothing(deployed: Monitor, simulator: Simulator) -> None:
+    there = simulator.position("Horizontal")
     with pytest.raises(OverflowError):
         deployed.aim(azimuth=10, elevation=1000)
-    time.sleep(0.5)
+    assert deployed._core._started.ends() == []
     assert "Move" not in deployed.status()["Horizontal"].flags
-    assert abs(simulator.position("Horizontal")) < 6
+    time.sleep(0.5)
+    assert abs(simulator.position("Horizontal") - there) < 6
 
 
 def test_a_time_that_is_no_number_is_no_wait(monitor: Monitor) -> None:
@@ -480,10 +484,43 @@ def test_a_fork_has_connections_of_its_own(simulator: Simulator) -> None:
     assert subprocess.call([sys.executable, "-c", textwrap.dedent(program)], timeout=30) == 0
 
 
+@pytest.mark.parametrize("method", ["fork", "forkserver", "spawn"])
+def test_a_child_of_multiprocessing_ends_what_it_has_started(
+    simulator: Simulator, tmp_path: Path, method: str
+) -> None:
+    if method not in multiprocessing.get_all_start_methods():
+        pytest.skip(f"there is no {method} here")
+    program = tmp_path / "program.py"
+    program.write_text(
+        textwrap.dedent(f"""
+            import multiprocessing
+            import lafet
+
+            def work():
+                monitor = lafet.connect("{simulator.url}")
+                monitor.deploy(wait=60)
+                monitor.open(wait=10)
+                print("flows", flush=True)
+
+            if __name__ == "__main__":
+                child = multiprocessing.get_context("{method}").Process(target=work)
+                child.start()
+                child.join()
+                assert child.exitcode == 0
+                # What the end of this process does is not what is tested.
+                import os
+                os._exit(0)
+        """)
+    )
+    done = subprocess.run([sys.executable, program], stdout=subprocess.PIPE, timeout=120, check=True)
+    assert done.stdout == b"flows\n"
+    until(lambda: simulator.flow < 1)
+
+
 def test_reads_per_second(monitor: Monitor) -> None:
     monitor.status()
     begin = time.monotonic()
     for _ in range(300):
         monitor.status()
-    # 30 would be a read that waits for a pause somewhere; docs/python.md has the figure.
+    # 30 would be a read that waits for a pause somewhere.
     assert 300 / (time.monotonic() - begin) > 100

@@ -9,6 +9,7 @@ import threading
 import time
 import warnings
 from collections.abc import Coroutine, Iterable
+from multiprocessing import util
 from types import TracebackType
 from typing import Any, TypeVar
 from weakref import WeakSet
@@ -297,3 +298,12 @@ def _end(core: Core) -> None:
         _now(_Waiting(core.link, core._started).end())
     except Exception as failure:
         print(f"{core!r}: {failure}", file=sys.stderr)
+
+
+def _end_with_child(_: object = None) -> None:
+    # A child of multiprocessing may end without atexit, and forgets what its parent has registered.
+    util.Finalize(None, _end_all, exitpriority=0)
+
+
+_end_with_child()
+util.register_after_fork(_end_all, _end_with_child)

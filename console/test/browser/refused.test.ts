@@ -11,7 +11,10 @@ beforeAll(async () => {
   demo = await Demo.start();
 });
 afterAll(() => demo?.stop());
-afterEach(() => page.context().close());
+afterEach(async () => {
+  await page.context().close();
+  await demo.post('/api/sim/link', { monitor: 'M2', up: true });
+});
 
 const FULL = { en: 'Storage does not answer: the disk is full.', ru: 'Хранилище не отвечает: диск заполнен.' };
 const FAST = { en: 'Too fast. Try again in 700 ms.', ru: 'Слишком часто. Повторите через 700 мс.' };
@@ -43,7 +46,6 @@ test('an alarm that is not acknowledged: too fast, no disk, a proxy', async () =
     await drawn(page);
     expect(await page.locator('li.alarm').count(), 'what was refused has changed nothing').toBeGreaterThan(0);
   }
-  await demo.post('/api/sim/link', { monitor: 'M2', up: true });
 });
 
 test('pages that cannot be read say so, and are not waiting', async () => {

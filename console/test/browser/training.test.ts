@@ -17,7 +17,11 @@ beforeEach(async () => {
   page = await demo.open('#/training');
   await page.locator('lf-training-faults').waitFor();
 });
-afterEach(() => page.context().close());
+afterEach(async () => {
+  await page.context().close();
+  await demo.post('/api/sim/speed', { speed: 1 });
+  if ((await sim()).paused) await demo.post('/api/sim/resume');
+});
 
 const sim = async () => (await demo.get<Simulation>('/api/sim')).state;
 
@@ -48,7 +52,6 @@ describe('training', () => {
     await demo.post('/api/sim/speed', { speed: 20 });
     await page.locator('lf-topbar .fire').waitFor({ timeout: 2 * LATE_MS });
     await expect.poll(() => unreported.count(), SOON).toBe(0);
-    await demo.post('/api/sim/speed', { speed: 1 });
   });
 
   test('time does not run while it is paused', async () => {

@@ -49,6 +49,15 @@ async function open(route: string, lang = 'en', size?: { width: number; height: 
   return page;
 }
 
+/** Until it is so, without alarms of a machine on which the hub hears its monitors late: they go when they are acknowledged. */
+async function quietUntil(so: () => Promise<boolean>): Promise<void> {
+  await until(async () => {
+    const others = (await get<Alarm[]>('/api/alarms')).filter(({ id, state }) => id !== LOCKED && state !== 'ack');
+    if (others.length > 0) await post('/api/alarms/ack', { ids: others.map(({ id }) => id) });
+    return so();
+  }, LATE_MS);
+}
+
 /** Locks M2 out without the console, and waits for the alarm. */
 async function lockOut(): Promise<void> {
   await site.send('M2', 'Lockout All on');
@@ -58,11 +67,11 @@ async function lockOut(): Promise<void> {
 describe('alarms', () => {
   test('come, say what to do, are acknowledged at the hub, and go', async () => {
     const page = await open('#/alarms');
-    await page.getByText('No alarms').last().waitFor();
+    await quietUntil(() => page.getByText('No alarms').last().isVisible());
     await lockOut();
     const row = page.locator(`[data-id="${LOCKED}"]`);
     await row.getByText('Unacknowledged').waitFor();
-    await page.locator('lf-nav a[href="#/alarms"] .count', { hasText: '1' }).waitFor();
+    await quietUntil(() => page.locator('lf-nav a[href="#/alarms"] .count', { hasText: /^1$/ }).isVisible());
     await row.locator('[data-act=more]').click();
     await row.getByText('Find out who locked it', { exact: false }).waitFor();
     await able(row.locator('[data-act=ack]')).click();
@@ -97,7 +106,7 @@ describe('alarms', () => {
     const hours = (shelved!.until_ms - Date.now()) / 3_600_000;
     expect(hours).toBeGreaterThan(3.9);
     expect(hours).toBeLessThan(4.1);
-    await page.getByText('No alarms').last().waitFor();
+    await quietUntil(() => page.getByText('No alarms').last().isVisible());
     await page.locator('lf-tabbar [data-tab=shelved]').click();
     await page.getByText('“The gate is being painted”', { exact: false }).waitFor();
     await able(page.locator(`[data-id="${LOCKED}"] [data-act=unshelve]`)).click();
@@ -109,9 +118,11 @@ describe('alarms', () => {
     const page = await open('#/alarms');
     const row = page.locator(`[data-id="${LOCKED}"]`);
     await row.waitFor();
+    const list = page.locator('lf-page-alarms .list > .alarm');
+    await quietUntil(async () => (await list.count()) === 1);
     await settled(page);
     await row.hover();
-    const before = (await placed(row)).y;
+    const [before, many] = [(await placed(row)).y, await list.count()];
     site.links[0]!.cut();
     // A pointer moves a little before a press; what is under it is read at one moment.
     let step = 0;
@@ -125,7 +136,7 @@ describe('alarms', () => {
       });
       return seen.fresh;
     }, LATE_MS);
-    expect(seen.count, 'what is new waits').toBe(1);
+    expect(seen.count, 'what is new waits').toBe(many);
     expect(seen.y).toBe(before);
     await page.mouse.move(5, 400);
     await until(async () =>

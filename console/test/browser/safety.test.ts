@@ -651,7 +651,8 @@ describe('what the page says', () => {
     for (const [name, why] of told) expect(why, name).not.toBe('');
     await page.locator('#Valve1 .open-button').focus();
     await why('Take control of M1 first').waitFor();
-    await page.locator('#Valve1 .open-button button').blur();
+    await page.locator('#Valve1 .open-button').hover();
+    await page.mouse.move(5, 5);
     await why('Take control of M1 first').waitFor({ state: 'hidden' });
     await page.locator('#seek').hover();
     await why('Take control of M1 first').waitFor();

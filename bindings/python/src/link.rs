@@ -20,8 +20,8 @@ use crate::runtime::Threads;
 const EXPLAINED: Duration = Duration::from_secs(1);
 /// The longest lease of a held motion, s: so long it goes on when nothing renews it.
 const LEASE_S: f64 = 2.0;
-/// The longest time that may be given, seconds: a day.
-const LONGEST_S: f64 = 86_400.0;
+/// The longest time that an answer is waited for, s: so long a Stop waits for each that goes before it.
+const ANSWER_S: f64 = 10.0;
 
 #[pyclass(frozen, module = "lafet._native")]
 #[derive(Clone)]
@@ -35,7 +35,7 @@ pub struct Link {
 #[pyo3(signature = (url, timeout_s=None))]
 pub fn connect(url: &str, timeout_s: Option<f64>) -> PyResult<Operation> {
     let threads = Threads::of_this_process()?;
-    let timeout = timeout_s.map(seconds).transpose()?;
+    let timeout = timeout_s.map(|time| seconds(time, ANSWER_S)).transpose()?;
     let url = url.to_owned();
     let own = threads.clone();
     Ok(Operation::new(threads, async move {
@@ -48,11 +48,11 @@ pub fn connect(url: &str, timeout_s: Option<f64>) -> PyResult<Operation> {
 }
 
 /// A time that a program gives.
-pub fn seconds(time: f64) -> PyResult<Duration> {
-    if time > 0.0 && time <= LONGEST_S {
+fn seconds(time: f64, longest: f64) -> PyResult<Duration> {
+    if time > 0.0 && time <= longest {
         return Ok(Duration::from_secs_f64(time));
     }
-    Err(PyValueError::new_err(format!("a time of {time} s: more than 0 and at most {LONGEST_S}")))
+    Err(PyValueError::new_err(format!("a time of {time} s: more than 0 and at most {longest}")))
 }
 
 impl Link {
@@ -131,12 +131,7 @@ impl Link {
 
     /// Begins a motion that lasts while it is renewed.
     fn hold(&self, drive: &str, forward: bool, lease_s: f64) -> PyResult<Operation> {
-        if lease_s > LEASE_S {
-            return Err(PyValueError::new_err(format!(
-                "a lease of {lease_s} s: at most {LEASE_S}"
-            )));
-        }
-        let (monitor, lease) = (self.monitor.clone(), seconds(lease_s)?);
+        let (monitor, lease) = (self.monitor.clone(), seconds(lease_s, LEASE_S)?);
         let drive = match subsystem(drive)? {
             SubsystemId::HORIZONTAL => monitor.horizontal(),
             SubsystemId::VERTICAL => monitor.vertical(),

@@ -11,6 +11,7 @@ import time
 import lafet
 import pytest
 from lafet import Simulator, aio
+from lafet._core import live
 
 
 def test_two_monitors_at_once() -> None:
@@ -117,3 +118,27 @@ def test_an_operation_is_begun_once(simulator: Simulator) -> None:
     asyncio.run(work())
     with pytest.raises(RuntimeError):
         lafet.connect(simulator.url)._core.link.send(lafet.Request.get_status("All")).start()
+
+
+def test_a_block_that_is_thrown_away_after_its_loop_ends_what_it_has_started(simulator: Simulator) -> None:
+    async def work() -> None:
+        async with await aio.connect(simulator.url) as monitor:
+            await monitor.deploy(wait=60)
+            await monitor.open(wait=10)
+            await asyncio.sleep(60)
+
+    loop = asyncio.new_event_loop()
+    working = work()
+    task = loop.create_task(working)
+    task._log_destroy_pending = False  # type: ignore[attr-defined]
+    deadline = time.monotonic() + 60
+    while simulator.flow < 1:
+        assert time.monotonic() < deadline
+        loop.run_until_complete(asyncio.sleep(0.05))
+    loop.close()
+    working.close()
+    while simulator.flow > 1:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert not task.done()
+    assert all(core._started for core in live), "nothing is left for the end of the program"

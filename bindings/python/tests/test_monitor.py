@@ -423,6 +423,12 @@ def test_a_refusal_or_an_arrival_of_one_thread_is_not_that_of_another() -> None:
     assert started.ends() == []
 
 
+@pytest.mark.parametrize("timeout", [0, -1, 10.1, 86_400, float("nan"), float("inf")])
+def test_an_answer_is_not_waited_for_without_end(simulator: Simulator, timeout: float) -> None:
+    with pytest.raises(ValueError, match="at most 10"):
+        simulator.connect(timeout=timeout)
+
+
 def test_a_block_that_was_left_is_over(simulator: Simulator) -> None:
     with simulator.connect() as monitor:
         monitor.status()
@@ -431,10 +437,10 @@ def test_a_block_that_was_left_is_over(simulator: Simulator) -> None:
     simulator.close()
 
 
-def test_ctrl_c_is_not_hidden_by_a_line_that_is_cut(monitor: Monitor) -> None:
+def test_ctrl_c_is_not_hidden_by_a_line_that_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
     cut = lafet.NotReached("cut")
-    with pytest.warns(RuntimeWarning, match="cut"):
-        lafet.monitor.raise_unless_worse(cut, KeyboardInterrupt())
+    lafet.monitor.raise_unless_worse(cut, KeyboardInterrupt())
+    assert "lafet: cut" in capsys.readouterr().err
     with pytest.raises(lafet.NotReached):
         lafet.monitor.raise_unless_worse(cut, ValueError())
 

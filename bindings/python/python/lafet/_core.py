@@ -53,22 +53,22 @@ class Core(ABC):
 
     def forbid(self) -> None:
         """The block is being left: other threads and tasks start nothing any more."""
-        for core in self._block():
+        for core in self.block():
             core._started.left = True
 
     def leave(self) -> None:
         """Closes the connection, unless something is left to be ended over it."""
-        for core in self._block():
+        for core in self.block():
             if not core._started:
                 core._link = None
 
-    def _block(self) -> list[Core]:
+    def block(self) -> list[Core]:
         """Those that end with this one's block: of the first of a line, all that came from it by `at`."""
         with LOCK:
             return [self, *self._line] if self._is_first else [self]
 
     def _ends(self) -> list[tuple[Core, _common.End]]:
-        ends = [(core, end) for core in self._block() for end in core._started.ends()]
+        ends = [(core, end) for core in self.block() for end in core._started.ends()]
         return sorted(ends, key=lambda it: _common.rank(it[1]))
 
     @abstractmethod
@@ -118,21 +118,23 @@ class Core(ABC):
         """What was claimed was not executed."""
         with LOCK:
             self._started.refused(claim)
-            self._rest()
+            self.rest()
 
     def _ended(self, keys: Iterable[_common.Key], number: int) -> bool:
         with LOCK:
             ended = self._started.ended(keys, number)
-            self._rest()
+            self.rest()
         return ended
 
     def _seen_to_end(self, claim: Claim) -> None:
         """What was claimed has ended."""
         self._ended(claim.keys, claim.number)
 
-    def _rest(self) -> None:
-        if not self._started:
-            live.discard(self)
+    def rest(self) -> None:
+        """Nothing has to be ended at the end of the program, if nothing is left."""
+        with LOCK:
+            if not self._started:
+                live.discard(self)
 
     # What it is asked.
 

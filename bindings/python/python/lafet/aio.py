@@ -11,7 +11,7 @@ from ._common import Direction
 from ._core import Core, HoldCore
 from ._native import Operation
 from .errors import Refused
-from .monitor import raise_unless_worse
+from .monitor import end_at_once, raise_unless_worse
 
 __all__ = ["Hold", "Monitor", "connect"]
 
@@ -36,6 +36,11 @@ class Monitor(Core):
         trace: TracebackType | None,
     ) -> None:
         self.forbid()
+        if not _runs():
+            # A coroutine that is thrown away after its event loop has ended cannot wait.
+            end_at_once(self)
+            self.leave()
+            return
         ending = asyncio.ensure_future(self.end())
         cancelled: asyncio.CancelledError | None = None
         while not ending.done():
@@ -106,3 +111,11 @@ class Hold(HoldCore):
                 return True
             await asyncio.sleep(min(left, 0.05))
         return False
+
+
+def _runs() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True

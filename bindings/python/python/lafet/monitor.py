@@ -7,7 +7,6 @@ import os
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Coroutine, Iterable
 from multiprocessing import util
 from types import TracebackType
@@ -50,7 +49,7 @@ def connect(url: str, *, timeout: float | None = None) -> Monitor:
     """Connects to the monitor at a URL, as of the command line: `tcp://192.168.1.50?addr=1`,
     `serial:///dev/ttyUSB0?baud=19200&addr=1`, `udp://…`.
 
-    `timeout` is the time that an answer is waited for, s. Use the result in a `with` block: what it has
+    `timeout` is the time that an answer is waited for, at most 10 s. Use the result in a `with` block: what it has
     started ends with the block.
     """
     return Monitor(_native.connect(url, timeout).wait())
@@ -268,10 +267,11 @@ class Hold(HoldCore):
 
 
 def raise_unless_worse(failure: Exception, error: BaseException | None) -> None:
-    """A failed end is an error, but Ctrl-C and a cancelled task stay what they are."""
+    """A failed end is an error, but Ctrl-C and a cancelled task stay what they are: then it is printed, as
+    a warning may be switched off, and a program that goes on has to say that a monitor still moves."""
     if error is None or isinstance(error, Exception):
         raise failure
-    warnings.warn(str(failure), RuntimeWarning, stacklevel=3)
+    print(f"lafet: {failure}", file=sys.stderr)
 
 
 @atexit.register
@@ -293,9 +293,17 @@ def _end_all() -> None:
         end.join()
 
 
+def end_at_once(core: Core) -> None:
+    """Ends what was started in its block, in this thread; prints what could not be ended."""
+    for one in core.block():
+        if one._started:
+            _end(one)
+
+
 def _end(core: Core) -> None:
     try:
         _now(_Waiting(core.link, core._started).end())
+        core.rest()
     except Exception as failure:
         print(f"{core!r}: {failure}", file=sys.stderr)
 

@@ -417,20 +417,14 @@ impl Way {
 }
 
 impl Passed {
-    /// How the request was answered; without an answer it may have started. What was accepted goes on until this
-    /// is dropped.
-    pub(super) fn answered(
-        mut self,
-        request: &MonitorRequest,
-        answers: Option<&Answers>,
-    ) -> Option<Self> {
-        let done = answers.map(was_done);
+    /// How the request was answered. What was accepted goes on until this is dropped.
+    pub(super) fn answered(mut self, request: &MonitorRequest, answers: &Answers) -> Option<Self> {
+        let done = was_done(answers);
         self.end = match done {
-            None => End::Unknown,
-            Some(true) => End::Accepted(request.text().to_owned()),
-            Some(false) => End::Refused,
+            true => End::Accepted(request.text().to_owned()),
+            false => End::Refused,
         };
-        (done == Some(true)).then_some(self)
+        done.then_some(self)
     }
 
     /// Nothing was sent.
@@ -442,8 +436,12 @@ impl Passed {
     pub fn jogged(mut self, end: &JogEnd) {
         self.end = match end {
             JogEnd::Stopped { .. } | JogEnd::Standing(_) => End::Rests,
-            JogEnd::Refused(_) | JogEnd::Unbounded(_) => End::Refused,
-            JogEnd::Replaced | JogEnd::TakenOver { .. } | JogEnd::StillMoving(_) => End::Over,
+            JogEnd::Unbounded(_) => End::Refused,
+            // Of a motion in steps it is a later one that was refused: the last one that was not goes on.
+            JogEnd::Refused(_)
+            | JogEnd::Replaced
+            | JogEnd::TakenOver { .. }
+            | JogEnd::StillMoving(_) => End::Over,
             _ => End::Unknown,
         };
     }
@@ -693,6 +691,39 @@ mod tests {
             over(passes(&hub, &station, "Move Horizontal 600").unwrap());
             assert!(is_kept_out(&hub, &station, "Open Valve1"), "{what}: it moves to the stand");
         }
+    }
+
+    /// Without a connection nothing is sent, so nothing moves.
+    #[tokio::test]
+    async fn what_was_certainly_not_sent_does_not_count() {
+        let (hub, station) = stand();
+        for request in ["Move Horizontal -2700", QUENCH] {
+            let sent = MonitorRequest::parse(request).unwrap();
+            let failed = hub.command(&Caller::hub(), &station, sent, None).await.unwrap_err();
+            assert_eq!(failed.code, "not_connected");
+            end(passes(&hub, &station, "Open Valve1"), End::Refused);
+        }
+    }
+
+    /// The answer to a step may be a refusal while the step before it is still under way.
+    #[tokio::test]
+    async fn a_motion_by_hand_that_is_refused_counts_until_the_drive_is_at_rest() {
+        let (hub, station) = stand();
+        let (_, motion) =
+            hub.bound_by_keep_outs(&station, SubsystemId::HORIZONTAL, Toward::Min).unwrap();
+        motion.unwrap().jogged(&JogEnd::Refused(lafet_client::Error::Closed));
+        let settle = |after| {
+            let (now, shows) = (hub.now() + after, shows(&station));
+            lock(&station.barrel).settle(&station.status(), now, shows);
+        };
+        settle(Duration::ZERO);
+        assert!(is_kept_out(&hub, &station, "Open Valve1"), "it may move");
+        report(&hub, &station, &[("Valve1", "Closed"), ("Horizontal", "Move")]);
+        settle(SHOWS * 5);
+        assert!(is_kept_out(&hub, &station, "Open Valve1"), "it moves");
+        report(&hub, &station, CLOSED);
+        settle(SHOWS * 5);
+        drop(passes(&hub, &station, "Open Valve1"));
     }
 
     /// A request without an answer may arrive later than the next polls.

@@ -6,11 +6,14 @@ pub mod request;
 pub mod urgent;
 
 use std::collections::BTreeMap;
+use std::future::{Future, poll_fn};
+use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::task::Poll;
 use std::time::Duration;
 
-use lafet_client::{Answers, Monitor, MonitorStatus, Saved};
+use lafet_client::{Answers, Error, Monitor, MonitorStatus, Saved};
 use lafet_proto::{RequestId, Status, SubsystemId};
 use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
@@ -167,20 +170,26 @@ impl Hub {
             let mut note = self.audit().note(record.about(&request.act()));
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
-        let valid = terms.valid.as_ref().is_none_or(|valid| valid());
-        let may = valid.then_some(()).ok_or_else(ApiError::void);
-        let passed = match may.and_then(|()| self.pass_keep_outs(station, &request)) {
-            Ok(passed) => passed,
+        let request = &request;
+        let (passed, exchanged) = match self.pass_and_send(station, request, &terms).await {
+            Ok(sent) => sent,
             Err(error) => {
                 let record = self.record(caller, station.id(), request.text(), error.code);
                 drop(self.audit().note(record.about(&request.act())));
                 return Err(error);
             }
         };
-        let (request, exchanged) = (&request, exchange(station, &request, terms.save).await);
-        let answers = exchanged.as_ref().ok().map(|(answers, _)| answers);
-        let done = answers.is_some_and(keep_out::was_done);
-        let passed = passed.and_then(|it| it.answered(request, answers));
+        let done = exchanged.as_ref().is_ok_and(|(answers, _)| keep_out::was_done(answers));
+        let passed = match (passed, &exchanged) {
+            (Some(passed), Ok((answers, _))) => passed.answered(request, answers),
+            (Some(passed), Err(it)) if it.unsent => {
+                passed.refused();
+                None
+            }
+            // It may have started.
+            (_, Err(_)) | (None, _) => None,
+        };
+        let exchanged = exchanged.map_err(|it| it.error);
         let took_ms = millis(began.elapsed());
         let state = match &exchanged {
             Ok((answers, _)) => state_of_denied(station, answers).await,
@@ -208,6 +217,33 @@ impl Hub {
         Ok(Outcome { audit, ..outcome })
     }
 
+    /// Lets a request pass the keep-outs and hands it to the client, one at a time for each monitor: what was
+    /// let pass later gets to the line later.
+    async fn pass_and_send(
+        &self,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+        terms: &Terms,
+    ) -> Result<(Option<keep_out::Passed>, Exchanged), ApiError> {
+        let mut exchange = pin!(exchange(station, request, terms.save));
+        let mut passed = None;
+        let first = poll_fn(|context| {
+            let _one = lock(&station.sending);
+            let valid = terms.valid.as_ref().is_none_or(|valid| valid());
+            let may = valid.then_some(()).ok_or_else(ApiError::void);
+            Poll::Ready(may.and_then(|()| self.pass_keep_outs(station, request)).map(|it| {
+                passed = it;
+                // The first poll puts it into the queue of the client.
+                exchange.as_mut().poll(context)
+            }))
+        });
+        let exchanged = match first.await? {
+            Poll::Ready(exchanged) => exchanged,
+            Poll::Pending => exchange.await,
+        };
+        Ok((passed, exchanged))
+    }
+
     /// Sends one frame for urgent requests that were joined.
     pub async fn send_urgent(
         &self,
@@ -215,7 +251,7 @@ impl Hub {
         request: MonitorRequest,
         since: Instant,
     ) -> Sent {
-        let exchanged = exchange(station, &request, false).await;
+        let exchanged = exchange(station, &request, false).await.map_err(|it| it.error);
         // The next Stop does not wait for an explanation of this one: all reasons are named.
         let sent = Sent::new(&request, exchanged, None, millis(since.elapsed()));
         let micros = u64::try_from(since.elapsed().as_micros()).unwrap_or(u64::MAX);
@@ -398,18 +434,33 @@ pub struct Noted {
     saved: Option<Saved>,
 }
 
+/// The answers to a request, and how far its value is stored.
+type Exchanged = Result<(Answers, Option<Saved>), Unanswered>;
+
+/// Why a request has no answer.
+#[derive(Debug)]
+struct Unanswered {
+    error: ApiError,
+    /// It was certainly not sent.
+    unsent: bool,
+}
+
+impl From<&Error> for Unanswered {
+    fn from(error: &Error) -> Self {
+        // A client that has ended (`Closed`) may have sent it before.
+        let unsent = matches!(error, Error::NotSent { .. } | Error::Unsendable { .. });
+        Self { error: ApiError::from(error), unsent }
+    }
+}
+
 /// Sends a request; a parameter's value is waited for until it is stored, if that is wanted.
-async fn exchange(
-    station: &Station,
-    request: &MonitorRequest,
-    save: bool,
-) -> Result<(Answers, Option<Saved>), ApiError> {
-    let client = station.client()?;
+async fn exchange(station: &Station, request: &MonitorRequest, save: bool) -> Exchanged {
+    let client = station.client().map_err(|error| Unanswered { error, unsent: true })?;
     let exchanged = match save {
         true => Monitor::new(client).save(&request.buf().request()).await,
         false => client.send(request.buf().clone()).await.map(|answers| (answers, None)),
     };
-    exchanged.map_err(|error| ApiError::from(&error))
+    exchanged.map_err(|error| Unanswered::from(&error))
 }
 
 /// The state of a monitor that has denied a request, read after the refusal: the last poll may be older than

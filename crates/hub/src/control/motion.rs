@@ -77,6 +77,7 @@ impl Station {
         (number, mut beats): (u64, mpsc::Receiver<()>),
     ) -> Result<MotionWord, ApiError> {
         let speed = hub.simulated().map_or(1.0, |simulation| simulation.speed());
+        let sending = lock(&self.sending);
         let (no_farther, passed) = hub.bound_by_keep_outs(self, beat.drive, beat.toward)?;
         let clock_permille = (speed * 1000.0) as u32;
         let hold = Hold { clock_permille, no_farther, ..Hold::default() };
@@ -87,6 +88,7 @@ impl Station {
                 return Err(ApiError::from(&error));
             }
         };
+        drop(sending);
         let way = if beat.toward == Toward::Max { "max" } else { "min" };
         let what = format!("jog {} {way}", beat.drive);
         let drive = beat.drive;

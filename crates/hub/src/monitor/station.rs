@@ -66,6 +66,8 @@ pub struct Station {
     state: Mutex<State>,
     /// Where its barrel was sent.
     pub barrel: Mutex<Barrel>,
+    /// Held from when a request is let pass until the client has it.
+    pub sending: Mutex<()>,
     /// Its motions by hand.
     pub jogs: Mutex<Jogs>,
     /// The tuning that runs.
@@ -138,6 +140,7 @@ impl Station {
             urgent: Lane::default(),
             state: Mutex::default(),
             barrel: Mutex::default(),
+            sending: Mutex::default(),
             jogs: Mutex::default(),
             tuning: Mutex::default(),
             interrupted: AtomicU64::new(0),

@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use crate::support::{Reply, Site, hold, stays, until};
+use crate::support::{Reply, Site, hold, hold_until, stays, until};
 use lafet_client::{Client, Endpoint};
 use lafet_device::composition::Composition;
 use lafet_hub::Clock;
 use lafet_hub::site::Place;
 use lafet_hub::site::keep_out::{KeepOut, KeptFor};
+use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, SubsystemId};
 use serde_json::json;
@@ -115,8 +116,7 @@ async fn a_motion_by_hand_ends_before_it() {
     hold(&mut operator, "Horizontal", "min", Duration::from_millis(400)).await;
     let refused = operator.next_where(|it| it["type"] == "jog" && it["end"] == "refused").await;
     assert!(refused["text"]["en"].as_str().is_some_and(|it| it.contains("stand")), "{refused}");
-    hold(&mut operator, "Horizontal", "max", Duration::from_millis(600)).await;
-    until("it goes back", || position(&site) > BORDER + 100).await;
+    hold_until(&mut operator, "Horizontal", "max", || position(&site) > BORDER + 100).await;
 }
 
 #[tokio::test]
@@ -155,6 +155,44 @@ async fn two_requests_at_once_do_not_get_past_it() {
         accepted(&site, "Move Horizontal 0").await;
         until("it is shut", || is_set(&site, SubsystemId::VALVE1, "Closed")).await;
         rests_at(&site, 0).await;
+    }
+}
+
+/// The second of two requests is not looked at before the client has the first one: the line takes them in the
+/// order in which they were let pass. The client is withheld here until both wait for it.
+#[tokio::test(flavor = "multi_thread", worker_threads = 6)]
+async fn requests_reach_the_line_in_the_order_in_which_they_were_let_pass() {
+    const WAITS: Duration = Duration::from_millis(50);
+    let site = stand().await;
+    let mut frames = site.hub.station("M1").unwrap().client().unwrap().trace();
+    for round in 0..20 {
+        let station = site.hub.station("M1").unwrap();
+        let (release, released) = std::sync::mpsc::channel::<()>();
+        let holder = std::thread::spawn(move || {
+            station.client.send_if_modified(|_| {
+                released.recv().unwrap();
+                false
+            });
+        });
+        let turns = [600 + round, 900 + round].map(|to| format!("Move Horizontal {to}"));
+        let second = async {
+            tokio::time::sleep(WAITS).await;
+            accepted(&site, &turns[1]).await;
+        };
+        let both = async {
+            tokio::time::sleep(WAITS * 2).await;
+            release.send(()).unwrap();
+        };
+        tokio::join!(accepted(&site, &turns[0]), second, both);
+        holder.join().unwrap();
+        let mut sent = Vec::new();
+        while sent.len() < 2 {
+            let Ok(frame) = frames.recv().await else { continue };
+            let records = Records::new(&frame.payload).map_while(Result::ok);
+            let moves = records.filter(|it| frame.dst == 1 && it.request == RequestId::MOVE);
+            sent.extend(moves.map(|it| i16::from_le_bytes([it.data[0], it.data[1]])));
+        }
+        assert_eq!(sent, [600 + round, 900 + round]);
     }
 }
 

@@ -76,10 +76,12 @@ struct Known {
     at: [f64; 2],
     /// Where it got its number, m.
     from: [f64; 2],
-    /// Since when it is seen, when it was last, and since when others are and it is not.
+    /// Since when it is seen, and when it was last.
     since: Now,
     seen: Now,
-    missed: Option<Now>,
+    /// How long others are seen and it is not, and since when they are.
+    missed: Duration,
+    alone: Option<Now>,
     /// It is planned for.
     counts: bool,
 }
@@ -116,7 +118,8 @@ impl Known {
             from: place.at,
             since: now,
             seen: now,
-            missed: None,
+            missed: Duration::ZERO,
+            alone: None,
             counts: false,
         }
     }
@@ -126,10 +129,18 @@ impl Known {
         if away(self.at, place.at) > MOVED_M {
             self.at = place.at;
         }
-        if self.missed.take().is_some() && !self.counts {
+        if (!self.missed.is_zero() || self.alone.is_some()) && !self.counts {
             self.since = now;
         }
+        (self.missed, self.alone) = (Duration::ZERO, None);
         (self.place, self.seen) = (place.clone(), now);
+    }
+
+    /// It is not seen; `others` are. While nothing is, no time passes: smoke and water hide fires.
+    fn miss(&mut self, others: bool, now: Now) {
+        let since = self.alone.take().unwrap_or(now);
+        self.missed += now.saturating_sub(since);
+        self.alone = others.then_some(now);
     }
 
     /// Whether it counts from now on. While the zone has water it has to be seen for long enough, and reported
@@ -172,9 +183,9 @@ impl Plan {
         }
         let hidden = seen.is_empty() && new.is_empty();
         for known in self.fires.iter_mut().filter(|it| !seen.contains(&it.number)) {
-            known.missed = if hidden { None } else { Some(known.missed.unwrap_or(now)) };
+            known.miss(!hidden, now);
         }
-        let out = |it: &Known| it.missed.is_some_and(|at| now.saturating_sub(at) >= OUT_AFTER);
+        let out = |it: &Known| it.missed >= OUT_AFTER;
         self.fires.retain(|it| !out(it) && now.saturating_sub(it.seen) < KNOWN_FOR);
         for place in new.into_iter().take(FIRES_MAX.saturating_sub(self.fires.len())) {
             self.latest += 1;

@@ -50,6 +50,20 @@ fn a_fire_is_out_when_it_is_not_seen_while_another_one_is() {
     assert_eq!(known(&plan), [], "no sight of any for a minute");
 }
 
+/// Whatever another one does meanwhile: only the time counts in which it is seen.
+#[test]
+fn a_fire_goes_out_while_another_one_flickers() {
+    let (a, b) = (sure([0.0, 20.0]), sure([30.0, 20.0]));
+    let mut plan = Plan::default();
+    see(&mut plan, &[a, b.clone()], s(0));
+    for after in 1..=10 {
+        assert_eq!(plan.fires.len(), 2, "{after}");
+        let seen = if after % 2 == 1 { std::slice::from_ref(&b) } else { &[] };
+        see(&mut plan, seen, s(after));
+    }
+    assert_eq!(known(&plan), [(2, b.at)]);
+}
+
 #[test]
 fn a_fire_that_moves_is_the_same_one_until_no_jet_scans_it() {
     let mut plan = Plan::default();

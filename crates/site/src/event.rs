@@ -65,6 +65,9 @@ pub enum Event {
         zone: String,
         /// Monitors, the preferred first.
         monitors: Vec<String>,
+        /// Those that votes may open, as the water suffices; `None`: all of the zone. By hand each may.
+        #[serde(default)]
+        opens: Option<Vec<String>>,
     },
 }
 

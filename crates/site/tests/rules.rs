@@ -550,3 +550,65 @@ fn outputs_are_shown_as_commanded_and_as_reported() {
     assert_eq!(shown(&hall, 0), ("zone-valve".to_owned(), Some(true), Some(true)));
     assert_eq!(shown(&hall, 2), ("horn".to_owned(), Some(true), None));
 }
+
+fn prefer(hall: &mut Hall, opens: Option<&[&str]>) -> Reaction {
+    let names = |all: &[&str]| all.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let monitors = names(&["north", "south"]);
+    hall.event(Event::Prefer { zone: zone(), monitors, opens: opens.map(names) })
+}
+
+fn engaged(hall: &Hall) -> Vec<String> {
+    hall.site.state().zones[0].monitors.clone()
+}
+
+/// The water suffices for one.
+#[test]
+fn votes_do_not_open_what_the_water_does_not_suffice_for_and_hands_do() {
+    let engages = |orders: &[(u64, String)], monitor: &str| {
+        orders.iter().any(|(_, order)| order.starts_with(&format!("Engage {monitor}")))
+    };
+    let mut hall = Hall::new();
+    prefer(&mut hall, Some(&["north"]));
+    hall.fire();
+    let opened = hall.wait(15_000);
+    assert!(engages(&opened, "north") && !engages(&opened, "south"), "{opened:?}");
+    assert_eq!(engaged(&hall), ["north"]);
+    // Lost: its place is taken by who may, as soon as the plan says so.
+    hall.monitor("north", MonitorReport { reachable: false, ..Default::default() });
+    assert!(!engages(&hall.wait(5000), "south"));
+    assert!(hall.has(Trouble::NoMonitor, true));
+    let replaced = prefer(&mut hall, Some(&["south"]));
+    assert_eq!(orders(&replaced), ["Engage south Some(55000)"]);
+    // It comes back, and there is no water for it.
+    hall.monitors(Valve::Closed);
+    assert!(!engages(&hall.wait(15_000), "north"));
+    assert_eq!(engaged(&hall), ["south"]);
+    let all = prefer(&mut hall, None);
+    assert_eq!(orders(&all), ["Engage north Some(40000)"]);
+    // A person releases: both.
+    let mut hall = Hall::new();
+    prefer(&mut hall, Some(&[]));
+    let opened = orders(&hall.hand(Hand::Release { zone: zone() }));
+    assert_eq!(opened[..2], ["Engage north None", "Engage south None"]);
+}
+
+/// An order that has not opened yet is taken back, water that flows is not.
+#[test]
+fn water_that_flows_stays_when_it_does_not_suffice_any_more() {
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitor(
+        "north",
+        MonitorReport { reachable: true, valve: Valve::Open, ..Default::default() },
+    );
+    prefer(&mut hall, Some(&[]));
+    assert_eq!(engaged(&hall), ["north"]);
+    let again = hall.wait(30_000);
+    assert!(!again.iter().any(|(_, order)| order.starts_with("Engage")), "{again:?}");
+    assert!(!hall.has(Trouble::MonitorIdle, true), "nothing is asked of the other one");
+    let end = hall.wait(30_000);
+    for monitor in ["north", "south"] {
+        assert!(end.iter().any(|(_, order)| *order == format!("Close {monitor}")), "{end:?}");
+    }
+}

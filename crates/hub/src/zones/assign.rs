@@ -249,7 +249,7 @@ impl Hub {
         let known = machine.preferred.entry(zone.id.clone()).or_default();
         if *known != order {
             known.clone_from(&order);
-            let event = Event::Prefer { zone: zone.id.clone(), monitors: order };
+            let event = Event::Prefer { zone: zone.id.clone(), monitors: order, opens: None };
             self.take(zones, machine, caller, &event);
         }
     }

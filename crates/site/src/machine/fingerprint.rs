@@ -32,7 +32,7 @@ impl Site {
             });
             let ended = it.ended.as_ref().map(|ended| (ended.why, age(ended.at)));
             let last_alarm = ended.is_some().then(|| age(it.last_alarm));
-            (release, ended, it.alarmed, last_alarm, &it.preferred).hash(hash);
+            (release, ended, it.alarmed, last_alarm, &it.preferred, &it.opens).hash(hash);
         }
         for it in &self.monitors {
             let closing = it.closing.as_ref().map(|it| (left(it.next), age(it.since)));

@@ -89,8 +89,8 @@ impl Site {
                 let by: String = by.chars().take(NAME_MAX).collect();
                 self.hand(&by, order);
             }
-            Event::Prefer { zone, monitors } => match self.plan.zone(zone) {
-                Some(index) => self.prefer(index, monitors),
+            Event::Prefer { zone, monitors, opens } => match self.plan.zone(zone) {
+                Some(index) => self.prefer(index, monitors, opens.as_deref()),
                 None => self.unknown(zone),
             },
         }

@@ -1,6 +1,6 @@
 //! Monitors: which one works for which zone, and how each is opened and closed.
 
-use super::zone::Ended;
+use super::zone::{Ended, Zone};
 use super::{Site, ms};
 use crate::config::ContactKind;
 use crate::event::{Authority, MonitorReport, Scope, Valve};
@@ -124,7 +124,19 @@ impl Site {
         self.record(entry, Vec::new());
     }
 
-    pub(super) fn prefer(&mut self, zone: usize, monitors: &[String]) {
+    pub(super) fn prefer(&mut self, zone: usize, monitors: &[String], opens: Option<&[String]>) {
+        self.zones[zone].preferred = self.of_zone(zone, monitors);
+        self.zones[zone].opens = opens.map(|opens| self.of_zone(zone, opens));
+        for index in 0..self.monitors.len() {
+            // It is ordered anew when it may open again.
+            if self.monitors[index].owner == Some(zone) && self.left_out(index, zone) {
+                (self.monitors[index].engaged, self.monitors[index].idle) = (None, false);
+            }
+        }
+    }
+
+    /// The monitors of a zone by their ids, each once.
+    fn of_zone(&mut self, zone: usize, monitors: &[String]) -> Vec<usize> {
         let mut order = Vec::new();
         for id in monitors.iter().take(self.monitors.len()) {
             match self.plan.monitor(id) {
@@ -136,7 +148,20 @@ impl Site {
                 _ => self.unknown(id),
             }
         }
-        self.zones[zone].preferred = order;
+        order
+    }
+
+    /// Votes do not open it: the water would not suffice. Water that flows stays, and a hand is free.
+    fn left_out(&self, index: usize, zone: usize) -> bool {
+        let Zone { release, opens, .. } = &self.zones[zone];
+        let automatic = release.as_ref().is_some_and(|it| it.automatic);
+        let out = opens.as_ref().is_some_and(|opens| !opens.contains(&index));
+        automatic && out && !self.monitors[index].acts()
+    }
+
+    /// The zone that a monitor works for.
+    pub(super) fn works_for(&self, index: usize) -> Option<usize> {
+        self.monitors[index].owner.filter(|zone| !self.left_out(index, *zone))
     }
 
     /// The monitors of a zone, the preferred first.
@@ -195,7 +220,8 @@ impl Site {
     fn working(&self, zone: usize) -> usize {
         let works = |index: &usize| {
             let monitor = &self.monitors[*index];
-            monitor.owner == Some(zone) && !monitor.idle && self.withheld(*index).is_none()
+            let works = self.works_for(*index) == Some(zone);
+            works && !monitor.idle && self.withheld(*index).is_none()
         };
         (0..self.monitors.len()).filter(works).count()
     }
@@ -218,7 +244,8 @@ impl Site {
                 let theirs = self.zones[other].release.as_ref();
                 other == zone || automatic || theirs.is_some_and(|it| !it.automatic)
             });
-            if taken || monitor.closing.is_some() || self.withheld(index).is_some() {
+            let withheld = self.withheld(index).is_some() || self.left_out(index, zone);
+            if taken || monitor.closing.is_some() || withheld {
                 continue;
             }
             let monitor = &mut self.monitors[index];
@@ -350,6 +377,10 @@ impl Site {
 
     fn engage(&mut self, index: usize, zone: usize) {
         if self.withheld(index).is_some() {
+            return;
+        }
+        if self.left_out(index, zone) {
+            self.trouble(Trouble::MonitorIdle, index, false);
             return;
         }
         let Some(release) = &self.zones[zone].release else { return };

@@ -35,7 +35,7 @@ impl Site {
         });
         let monitors = self.monitors.iter().enumerate().map(|(index, it)| MonitorState {
             monitor: self.monitor_id(index),
-            engaged_for: it.owner.map(|zone| self.zone_id(zone)),
+            engaged_for: self.works_for(index).map(|zone| self.zone_id(zone)),
             closing: it.closing.is_some(),
             withheld: self.withheld(index),
             found_left_ms: it.found.map(|until| until.saturating_sub(self.now)),
@@ -82,7 +82,7 @@ impl Site {
         let unable = detectors
             .iter()
             .filter_map(|it| Some(Voteless { detector: id(it), why: self.unable(*it)? }));
-        let owned = |index: &usize| self.monitors[*index].owner == Some(zone);
+        let owned = |index: &usize| self.works_for(*index) == Some(zone);
         let monitors = (0..self.monitors.len()).filter(owned);
         let held_now = state.held_since.map_or(0, |since| self.now.saturating_sub(since));
         let held_ms = state.held_ms.saturating_add(held_now);

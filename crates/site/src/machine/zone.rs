@@ -29,6 +29,8 @@ pub(super) struct Zone {
     pub last_alarm: u64,
     /// The planner's order of its monitors.
     pub preferred: Vec<usize>,
+    /// Those that votes may open; `None`: all.
+    pub opens: Option<Vec<usize>>,
     pub reacted_in_ms: Option<u64>,
 }
 

@@ -1303,6 +1303,13 @@ export interface components {
          * @enum {string}
          */
         Kind: "session" | "token" | "certificate" | "demo";
+        /** @description A monitor that votes do not open. */
+        LeftOut: {
+            /** @description The monitor. */
+            monitor: string;
+            /** @description The zone. */
+            zone: string;
+        };
         /** @description Figures of a line. */
         Line: {
             /**
@@ -1879,6 +1886,26 @@ export interface components {
              * @description Height of the nozzle above the ground, m.
              */
             height: number;
+        };
+        /** @description The wind by which monitors are assigned: the last one that was reported, however long ago, else none. */
+        PlannedWind: {
+            /**
+             * Format: int64
+             * @description When it was reported, ms since 1970; null: none was since the start.
+             */
+            at_ms: number | null;
+            /**
+             * Format: double
+             * @description Bearing that it blows from, degrees clockwise from north.
+             */
+            from_deg: number;
+            /**
+             * Format: double
+             * @description Speed 10 m above the ground, m/s.
+             */
+            speed_mps: number;
+            /** @description The same in words. */
+            text: components["schemas"]["Both"];
         };
         /**
          * @description How urgent an alarm is; the most urgent first.
@@ -3690,6 +3717,10 @@ export interface components {
             assigned: components["schemas"]["FireAssigned"][];
             /** @description Places where bearings of detectors that report fire cross, by zone, those that are sure first. */
             fires: components["schemas"]["FirePlace"][];
+            /** @description Monitors that votes do not open, by zone: the water would not suffice. By hand they may be opened. */
+            left_out: components["schemas"]["LeftOut"][];
+            /** @description The wind by which monitors are assigned. */
+            planned_wind: components["schemas"]["PlannedWind"];
             /** @description The latest report of each detector since the start. */
             reported: {
                 [key: string]: components["schemas"]["DetectorReported"];
@@ -3783,6 +3814,7 @@ export type JogTimes = components['schemas']['JogTimes'];
 export type KeepOut = components['schemas']['KeepOut'];
 export type KeptFor = components['schemas']['KeptFor'];
 export type Kind = components['schemas']['Kind'];
+export type LeftOut = components['schemas']['LeftOut'];
 export type Line = components['schemas']['Line'];
 export type Link = components['schemas']['Link'];
 export type LinkWord = components['schemas']['LinkWord'];
@@ -3818,6 +3850,7 @@ export type Password = components['schemas']['Password'];
 export type Pending = components['schemas']['Pending'];
 export type PerSecond = components['schemas']['PerSecond'];
 export type Place = components['schemas']['Place'];
+export type PlannedWind = components['schemas']['PlannedWind'];
 export type Priority = components['schemas']['Priority'];
 export type Program = components['schemas']['Program'];
 export type Progress = components['schemas']['Progress'];

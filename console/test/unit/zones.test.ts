@@ -51,7 +51,9 @@ function view(...of: ZoneState[]): ZonesView {
     reported: {},
     fires: [],
     assigned: [],
+    left_out: [],
     wind: null,
+    planned_wind: { at_ms: null, from_deg: 0, speed_mps: 0, text: { en: '', ru: '' } },
     state: {
       at_ms: 0,
       lockout: false,

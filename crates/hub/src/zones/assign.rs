@@ -11,30 +11,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use lafet_ballistics::{DATM_MPA, PRESSURE_DATM};
-use lafet_place::planner::{Assignment, Fire, Situation, Task, Turned, filled, offers, renewed};
-use lafet_place::site::{Direction, Wind};
-use lafet_place::supply::Supply;
-use lafet_place::wrapped;
+use lafet_place::site::Wind;
 use lafet_proto::SubsystemId;
 use lafet_site::config::Zone;
-use lafet_site::{Authority, Event, Phase, State, Trouble, Withheld};
+use lafet_site::{Authority, Phase, State, Trouble, Withheld};
 
 use super::fires::FirePlace;
-use super::line::Line;
-use super::{Machine, Zones};
+use super::{Machine, Zones, planning};
 use crate::config::Target;
 use crate::control::authority::Now;
-use crate::hub::{Caller, Hub};
-use crate::site::keep_out::Span;
-use crate::site::planned::{Built, USUAL_MPA, is_plannable, planned};
+use crate::hub::Hub;
+use crate::site::planned::{Built, USUAL_MPA, is_plannable};
 use crate::site::{Place, jet};
 
-/// What a fire is taken to be: its size is not measured.
-const AREA_M2: f64 = 30.0;
-const DENSITY_LPM_M2: f64 = 20.0;
-/// Most fires and monitors of a zone that are planned together: each pair takes about a millisecond.
+/// Most fires of a zone that are planned together.
 const FIRES_MAX: usize = 4;
-const MONITORS_MAX: usize = 16;
 /// A place no farther away than this, and its ellipse up to as much again, is the same fire, m; moved by so much
 /// it is planned again. One that has moved that far from where it got its number gets another: no jet scans it.
 const SAME_M: f64 = 5.0;
@@ -59,19 +50,25 @@ pub struct Plan {
     /// Number of the latest fire.
     latest: u64,
     /// The fire of each monitor, by its number.
-    by: BTreeMap<String, u64>,
+    pub(super) by: BTreeMap<String, u64>,
+    /// The monitors that votes may open; none: all of the zone.
+    pub(super) opens: Option<Vec<String>>,
     /// What it was planned for; none: not yet.
-    basis: Option<Basis>,
+    pub(super) basis: Option<Basis>,
     /// When it was planned, and whether it waits to be planned again.
-    planned: Option<Now>,
-    waits: bool,
+    pub(super) planned: Option<Now>,
+    pub(super) waits: bool,
+    /// Since when a plan is computed, the number of the latest one, and whether it was computed in vain.
+    pub(super) computing: Option<Now>,
+    pub(super) computed: u64,
+    pub(super) again: bool,
 }
 
 /// A fire that is known.
 #[derive(Clone, Debug)]
-struct Known {
-    number: u64,
-    place: FirePlace,
+pub struct Known {
+    pub(super) number: u64,
+    pub(super) place: FirePlace,
     /// Where it was planned for, m.
     at: [f64; 2],
     /// Where it got its number, m.
@@ -87,16 +84,26 @@ struct Known {
 }
 
 /// What a plan depends on.
-#[derive(Clone, Debug, PartialEq)]
-struct Basis {
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Basis {
     fires: Vec<(u64, [f64; 2])>,
     able: BTreeSet<String>,
-    wind: Wind,
-    pressure_mpa: f64,
+    pub(super) wind: Wind,
+    pub(super) pressure_mpa: f64,
+}
+
+/// What has become of a plan.
+enum Renewed {
+    /// Nothing.
+    Same,
+    /// It is empty.
+    Over,
+    /// There is another one to be computed.
+    Job(Box<planning::Job>),
 }
 
 impl Basis {
-    fn is_like(&self, other: &Self) -> bool {
+    pub(super) fn is_like(&self, other: &Self) -> bool {
         let [a, b] = [self, other].map(|it| {
             let (sin, cos) = it.wind.from.sin_cos();
             [it.wind.speed_mps * sin, it.wind.speed_mps * cos]
@@ -195,7 +202,7 @@ impl Plan {
     }
 
     /// The fires that are planned for.
-    fn counted(&self) -> impl Iterator<Item = &Known> {
+    pub(super) fn counted(&self) -> impl Iterator<Item = &Known> {
         self.fires.iter().filter(|it| it.counts)
     }
 
@@ -233,24 +240,15 @@ fn same_m(place: &FirePlace) -> f64 {
 }
 
 impl Hub {
-    /// Plans the fires of a zone, and gives the machine the order of its monitors.
-    pub(super) fn plan_fires(
-        &self,
-        zones: &Zones,
-        machine: &mut Machine,
-        caller: &Caller,
-        zone: &Zone,
-    ) {
-        if !self.assign(zones, machine, zone) {
-            return;
-        }
-        machine.news = true;
-        let order = self.planned_order(machine, zone);
-        let known = machine.preferred.entry(zone.id.clone()).or_default();
-        if *known != order {
-            known.clone_from(&order);
-            let event = Event::Prefer { zone: zone.id.clone(), monitors: order, opens: None };
-            self.take(zones, machine, caller, &event);
+    /// Plans the fires of a zone, if anything has changed.
+    pub(super) fn plan_fires(&self, zones: &Zones, machine: &mut Machine, zone: &Zone) {
+        let mut plan = machine.plans.remove(&zone.id).unwrap_or_default();
+        let renewed = self.renew(zones, machine, zone, &mut plan);
+        machine.plans.insert(zone.id.clone(), plan);
+        match renewed {
+            Renewed::Same => {}
+            Renewed::Over => self.prefer(zones, machine, zone),
+            Renewed::Job(job) => self.compute(*job),
         }
     }
 
@@ -258,19 +256,11 @@ impl Hub {
     pub(super) fn plan_again(&self, zones: &Zones, machine: &mut Machine, monitors: &[&String]) {
         let serves = |zone: &&Zone| zone.monitors.iter().any(|id| monitors.contains(&id));
         for zone in zones.config.site.zones.iter().filter(serves) {
-            self.plan_fires(zones, machine, &Caller::zones(), zone);
+            self.plan_fires(zones, machine, zone);
         }
     }
 
-    /// Assigns the monitors of a zone to its fires, if anything has changed; whether it did.
-    fn assign(&self, zones: &Zones, machine: &mut Machine, zone: &Zone) -> bool {
-        let mut plan = machine.plans.remove(&zone.id).unwrap_or_default();
-        let changes = self.renew(zones, machine, zone, &mut plan);
-        machine.plans.insert(zone.id.clone(), plan);
-        changes
-    }
-
-    fn renew(&self, zones: &Zones, machine: &Machine, zone: &Zone, plan: &mut Plan) -> bool {
+    fn renew(&self, zones: &Zones, machine: &Machine, zone: &Zone, plan: &mut Plan) -> Renewed {
         let now = self.now();
         let places = machine.fires.get(&zone.id).map_or(&[][..], |it| &it[..]);
         let heard = |id: &str| machine.reported.get(id).map(|it| it.heard);
@@ -281,31 +271,47 @@ impl Hub {
         }
         plan.waits = false;
         if plan.counted().next().is_none() {
-            plan.basis = None;
-            return !std::mem::take(&mut plan.by).is_empty();
+            (plan.basis, plan.computing) = (None, None);
+            let limited = plan.opens.take().is_some();
+            let assigned = !std::mem::take(&mut plan.by).is_empty();
+            return if limited || assigned { Renewed::Over } else { Renewed::Same };
         }
         let able = self.able(machine, &state, zone);
-        // Without a word of the anemometer it blows as before.
-        let before = plan.basis.as_ref().map(|it| it.wind);
-        let basis = Basis {
+        let basis = self.basis(machine, plan, &able);
+        let changes = plan.basis.as_ref().is_none_or(|before| !before.is_like(&basis));
+        // One that is computed is looked at when it is there.
+        plan.waits = changes && plan.is_recent(now) && plan.computing.is_none();
+        if !changes || plan.waits || plan.computing.is_some() {
+            return Renewed::Same;
+        }
+        plan.computed += 1;
+        (plan.planned, plan.computing) = (Some(now), Some(now));
+        Renewed::Job(self.job(zones, machine, zone, (plan, basis, able)).into())
+    }
+
+    /// What a plan for these monitors depends on now.
+    pub(super) fn basis(
+        &self,
+        machine: &Machine,
+        plan: &Plan,
+        able: &[(String, Place, Built)],
+    ) -> Basis {
+        Basis {
             fires: plan.counted().map(|it| (it.number, it.at)).collect(),
             able: able.iter().map(|it| it.0.clone()).collect(),
-            wind: wind(machine).or(before).unwrap_or_default(),
-            pressure_mpa: self.pressure_mpa(&able),
-        };
-        let changes = plan.basis.as_ref().is_none_or(|before| !before.is_like(&basis));
-        plan.waits = changes && plan.is_recent(now);
-        if !changes || plan.waits {
-            return false;
+            wind: wind(machine).unwrap_or_default(),
+            pressure_mpa: self.pressure_mpa(able),
         }
-        plan.by = self.chosen(zones, machine, zone, (plan, &basis, able));
-        (plan.basis, plan.planned) = (Some(basis), Some(now));
-        true
     }
 
     /// The monitors that can be used for a zone, the nearest to its fires if there are too many. While it has
     /// as many at work as it uses at once, those alone: who works stays at work.
-    fn able(&self, machine: &Machine, state: &State, zone: &Zone) -> Vec<(String, Place, Built)> {
+    pub(super) fn able(
+        &self,
+        machine: &Machine,
+        state: &State,
+        zone: &Zone,
+    ) -> Vec<(String, Place, Built)> {
         let of = |id: &String| state.monitors.iter().find(|it| it.monitor == *id);
         let works = |id: &&String| {
             let report = machine.lines.get(*id).and_then(|line| line.report());
@@ -328,7 +334,7 @@ impl Hub {
     }
 
     /// A monitor with a place, as the planner knows it; none where it could not compute with it.
-    fn built(&self, id: &str) -> Option<(String, Place, Built)> {
+    pub(super) fn built(&self, id: &str) -> Option<(String, Place, Built)> {
         let (station, place) = (self.station(id).ok()?, self.place_of(id)?);
         let built = Built::by(|param| jet::parameter(&station, param));
         Some((id.to_owned(), place, built)).filter(is_plannable)
@@ -344,114 +350,8 @@ impl Hub {
         most.map_or(USUAL_MPA, |datm| datm as f64 * DATM_MPA)
     }
 
-    /// The fire of each monitor that the planner chooses.
-    fn chosen(
-        &self,
-        zones: &Zones,
-        machine: &Machine,
-        zone: &Zone,
-        (plan, basis, mut able): (&Plan, &Basis, Vec<(String, Place, Built)>),
-    ) -> BTreeMap<String, u64> {
-        let nearest = |place: &Place| {
-            let ways = plan.counted().map(|it| it.place.distance_m(place));
-            ways.fold(f64::INFINITY, f64::min)
-        };
-        able.sort_by(|a, b| nearest(&a.1).total_cmp(&nearest(&b.1)));
-        able.truncate(MONITORS_MAX);
-        for (id, _, built) in &mut able {
-            let aim = zones.config.aims.get(&(zone.id.clone(), id.clone()));
-            let narrowest = lafet_ballistics::NARROWEST_MM;
-            built.nozzle_mm = aim.map_or(narrowest, |aim| aim.nozzle.into()).clamp(0, narrowest);
-        }
-        let fires: Vec<&Known> = plan.counted().collect();
-        let Some(mut task) = self.task(&fires, basis, &able) else { return BTreeMap::new() };
-        let index = |number: u64| fires.iter().position(|it| it.number == number);
-        for (monitor, (id, place, _)) in able.iter().enumerate() {
-            let line = machine.lines.get(id);
-            // Its water stays where it is.
-            let stays = line.filter(|it| it.engaged.is_some()).and_then(Line::at).and_then(index);
-            for (fire, known) in fires.iter().enumerate() {
-                let leaves = stays.is_some_and(|at| at != fire);
-                let never = leaves || !self.may_turn(id, place, &known.place);
-                for offer in task.levels.iter_mut().map(|level| &mut level.offers[monitor][fire]) {
-                    // The request has a distance alone: the monitor takes its flat solution.
-                    *offer = offer.filter(|it| !never && it.aim.is_none_or(|aim| !aim.steep));
-                }
-            }
-        }
-        let of = |id: &String| {
-            let at = machine.lines.get(id).and_then(Line::at);
-            plan.by.get(id).copied().or(at).and_then(index)
-        };
-        let before: Assignment = able.iter().map(|(id, ..)| of(id)).collect();
-        let jets = zone.jets.map_or(able.len(), usize::from);
-        let chosen = filled(&task, renewed(&task, &before), &before, jets);
-        let chosen = able.into_iter().zip(chosen);
-        chosen.filter_map(|((id, ..), fire)| Some((id, fires[fire?].number))).collect()
-    }
-
-    /// What each monitor brings to each fire. The others of the site follow those that can be used: jets keep
-    /// clear of them too.
-    fn task(
-        &self,
-        fires: &[&Known],
-        basis: &Basis,
-        able: &[(String, Place, Built)],
-    ) -> Option<Task> {
-        let map = self.map()?;
-        if able.is_empty() {
-            return None;
-        }
-        let fire = |known: &&Known| {
-            let ([east, north], up) = (known.place.at, self.height_of(&known.place));
-            Fire { at: [east, north, up], area_m2: AREA_M2, density_lpm_m2: DENSITY_LPM_M2 }
-        };
-        let supply = Supply::constant(basis.pressure_mpa);
-        let supply = supply.or_else(|_| Supply::constant(USUAL_MPA)).ok()?;
-        let supply = self.config().plan.supply.clone().unwrap_or(supply);
-        let ids = map.monitors.keys().filter(|id| able.iter().all(|it| it.0 != **id));
-        let others =
-            ids.filter_map(|id| self.built(id)).take(lafet_place::MONITORS_MAX - able.len());
-        let all: Vec<_> = able.iter().cloned().chain(others).collect();
-        let turned = |(index, it)| Turned { works: index < able.len(), ..self.turned(it) };
-        let situation = Situation {
-            fires: fires.iter().map(fire).collect(),
-            wind: basis.wind,
-            monitors: all.iter().enumerate().map(turned).collect(),
-        };
-        let task = offers(&planned(&map, &all, supply), &situation);
-        task.inspect_err(|error| tracing::warn!(%error, "monitors are not planned")).ok()
-    }
-
-    /// Where a barrel is, within its limits.
-    fn turned(&self, (id, place, built): &(String, Place, Built)) -> Turned {
-        let status = self.station(id).ok().map(|station| station.status());
-        let position = |drive| status.as_ref().and_then(|it| it.position(drive)).unwrap_or(0);
-        let radians = |arcmin: i64, [least, most]: [i32; 2]| {
-            let arcmin = arcmin.max(least.into()).min(most.into());
-            (arcmin as f64 / 60.0).to_radians()
-        };
-        let azimuth = radians(position(SubsystemId::HORIZONTAL), built.azimuths);
-        let elevation = radians(position(SubsystemId::VERTICAL), built.elevations);
-        let bearing = wrapped(place.heading.to_radians() - azimuth);
-        Turned { to: Direction { bearing, elevation }, works: true }
-    }
-
-    /// Whether a monitor may point at a fire, and turn to it with the water that it has.
-    fn may_turn(&self, id: &str, place: &Place, fire: &FirePlace) -> bool {
-        let Ok(station) = self.station(id) else { return false };
-        let target = fire.target(place, self.height_of(fire));
-        if target.is_none() || !self.may_aim(&station, place, fire) {
-            return false;
-        }
-        let status = station.status();
-        let at = status.position(SubsystemId::HORIZONTAL).map(|it| Span::at(it as f64));
-        let to = Span::at(fire.azimuth_arcmin(place));
-        !status.flows() || at.is_some_and(|at| self.is_clear(id, at.with(to)))
-    }
-
     /// Monitors on fires first, of these one for each fire before the second ones; then by rank.
-    fn planned_order(&self, machine: &Machine, zone: &Zone) -> Vec<String> {
+    pub(super) fn planned_order(&self, machine: &Machine, zone: &Zone) -> Vec<String> {
         let Some(plan) = machine.plans.get(&zone.id) else { return Vec::new() };
         let ranked = self.preferred(&zone.monitors, &plan.places());
         let mut jets: BTreeMap<u64, usize> = BTreeMap::new();
@@ -508,7 +408,7 @@ impl Hub {
     }
 }
 
-/// The wind as it was reported last.
+/// The wind as it was reported last: without a further word of the anemometer it blows as before.
 fn wind(machine: &Machine) -> Option<Wind> {
     let wind = machine.wind.as_ref()?;
     Some(Wind { from: wind.from_deg.to_radians(), speed_mps: wind.speed_mps })

@@ -45,7 +45,7 @@ pub struct Line {
     /// How its last order aims.
     pub order: Option<Aiming>,
     /// The last report.
-    report: Option<MonitorReport>,
+    pub(super) report: Option<MonitorReport>,
     /// Time of the state as the monitor reported it, and when it was first seen here.
     state: (Option<u64>, Now),
     /// When a button of its post was last seen pressed.
@@ -117,7 +117,9 @@ impl Hub {
             }
             if let Some(report) = report {
                 let event = Event::Monitor { monitor: monitor.clone(), report };
-                self.take(zones, machine, &caller, &event);
+                let serves = zones.config.site.zones.iter();
+                let of = serves.filter(|it| it.monitors.contains(monitor)).map(|it| it.id.clone());
+                self.report(zones, machine, &caller, event, of.collect());
             }
         }
     }

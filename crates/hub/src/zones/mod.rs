@@ -15,10 +15,11 @@ pub mod fires;
 mod line;
 mod notes;
 pub mod orders;
+mod planning;
 mod stored;
 pub mod view;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -74,6 +75,8 @@ pub struct Zones {
     /// Counts the orders of each monitor, outside the lock: a no does not wait for it.
     latest: BTreeMap<String, Arc<AtomicU64>>,
     stored: Stored,
+    /// Held while a plan is computed.
+    planning: Mutex<()>,
     /// A deadline may have changed.
     wake: Notify,
     /// What survives has changed.
@@ -97,10 +100,14 @@ struct Machine {
     plans: BTreeMap<String, assign::Plan>,
     /// The wind as it was reported last.
     wind: Option<view::WindReported>,
+    /// That was said to be long ago.
+    wind_is_old: bool,
     /// When those that were known were computed again: bearings age.
     located: Now,
-    /// The order of monitors that the machine was given for each zone.
-    preferred: BTreeMap<String, Vec<String>>,
+    /// The order of monitors that the machine was given for each zone, and those that votes may open.
+    preferred: BTreeMap<String, (Vec<String>, Option<Vec<String>>)>,
+    /// What waits for a plan.
+    held: VecDeque<planning::Held>,
     /// What the start has recorded, until the hub is there to note it.
     first: Option<Reaction>,
     looked: Now,
@@ -134,8 +141,10 @@ impl Zones {
             fires: BTreeMap::new(),
             plans: BTreeMap::new(),
             wind: None,
+            wind_is_old: false,
             located: Now::ZERO,
             preferred: BTreeMap::new(),
+            held: VecDeque::new(),
             first: Some(first),
             looked: Now::ZERO,
             published: Now::ZERO,
@@ -144,7 +153,17 @@ impl Zones {
         let machine = Mutex::new(machine);
         let (wake, changed) = (Notify::new(), Notify::new());
         let turned_ms = AtomicU64::new(0);
-        Ok(Some(Self { config: zones, machine, latest, stored, wake, changed, turned_ms }))
+        let planning = Mutex::new(());
+        Ok(Some(Self {
+            config: zones,
+            machine,
+            latest,
+            stored,
+            planning,
+            wake,
+            changed,
+            turned_ms,
+        }))
     }
 
     /// Makes every order void that opens or turns a monitor of this scope and is not sent yet.
@@ -249,7 +268,8 @@ impl Hub {
     ///
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
-        Ok(lock(&self.known_zones()?.machine).view())
+        let zones = self.known_zones()?;
+        Ok(lock(&zones.machine).view(&zones.config, self.now()))
     }
 
     /// What belongs to each zone.
@@ -298,7 +318,7 @@ impl Hub {
             (None, Some((zone, false))) => _ = machine.holds.remove(&zone),
             (None, None) => {}
         }
-        Ok(machine.view())
+        Ok(machine.view(&zones.config, self.now()))
     }
 
     /// Takes the report of a detector.
@@ -323,9 +343,10 @@ impl Hub {
         let sees = |zone: &&Zone| placed && of.unwrap_or_default().contains(&zone.id);
         for zone in zones.config.site.zones.iter().filter(sees) {
             self.locate_fires(zones, &mut machine, zone);
-            self.plan_fires(zones, &mut machine, caller, zone);
+            self.plan_fires(zones, &mut machine, zone);
         }
-        self.take(zones, &mut machine, caller, &event);
+        let of = of.unwrap_or_default().to_vec();
+        self.report(zones, &mut machine, caller, event, of);
         Ok(())
     }
 
@@ -336,7 +357,7 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub(crate) fn wind_reports(&self, wind: view::WindReported) -> Result<(), ApiError> {
         let mut machine = lock(&self.known_zones()?.machine);
-        machine.wind = Some(wind);
+        (machine.wind, machine.wind_is_old) = (Some(wind), false);
         machine.news = true;
         Ok(())
     }
@@ -507,16 +528,17 @@ impl Hub {
             self.end_wind(machine, now);
             for zone in &zones.config.site.zones {
                 if machine.plans.get(&zone.id).is_some_and(|plan| plan.is_due(now)) {
-                    self.plan_fires(zones, machine, &caller, zone);
+                    self.plan_fires(zones, machine, zone);
                 }
             }
+            self.release_held(zones, machine);
             if now >= machine.located + AGAIN {
                 machine.located = now;
                 for zone in &zones.config.site.zones {
                     if machine.fires.get(&zone.id).is_some_and(|fires| !fires.is_empty()) {
                         self.locate_fires(zones, machine, zone);
                     }
-                    self.plan_fires(zones, machine, &caller, zone);
+                    self.plan_fires(zones, machine, zone);
                 }
             }
         }
@@ -525,7 +547,7 @@ impl Hub {
         if looks {
             self.give_back(machine);
         }
-        self.publish_zones(machine, now);
+        self.publish_zones(zones, machine, now);
         zones.turned_ms.store(ms(now), Ordering::Relaxed);
         let due = machine.site.next_deadline().map(Duration::from_millis);
         let due = due.map_or(LOOK, |due| due.saturating_sub(self.now()));
@@ -545,21 +567,22 @@ impl Hub {
         }
     }
 
-    /// A wind that is not reported any more is not shown; what is planned stays planned for it.
+    /// A wind that is not reported any more is not shown as the wind; monitors are assigned by it still.
     fn end_wind(&self, machine: &mut Machine, now: Now) {
-        let over = |it: &mut view::WindReported| now.saturating_sub(it.heard) >= WIND_COUNTS;
-        if machine.wind.take_if(over).is_some() {
+        let over =
+            machine.wind.as_ref().is_some_and(|it| now.saturating_sub(it.heard) >= WIND_COUNTS);
+        if over && !std::mem::replace(&mut machine.wind_is_old, over) {
             machine.news = true;
             self.event(None, &notes::no_wind(WIND_COUNTS));
         }
     }
 
-    fn publish_zones(&self, machine: &mut Machine, now: Now) {
+    fn publish_zones(&self, zones: &Zones, machine: &mut Machine, now: Now) {
         let pause = if machine.news { PUBLISH_NEWS } else { PUBLISH };
         if now < machine.published + pause {
             return;
         }
-        let view = machine.view();
+        let view = machine.view(&zones.config, now);
         let runs = runs(&view.state);
         if std::mem::take(&mut machine.news) || runs {
             self.topics().set(ZONES, &view);

@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use lafet_site::config::Kind;
+use lafet_place::reach::OF_THROW;
+use lafet_site::config::{Kind, Zone};
 use lafet_site::{Condition, Signal, State};
+use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::Machine;
 use super::fires::FirePlace;
+use super::{Machine, WIND_COUNTS};
 use crate::config::ZonesConfig;
 use crate::control::authority::Now;
+use crate::text::{Both, Decimal};
 
 /// The zones, their detectors and monitors. Times of `state` count from the start of the hub.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -23,9 +26,49 @@ pub struct ZonesView {
     pub fires: Vec<FirePlace>,
     /// Which monitor is assigned to which fire, by zone.
     pub assigned: Vec<Assigned>,
+    /// Monitors that votes do not open, by zone: the water would not suffice. By hand they may be opened.
+    pub left_out: Vec<LeftOut>,
     /// The wind that was reported last, unless that is 10 min ago.
     #[schema(required)]
     pub wind: Option<WindReported>,
+    /// The wind by which monitors are assigned.
+    pub planned_wind: PlannedWind,
+}
+
+/// A monitor that votes do not open.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct LeftOut {
+    /// The zone.
+    pub zone: String,
+    /// The monitor.
+    pub monitor: String,
+}
+
+/// The wind by which monitors are assigned: the last one that was reported, however long ago, else none.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct PlannedWind {
+    /// When it was reported, ms since 1970; null: none was since the start.
+    #[schema(required)]
+    pub at_ms: Option<u64>,
+    /// Bearing that it blows from, degrees clockwise from north.
+    pub from_deg: f64,
+    /// Speed 10 m above the ground, m/s.
+    pub speed_mps: f64,
+    /// The same in words.
+    pub text: Both,
+}
+
+impl PlannedWind {
+    fn new(reported: Option<&WindReported>) -> Self {
+        let Some(WindReported { at_ms, from_deg, speed_mps, .. }) = reported else {
+            let percent = (OF_THROW * 100.0).round() as u64;
+            let text = text::ZonesWindUnknown { percent }.words();
+            return Self { at_ms: None, from_deg: 0.0, speed_mps: 0.0, text };
+        };
+        let (speed, from) = (format!("{speed_mps:.1}"), from_deg.round() as i64);
+        let text = text::ZonesWindKnown { speed: Decimal(&speed), from }.words();
+        Self { at_ms: Some(*at_ms), from_deg: *from_deg, speed_mps: *speed_mps, text }
+    }
 }
 
 /// A monitor that is assigned to a fire.
@@ -158,13 +201,25 @@ impl Machine {
         .collect()
     }
 
-    pub(super) fn view(&self) -> ZonesView {
+    fn left_out(&self, zones: &[Zone]) -> Vec<LeftOut> {
+        let of = |zone: &Zone| {
+            let opens = self.preferred.get(&zone.id).and_then(|it| it.1.as_ref());
+            let out = zone.monitors.iter().filter(|it| opens.is_some_and(|all| !all.contains(it)));
+            let left = |it: &String| LeftOut { zone: zone.id.clone(), monitor: it.clone() };
+            out.map(left).collect::<Vec<_>>()
+        };
+        zones.iter().flat_map(of).collect()
+    }
+
+    pub(super) fn view(&self, config: &ZonesConfig, now: Now) -> ZonesView {
         ZonesView {
             state: self.site.state(),
             reported: self.reported.clone(),
             fires: self.fires.values().flatten().cloned().collect(),
             assigned: self.assigned(),
-            wind: self.wind.clone(),
+            left_out: self.left_out(&config.site.zones),
+            wind: self.wind.clone().filter(|it| now.saturating_sub(it.heard) < WIND_COUNTS),
+            planned_wind: PlannedWind::new(self.wind.as_ref()),
         }
     }
 }

@@ -128,7 +128,7 @@ impl Site {
         self.zones[zone].preferred = self.of_zone(zone, monitors);
         self.zones[zone].opens = opens.map(|opens| self.of_zone(zone, opens));
         for index in 0..self.monitors.len() {
-            // It is ordered anew when it may open again.
+            // It is ordered again when it may open.
             if self.monitors[index].owner == Some(zone) && self.left_out(index, zone) {
                 (self.monitors[index].engaged, self.monitors[index].idle) = (None, false);
             }

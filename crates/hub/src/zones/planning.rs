@@ -1,0 +1,381 @@
+//! Plans are computed on a thread of their own, without the lock: a no, a hold and a deadline never wait for one.
+//!
+//! ```text
+//!  something has changed ─▶ Job, what is known now ─▶ Chosen ─▶ does that still hold? ─▶ the plan
+//!                             reports of its zone wait, WAITS at most ─────────────────▶ the machine
+//! ```
+//!
+//! What a detector or a monitor of the zone reports meanwhile reaches the machine after the plan: what follows
+//! from it aims by the plan. Orders of people and contacts, and times, do not wait.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use lafet_place::planner::{
+    Assignment, Fire, Level, Situation, Task, Turned, filled, offers, renewed,
+};
+use lafet_place::site::Direction;
+use lafet_place::supply::Supply;
+use lafet_place::wrapped;
+use lafet_proto::SubsystemId;
+use lafet_site::config::Zone;
+use lafet_site::{Event, Phase, State, Valve};
+
+use super::assign::{Basis, Known, Plan};
+use super::fires::FirePlace;
+use super::line::Line;
+use super::{Machine, Zones};
+use crate::control::authority::Now;
+use crate::hub::{Caller, Hub};
+use crate::site::Place;
+use crate::site::keep_out::Span;
+use crate::site::planned::{Built, USUAL_MPA, planned};
+use crate::sync::lock;
+
+/// What a fire is taken to be: its size is not measured.
+const AREA_M2: f64 = 30.0;
+const DENSITY_LPM_M2: f64 = 20.0;
+/// Most monitors of a zone that are planned together: each pair takes about a millisecond.
+const MONITORS_MAX: usize = 16;
+/// A report waits for a plan for so long at most, and so many do.
+const WAITS: Duration = Duration::from_secs(1);
+const HELD_MAX: usize = 1024;
+/// A plan that is not there after so long is not waited for any more.
+const LOST: Duration = Duration::from_secs(10);
+
+/// What a plan is computed from.
+#[derive(Debug)]
+pub struct Job {
+    zone: String,
+    number: u64,
+    basis: Basis,
+    fires: Vec<Known>,
+    able: Vec<(String, Place, Built)>,
+    water: Vec<Water>,
+    before: Assignment,
+    jets: usize,
+}
+
+/// What a monitor does already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Water {
+    /// The fire where its water stays, by its index.
+    stays: Option<usize>,
+    flows: bool,
+}
+
+/// A plan that was computed.
+#[derive(Debug)]
+pub struct Chosen {
+    job: Job,
+    /// The fire of each monitor, by its number.
+    by: BTreeMap<String, u64>,
+    /// Those that votes may open; none: the water is not known.
+    opens: Option<Vec<String>>,
+}
+
+/// A report that waits for a plan.
+#[derive(Debug)]
+pub struct Held {
+    since: Now,
+    caller: Caller,
+    event: Event,
+    zones: Vec<String>,
+}
+
+impl Hub {
+    /// What there is to plan with for a zone, so that it can be computed without the lock.
+    pub(super) fn job(
+        &self,
+        zones: &Zones,
+        machine: &Machine,
+        zone: &Zone,
+        (plan, basis, mut able): (&Plan, Basis, Vec<(String, Place, Built)>),
+    ) -> Job {
+        let nearest = |place: &Place| {
+            let ways = plan.counted().map(|it| it.place.distance_m(place));
+            ways.fold(f64::INFINITY, f64::min)
+        };
+        able.sort_by(|a, b| nearest(&a.1).total_cmp(&nearest(&b.1)));
+        able.truncate(MONITORS_MAX);
+        for (id, _, built) in &mut able {
+            let aim = zones.config.aims.get(&(zone.id.clone(), id.clone()));
+            let narrowest = lafet_ballistics::NARROWEST_MM;
+            built.nozzle_mm = aim.map_or(narrowest, |aim| aim.nozzle.into()).clamp(0, narrowest);
+        }
+        let fires: Vec<Known> = plan.counted().cloned().collect();
+        let water = water(machine, &fires, &able);
+        let before = able.iter().map(|(id, ..)| {
+            let at = machine.lines.get(id).and_then(Line::at);
+            plan.by.get(id).copied().or(at).and_then(|number| index(&fires, number))
+        });
+        let before = before.collect();
+        let jets = zone.jets.map_or(usize::MAX, usize::from);
+        let (zone, number) = (zone.id.clone(), plan.computed);
+        Job { zone, number, basis, fires, able, water, before, jets }
+    }
+
+    /// Computes a plan, one at a time, and takes it.
+    pub(super) fn compute(&self, job: Job) {
+        let hub = self.clone();
+        tokio::task::spawn_blocking(move || {
+            let Some(zones) = hub.zones() else { return };
+            let chosen = {
+                let _one = lock(&zones.planning);
+                hub.chosen(job)
+            };
+            hub.accept(zones, &mut lock(&zones.machine), chosen);
+        });
+    }
+
+    /// Takes a plan if what it was computed from still holds; else there is another one to be computed.
+    pub(super) fn accept(&self, zones: &Zones, machine: &mut Machine, chosen: Chosen) {
+        let Chosen { job, by, opens } = chosen;
+        let Some(zone) = zones.config.site.zones.iter().find(|it| it.id == job.zone) else {
+            return;
+        };
+        let Some(plan) = machine.plans.get(&zone.id) else { return };
+        if plan.computing.is_none() || plan.computed != job.number {
+            return;
+        }
+        let able = self.able(machine, &machine.site.state(), zone);
+        let holds = job.basis.is_like(&self.basis(machine, plan, &able))
+            && job.water == water(machine, &job.fires, &job.able);
+        let Some(plan) = machine.plans.get_mut(&zone.id) else { return };
+        plan.computing = None;
+        if holds {
+            (plan.by, plan.opens, plan.basis, plan.again) = (by, opens, Some(job.basis), false);
+            self.prefer(zones, machine, zone);
+        } else {
+            // Once at once; what changes all the time waits for its turn.
+            plan.basis = None;
+            plan.waits = true;
+            if !std::mem::replace(&mut plan.again, true) {
+                plan.planned = None;
+            }
+            self.plan_fires(zones, machine, zone);
+        }
+        self.release_held(zones, machine);
+    }
+
+    /// Gives the machine the order of the monitors of a zone, and those that votes may open.
+    pub(super) fn prefer(&self, zones: &Zones, machine: &mut Machine, zone: &Zone) {
+        machine.news = true;
+        let monitors = self.planned_order(machine, zone);
+        let opens = machine.plans.get(&zone.id).and_then(|plan| plan.opens.clone());
+        let new = (monitors, opens);
+        if machine.preferred.get(&zone.id) == Some(&new) {
+            return;
+        }
+        machine.preferred.insert(zone.id.clone(), new.clone());
+        let (monitors, opens) = new;
+        if let Some(opens) = &opens {
+            take_back(machine, zone, opens);
+        }
+        let event = Event::Prefer { zone: zone.id.clone(), monitors, opens };
+        self.take(zones, machine, &Caller::zones(), &event);
+    }
+
+    /// Gives the machine what was reported; while the plan of one of its zones is computed, after that.
+    pub(super) fn report(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        caller: &Caller,
+        event: Event,
+        of: Vec<String>,
+    ) {
+        // What was reported before goes first.
+        self.release_held(zones, machine);
+        if !machine.is_planning(&of) {
+            self.take(zones, machine, caller, &event);
+            return;
+        }
+        if machine.held.len() >= HELD_MAX {
+            let held = std::mem::take(&mut machine.held);
+            held.into_iter().for_each(|it| _ = self.take(zones, machine, &it.caller, &it.event));
+        }
+        let held = Held { since: self.now(), caller: caller.clone(), event, zones: of };
+        machine.held.push_back(held);
+    }
+
+    /// Gives the machine the reports whose plan is there, or is not there in time.
+    pub(super) fn release_held(&self, zones: &Zones, machine: &mut Machine) {
+        let now = self.now();
+        for plan in machine.plans.values_mut() {
+            if plan.computing.is_some_and(|at| now.saturating_sub(at) >= LOST) {
+                (plan.computing, plan.basis, plan.waits) = (None, None, true);
+            }
+        }
+        let waits =
+            |it: &Held| now.saturating_sub(it.since) < WAITS && machine.is_planning(&it.zones);
+        let waiting: Vec<bool> = machine.held.iter().map(waits).collect();
+        let (mut stay, mut go) = (VecDeque::new(), Vec::new());
+        for (held, waits) in std::mem::take(&mut machine.held).into_iter().zip(waiting) {
+            if waits { stay.push_back(held) } else { go.push(held) }
+        }
+        machine.held = stay;
+        for held in go {
+            self.take(zones, machine, &held.caller, &held.event);
+        }
+    }
+
+    /// The fire of each monitor that the planner chooses.
+    fn chosen(&self, job: Job) -> Chosen {
+        let Some(mut task) = self.task(&job) else {
+            return Chosen { job, by: BTreeMap::new(), opens: None };
+        };
+        for (monitor, (id, place, _)) in job.able.iter().enumerate() {
+            for (fire, known) in job.fires.iter().enumerate() {
+                let leaves = job.water[monitor].stays.is_some_and(|at| at != fire);
+                let never = leaves || !self.may_turn(id, place, &known.place);
+                for offer in task.levels.iter_mut().map(|level| &mut level.offers[monitor][fire]) {
+                    // The request has a distance alone: the monitor takes its flat solution.
+                    *offer = offer.filter(|it| !never && it.aim.is_none_or(|aim| !aim.steep));
+                }
+            }
+        }
+        let jets = job.jets.min(job.able.len());
+        let chosen = filled(&task, renewed(&task, &job.before), &job.before, jets);
+        let limited = self.config().plan.supply.is_some();
+        let opens = limited.then(|| opens(&task, &chosen, &job));
+        let by = job.able.iter().zip(&chosen);
+        let by = by.filter_map(|((id, ..), fire)| Some((id.clone(), job.fires[(*fire)?].number)));
+        Chosen { by: by.collect(), job, opens }
+    }
+
+    /// What each monitor brings to each fire. The others of the site follow those that can be used: jets keep
+    /// clear of them too.
+    fn task(&self, job: &Job) -> Option<Task> {
+        let map = self.map()?;
+        let able = &job.able;
+        if able.is_empty() {
+            return None;
+        }
+        let fire = |known: &Known| {
+            let ([east, north], up) = (known.place.at, self.height_of(&known.place));
+            Fire { at: [east, north, up], area_m2: AREA_M2, density_lpm_m2: DENSITY_LPM_M2 }
+        };
+        let supply = Supply::constant(job.basis.pressure_mpa);
+        let supply = supply.or_else(|_| Supply::constant(USUAL_MPA)).ok()?;
+        let supply = self.config().plan.supply.clone().unwrap_or(supply);
+        let ids = map.monitors.keys().filter(|id| able.iter().all(|it| it.0 != **id));
+        let others =
+            ids.filter_map(|id| self.built(id)).take(lafet_place::MONITORS_MAX - able.len());
+        let all: Vec<_> = able.iter().cloned().chain(others).collect();
+        let turned = |(index, it)| Turned { works: index < able.len(), ..self.turned(it) };
+        let situation = Situation {
+            fires: job.fires.iter().map(fire).collect(),
+            wind: job.basis.wind,
+            monitors: all.iter().enumerate().map(turned).collect(),
+        };
+        let task = offers(&planned(&map, &all, supply), &situation);
+        task.inspect_err(|error| tracing::warn!(%error, "monitors are not planned")).ok()
+    }
+
+    /// Where a barrel is, within its limits.
+    fn turned(&self, (id, place, built): &(String, Place, Built)) -> Turned {
+        let status = self.station(id).ok().map(|station| station.status());
+        let position = |drive| status.as_ref().and_then(|it| it.position(drive)).unwrap_or(0);
+        let radians = |arcmin: i64, [least, most]: [i32; 2]| {
+            let arcmin = arcmin.max(least.into()).min(most.into());
+            (arcmin as f64 / 60.0).to_radians()
+        };
+        let azimuth = radians(position(SubsystemId::HORIZONTAL), built.azimuths);
+        let elevation = radians(position(SubsystemId::VERTICAL), built.elevations);
+        let bearing = wrapped(place.heading.to_radians() - azimuth);
+        Turned { to: Direction { bearing, elevation }, works: true }
+    }
+
+    /// Whether a monitor may point at a fire, and turn to it with the water that it has.
+    fn may_turn(&self, id: &str, place: &Place, fire: &FirePlace) -> bool {
+        let Ok(station) = self.station(id) else { return false };
+        let target = fire.target(place, self.height_of(fire));
+        if target.is_none() || !self.may_aim(&station, place, fire) {
+            return false;
+        }
+        let status = station.status();
+        let at = status.position(SubsystemId::HORIZONTAL).map(|it| Span::at(it as f64));
+        let to = Span::at(fire.azimuth_arcmin(place));
+        !status.flows() || at.is_some_and(|at| self.is_clear(id, at.with(to)))
+    }
+}
+
+impl Machine {
+    fn is_planning(&self, zones: &[String]) -> bool {
+        let planning = |zone| self.plans.get(zone).is_some_and(|plan| plan.computing.is_some());
+        zones.iter().any(planning)
+    }
+}
+
+fn index(fires: &[Known], number: u64) -> Option<usize> {
+    fires.iter().position(|it| it.number == number)
+}
+
+/// What these monitors do: water stays where it is.
+fn water(machine: &Machine, fires: &[Known], able: &[(String, Place, Built)]) -> Vec<Water> {
+    let of = |(id, ..): &(String, Place, Built)| {
+        let line = machine.lines.get(id).filter(|it| it.engaged.is_some());
+        let stays = line.and_then(Line::at).and_then(|number| index(fires, number));
+        Water { stays, flows: line.is_some_and(acts) }
+    };
+    able.iter().map(of).collect()
+}
+
+/// Whether a monitor gives water, or is about to.
+fn acts(line: &Line) -> bool {
+    let acts = |it: &lafet_site::MonitorReport| {
+        matches!(it.valve, Valve::Open | Valve::Moving) || it.extinguishing
+    };
+    line.report().is_some_and(acts)
+}
+
+/// Orders that votes have given to monitors that they may not open any more are void, unless water flows.
+fn take_back(machine: &mut Machine, zone: &Zone, opens: &[String]) {
+    let is_automatic = |state: State| {
+        let of = state.zones.into_iter().find(|it| it.zone == zone.id);
+        of.is_some_and(|it| matches!(it.phase, Phase::Released { automatic: true, .. }))
+    };
+    if !is_automatic(machine.site.state()) {
+        return;
+    }
+    for (id, line) in &mut machine.lines {
+        if line.engaged.as_ref() == Some(&zone.id) && !opens.contains(id) && !acts(line) {
+            line.void();
+            line.clear();
+        }
+    }
+}
+
+/// The monitors that votes may open: those on fires, and further ones as long as no jet that is chosen falls
+/// short by it. One that would reach a fire and was not given one falls short itself.
+fn opens(task: &Task, chosen: &Assignment, job: &Job) -> Vec<String> {
+    let flows = |index: usize| chosen[index].is_some() || job.water[index].flows;
+    let mut flowing = (0..job.able.len()).filter(|index| flows(*index)).count();
+    let most = task.levels.last().map_or(0, |level| level.flowing);
+    let suffices = |count: usize| {
+        let mut each = chosen.iter().zip(&task.level(count).offers);
+        count <= most && each.all(|(fire, offers)| fire.is_none_or(|fire| offers[fire].is_some()))
+    };
+    let reaches = |index: usize, level: &Level| level.offers[index].iter().any(Option::is_some);
+    let spare = flowing >= job.jets;
+    let mut opens = Vec::new();
+    for (index, (id, ..)) in job.able.iter().enumerate() {
+        let alone = reaches(index, task.level(1));
+        let may = match (flows(index), spare) {
+            (true, _) => true,
+            // In place of another one.
+            (false, true) => !alone || reaches(index, task.level(flowing)),
+            (false, false) => !alone && suffices(flowing + 1),
+        };
+        if may {
+            flowing += usize::from(!flows(index) && !spare);
+            opens.push(id.clone());
+        }
+    }
+    opens
+}
+
+#[cfg(test)]
+#[path = "planning_tests.rs"]
+mod tests;

@@ -1,0 +1,315 @@
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use lafet_place::planner::Offer;
+use lafet_site::{Condition, Hand, MonitorReport, Scope, Signal};
+use serde_json::Value;
+
+use super::*;
+use crate::monitor::status::{Status, Subsystem};
+use crate::site::Site;
+use crate::zones::view::{Reported, WindReported};
+use crate::{Clock, Config, Overrides};
+
+const HALL: &str = r#"
+    [[monitor]]
+    id = "M1"
+    url = "tcp://127.0.0.1:1?addr=1"
+    [[monitor]]
+    id = "M2"
+    url = "tcp://127.0.0.1:1?addr=2"
+    [[detector]]
+    id = "west"
+    kind = "flame"
+    zones = ["hall"]
+    at = [-20, 0, 6]
+    [[detector]]
+    id = "east"
+    kind = "flame"
+    zones = ["hall"]
+    at = [20, 0, 6]
+    [[aim]]
+    zone = "hall"
+    monitor = "M1"
+    horizontal = 600
+    vertical = 300
+    nozzle = 60
+    [[aim]]
+    zone = "hall"
+    monitor = "M2"
+    horizontal = 600
+    vertical = 300
+    nozzle = 60
+    [[zone]]
+    id = "hall"
+    votes = "2oo2"
+    coincidence_s = 0
+    water_max_s = 60
+    monitors = ["M1", "M2"]
+"#;
+
+/// Two monitors that answer, two detectors that see nothing.
+fn hall() -> Hub {
+    let read = Config::parse("hub.toml", HALL, Path::new("/"), &Overrides::default());
+    let mut config = Config { data: None, ..read.unwrap_or_else(|it| panic!("{it:#?}")) };
+    let place = |east| Place { at: [east, 0.0], heading: 0.0, height: 2.0 };
+    let monitors = [("M1".to_owned(), place(-15.0)), ("M2".to_owned(), place(15.0))].into();
+    config.site = Some(Site { monitors, ..Site::default() });
+    let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+    {
+        let machine = &mut *lock(&hub.zones().unwrap().machine);
+        let valve = Valve::Closed;
+        let report = MonitorReport { reachable: true, valve, ..MonitorReport::default() };
+        for (id, line) in &mut machine.lines {
+            line.report = Some(report);
+            machine.site.handle(0, &Event::Monitor { monitor: id.clone(), report });
+        }
+        // There are none behind it to be looked at.
+        machine.looked = Now::from_secs(1_000_000);
+    }
+    for id in ["M1", "M2"] {
+        rests(&hub, id);
+    }
+    for detector in ["west", "east"] {
+        sees(&hub, detector, Signal::Quiet, 0.0);
+    }
+    hub
+}
+
+/// It points north, its valve shut.
+fn rests(hub: &Hub, monitor: &str) {
+    let mut state = Status { at_ms: Some(1), ..Status::default() };
+    for name in ["Horizontal", "Vertical", "Valve1"] {
+        let id = SubsystemId::from_name(name).unwrap();
+        let flag = (name == "Valve1").then_some("Closed");
+        let bits = flag.map(|it| lafet_proto::flags::flags_of(id).by_name(it).unwrap().mask());
+        let mut subsystem = Subsystem::default();
+        subsystem.set_bits(id, bits.unwrap_or(0));
+        subsystem.fields = [("position", 0)].into();
+        state.subsystems.insert(name, Arc::new(subsystem));
+    }
+    hub.station(monitor).unwrap().set_status(hub, state);
+}
+
+fn sees(hub: &Hub, detector: &str, signal: Signal, bearing_deg: f64) {
+    let reported = Reported {
+        heard: hub.now(),
+        at_ms: 0,
+        by: String::new(),
+        signal,
+        condition: Condition::Ready,
+        bearing_deg: (signal == Signal::Alarm).then_some(bearing_deg),
+        elevation_deg: None,
+        quality: None,
+    };
+    hub.detector_reports(&Caller::hub(), detector, reported).unwrap();
+}
+
+/// 10 m east, 20 m north.
+fn burns(hub: &Hub) {
+    sees(hub, "west", Signal::Alarm, 56.31);
+    sees(hub, "east", Signal::Alarm, 333.435);
+}
+
+fn blows(hub: &Hub, speed_mps: f64) {
+    let by = String::new();
+    let wind = WindReported { heard: hub.now(), at_ms: 7, by, from_deg: 350.0, speed_mps };
+    hub.wind_reports(wind).unwrap();
+}
+
+fn until(hub: &Hub, what: &str, wanted: impl Fn(&Machine) -> bool) {
+    let began = Instant::now();
+    while !wanted(&lock(&hub.zones().unwrap().machine)) {
+        assert!(began.elapsed() < Duration::from_secs(30), "{what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Does this while a plan is computed; it has to end before the plan does.
+fn meanwhile(hub: &Hub, what: impl FnOnce(&Hub) + Send + 'static) {
+    let zones = hub.zones().unwrap();
+    let planning = lock(&zones.planning);
+    burns(hub);
+    assert!(lock(&zones.machine).plans["hall"].computing.is_some());
+    let (done, ended) = std::sync::mpsc::channel();
+    let (runtime, its) = (tokio::runtime::Handle::current(), hub.clone());
+    std::thread::spawn(move || {
+        let _runtime = runtime.enter();
+        what(&its);
+        done.send(()).unwrap();
+    });
+    ended.recv_timeout(Duration::from_secs(20)).expect("it waits for the plan");
+    drop(planning);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_no_and_a_hold_do_not_wait_for_a_plan_and_votes_do() {
+    let hub = hall();
+    meanwhile(&hub, |hub| {
+        let zones = hub.zones().unwrap();
+        let votes = || hub.zones_view().unwrap().state.zones[0].votes.len();
+        assert_eq!((votes(), lock(&zones.machine).held.len()), (1, 1), "one waits for the plan");
+        let anna = Caller { via: "http", ..Caller::hub() };
+        // Nothing is held yet; that it is answered is what counts.
+        _ = hub.order_zones(&anna, Hand::Hold { zone: "hall".into(), on: true });
+        hub.order_zones(&anna, Hand::Abort { zone: "hall".into() }).unwrap();
+        hub.order_zones(&anna, Hand::Stop(Scope::Site)).unwrap();
+        hub.refuse_everywhere(&anna, true);
+        let began = Instant::now();
+        hub.turn(zones);
+        assert!(began.elapsed() < Duration::from_secs(1), "deadlines are looked at");
+    });
+    until(&hub, "the plan is there", |it| it.plans["hall"].computing.is_none());
+    let machine = lock(&hub.zones().unwrap().machine);
+    assert!(machine.held.is_empty());
+    let state = machine.site.state();
+    assert_eq!(state.zones[0].votes.len(), 2);
+    assert!(matches!(state.zones[0].phase, Phase::Ended(_)), "{:?}", state.zones[0].phase);
+    assert!(machine.lines.values().all(|line| line.engaged.is_none()));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_the_votes_open_aims_by_the_plan_that_they_waited_for() {
+    let hub = hall();
+    meanwhile(&hub, |_| {});
+    until(&hub, "it is released", |it| it.lines.values().any(|line| line.engaged.is_some()));
+    let machine = lock(&hub.zones().unwrap().machine);
+    assert_eq!((machine.plans["hall"].by["M2"], machine.lines["M2"].at()), (1, Some(1)));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_plan_of_what_has_changed_meanwhile_is_not_taken() {
+    let hub = hall();
+    meanwhile(&hub, |hub| blows(hub, 9.0));
+    until(&hub, "it is planned again", |it| {
+        let plan = &it.plans["hall"];
+        plan.computing.is_none() && plan.basis.is_some()
+    });
+    let machine = lock(&hub.zones().unwrap().machine);
+    let plan = &machine.plans["hall"];
+    assert_eq!((plan.computed, plan.basis.as_ref().unwrap().wind.speed_mps), (2, 9.0));
+    assert!(machine.held.is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_plan_that_does_not_come_is_not_waited_for() {
+    let hub = hall();
+    meanwhile(&hub, |hub| {
+        let zones = hub.zones().unwrap();
+        let began = Instant::now();
+        while !lock(&zones.machine).held.is_empty() {
+            assert!(began.elapsed() < Duration::from_secs(15));
+            hub.release_held(zones, &mut lock(&zones.machine));
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        assert!(began.elapsed() >= WAITS / 2);
+        assert_eq!(hub.zones_view().unwrap().state.zones[0].votes.len(), 2);
+    });
+}
+
+/// However many reports come while a plan is computed.
+#[tokio::test(flavor = "multi_thread")]
+async fn reports_that_wait_are_bounded_and_keep_their_order() {
+    let hub = hall();
+    meanwhile(&hub, |hub| {
+        let zones = hub.zones().unwrap();
+        for number in 0..3 * HELD_MAX {
+            let signal = if number % 2 == 0 { Signal::Quiet } else { Signal::Alarm };
+            let mut machine = lock(&zones.machine);
+            let (detector, condition) = ("east".to_owned(), Condition::Ready);
+            let event = Event::Detector { detector, signal, condition };
+            hub.report(zones, &mut machine, &Caller::hub(), event, vec!["hall".into()]);
+            assert!(machine.held.len() <= HELD_MAX);
+        }
+    });
+    until(&hub, "none waits", |it| it.held.is_empty());
+    let machine = lock(&hub.zones().unwrap().machine);
+    assert_eq!(machine.site.state().detectors[1].signal, Some(Signal::Alarm), "the last one");
+}
+
+/// The fires that were planned for are gone, and so is the plan.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_report_does_not_overtake_an_earlier_one() {
+    let hub = hall();
+    meanwhile(&hub, |hub| {
+        let zones = hub.zones().unwrap();
+        assert_eq!(lock(&zones.machine).held.len(), 1, "the alarm of the east waits");
+        lock(&zones.machine).plans.get_mut("hall").unwrap().computing = None;
+        let mut machine = lock(&zones.machine);
+        let (detector, condition) = ("east".to_owned(), Condition::Ready);
+        let event = Event::Detector { detector, signal: Signal::Quiet, condition };
+        hub.report(zones, &mut machine, &Caller::hub(), event, vec!["hall".into()]);
+        assert_eq!(machine.site.state().detectors[1].signal, Some(Signal::Quiet));
+    });
+}
+
+/// The wind of the last report is planned with, also where nothing was planned before.
+#[tokio::test]
+async fn a_wind_that_is_old_is_kept_and_none_is_said_in_words() {
+    let hub = hall();
+    let zones = hub.zones().unwrap();
+    let none = hub.zones_view().unwrap().planned_wind;
+    assert_eq!((none.at_ms, none.speed_mps), (None, 0.0));
+    assert!(none.text.en.contains("still air") && none.text.en.contains("90 %"), "{none:?}");
+    assert!(none.text.ru.contains("штил"), "{none:?}");
+    blows(&hub, 6.5);
+    let mut machine = lock(&zones.machine);
+    let later = hub.now() + super::super::WIND_COUNTS;
+    hub.end_wind(&mut machine, later);
+    let view = machine.view(&zones.config, later);
+    assert!(view.wind.is_none());
+    assert_eq!((view.planned_wind.at_ms, view.planned_wind.speed_mps), (Some(7), 6.5));
+    assert!(view.planned_wind.text.ru.contains("6,5"), "{view:?}");
+    let basis = hub.basis(&machine, &Plan::default(), &[]);
+    assert_eq!(basis.wind.speed_mps, 6.5);
+}
+
+/// Offers of each monitor for one fire: while at most so many flow.
+fn task(reaches_while: &[usize]) -> Task {
+    let offer = Some(Offer { brings_lpm: 100.0, turn_s: 1.0, aim: None });
+    let level = |flowing| Level {
+        flowing,
+        offers: reaches_while.iter().map(|most| vec![offer.filter(|_| flowing <= *most)]).collect(),
+    };
+    Task { needs_lpm: vec![1000.0], levels: (1..=reaches_while.len()).map(level).collect() }
+}
+
+/// The numbers of the monitors that votes may open.
+fn opened(reaches_while: &[usize], chosen: &[usize], jets: usize, flows: &[usize]) -> Vec<String> {
+    let task = task(reaches_while);
+    let place = Place { at: [0.0, 0.0], heading: 0.0, height: 2.0 };
+    let able: Vec<_> =
+        (0..reaches_while.len()).map(|it| (it.to_string(), place, Built::as_delivered())).collect();
+    let water = |it| Water { stays: None, flows: flows.contains(&it) };
+    let job = Job {
+        zone: "hall".into(),
+        number: 1,
+        basis: Basis::default(),
+        fires: Vec::new(),
+        water: (0..able.len()).map(water).collect(),
+        before: vec![None; able.len()],
+        able,
+        jets,
+    };
+    let chosen = (0..reaches_while.len()).map(|it| chosen.contains(&it).then_some(0)).collect();
+    opens(&task, &chosen, &job)
+}
+
+#[test]
+fn votes_open_what_the_water_suffices_for() {
+    const ALL: usize = usize::MAX;
+    // Two of three reach the fire together; a third one would take the pressure from them.
+    assert_eq!(opened(&[2, 2, 2], &[0, 1], ALL, &[]), ["0", "1"]);
+    assert_eq!(opened(&[3, 3, 2], &[0, 1], ALL, &[]), ["0", "1"], "it would fall short itself");
+    // One that reaches no fire aims as configured while the others have enough.
+    assert_eq!(opened(&[3, 3, 0], &[0, 1], ALL, &[]), ["0", "1", "2"]);
+    assert_eq!(opened(&[2, 2, 0], &[0, 1], ALL, &[]), ["0", "1"]);
+    assert_eq!(opened(&[3, 3, 0, 0], &[0, 1], ALL, &[]), ["0", "1", "2"]);
+    // In place of one that is lost, where as many flow as are wanted.
+    assert_eq!(opened(&[2, 2, 2], &[0, 1], 2, &[]), ["0", "1", "2"]);
+    assert_eq!(opened(&[2, 2, 1], &[0, 1], 2, &[]), ["0", "1"]);
+    // Water that flows counts, wherever it goes.
+    assert_eq!(opened(&[3, 0, 0, 0], &[0], ALL, &[2, 3]), ["0", "2", "3"]);
+    assert_eq!(opened(&[3, 0, 0, 0], &[0], ALL, &[3]), ["0", "1", "3"]);
+}

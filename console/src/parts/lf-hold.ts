@@ -6,7 +6,7 @@ import { base } from '../theme/shared';
 import { type IconName, icon } from './icons';
 import { type ButtonKind, buttonStyle } from './lf-button';
 import { styled } from './styled';
-import { hideWhy, showWhy } from './why';
+import { hideWhy, showWhy, whyLeft } from './why';
 
 @customElement('lf-hold')
 export class LfHold extends LitElement {
@@ -79,8 +79,8 @@ export class LfHold extends LitElement {
       @contextmenu=${(e: Event) => e.preventDefault()}
       @focus=${() => this.why && showWhy(this, this.why)}
       @pointerenter=${() => this.why && showWhy(this, this.why)}
-      @pointerleave=${() => hideWhy(this)}
-      @blur=${this.abort}
+      @pointerleave=${(e: PointerEvent) => whyLeft(this, e)}
+      @blur=${this.blurred}
     >
       ${this.icon ? icon(this.icon) : nothing}<slot></slot>
       ${this.nohint ? nothing : html`<span class="hint">${t('shell.hold', { s: this.seconds })}</span>`}
@@ -141,6 +141,11 @@ export class LfHold extends LitElement {
     const short = performance.now() - this.began < this.seconds * 1000;
     this.abort();
     if (short) showWhy(this, t('shell.hold_hint', { s: this.seconds }));
+  }
+
+  private blurred(): void {
+    this.abort();
+    hideWhy(this);
   }
 
   private readonly abort = (): void => {

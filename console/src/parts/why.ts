@@ -3,12 +3,17 @@ import { magnified } from '../theme/display';
 
 let bubble: HTMLElement | null = null;
 let shownFor: Element | null = null;
+let fading = 0;
+
+/** How long what a finger has called for can be read, ms. */
+const READ_MS = 4000;
 
 export function showWhy(anchor: Element, text: string): void {
   if (!text) return hideWhy();
   bubble ??= made();
   bubble.textContent = text;
   shownFor = anchor;
+  clearTimeout(fading);
   if (!bubble.matches(':popover-open')) bubble.showPopover();
   const at = anchor.getBoundingClientRect();
   const own = bubble.getBoundingClientRect();
@@ -24,6 +29,13 @@ export function hideWhy(anchor?: Element): void {
   if (anchor && anchor !== shownFor) return;
   shownFor = null;
   if (bubble?.matches(':popover-open')) bubble.hidePopover();
+}
+
+/** The pointer has left a control: a finger does when it is lifted, which is when its owner begins to read. */
+export function whyLeft(anchor: Element, event: PointerEvent): void {
+  if (event.pointerType === 'mouse') return hideWhy(anchor);
+  clearTimeout(fading);
+  fading = window.setTimeout(() => hideWhy(anchor), READ_MS);
 }
 
 function made(): HTMLElement {

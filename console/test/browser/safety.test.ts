@@ -576,6 +576,12 @@ describe('other input devices', () => {
     await passes(page, 1500);
     await touch(cdp, 'touchEnd');
     expect(await opens()).toBe(false);
+    await touch(cdp, 'touchStart', ...(await middle(open)));
+    await touch(cdp, 'touchEnd');
+    await why('Press and hold').waitFor();
+    await passes(page, 1000);
+    expect(await why('Press and hold').isVisible(), 'it can be read after the finger was lifted').toBe(true);
+    expect(await opens()).toBe(false);
     await heldUntil(
       page,
       opens,
@@ -649,9 +655,17 @@ describe('what the page says', () => {
     );
     expect(told.length).toBeGreaterThan(6);
     for (const [name, why] of told) expect(why, name).not.toBe('');
-    await page.locator('#Valve1 .open-button').focus();
+    const open = page.locator('#Valve1 .open-button');
+    await open.focus();
     await why('Take control of M1 first').waitFor();
-    await page.locator('#Valve1 .open-button').hover();
+    await open.evaluate(() => {
+      let focused = document.activeElement;
+      while (focused?.shadowRoot?.activeElement) focused = focused.shadowRoot.activeElement;
+      (focused as HTMLElement).blur();
+    });
+    await why('Take control of M1 first').waitFor({ state: 'hidden' });
+    await open.hover();
+    await why('Take control of M1 first').waitFor();
     await page.mouse.move(5, 5);
     await why('Take control of M1 first').waitFor({ state: 'hidden' });
     await page.locator('#seek').hover();

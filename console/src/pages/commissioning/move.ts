@@ -6,7 +6,7 @@ import type { Drive, Toward } from '../../hub/types';
 import { type Key, t, tt } from '../../i18n';
 import { type IconName, icon } from '../../parts/icons';
 import { buttonStyle } from '../../parts/lf-button';
-import { hideWhy, showWhy } from '../../parts/why';
+import { hideWhy, showWhy, whyLeft } from '../../parts/why';
 import { base } from '../../theme/shared';
 
 export const WAYS: Record<string, Record<Toward, { name: Key; icon: IconName }>> = {
@@ -72,7 +72,7 @@ export class LfMove extends LitElement {
       @blur=${this.left}
       @contextmenu=${(e: Event) => e.preventDefault()}
       @pointerenter=${() => this.why && showWhy(this, this.why)}
-      @pointerleave=${() => hideWhy(this)}
+      @pointerleave=${(e: PointerEvent) => whyLeft(this, e)}
       @focus=${() => this.why && showWhy(this, this.why)}
     >
       ${icon(way.icon)}<span>${t(way.name)}</span

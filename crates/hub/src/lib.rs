@@ -10,6 +10,7 @@
 //!             │      ├─ store: audit, history, events; access: users, sessions, tokens
 //!             │      ├─ zones: the zone controller (lafet-site), its detectors and orders
 //!             │      ├─ field: detectors on Modbus, which report to the zones
+//!             │      ├─ plugs: servers of other protocols, whose masters command like consoles
 //!             │      └─ recording, simulation, site
 //!             └─ publish: topics, of which the latest value wins; messages
 //! ```
@@ -28,6 +29,7 @@ mod error;
 mod field;
 mod hub;
 mod monitor;
+mod plugs;
 mod publish;
 mod recording;
 mod server;
@@ -47,6 +49,7 @@ pub use config::{
 };
 pub use error::ApiError;
 pub use hub::Hub;
+pub use plugs::modbus as modbus_server;
 pub use publish::topics;
 pub use server::Server;
 

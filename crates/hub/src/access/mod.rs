@@ -83,6 +83,8 @@ pub enum Kind {
     Certificate,
     /// Loopback connection to a hub without login.
     Demo,
+    /// Master of a Modbus server, by its address.
+    Modbus,
 }
 
 impl Kind {
@@ -93,12 +95,13 @@ impl Kind {
             Self::Token => "token",
             Self::Certificate => "certificate",
             Self::Demo => "demo",
+            Self::Modbus => "modbus",
         }
     }
 
     /// The kind of a name.
     pub fn by_name(name: &str) -> Option<Self> {
-        let all = [Self::Session, Self::Token, Self::Certificate, Self::Demo];
+        let all = [Self::Session, Self::Token, Self::Certificate, Self::Demo, Self::Modbus];
         all.into_iter().find(|it| it.name() == name)
     }
 }

@@ -6,7 +6,7 @@ mod holding;
 mod machine;
 mod zones;
 
-pub use alarm::{Alarm, Fire, State};
+pub use alarm::{Alarm, Fire, Priority, State};
 pub use machine::{Alarms, Change, Conditions};
 
 use crate::hub::Hub;

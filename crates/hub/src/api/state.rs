@@ -19,6 +19,7 @@ use crate::access::{Kind, Role};
 use crate::error::ApiError;
 use crate::hub::PerSecond;
 use crate::hub::{Caller, Hub, Seated};
+use crate::plugs::modbus::view::PlugView;
 use crate::store::{Act, Event, Search};
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -81,6 +82,8 @@ struct HubState {
     audit: AuditState,
     history: HistoryState,
     disk: Disk,
+    /// Servers of other protocols, and their clients.
+    plugs: Vec<PlugView>,
 }
 
 /// Open connections.
@@ -230,6 +233,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
             minute_days: hub.config().minute_days,
         },
         disk,
+        plugs: hub.modbus_servers().view(),
     }))
 }
 

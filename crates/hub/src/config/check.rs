@@ -66,6 +66,7 @@ pub fn check(
     check.exposure(&read, listen);
     let zones = check.zones(&read);
     let modbus = check.modbus(&read);
+    let modbus_servers = check.modbus_servers(&read);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -104,6 +105,7 @@ pub fn check(
         plan,
         zones,
         modbus,
+        modbus_servers,
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,

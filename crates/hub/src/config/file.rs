@@ -10,6 +10,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::modbus_server::ModbusServer;
 use super::plan::{Area, Blowing, Water};
 use super::written::{Bus, Contact, Detector, KeepOut, Output, Pump};
 use super::zones::Aim;
@@ -35,6 +36,7 @@ pub struct File {
     pub wind: Vec<Spanned<Blowing>>,
     pub coverage: Option<Spanned<Area>>,
     pub modbus: Vec<Spanned<Bus>>,
+    pub modbus_server: Vec<Spanned<ModbusServer>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,
     pub aim: Vec<Spanned<Aim>>,

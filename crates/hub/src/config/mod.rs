@@ -3,6 +3,7 @@
 mod check;
 mod field;
 mod file;
+mod modbus_server;
 mod monitors;
 mod outputs;
 mod places;
@@ -19,6 +20,7 @@ use lafet_client::Endpoint;
 
 use crate::access::Role;
 pub use crate::field::BusConfig;
+pub use crate::plugs::modbus::ServerConfig;
 use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
@@ -74,6 +76,8 @@ pub struct Config {
     pub zones: Option<ZonesConfig>,
     /// Buses of detectors, contacts, outputs and pumps.
     pub modbus: Vec<BusConfig>,
+    /// Servers for masters on Modbus.
+    pub modbus_servers: Vec<ServerConfig>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
@@ -155,6 +159,7 @@ impl Default for Config {
             plan: PlanConfig::default(),
             zones: None,
             modbus: Vec::new(),
+            modbus_servers: Vec::new(),
             simulation: false,
             demo: false,
         }

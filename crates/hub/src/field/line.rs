@@ -98,6 +98,31 @@ impl Line {
         }
     }
 
+    /// Opens a serial line, and keeps other programs out of it.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be opened.
+    pub fn open_port(&self) -> Result<(SerialPort, Claim), Both> {
+        let Self::Serial { path, baud, parity, stop } = self else {
+            return Err(remedy());
+        };
+        let mut claim = Claim::lock(path, false).map_err(|error| said(&error))?;
+        let settings = |mut settings: Settings| {
+            settings.set_raw();
+            settings.set_baud_rate(*baud)?;
+            settings.set_char_size(CharSize::Bits8);
+            settings.set_stop_bits(*stop);
+            settings.set_parity(*parity);
+            settings.set_flow_control(FlowControl::None);
+            Ok(settings)
+        };
+        let port = SerialPort::open(path, settings).map_err(|error| said(&error))?;
+        claim.keep_others_out().map_err(|error| said(&error))?;
+        port.discard_buffers().map_err(|error| said(&error))?;
+        Ok((port, claim))
+    }
+
     /// Silence between frames.
     pub fn silence(&self) -> Duration {
         match self {
@@ -201,20 +226,8 @@ impl Link {
                 stream.set_nodelay(true).map_err(|error| said(&error))?;
                 (Box::new(stream), None)
             }
-            Line::Serial { path, baud, parity, stop } => {
-                let mut claim = Claim::lock(path, false).map_err(|error| said(&error))?;
-                let settings = |mut settings: Settings| {
-                    settings.set_raw();
-                    settings.set_baud_rate(*baud)?;
-                    settings.set_char_size(CharSize::Bits8);
-                    settings.set_stop_bits(*stop);
-                    settings.set_parity(*parity);
-                    settings.set_flow_control(FlowControl::None);
-                    Ok(settings)
-                };
-                let port = SerialPort::open(path, settings).map_err(|error| said(&error))?;
-                claim.keep_others_out().map_err(|error| said(&error))?;
-                port.discard_buffers().map_err(|error| said(&error))?;
+            Line::Serial { .. } => {
+                let (port, claim) = line.open_port()?;
                 (Box::new(port), Some(claim))
             }
         };
@@ -318,7 +331,8 @@ fn closed(error: io::Error) -> Failure {
     Failure::Closed(said(&error))
 }
 
-fn said(error: &io::Error) -> Both {
+/// An error of the system in words.
+pub fn said(error: &io::Error) -> Both {
     let of = |lang| format!("{}.", os_text(error, lang));
     Both { en: of(Lang::En), ru: of(Lang::Ru) }
 }

@@ -375,7 +375,8 @@ impl Codec {
     }
 }
 
-fn crc(bytes: &[u8]) -> u16 {
+/// The checksum of a serial line.
+pub fn crc(bytes: &[u8]) -> u16 {
     let mut crc = Crc16::new();
     crc.update(bytes);
     crc.finish()

@@ -12,7 +12,7 @@ pub struct Caller {
     pub principal: Principal,
     /// What holds authority and motions: a WebSocket, or over HTTP the session or token.
     pub seat: Seat,
-    /// `ws`, `http`, `hub` or `zones`.
+    /// `ws`, `http`, `hub`, `zones` or `modbus`.
     pub via: &'static str,
 }
 
@@ -48,6 +48,13 @@ impl Caller {
             live: false,
         };
         Self { principal, seat, via: "http" }
+    }
+
+    /// A client of a plug, on a connection of its own.
+    pub fn plug(principal: Principal, from: String, seat: String, via: &'static str) -> Self {
+        let (user, role) = (principal.user.clone(), principal.role);
+        let seat = Seat { user, role, seat, from, live: true };
+        Self { principal, seat, via }
     }
 
     /// A WebSocket client.

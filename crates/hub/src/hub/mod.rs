@@ -30,6 +30,7 @@ use crate::error::ApiError;
 use crate::field::Field;
 use crate::monitor::owner;
 use crate::monitor::station::Station;
+use crate::plugs::modbus::Servers;
 use crate::publish::broadcast::Audiences;
 use crate::publish::topics::Topics;
 use crate::recording::Recordings;
@@ -96,6 +97,7 @@ struct Parts {
     site: Mutex<Option<Site>>,
     zones: Option<Zones>,
     field: Field,
+    modbus_servers: Servers,
     simulation: OnceLock<Box<dyn Simulation>>,
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
@@ -164,6 +166,7 @@ impl Hub {
             site: Mutex::new(config.site.clone()),
             zones: Zones::open(&config)?,
             field: Field::new(&config.modbus),
+            modbus_servers: Servers::new(&config.modbus_servers),
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
@@ -398,6 +401,11 @@ impl Hub {
     /// The buses of detectors.
     pub(crate) fn field(&self) -> &Field {
         &self.0.field
+    }
+
+    /// The Modbus servers.
+    pub(crate) fn modbus_servers(&self) -> &Servers {
+        &self.0.modbus_servers
     }
 
     /// The zones, if there are any.

@@ -9,6 +9,7 @@ use tokio::sync::mpsc;
 
 use super::Hub;
 use crate::access::Principal;
+use crate::monitor::station::Station;
 use crate::publish::messages::Message;
 use crate::sync::lock;
 
@@ -125,6 +126,21 @@ impl Hub {
         if !holds {
             seats.remove(&key.seat);
         }
+    }
+
+    /// A seat gives no sign of life: its motions on a monitor stop, and its authority over it is lost unless
+    /// [`Hub::seat_is_back`] comes in time.
+    pub fn seat_is_silent(&self, station: &Station, seat: &str) {
+        station.let_go(seat);
+        if lock(&station.authority).lost(self.now(), seat) {
+            station.publish_authority(self);
+        }
+    }
+
+    /// A seat gives signs of life again.
+    pub fn seat_is_back(&self, station: &Station, seat: &str) {
+        lock(&station.authority).back(self.now(), seat);
+        station.publish_authority(self);
     }
 
     /// The clients of the WebSockets.

@@ -52,6 +52,7 @@ pub fn start(hub: &Hub) {
     tokio::spawn(crate::zones::run(hub.clone()));
     tokio::spawn(crate::zones::store(hub.clone()));
     crate::field::start(hub);
+    crate::plugs::modbus::start(hub);
     tokio::spawn(crate::store::integrity::run(hub.clone()));
     tokio::spawn(crate::publish::broadcast::run(hub.clone()));
 }
@@ -153,6 +154,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
             Ok(Update::Value(sample)) => {
                 hub.counts().polls.fetch_add(1, Ordering::Relaxed);
                 heard = station.exchanged();
+                station.heard(&hub, sample.age());
                 let age_ms = u64::try_from(sample.age().as_millis()).unwrap_or(0);
                 Status {
                     at_ms: Some(hub.clock().now_ms().saturating_sub(age_ms)),

@@ -82,6 +82,8 @@ struct State {
     link_up: bool,
     link_since_ms: u64,
     link_error: Option<Both>,
+    /// When the state was true, by the hub's own time.
+    heard: Option<Duration>,
     /// The figures at the last second, and what had come in that.
     exchanged: (Exchanged, Exchanged),
     limits: Option<BTreeMap<String, Bounds>>,
@@ -160,6 +162,16 @@ impl Station {
     /// Its state as last heard.
     pub fn status(&self) -> Arc<Status> {
         lock(&self.state).status.clone()
+    }
+
+    /// The age of its state, by a clock that does not jump; `None` before the first answer.
+    pub fn age(&self, hub: &Hub) -> Option<Duration> {
+        lock(&self.state).heard.map(|heard| hub.now().saturating_sub(heard))
+    }
+
+    /// Notes when its state was true.
+    pub fn heard(&self, hub: &Hub, age: Duration) {
+        lock(&self.state).heard = Some(hub.now().saturating_sub(age));
     }
 
     /// Whether there is a connection.

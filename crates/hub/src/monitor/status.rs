@@ -119,6 +119,23 @@ impl Status {
         }
     }
 
+    /// Whether the monitor can do its work: it is heard, not locked out, and no flag is an alarm but that of
+    /// a fire that was found.
+    pub fn is_ready(&self, link_up: bool) -> bool {
+        let fine = |(name, state): (&&'static str, &Arc<Subsystem>)| {
+            let flags = SubsystemId::from_name(name).map(|id| flags::set_flags(id, state.bits));
+            flags
+                .into_iter()
+                .flatten()
+                .all(|flag| flag.severity() < flags::Severity::Alarm || flag.info.name == "Found")
+        };
+        link_up
+            && !self.stale
+            && self.at_ms.is_some()
+            && !self.is_set(SubsystemId::GENERAL, "LockedOut")
+            && self.subsystems.iter().all(fine)
+    }
+
     /// The status word of a subsystem, if the monitor has it.
     pub fn bits(&self, id: SubsystemId) -> Option<u32> {
         self.subsystems.get(id.name()?).map(|state| state.bits)
@@ -231,10 +248,7 @@ pub fn readiness(status: &Status, link_up: bool, unheld: bool) -> Readiness {
             remedy: flag.info.remedy.words(),
         }));
     }
-    let locked = status.is_set(SubsystemId::GENERAL, "LockedOut");
-    let alarm = reasons.iter().any(|reason| reason.severity == Severity::Alarm);
-    let ready = !locked && !alarm;
-    Readiness { ready, reasons }
+    Readiness { ready: status.is_ready(link_up), reasons }
 }
 
 /// What is said of a monitor without MoveHold.

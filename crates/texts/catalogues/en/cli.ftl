@@ -720,3 +720,4 @@ argument-not-utf8 = the argument is not UTF-8
 reason-range = : allowed: { $range }
 reason-integer = : expected a whole number within the limits
 reason-number = : expected a number
+map-no-server = { $file } has no such [[modbus_server]].

@@ -216,6 +216,11 @@ throw-arg-nozzle = Position of an adjustable nozzle, mm: 60 narrowest (default),
 throw-arg-wind = Wind 10 m above the ground, m/s (default 0)
 throw-arg-wind-from = Where the wind comes from, degrees clockwise from the direction of the jet: 0 (default) is against it, 90 from its right, 180 from behind
 throw-arg-height = Height of the nozzle above the ground on which the water lands, m (default 1.5)
+map = Print the register maps of the hub's servers
+map-modbus = Print the register map of a Modbus server
+map-modbus-arg-file = The hub.toml of the hub
+map-modbus-arg-server = Name of the server (default: the first one)
+map-modbus-arg-form = csv (default), with both languages and every bit; markdown; vectors, requests and answers as frames
 
 calibrate = Fit the ballistics to the jet and fill the correction table
 calibrate-arg-shot = A shot with the narrowest jet: pressure in atm, elevation in degrees, distance in metres to the middle of the wetted ground; repeat it, three or more at different pressures and angles

@@ -491,3 +491,142 @@ tune-interrupted = Ended by STOP or another command to the monitor.
 tune-ended = Ended by its operator.
 tune-authority-lost = Ended: control of the monitor was lost.
 tune-page-gone = Ended: the page that started it does not answer.
+
+# The Modbus server: events.
+plug-listening = Modbus server { $name } listens: { $url }.
+plug-not-listening = Modbus server { $name } does not listen: { $why }
+plug-port-lost = The serial port was lost.
+
+# The Modbus server: why a command is refused, by number.
+plug-no-command = There is no command of this number. See the list of commands.
+plug-no-monitor = There is no monitor of this number in this unit. Write 1 to the number in the register monitors.
+plug-argument = An argument is outside of its range. See the list of commands.
+plug-session = The session number is not that of this connection. Read session.number after each connection and write it with each command.
+plug-heartbeat = The heartbeat is not alive. Change the register heartbeat more often than session.heartbeat_limit, and wait until session.live is 1.
+plug-role = This master may only read, by hub.toml. Stop, Close and Lockout are taken all the same.
+plug-held = Another client has authority. Ask for it with command 3, or wait until it is free.
+plug-not-taken = No client has authority. Take it first with command 1.
+plug-key = The key is not the one that is offered now. Read the key of this monitor and write it once.
+plug-busy = The command before it has no result yet. Wait for it.
+plug-sequence = This sequence number was used for another command. Write a new number with each command.
+plug-refused = The monitor has refused; its result (§2/5) is in the register status.
+plug-no-answer = The monitor has not answered. Check its power and line.
+plug-unknown = Whether the monitor has done it is not known. Look at its state before sending it again.
+plug-not-sent = It was not sent: there is no connection to the monitor.
+plug-keep-out = Water could go into a keep-out of hub.toml. Turn the barrel away with the valves closed.
+plug-too-fast = Too many commands. Send it again a second later.
+plug-void = Not sent: heartbeat or authority was lost, or Stop came first.
+plug-asked = Another client already asks for authority.
+plug-late = There was no result in time; it may still be carried out. Look at the state of the monitor.
+plug-ended = The motion was ended: by Stop, by another client or by the monitor. Start it with a new sequence number.
+plug-hub = The hub could not do it. See its log.
+
+# The Modbus server: commands, by number.
+command-take = Take authority, if it is free.
+command-release = Release authority.
+command-ask = Ask the holder for authority; register authority shows when it is granted.
+command-go-to = Go to: argument1 has a bit for each drive that moves (0 traverse, 1 elevation, 2 nozzle), argument2 traverse −3600…3600, argument3 elevation −900…1800, argument4 nozzle 0…1000.
+command-open = Open valve argument1 (1 or 2), with the key of the monitor.
+command-close = Close valve argument1 (1 or 2); 0: all of the monitor.
+command-stop = Stop the monitor; monitor 0: all of the site.
+command-lockout = Lock the monitor out; monitor 0: all of the site. Not released over Modbus.
+command-deploy = Deploy the barrel.
+command-stow = Stow the barrel.
+
+# The Modbus server: registers.
+map-version = Version of this map: another value is another map
+map-life = Changes as long as the hub works
+map-monitors = Number of monitors in this unit
+map-site = Bit 0 a detector sees a fire, 1 a fire alarm waits, 2 any alarm waits for acknowledgement
+map-quality = Bit 0 good: fresh and connected, 1 stale, 2 no connection, 3 never heard; not known: 4 traverse, 5 elevation, 6 nozzle, 7 pressure, 8 flow, 9 valves, 10 voltage
+map-age = Age of the state, by a clock that does not jump; 65534: that or more, 65535: not known
+map-mode = 0 not known, 1 stowed, 2 deploys, 3 stows, 4 by hand, 5 searches, 6 extinguishes, 7 program paused, 8 aligns, 9 locked out, 10 restarts
+map-authority = Low byte: 0 no client holds it, 1 this master, 2 another; bit 8 the holder is lost, 9 a client asks for it, 10 this master asks for it
+map-horizontal = Traverse, left is positive; −32768 not known
+map-vertical = Elevation; −32768 not known
+map-nozzle = Nozzle; −32768 not known
+map-pressure = Pressure; 65535 not known
+map-flow = Flow; 65535 not known
+map-valves = Low byte valve 1, high byte valve 2: bit 0 open, 1 closed, 2 opens, 3 closes, 4 blocked, 5 fault, 6 there is one, 7 not known
+map-fire = Bit 0 the detector sees a fire, 1 its alarm waits or is active, 15 not known
+map-alarms = Low byte: number of alarms; high byte: the worst, 0 none, 1 fire, 2 high, 3 medium, 4 low
+map-state = Bit 0 ready, 1 locked out, 2 water flows or may flow, 3 an alarm waits, 15 not known
+map-motion = Three bits each for traverse, elevation, nozzle: moves, at the lower limit, at the upper limit; bit 15 not known
+map-voltage = Supply voltage; 65535 not known
+map-session = Number of this session, another one after each connection
+map-role = 1 observer, 2 operator
+map-live = 1: the heartbeat of the master is alive
+map-limit = The heartbeat changes within this time
+map-losses = How often the heartbeat of this session was lost
+map-heard = The heartbeat as last heard
+map-profile = 1: this map
+map-result-sequence = Sequence number of the command; 1 is the latest result
+map-result-state = 0 none, 1 accepted, 2 done: the monitor has confirmed it, 3 refused, 4 no result in time
+map-result-refusal = Number of the refusal; 0 none
+map-result-command = The command
+map-result-monitor = The monitor, from 1
+map-result-status = Result of the monitor (§2/5), if it has refused
+map-jog-sequence = Sequence number of the motion
+map-jog-state = The worst of the drives
+map-jog-drive = 0 none, 1 starts, 2 moves, 3 refused, 4 ended
+map-key = The key for the next opening at this monitor; another one after each use, each loss of the heartbeat and each connection
+map-heartbeat = Heartbeat of the master: to be changed within session.heartbeat_limit
+map-new-sequence = A new number for each command
+map-own-session = Number of the session: session.number
+map-of-unit = The monitor, from 1
+map-direction = 1 up, left or narrow, −1 the other way, 0 none; held as long as the heartbeat changes
+map-command = The command; 0 none
+map-argument1 = Bits of the drives, or the valve
+map-argument2 = Traverse
+map-argument3 = Elevation
+map-argument4 = Nozzle
+map-written-key = The key, to open
+map-id = Id of the monitor in hub.toml
+map-status-word = Status word of { $subsystem }, the high half first; all ones: not known
+map-unit = Unit { $unit }, map version { $version }
+map-columns = address | name | R/W | type | measure | meaning
+map-commands = Commands
+map-refusals = Refusals
+map-numbers = number | meaning
+vector-read-header = The master reads the header
+vector-read-summary = The master reads the summary of the first monitor
+vector-read-session = The master reads its session number
+vector-beat = The master changes its heartbeat
+vector-read-key = The master reads the key of the first monitor
+vector-take = The master takes authority
+vector-open = The master opens valve 1 with its key
+vector-read-result = The master reads the results
+vector-replay = The same opening again: the key has changed
+vector-stop = The master stops everything
+vector-part = A part of a block is refused: exception 3
+vector-beyond = A register that is not there: exception 2
+
+# The Modbus server: what is wrong with hub.toml.
+check-servers = There are too many servers.
+check-servers-remedy = Write 64 [[modbus_server]] at most.
+check-server-name = `{ $name }` is no name of a Modbus server or client.
+check-server-twice-remedy = Give each server a name of its own.
+check-server-for-none = The server { $name } would answer no master: role is "none", and there is no client.
+check-server-for-none-remedy = Add [[modbus_server.client]], or write role = "observer".
+check-slow-heartbeat = With heartbeat_ms = { $ms } a motion ends later than 500 ms after its master, and no drive moves by hand: beats more than 300 ms apart move nothing.
+check-slow-heartbeat-remedy = Write heartbeat_ms = { $ms } or less, or move with command 4 alone.
+check-net = `{ $text }` is no address or network.
+check-net-remedy = Write an address, 10.0.0.7, or a network, 10.0.0.0/24.
+check-nets = The list is too long.
+check-nets-remedy = Write 64 entries at most, or a network for several.
+check-listen-name = `{ $host }` is no IP address to listen on.
+check-listen-name-remedy = Write tcp://127.0.0.1:502, tcp://0.0.0.0:502 with allow, rtu+tcp://… or serial:///dev/ttyS1?baud=19200.
+check-allow = { $address } can be reached from other machines, and Modbus has no login.
+check-allow-remedy = Write allow = ["10.0.0.7"] with the addresses of the masters, or listen on 127.0.0.1.
+check-allow-on-serial = The master of a serial line has no address.
+check-allow-on-serial-remedy = Leave allow and from out.
+check-server-port = The serial port is used by a monitor or a bus.
+check-server-port-remedy = Give the master a port of its own.
+check-server-same-line = The server { $name } listens there already.
+check-server-same-line-remedy = Give each server a port of its own; several masters share one with [[modbus_server.client]].
+check-server-monitor = There is no monitor { $id }.
+check-server-monitor-remedy = Write the ids of monitors in this file, each once.
+check-server-units = Eight monitors are a unit: the last one would be { $last }.
+check-server-units-remedy = Write a smaller unit, or fewer monitors.
+check-registers = The registers end before they begin.
+check-registers-remedy = Write registers = [first, last].

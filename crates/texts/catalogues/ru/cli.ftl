@@ -720,3 +720,4 @@ argument-not-utf8 = аргумент не в кодировке UTF-8
 reason-range = : допустимо { $range }
 reason-integer = : ожидается целое число, в допустимых пределах
 reason-number = : ожидается число
+map-no-server = В { $file } нет такого [[modbus_server]].

@@ -1,0 +1,771 @@
+//! The session of a master with a unit: registers in, registers and orders out. No I/O, no clock of its own.
+//!
+//! ```text
+//!            heartbeat changes twice in time            not changed in time
+//!   Silent ────────────────────────────────▶ Live ──────────────────────────▶ Silent
+//!   Stop, Close, Lockout, Release            take, go to, jog, open …         motions end, keys change,
+//!   are taken                                                                 authority is lost
+//! ```
+//!
+//! A command is a block that is written whole; each is answered in the results under its sequence number.
+//! What moves or opens needs the session number of this connection, a live heartbeat and
+//! authority; an opening needs the key that is offered for this monitor at this moment as well.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use lafet_client::Toward;
+
+use super::layout::{
+    COMMAND, COMMAND_LEN, END, HEARTBEAT, JOG, JOG_LEN, JOG_RESULT, JOG_RESULT_LEN, KEY_LEN, KEYS,
+    MONITORS, RESULT_LEN, RESULTS, RESULTS_KEPT, SESSION, SUMMARY, halves, key_words,
+};
+use super::pdu::Exception;
+use super::refusal::{Failed, Refusal};
+use super::sight::{Holder, Sight};
+use crate::words::MotionWord;
+
+/// A moment: time since any fixed one.
+pub type Now = Duration;
+
+/// Least and greatest target of a drive: 0.1° of the axes, mm of the nozzle.
+pub const TARGETS: [(i16, i16); 3] = [(-3600, 3600), (-900, 1800), (0, 1000)];
+
+/// Words that a master may write: heartbeat, motions by hand, commands.
+const WRITTEN: usize = 1 + JOG_LEN + COMMAND_LEN;
+
+/// Terms of a session, from the configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// The heartbeat of the master changes within this time.
+    pub heartbeat: Duration,
+    /// A command has a result within this time.
+    pub answer: Duration,
+    /// The valves that the session has opened close when its heartbeat is lost.
+    pub closes: bool,
+}
+
+/// The commands, by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Command {
+    /// Takes authority, if it is free.
+    Take = 1,
+    /// Releases authority.
+    Release = 2,
+    /// Asks the holder for authority.
+    Ask = 3,
+    /// Moves drives to positions.
+    GoTo = 4,
+    /// Opens a valve.
+    Open = 5,
+    /// Closes a valve, or all of a monitor.
+    Close = 6,
+    /// Stops a monitor, or all.
+    Stop = 7,
+    /// Locks a monitor out, or all.
+    Lockout = 8,
+    /// Deploys.
+    Deploy = 9,
+    /// Stows.
+    Stow = 10,
+}
+
+impl Command {
+    /// All, by their numbers.
+    pub const ALL: [Self; 10] = [
+        Self::Take,
+        Self::Release,
+        Self::Ask,
+        Self::GoTo,
+        Self::Open,
+        Self::Close,
+        Self::Stop,
+        Self::Lockout,
+        Self::Deploy,
+        Self::Stow,
+    ];
+
+    /// The number in the registers.
+    pub const fn number(self) -> u16 {
+        self as u16
+    }
+
+    /// The command of a number.
+    pub fn by_number(number: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|it| it.number() == number)
+    }
+
+    /// Taken from every master, always.
+    pub const fn is_urgent(self) -> bool {
+        matches!(self, Self::Close | Self::Stop | Self::Lockout)
+    }
+}
+
+/// What a command asks the hub for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// Authority is taken, released or asked for.
+    Authority(Command),
+    /// Targets of the drives that are to move: 0.1°, of the nozzle mm.
+    GoTo([Option<i16>; 3]),
+    /// Valve 1 or 2 opens.
+    Open(u16),
+    /// Valve 1 or 2 closes; 0: all.
+    Close(u16),
+    /// Everything stops.
+    Stop,
+    /// Everything stops and closes, and stays so.
+    Lockout,
+    /// The barrel is deployed.
+    Deploy,
+    /// The barrel is stowed.
+    Stow,
+}
+
+/// What the hub is to do. Monitors are counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// A command; its result comes to [`Desk::answered`] with the ticket.
+    Do {
+        /// Number of the command within the session.
+        ticket: u32,
+        /// The monitor; `None`: all of the site.
+        monitor: Option<usize>,
+        /// What is asked for.
+        what: What,
+    },
+    /// A beat of a motion by hand; what becomes of it comes to [`Desk::jogged`].
+    Beat {
+        /// The monitor.
+        monitor: usize,
+        /// 0 traverse, 1 elevation, 2 nozzle.
+        axis: usize,
+        /// The direction.
+        toward: Toward,
+    },
+    /// A motion by hand is released.
+    Release {
+        /// The monitor.
+        monitor: usize,
+        /// The drive.
+        axis: usize,
+    },
+    /// A drive that was sent somewhere stops, if the session holds the monitor still.
+    Halt {
+        /// The monitor.
+        monitor: usize,
+        /// The drive.
+        axis: usize,
+    },
+    /// A valve that the session has opened closes.
+    Shut {
+        /// The monitor.
+        monitor: usize,
+        /// Valve 1 or 2.
+        valve: u16,
+    },
+    /// The heartbeat is lost: so is the authority, unless it comes back in time.
+    Lost,
+    /// The heartbeat is back.
+    Back,
+}
+
+/// What surrounds a request.
+pub struct Around<'a> {
+    /// The time.
+    pub now: Now,
+    /// The master may command.
+    pub operates: bool,
+    /// To all units of a line: it is not answered.
+    pub broadcast: bool,
+    /// The monitors.
+    pub sight: &'a Sight,
+    /// Random numbers; `None`: there are none, and nothing opens.
+    pub random: &'a mut dyn FnMut() -> Option<u64>,
+}
+
+/// A result in the registers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Entry {
+    sequence: u16,
+    state: u16,
+    refusal: u16,
+    command: u16,
+    monitor: u16,
+    status: u16,
+    /// While it is waited for: its ticket, and until when.
+    waits: Option<(u32, Now)>,
+    /// It is one that any master may send.
+    urgent: bool,
+}
+
+const ACCEPTED: u16 = 1;
+const DONE: u16 = 2;
+const REFUSED: u16 = 3;
+const TIMEOUT: u16 = 4;
+
+/// The heartbeat of the master.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heart {
+    value: Option<u16>,
+    changed: Now,
+    live: bool,
+    losses: u16,
+}
+
+/// States of a drive that is moved by hand.
+mod motion {
+    pub const NONE: u16 = 0;
+    pub const ARMED: u16 = 1;
+    pub const MOVING: u16 = 2;
+    pub const REFUSED: u16 = 3;
+    pub const ENDED: u16 = 4;
+}
+
+/// A motion by hand.
+#[derive(Clone, Copy, Debug, Default)]
+struct Jog {
+    block: [u16; JOG_LEN],
+    monitor: usize,
+    toward: [Option<Toward>; 3],
+    states: [u16; 3],
+    refusal: u16,
+}
+
+/// The session of a master with a unit.
+#[derive(Debug)]
+pub struct Desk {
+    terms: Terms,
+    session: u32,
+    keys: [Option<u64>; MONITORS],
+    heart: Heart,
+    jog: Jog,
+    /// What was written last.
+    image: [u16; WRITTEN],
+    /// The latest command that was taken.
+    last: Option<[u16; COMMAND_LEN]>,
+    results: VecDeque<Entry>,
+    sent: [[bool; 3]; MONITORS],
+    opened: [[bool; 2]; MONITORS],
+    /// The opening that has no result yet: ticket, monitor, valve.
+    opening: Option<(u32, usize, usize)>,
+    tickets: u32,
+    /// Counts what makes commands void that are not sent yet.
+    voids: u32,
+}
+
+impl Desk {
+    /// A new session with this number.
+    pub fn new(
+        terms: Terms,
+        session: u32,
+        now: Now,
+        random: &mut dyn FnMut() -> Option<u64>,
+    ) -> Self {
+        let mut desk = Self {
+            terms,
+            session,
+            keys: [None; MONITORS],
+            heart: Heart { changed: now, ..Heart::default() },
+            jog: Jog::default(),
+            image: [0; WRITTEN],
+            last: None,
+            results: VecDeque::with_capacity(RESULTS_KEPT),
+            sent: [[false; 3]; MONITORS],
+            opened: [[false; 2]; MONITORS],
+            opening: None,
+            tickets: 0,
+            voids: 0,
+        };
+        desk.renew_keys(random);
+        desk
+    }
+
+    /// What a command is valid with: it is not sent any more once this is another, or none.
+    pub fn generation(&self) -> Option<u32> {
+        self.heart.live.then_some(self.voids)
+    }
+
+    /// The values of registers.
+    ///
+    /// # Errors
+    ///
+    /// Some of them are behind the end of the map.
+    pub fn read(
+        &self,
+        operates: bool,
+        sight: &Sight,
+        first: u16,
+        count: u16,
+    ) -> Result<Vec<u16>, Exception> {
+        let end = first.checked_add(count).filter(|end| *end <= END).ok_or(Exception::Address)?;
+        let mut all = vec![0_u16; usize::from(END)];
+        let mut put = |at: u16, words: &[u16]| {
+            let at = usize::from(at);
+            if let Some(place) = all.get_mut(at..at + words.len()) {
+                place.copy_from_slice(words);
+            }
+        };
+        put(0, &sight.header);
+        put(SUMMARY, &sight.row(|it| it.words));
+        put(super::layout::NAMES, &sight.row(|it| it.name));
+        put(super::layout::DETAIL, &sight.row(|it| it.detail));
+        let [high, low] = halves(self.session);
+        let limit = u16::try_from(self.terms.heartbeat.as_millis()).unwrap_or(u16::MAX);
+        let (live, losses) = (u16::from(self.heart.live), self.heart.losses);
+        let beat = self.heart.value.unwrap_or_default();
+        put(SESSION, &[high, low, u16::from(operates) + 1, live, limit, losses, beat, 1]);
+        for (at, entry) in (0..).zip(&self.results) {
+            let Entry { sequence, state, refusal, command, monitor, status, .. } = *entry;
+            put(
+                RESULTS + at * RESULT_LEN as u16,
+                &[sequence, state, refusal, command, monitor, status],
+            );
+        }
+        put(JOG_RESULT, &self.jog_words());
+        for (at, key) in (0..).zip(self.keys) {
+            put(KEYS + at * KEY_LEN as u16, &key_words(key.unwrap_or_default()));
+        }
+        put(HEARTBEAT, &self.image);
+        Ok(all.get(usize::from(first)..usize::from(end)).unwrap_or_default().to_vec())
+    }
+
+    /// Takes what a master writes: whole blocks.
+    ///
+    /// # Errors
+    ///
+    /// It is a part of a block, or something that cannot be written. Then nothing is taken.
+    pub fn write(
+        &mut self,
+        around: &mut Around<'_>,
+        first: u16,
+        words: &[u16],
+    ) -> Result<Vec<Act>, Exception> {
+        let from = first.checked_sub(HEARTBEAT).map(usize::from).ok_or(Exception::Address)?;
+        let to = from + words.len();
+        if to > WRITTEN {
+            return Err(Exception::Address);
+        }
+        let (jog, command) = (usize::from(JOG - HEARTBEAT), usize::from(COMMAND - HEARTBEAT));
+        if ![0, jog, command].contains(&from) || ![jog, command, WRITTEN].contains(&to) {
+            return Err(Exception::Value);
+        }
+        let mut acts = self.tick(around.now, around.random);
+        // A broadcast is heard by all units, and answered by none: it moves nothing and holds nothing.
+        if !around.broadcast {
+            if let Some(place) = self.image.get_mut(from..to) {
+                place.copy_from_slice(words);
+            }
+            if from == 0 {
+                self.beat(around.now, words.first().copied().unwrap_or_default(), &mut acts);
+            }
+            if from <= jog && to > jog {
+                let at = jog - from;
+                let block = words.get(at..at + JOG_LEN).and_then(|it| it.try_into().ok());
+                self.jog(around, block.unwrap_or_default(), &mut acts);
+            }
+        }
+        if to == WRITTEN {
+            let block = words.last_chunk::<COMMAND_LEN>().copied().unwrap_or_default();
+            self.command(around, block, &mut acts);
+        }
+        Ok(acts)
+    }
+
+    /// When [`Desk::tick`] is to be called.
+    pub fn timeout(&self) -> Option<Now> {
+        let heart = self.heart.live.then(|| self.heart.changed + self.terms.heartbeat);
+        let waits = self.results.iter().filter_map(|it| it.waits.map(|(_, until)| until));
+        waits.chain(heart).min()
+    }
+
+    /// Time has passed.
+    pub fn tick(&mut self, now: Now, random: &mut dyn FnMut() -> Option<u64>) -> Vec<Act> {
+        let mut acts = Vec::new();
+        if self.heart.live && now >= self.heart.changed + self.terms.heartbeat {
+            self.lose(random, &mut acts);
+        }
+        for entry in &mut self.results {
+            if entry.waits.is_some_and(|(_, until)| now >= until) {
+                entry.waits = None;
+                (entry.state, entry.refusal) = (TIMEOUT, Refusal::Late.number());
+            }
+        }
+        acts
+    }
+
+    /// The connection has ended: what the session has started ends as with its heartbeat.
+    pub fn end(&mut self, random: &mut dyn FnMut() -> Option<u64>) -> Vec<Act> {
+        let mut acts = Vec::new();
+        self.lose(random, &mut acts);
+        acts
+    }
+
+    /// The result of a command.
+    pub fn answered(&mut self, ticket: u32, result: Result<(), Failed>) {
+        let is_it = |it: &&mut Entry| it.waits.is_some_and(|(own, _)| own == ticket);
+        let Some(entry) = self.results.iter_mut().find(is_it) else { return };
+        entry.waits = None;
+        match result {
+            Ok(()) => entry.state = DONE,
+            Err(Failed { why, status }) => {
+                (entry.state, entry.refusal, entry.status) = (REFUSED, why.number(), status);
+            }
+        }
+        let opening = self.opening.take_if(|(own, ..)| *own == ticket);
+        let may_be_open = match result {
+            Ok(()) => true,
+            Err(failed) => matches!(failed.why, Refusal::NoAnswer | Refusal::Unknown),
+        };
+        if let Some((_, monitor, valve)) = opening.filter(|_| !may_be_open) {
+            self.opened[monitor][valve] = false;
+        }
+    }
+
+    /// What has become of a beat of a motion by hand.
+    pub fn jogged(&mut self, monitor: usize, axis: usize, said: Result<MotionWord, Failed>) {
+        if monitor != self.jog.monitor || self.jog.toward[axis].is_none() {
+            return;
+        }
+        let (state, failed) = match said {
+            Ok(MotionWord::Armed) => (motion::ARMED, None),
+            Ok(MotionWord::Moving) => (motion::MOVING, None),
+            Ok(MotionWord::Stopping | MotionWord::Ended) => (motion::ENDED, Some(Refusal::Ended)),
+            Err(failed) => (motion::REFUSED, Some(failed.why)),
+        };
+        self.jog.states[axis] = state;
+        if let Some(why) = failed {
+            self.jog.refusal = why.number();
+            // A motion that others have ended does not start again by itself.
+            self.jog.toward[axis] = None;
+        }
+    }
+
+    fn renew_keys(&mut self, random: &mut dyn FnMut() -> Option<u64>) {
+        self.keys.iter_mut().for_each(|key| *key = random().filter(|it| *it != 0));
+    }
+
+    fn beat(&mut self, now: Now, value: u16, acts: &mut Vec<Act>) {
+        let heart = &mut self.heart;
+        if heart.value == Some(value) {
+            return;
+        }
+        let in_time = heart.value.is_some() && now < heart.changed + self.terms.heartbeat;
+        (heart.value, heart.changed) = (Some(value), now);
+        if in_time && !heart.live {
+            heart.live = true;
+            acts.push(Act::Back);
+        }
+        if !heart.live {
+            return;
+        }
+        let monitor = self.jog.monitor;
+        let toward = self.jog.toward;
+        for (axis, toward) in toward.into_iter().enumerate() {
+            acts.extend(toward.map(|toward| Act::Beat { monitor, axis, toward }));
+        }
+    }
+
+    /// The heartbeat is lost: everything ends that it has held.
+    fn lose(&mut self, random: &mut dyn FnMut() -> Option<u64>, acts: &mut Vec<Act>) {
+        self.heart.live = false;
+        self.voids = self.voids.wrapping_add(1);
+        self.heart.losses = self.heart.losses.wrapping_add(1);
+        self.end_jog(Some(Refusal::Heartbeat), acts);
+        for (monitor, sent) in std::mem::take(&mut self.sent).into_iter().enumerate() {
+            let axes = (0..).zip(sent).filter(|(_, sent)| *sent);
+            acts.extend(axes.map(|(axis, _)| Act::Halt { monitor, axis }));
+        }
+        if self.terms.closes {
+            for (monitor, opened) in std::mem::take(&mut self.opened).into_iter().enumerate() {
+                let valves = (1..).zip(opened).filter(|(_, opened)| *opened);
+                acts.extend(valves.map(|(valve, _)| Act::Shut { monitor, valve }));
+            }
+        }
+        self.renew_keys(random);
+        acts.push(Act::Lost);
+    }
+}
+
+/// Motions by hand.
+impl Desk {
+    fn jog(&mut self, around: &Around<'_>, block: [u16; JOG_LEN], acts: &mut Vec<Act>) {
+        // A master that writes its image again and again repeats the block: that says nothing new.
+        if block == self.jog.block {
+            return;
+        }
+        self.end_jog(None, acts);
+        self.jog = Jog { block, ..Jog::default() };
+        let [_, high, low, monitor, directions @ ..] = block;
+        if directions == [0; 3] {
+            return;
+        }
+        let toward = directions.map(|it| match it.cast_signed() {
+            0 => Some(None),
+            1 => Some(Some(Toward::Max)),
+            -1 => Some(Some(Toward::Min)),
+            _ => None,
+        });
+        let at = self.monitor(around, monitor);
+        let refusal = if let Err(why) = self.may_move(around, [high, low]) {
+            Some(why)
+        } else if at.is_none() {
+            Some(Refusal::Monitor)
+        } else if toward.contains(&None) {
+            Some(Refusal::Argument)
+        } else {
+            at.and_then(|at| not_held(around, at))
+        };
+        if let Some(why) = refusal {
+            self.jog.refusal = why.number();
+            self.jog.states = directions.map(|it| match it {
+                0 => motion::NONE,
+                _ => motion::REFUSED,
+            });
+            return;
+        }
+        self.jog.monitor = at.unwrap_or_default();
+        self.jog.toward = toward.map(Option::flatten);
+        for (axis, toward) in self.jog.toward.into_iter().enumerate() {
+            if toward.is_some() {
+                self.jog.states[axis] = motion::ARMED;
+                // The hand has the drive now: what it was sent to is over.
+                self.sent[self.jog.monitor][axis] = false;
+            }
+        }
+    }
+
+    fn end_jog(&mut self, why: Option<Refusal>, acts: &mut Vec<Act>) {
+        let monitor = self.jog.monitor;
+        for (axis, toward) in std::mem::take(&mut self.jog.toward).into_iter().enumerate() {
+            if toward.is_some() {
+                acts.push(Act::Release { monitor, axis });
+                self.jog.states[axis] = motion::ENDED;
+                self.jog.refusal = why.map_or(self.jog.refusal, Refusal::number);
+            }
+        }
+    }
+
+    fn jog_words(&self) -> [u16; JOG_RESULT_LEN] {
+        let Jog { block: [sequence, _, _, monitor, ..], states, refusal, .. } = self.jog;
+        let any = |state| states.contains(&state);
+        // The worst of the drives, in short.
+        let state = [motion::REFUSED, motion::ENDED, motion::MOVING, motion::ARMED];
+        let state = state.into_iter().find(|state| any(*state)).unwrap_or(motion::NONE);
+        let [traverse, elevation, nozzle] = states;
+        [sequence, state, refusal, monitor, traverse, elevation, nozzle, 0]
+    }
+}
+
+/// Commands.
+impl Desk {
+    fn command(&mut self, around: &mut Around<'_>, block: [u16; COMMAND_LEN], acts: &mut Vec<Act>) {
+        let [sequence, high, low, number, monitor, first, second, third, fourth, key @ ..] = block;
+        if number == 0 {
+            return;
+        }
+        let command = Command::by_number(number);
+        if around.broadcast && !matches!(command, Some(Command::Stop | Command::Close)) {
+            return;
+        }
+        let same = self.last == Some(block);
+        let entry = Entry { sequence, command: number, monitor, ..Entry::default() };
+        if let Some(command) = command.filter(|it| it.is_urgent()) {
+            self.last = Some(block);
+            return self.urgent(around, command, first, (entry, same), acts);
+        }
+        if same {
+            return;
+        }
+        if self.last.is_some_and(|[before, ..]| before == sequence) {
+            self.last = Some(block);
+            return self.refuse(entry, Refusal::Sequence);
+        }
+        self.last = Some(block);
+        let arguments = [first, second, third, fourth];
+        match self.checked(around, command, [high, low], monitor, arguments, key) {
+            Ok((at, what)) => {
+                let ticket = self.accept(around.now, entry, Some(at), what, acts);
+                if let What::GoTo(targets) = what {
+                    let sent = self.sent[at].iter_mut().zip(targets);
+                    sent.for_each(|(sent, target)| *sent |= target.is_some());
+                }
+                if let What::Open(valve) = what {
+                    let valve = usize::from(valve == 2);
+                    self.opened[at][valve] = true;
+                    self.opening = Some((ticket, at, valve));
+                }
+            }
+            Err(why) => self.refuse(entry, why),
+        }
+    }
+
+    /// What a command asks for, if the master may ask for it now.
+    fn checked(
+        &mut self,
+        around: &mut Around<'_>,
+        command: Option<Command>,
+        session: [u16; 2],
+        monitor: u16,
+        arguments: [u16; 4],
+        key: [u16; KEY_LEN],
+    ) -> Result<(usize, What), Refusal> {
+        let command = command.ok_or(Refusal::Command)?;
+        if command == Command::Release {
+            // Who has no heartbeat may still release what it holds.
+            self.is_own(session)?;
+        } else {
+            self.may_move(around, session)?;
+        }
+        if self.results.iter().any(|it| it.waits.is_some() && !it.urgent) {
+            return Err(Refusal::Busy);
+        }
+        let at = self.monitor(around, monitor).ok_or(Refusal::Monitor)?;
+        let what = match command {
+            Command::Take | Command::Release | Command::Ask => {
+                return Ok((at, What::Authority(command)));
+            }
+            Command::GoTo => What::GoTo(targets(arguments).ok_or(Refusal::Argument)?),
+            Command::Deploy => What::Deploy,
+            Command::Stow => What::Stow,
+            Command::Open => {
+                if !(1..=2).contains(&arguments[0]) {
+                    return Err(Refusal::Argument);
+                }
+                let offered = self.keys[at].take();
+                // A key is tried once, whether it is right or not.
+                self.keys[at] = (around.random)().filter(|it| *it != 0);
+                if offered.is_none_or(|offered| key_words(offered) != key) {
+                    return Err(Refusal::Key);
+                }
+                What::Open(arguments[0])
+            }
+            Command::Close | Command::Stop | Command::Lockout => return Err(Refusal::Command),
+        };
+        match not_held(around, at) {
+            Some(why) => Err(why),
+            None => Ok((at, what)),
+        }
+    }
+
+    /// Stop, Close and Lockout are taken from every master, in every state of the session.
+    fn urgent(
+        &mut self,
+        around: &Around<'_>,
+        command: Command,
+        valve: u16,
+        (entry, same): (Entry, bool),
+        acts: &mut Vec<Act>,
+    ) {
+        let at = self.monitor(around, entry.monitor);
+        let everywhere = entry.monitor == 0 && command != Command::Close;
+        if at.is_none() && !everywhere {
+            return self.refuse(entry, Refusal::Monitor);
+        }
+        let what = match command {
+            Command::Close if valve <= 2 => What::Close(valve),
+            Command::Close => return self.refuse(entry, Refusal::Argument),
+            Command::Lockout => What::Lockout,
+            _ => What::Stop,
+        };
+        // What was asked for before it must not be sent after it.
+        self.voids = self.voids.wrapping_add(1);
+        if command == Command::Stop || command == Command::Lockout {
+            let of = |monitor: usize| at.is_none_or(|at| at == monitor);
+            if of(self.jog.monitor) {
+                self.end_jog(Some(Refusal::Ended), acts);
+            }
+            let sent = self.sent.iter_mut().enumerate().filter(|(monitor, _)| of(*monitor));
+            sent.for_each(|(_, sent)| *sent = [false; 3]);
+        }
+        // One that is written again and again is one entry.
+        let entry = Entry { urgent: true, ..entry };
+        let again = |it: &Entry| it.urgent && it.sequence == entry.sequence;
+        if same && self.results.front().is_some_and(again) {
+            self.results.pop_front();
+        }
+        if let (What::Close(valve), Some(at)) = (what, at) {
+            let shut = |number: u16| valve == 0 || valve == number;
+            let opened = (1..).zip(&mut self.opened[at]).filter(|(number, _)| shut(*number));
+            opened.for_each(|(_, opened)| *opened = false);
+        }
+        self.accept(around.now, entry, at, what, acts);
+    }
+
+    fn accept(
+        &mut self,
+        now: Now,
+        entry: Entry,
+        monitor: Option<usize>,
+        what: What,
+        acts: &mut Vec<Act>,
+    ) -> u32 {
+        self.tickets = self.tickets.wrapping_add(1);
+        let ticket = self.tickets;
+        let waits = Some((ticket, now + self.terms.answer));
+        self.keep(Entry { state: ACCEPTED, waits, ..entry });
+        acts.push(Act::Do { ticket, monitor, what });
+        ticket
+    }
+
+    fn refuse(&mut self, entry: Entry, why: Refusal) {
+        self.keep(Entry { state: REFUSED, refusal: why.number(), ..entry });
+    }
+
+    /// Puts a result in front. What gives way is one that has come, the oldest first; of those that are
+    /// waited for a Stop, which is carried out all the same.
+    fn keep(&mut self, entry: Entry) {
+        if self.results.len() >= RESULTS_KEPT {
+            let has_come = self.results.iter().rposition(|it| it.waits.is_none());
+            let stop = || self.results.iter().rposition(|it| it.urgent);
+            let gone = has_come.or_else(stop).unwrap_or(RESULTS_KEPT - 1);
+            self.results.remove(gone);
+        }
+        self.results.push_front(entry);
+    }
+
+    fn is_own(&self, session: [u16; 2]) -> Result<(), Refusal> {
+        if halves(self.session) == session { Ok(()) } else { Err(Refusal::Session) }
+    }
+
+    /// What everything needs that is not urgent.
+    fn may_move(&self, around: &Around<'_>, session: [u16; 2]) -> Result<(), Refusal> {
+        if !around.operates {
+            return Err(Refusal::Role);
+        }
+        self.is_own(session)?;
+        if self.heart.live { Ok(()) } else { Err(Refusal::Heartbeat) }
+    }
+
+    /// The place of a monitor that is counted from 1.
+    fn monitor(&self, around: &Around<'_>, number: u16) -> Option<usize> {
+        let at = usize::from(number).checked_sub(1)?;
+        (at < around.sight.monitors.len().min(MONITORS)).then_some(at)
+    }
+}
+
+/// Why this session may not command a monitor; `None`: it holds it.
+fn not_held(around: &Around<'_>, at: usize) -> Option<Refusal> {
+    match around.sight.monitors.get(at).map(|it| it.holder) {
+        Some(Holder::Mine) => None,
+        Some(Holder::Other) => Some(Refusal::Held),
+        Some(Holder::Free) | None => Some(Refusal::NotTaken),
+    }
+}
+
+/// The targets of the drives whose bits are set in the first argument.
+fn targets([mask, rest @ ..]: [u16; 4]) -> Option<[Option<i16>; 3]> {
+    if !(1..=7).contains(&mask) {
+        return None;
+    }
+    let mut targets = [None; 3];
+    for (axis, (value, (least, most))) in rest.into_iter().zip(TARGETS).enumerate() {
+        let value = value.cast_signed();
+        if mask & 1 << axis != 0 {
+            targets[axis] = Some(value).filter(|it| (least..=most).contains(it));
+            targets[axis]?;
+        }
+    }
+    Some(targets)
+}

@@ -1,0 +1,489 @@
+//! The lines: who connects, what is read and written, when a connection ends. What is decided is in
+//! [`super::desk`].
+
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_texts::{Text as _, hub as text};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Notify, mpsc};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
+
+use super::access::{self, Level};
+use super::desk::{Around, Desk};
+use super::frames::{Frame, Next, Splitter};
+use super::hand::{Answer, Hand};
+use super::layout::{COMMAND, COMMAND_LEN};
+use super::pdu::{self, Ask, Exception};
+use super::view::PlugClient;
+use super::{Place, Server};
+use crate::access::{Bucket, Kind, Principal, Role, Standing};
+use crate::clock::ms;
+use crate::field::line::{Line, said};
+use crate::field::wire::Framing;
+use crate::hub::{Caller, Hub};
+use crate::sync::lock;
+use crate::text::Both;
+
+/// Rest before a line that failed is opened again.
+const RETRY: Duration = Duration::from_secs(2);
+/// Connections of one address.
+const OF_ADDRESS_MAX: usize = 4;
+/// A connection that is silent for this time gives way to a new one of its address: its master has lost it.
+const GIVES_WAY: Duration = Duration::from_secs(3);
+/// A frame over TCP is complete within this time.
+const WITHIN: Duration = Duration::from_secs(2);
+/// Shortest silence that ends a frame of a serial line: adapters pause within one.
+const SILENCE: Duration = Duration::from_millis(20);
+/// The same over TCP, where networks pause too.
+const SILENCE_TCP: Duration = Duration::from_millis(50);
+/// Longest time for sending an answer.
+const SENT: Duration = Duration::from_secs(2);
+/// Answers that wait to be sent: a master that does not read them is disconnected.
+const ANSWERS_MAX: usize = 64;
+/// Results that wait for the session.
+const RESULTS_MAX: usize = 64;
+/// Requests of a connection, at once and per second; more are read later.
+const REQUESTS: (f64, f64) = (200.0, 500.0);
+/// Units of Modbus TCP that mean the server itself.
+const ITSELF: [u8; 2] = [0, 255];
+
+/// Serves until the hub ends. A line that fails is opened again.
+pub async fn run(hub: Hub, server: Arc<Server>) {
+    let mut shutdown = hub.shutdown();
+    loop {
+        let failed = tokio::select! {
+            failed = listen(&hub, &server) => failed,
+            () = shutdown.requested() => return,
+        };
+        let name = &server.config.name;
+        if server.counts.set_error(Some(failed.clone())) {
+            hub.event(None, &text::PlugNotListening { name, why: &failed }.words());
+        }
+        tokio::select! {
+            () = sleep(RETRY) => {}
+            () = shutdown.requested() => return,
+        }
+    }
+}
+
+/// Returns why it does not listen any more.
+async fn listen(hub: &Hub, server: &Arc<Server>) -> Both {
+    let opened = |url: String| {
+        if server.counts.set_error(None) {
+            let name = &server.config.name;
+            hub.event(None, &text::PlugListening { name, url: &url }.words());
+        }
+    };
+    match &server.config.place {
+        Place::Tcp(address, framing) => match TcpListener::bind(address).await {
+            Ok(listener) => {
+                opened(server.config.url());
+                accept(hub, server, &listener, *framing).await
+            }
+            Err(error) => said(&error),
+        },
+        Place::Serial(line) => match line.open_port() {
+            Ok((port, _claim)) => {
+                opened(server.config.url());
+                let silence = line.silence().max(SILENCE);
+                let (from, heard) = (From { address: None, shown: shown(line) }, Arc::default());
+                session(hub, server, port, (Framing::Rtu, silence), from, heard).await;
+                text::PlugPortLost.words()
+            }
+            Err(why) => why,
+        },
+    }
+}
+
+fn shown(line: &Line) -> String {
+    match line {
+        Line::Serial { path, .. } => path.display().to_string(),
+        Line::Tcp { .. } => line.to_string(),
+    }
+}
+
+/// Where a master is.
+struct From {
+    /// Its address; `None`: on a serial line.
+    address: Option<IpAddr>,
+    /// The same for people.
+    shown: String,
+}
+
+/// An open connection.
+struct Open {
+    number: u64,
+    from: IpAddr,
+    /// Time of its last request, ms of the hub.
+    heard: Arc<AtomicU64>,
+    gives_way: Arc<Notify>,
+}
+
+async fn accept(hub: &Hub, server: &Arc<Server>, listener: &TcpListener, framing: Framing) -> Both {
+    let open: Arc<Mutex<Vec<Open>>> = Arc::default();
+    for number in 0_u64.. {
+        let (stream, from) = match listener.accept().await {
+            Ok((stream, address)) => (stream, address.ip().to_canonical()),
+            Err(error) => return said(&error),
+        };
+        let heard = Arc::new(AtomicU64::new(ms(hub.now())));
+        let Some(gives_way) = place(hub, server, &open, (number, from), &heard) else {
+            server.counts.count(|it| &it.rejected);
+            tracing::warn!(server = server.config.name, %from, "a Modbus connection is rejected");
+            continue;
+        };
+        let (hub, server, open) = (hub.clone(), server.clone(), open.clone());
+        tokio::spawn(async move {
+            tokio::select! {
+                () = over_tcp(&hub, &server, stream, framing, from, heard) => {}
+                () = gives_way.notified() => {}
+            }
+            lock(&open).retain(|it| it.number != number);
+        });
+    }
+    Both::default()
+}
+
+/// Room for a connection; what ends it when it has to give way.
+fn place(
+    hub: &Hub,
+    server: &Server,
+    open: &Mutex<Vec<Open>>,
+    (number, from): (u64, IpAddr),
+    heard: &Arc<AtomicU64>,
+) -> Option<Arc<Notify>> {
+    let config = &server.config;
+    let allowed = if config.allow.is_empty() {
+        from.is_loopback()
+    } else {
+        config.allow.iter().any(|it| it.has(from))
+    };
+    if !allowed || access::name_of(&config.grants, Some(from)).is_none() {
+        return None;
+    }
+    let mut open = lock(open);
+    let own = open.iter().filter(|it| it.from == from).count();
+    if own >= OF_ADDRESS_MAX || open.len() >= config.connections_max {
+        let of_own = open.iter().filter(|it| it.from == from);
+        let oldest = of_own.min_by_key(|it| it.heard.load(Ordering::Relaxed))?;
+        let silent = ms(hub.now()).saturating_sub(oldest.heard.load(Ordering::Relaxed));
+        if silent < ms(GIVES_WAY) {
+            return None;
+        }
+        let number = oldest.number;
+        oldest.gives_way.notify_one();
+        open.retain(|it| it.number != number);
+    }
+    let gives_way = Arc::new(Notify::new());
+    let heard = heard.clone();
+    open.push(Open { number, from, heard, gives_way: gives_way.clone() });
+    Some(gives_way)
+}
+
+async fn over_tcp(
+    hub: &Hub,
+    server: &Arc<Server>,
+    stream: TcpStream,
+    framing: Framing,
+    from: IpAddr,
+    heard: Arc<AtomicU64>,
+) {
+    if stream.set_nodelay(true).is_err() {
+        return;
+    }
+    let silence = if framing == Framing::Tcp { WITHIN } else { SILENCE_TCP };
+    let from = From { address: Some(from), shown: from.to_string() };
+    session(hub, server, stream, (framing, silence), from, heard).await;
+}
+
+async fn session<S>(
+    hub: &Hub,
+    server: &Arc<Server>,
+    stream: S,
+    (framing, silence): (Framing, Duration),
+    from: From,
+    heard: Arc<AtomicU64>,
+) where
+    S: AsyncRead + AsyncWrite + Send + 'static,
+{
+    let (reader, writer) = tokio::io::split(stream);
+    let (outgoing, sent) = mpsc::channel(ANSWERS_MAX);
+    let mut session = Session::begin(hub, server, Splitter::new(framing), from, outgoing);
+    tokio::select! {
+        () = session.run(reader, framing, silence, &heard) => {}
+        () = write(writer, sent) => {}
+    }
+}
+
+/// Sends answers until the master does not take them.
+async fn write<W: AsyncWrite>(mut writer: WriteHalf<W>, mut answers: mpsc::Receiver<Vec<u8>>) {
+    while let Some(answer) = answers.recv().await {
+        let sent = timeout(SENT, async {
+            writer.write_all(&answer).await?;
+            writer.flush().await
+        });
+        if !matches!(sent.await, Ok(Ok(()))) {
+            return;
+        }
+    }
+}
+
+/// A connection of a master. Dropped, it ends what it has started.
+struct Session {
+    hub: Hub,
+    server: Arc<Server>,
+    from: Option<IpAddr>,
+    key: crate::hub::SeatKey,
+    desks: Vec<(u8, Desk, Hand)>,
+    splitter: Splitter,
+    outgoing: mpsc::Sender<Vec<u8>>,
+    results: mpsc::Receiver<Answer>,
+    bucket: Bucket,
+}
+
+impl Session {
+    fn begin(
+        hub: &Hub,
+        server: &Arc<Server>,
+        splitter: Splitter,
+        from: From,
+        outgoing: mpsc::Sender<Vec<u8>>,
+    ) -> Self {
+        let config = &server.config;
+        let name = access::name_of(&config.grants, from.address).unwrap_or_default().to_owned();
+        let operates = |unit: u8| {
+            let last = COMMAND + COMMAND_LEN as u16 - 1;
+            access::level(&config.grants, from.address, unit, COMMAND, last) == Level::Operator
+        };
+        let units = config.units();
+        let any = units.iter().any(|(unit, _)| operates(*unit));
+        let principal = Principal {
+            user: format!("modbus {name}"),
+            role: if any { Role::Operator } else { Role::Observer },
+            kind: Kind::Modbus,
+            key: format!("modbus {} {}", config.name, random().unwrap_or_default()),
+            csrf: String::new(),
+            expires_ms: 0,
+            standing: Standing::Good,
+        };
+        let key = hub.connect(&principal, &from.shown, None);
+        let caller = Caller::plug(principal, from.shown.clone(), key.seat.clone(), "modbus");
+        let (answers, results) = mpsc::channel(RESULTS_MAX);
+        let number = session_number();
+        let desk = |((unit, ids), version): (&(u8, &[String]), &u32)| {
+            let hand = Hand::new((hub, &caller), (*unit, *version), ids, &answers);
+            (*unit, Desk::new(config.terms, number, hub.now(), &mut random), hand)
+        };
+        let desks = units.iter().zip(&server.versions).map(desk).collect();
+        let since_ms = hub.clock().now_ms();
+        let (seat, from_address) = (key.seat.clone(), from.address);
+        server.counts.came(PlugClient { name, from: from.shown, seat, since_ms });
+        let bucket = Bucket::new(hub.now(), REQUESTS.0, REQUESTS.1);
+        let (hub, server) = (hub.clone(), server.clone());
+        Self { hub, server, from: from_address, key, desks, splitter, outgoing, results, bucket }
+    }
+
+    async fn run<S: AsyncRead>(
+        &mut self,
+        mut reader: ReadHalf<S>,
+        framing: Framing,
+        silence: Duration,
+        heard: &AtomicU64,
+    ) {
+        let mut buffer = [0; 512];
+        let (mut shutdown, start) = (self.hub.shutdown(), self.hub.start());
+        let (mut last_bytes, mut paused) = (self.hub.now(), Duration::ZERO);
+        let idle = self.from.map(|_| self.server.config.idle);
+        loop {
+            let now = self.hub.now();
+            let last_frame = Duration::from_millis(heard.load(Ordering::Relaxed));
+            let ends = idle.map(|idle| last_frame + idle);
+            let silent = self.splitter.is_within().then(|| last_bytes + silence);
+            let desks = self.desks.iter().filter_map(|(_, desk, _)| desk.timeout());
+            let reads_again = (paused > now).then_some(paused);
+            let next = desks.chain(ends).chain(silent).chain(reads_again).min();
+            tokio::select! {
+                () = shutdown.requested() => return,
+                Some((unit, ticket, result)) = self.results.recv() => {
+                    if let Some((_, desk, _)) = self.desks.iter_mut().find(|it| it.0 == unit) {
+                        desk.answered(ticket, result);
+                    }
+                }
+                // Messages are not for this client: what concerns the session is in its registers.
+                Some(_) = self.key.events.recv() => {}
+                read = reader.read(&mut buffer), if paused <= now => {
+                    let Ok(len @ 1..) = read else { return };
+                    self.splitter.feed(buffer.get(..len).unwrap_or_default());
+                    last_bytes = self.hub.now();
+                    loop {
+                        match self.splitter.next() {
+                            Next::Frame(frame) => {
+                                heard.store(ms(self.hub.now()), Ordering::Relaxed);
+                                if !self.heed(&frame, framing) {
+                                    return;
+                                }
+                                // What was asked is done at once; the next request is what waits.
+                                if let Err(wait) = self.bucket.take(self.hub.now()) {
+                                    paused = self.hub.now() + wait;
+                                }
+                            }
+                            Next::More => break,
+                            Next::Broken => return self.count_malformed(),
+                        }
+                    }
+                    self.count_malformed();
+                }
+                () = until(start, next) => {
+                    let now = self.hub.now();
+                    self.tick();
+                    if ends.is_some_and(|ends| now >= ends) {
+                        return;
+                    }
+                    if silent.is_some_and(|silent| now >= silent) {
+                        let cut = framing == Framing::Tcp;
+                        if let Next::Frame(frame) = self.splitter.silence()
+                            && !cut
+                            && !self.heed(&frame, framing)
+                        {
+                            return;
+                        }
+                        self.count_malformed();
+                        if cut {
+                            return;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn count_malformed(&mut self) {
+        let malformed = self.splitter.malformed();
+        self.server.counts.malformed.fetch_add(malformed, Ordering::Relaxed);
+    }
+
+    fn tick(&mut self) {
+        for (_, desk, hand) in &mut self.desks {
+            let acts = desk.tick(self.hub.now(), &mut random);
+            hand.carry_out(desk, acts);
+        }
+    }
+
+    /// Answers a request; `false`: the master does not read its answers.
+    fn heed(&mut self, frame: &Frame, framing: Framing) -> bool {
+        let serial = framing == Framing::Rtu;
+        let first = self.server.config.unit;
+        if serial && frame.unit == 0 {
+            if let Ok(Ask::Write { first, words }) = pdu::parse(&frame.pdu) {
+                for at in 0..self.desks.len() {
+                    _ = self.write(at, first, &words, true);
+                }
+            }
+            return true;
+        }
+        let unit = if !serial && ITSELF.contains(&frame.unit) { first } else { frame.unit };
+        let Some(at) = self.desks.iter().position(|it| it.0 == unit) else {
+            // On a serial line it is another device's.
+            let no_path = || pdu::refusal(&frame.pdu, Exception::NoPath);
+            return serial || self.answer(frame, &no_path());
+        };
+        let result = match pdu::parse(&frame.pdu) {
+            Ok(Ask::Read { first, count }) => self.read(at, first, count).map(|words| {
+                pdu::read_answer(frame.pdu.first().copied().unwrap_or_default(), &words)
+            }),
+            // Where its beginning is not certain, nothing but Stop is taken: as from a broadcast.
+            Ok(Ask::Write { first, words }) if !frame.certain => {
+                _ = self.write(at, first, &words, true);
+                return true;
+            }
+            Ok(Ask::Write { first, words }) => {
+                self.write(at, first, &words, false).map(|()| pdu::write_answer(&frame.pdu))
+            }
+            Err(why) => Err(why),
+        };
+        let answer = result.unwrap_or_else(|why| {
+            self.server.counts.count(|it| &it.exceptions);
+            pdu::refusal(&frame.pdu, why)
+        });
+        self.answer(frame, &answer)
+    }
+
+    fn answer(&mut self, frame: &Frame, pdu: &[u8]) -> bool {
+        self.server.counts.count(|it| &it.requests);
+        let answer = self.splitter.answer(frame, pdu);
+        self.outgoing.try_send(answer).is_ok()
+    }
+
+    fn level(&self, unit: u8, first: u16, count: usize) -> Level {
+        let last = usize::from(first) + count.saturating_sub(1);
+        let Ok(last) = u16::try_from(last) else { return Level::None };
+        access::level(&self.server.config.grants, self.from, unit, first, last)
+    }
+
+    fn read(&self, at: usize, first: u16, count: u16) -> Result<Vec<u16>, Exception> {
+        let (unit, desk, hand) = self.desks.get(at).ok_or(Exception::NoPath)?;
+        if self.level(*unit, first, usize::from(count)) == Level::None {
+            return Err(Exception::Address);
+        }
+        let operates = self.level(*unit, COMMAND, COMMAND_LEN) == Level::Operator;
+        desk.read(operates, &hand.sight(), first, count)
+    }
+
+    fn write(
+        &mut self,
+        at: usize,
+        first: u16,
+        words: &[u16],
+        broadcast: bool,
+    ) -> Result<(), Exception> {
+        let unit = self.desks.get(at).ok_or(Exception::NoPath)?.0;
+        let level = self.level(unit, first, words.len());
+        if level == Level::None {
+            return Err(Exception::Address);
+        }
+        let Some((_, desk, hand)) = self.desks.get_mut(at) else { return Err(Exception::NoPath) };
+        let sight = hand.sight();
+        let mut around = Around {
+            now: self.hub.now(),
+            operates: level == Level::Operator,
+            broadcast,
+            sight: &sight,
+            random: &mut random,
+        };
+        let acts = desk.write(&mut around, first, words)?;
+        hand.carry_out(desk, acts);
+        Ok(())
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        for (_, desk, hand) in &mut self.desks {
+            let acts = desk.end(&mut random);
+            hand.carry_out(desk, acts);
+        }
+        self.hub.disconnect(&self.key);
+        self.server.counts.went(&self.key.seat);
+    }
+}
+
+/// Waits for a moment after the start of the hub.
+async fn until(start: Instant, next: Option<Duration>) {
+    match next {
+        Some(at) => sleep_until(start + at).await,
+        None => std::future::pending().await,
+    }
+}
+
+fn random() -> Option<u64> {
+    getrandom::u64().ok()
+}
+
+/// The number of a session: not zero, which is what registers have that were never written.
+fn session_number() -> u32 {
+    getrandom::u32().unwrap_or_default().max(1)
+}

@@ -65,6 +65,8 @@ pub enum Command {
     Conform(Box<cmd::conform::ConformArgs>),
     Coverage(cmd::coverage::CoverageArgs),
     Throw(cmd::throw::ThrowArgs),
+    #[command(subcommand)]
+    Map(cmd::map::MapCommand),
     Status(cmd::status::StatusArgs),
     Watch(cmd::watch::WatchArgs),
     Top(cmd::top::TopArgs),

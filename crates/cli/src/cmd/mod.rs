@@ -16,6 +16,7 @@ pub mod exercise;
 pub mod install;
 pub mod jog;
 pub mod limits;
+pub mod map;
 pub mod motion;
 pub mod param;
 pub mod ports;

@@ -1104,6 +1104,8 @@ export interface components {
             monitors: number;
             /** Format: int64 */
             now_ms: number;
+            /** @description Servers of other protocols, and their clients. */
+            plugs: components["schemas"]["PlugView"][];
             rates: components["schemas"]["PerSecond"];
             /** Format: int64 */
             started_ms: number;
@@ -1302,7 +1304,7 @@ export interface components {
          * @description How a client has identified itself.
          * @enum {string}
          */
-        Kind: "session" | "token" | "certificate" | "demo";
+        Kind: "session" | "token" | "certificate" | "demo" | "modbus";
         /** @description A monitor that votes do not open. */
         LeftOut: {
             /** @description The monitor. */
@@ -1906,6 +1908,52 @@ export interface components {
             speed_mps: number;
             /** @description The same in words. */
             text: components["schemas"]["Both"];
+        };
+        /** @description A client of a plug. */
+        PlugClient: {
+            /** @description Its address, or the serial port. */
+            from: string;
+            /** @description Its name in the configuration. */
+            name: string;
+            /** @description Its seat: what holds authority. */
+            seat: string;
+            /**
+             * Format: int64
+             * @description When it connected, ms since 1970.
+             */
+            since_ms: number;
+        };
+        /** @description A plug: a server of another protocol. */
+        PlugView: {
+            /** @description Where it listens. */
+            address: string;
+            /** @description Its clients. */
+            clients: components["schemas"]["PlugClient"][];
+            error: components["schemas"]["Both"] | null;
+            /**
+             * Format: int64
+             * @description Of these, those answered by an exception.
+             */
+            exceptions: number;
+            /**
+             * Format: int64
+             * @description Frames that were none, and connections closed for that.
+             */
+            malformed: number;
+            /** @description Its name in the configuration. */
+            name: string;
+            /** @description `modbus`. */
+            protocol: string;
+            /**
+             * Format: int64
+             * @description Connections that were not taken: not allowed, or too many.
+             */
+            rejected: number;
+            /**
+             * Format: int64
+             * @description Requests that were answered.
+             */
+            requests: number;
         };
         /**
          * @description How urgent an alarm is; the most urgent first.
@@ -3851,6 +3899,8 @@ export type Pending = components['schemas']['Pending'];
 export type PerSecond = components['schemas']['PerSecond'];
 export type Place = components['schemas']['Place'];
 export type PlannedWind = components['schemas']['PlannedWind'];
+export type PlugClient = components['schemas']['PlugClient'];
+export type PlugView = components['schemas']['PlugView'];
 export type Priority = components['schemas']['Priority'];
 export type Program = components['schemas']['Program'];
 export type Progress = components['schemas']['Progress'];

@@ -15,6 +15,7 @@ mod keep_out;
 mod kinds;
 mod modbus;
 mod packed;
+mod plugs;
 mod postgres;
 mod recordings;
 mod roles;

@@ -42,8 +42,10 @@ const SILENCE: Duration = Duration::from_millis(20);
 const SILENCE_TCP: Duration = Duration::from_millis(50);
 /// Longest time for sending an answer.
 const SENT: Duration = Duration::from_secs(2);
-/// Answers that wait to be sent: a master that does not read them is disconnected.
-const ANSWERS_MAX: usize = 64;
+/// Answers that wait to be sent.
+const ANSWERS_MAX: usize = 128;
+/// Requests in one reading, at the most: nothing is read while there is no room for their answers.
+const READ_AT_ONCE: usize = 64;
 /// Results that wait for the session.
 const RESULTS_MAX: usize = 64;
 /// Requests of a connection, at once and per second; more are read later.
@@ -297,6 +299,7 @@ impl Session {
         let mut buffer = [0; 512];
         let (mut shutdown, start) = (self.hub.shutdown(), self.hub.start());
         let (mut last_bytes, mut paused) = (self.hub.now(), Duration::ZERO);
+        let outgoing = self.outgoing.clone();
         let idle = self.from.map(|_| self.server.config.idle);
         loop {
             let now = self.hub.now();
@@ -305,6 +308,7 @@ impl Session {
             let silent = self.splitter.is_within().then(|| last_bytes + silence);
             let desks = self.desks.iter().filter_map(|(_, desk, _)| desk.timeout());
             let reads_again = (paused > now).then_some(paused);
+            let has_room = self.outgoing.capacity() >= READ_AT_ONCE;
             let next = desks.chain(ends).chain(silent).chain(reads_again).min();
             tokio::select! {
                 () = shutdown.requested() => return,
@@ -315,7 +319,9 @@ impl Session {
                 }
                 // Messages are not for this client: what concerns the session is in its registers.
                 Some(_) = self.key.events.recv() => {}
-                read = reader.read(&mut buffer), if paused <= now => {
+                // A master that does not take its answers is not heard; see [`SENT`].
+                room = outgoing.reserve_many(READ_AT_ONCE), if !has_room => drop(room),
+                read = reader.read(&mut buffer), if paused <= now && has_room => {
                     let Ok(len @ 1..) = read else { return };
                     self.splitter.feed(buffer.get(..len).unwrap_or_default());
                     last_bytes = self.hub.now();

@@ -451,7 +451,7 @@ async fn detectors_on_a_serial_line_and_behind_a_serial_server() {
 
 /// A pseudo-terminal: one end as a stream, the path of the other, and what keeps it open.
 #[cfg(target_os = "linux")]
-fn pty() -> (
+pub fn pty() -> (
     tokio::io::Join<tokio::net::unix::pipe::Receiver, tokio::net::unix::pipe::Sender>,
     String,
     std::os::fd::OwnedFd,

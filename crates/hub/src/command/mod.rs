@@ -29,6 +29,7 @@ use crate::hub::{Caller, Hub};
 use crate::monitor::program;
 use crate::monitor::station::Station;
 use crate::monitor::status::Subsystem;
+use crate::plugs::modbus::VIA;
 use crate::sync::lock;
 
 /// Longest wait of a command for its entry to be on the disk; then it goes first.
@@ -131,7 +132,13 @@ impl Hub {
         if needs.authority {
             let mut authority = lock(&station.authority);
             // What the hub sends for a client does not keep it from being lost.
-            let tuned = caller.via == TUNE && authority.is_present(&caller.seat.seat);
+            let present = authority.is_present(&caller.seat.seat);
+            let tuned = caller.via == TUNE && present;
+            // A command of a master whose heartbeat was lost meanwhile does not bring it back.
+            let held = authority.holder().is_some_and(|(seat, _)| seat.seat == caller.seat.seat);
+            if caller.via == VIA && held && !present {
+                return Err(ApiError::void());
+            }
             if !tuned {
                 let held = authority.command(self.now(), &caller.seat.seat);
                 held.map_err(|refusal| ApiError::authority(station.id(), refusal))?;

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use serde::Deserialize;
 
 /// What a master may do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// Nothing.
@@ -80,14 +80,16 @@ impl Grant {
     }
 }
 
-/// What a master may do with registers of a unit.
+/// What a master may do with registers of a unit: the least of what it may do with each of them. Of each the
+/// first grant that fits counts, so that a wider request does not pass by a narrow grant.
 pub fn level(grants: &[Grant], from: Option<IpAddr>, unit: u8, first: u16, last: u16) -> Level {
-    let fits = |it: &&Grant| {
-        let unit_fits = it.units.is_empty() || it.units.contains(&unit);
-        let registers_fit = it.registers.contains(&first) && it.registers.contains(&last);
-        it.is_of(from) && unit_fits && registers_fit
+    let of_unit = |it: &&Grant| it.is_of(from) && (it.units.is_empty() || it.units.contains(&unit));
+    let own: Vec<&Grant> = grants.iter().filter(of_unit).collect();
+    let of = |register: u16| {
+        let found = own.iter().find(|it| it.registers.contains(&register));
+        found.map_or(Level::None, |it| it.level)
     };
-    grants.iter().find(fits).map_or(Level::None, |it| it.level)
+    (first..=last).map(of).min().unwrap_or(Level::None)
 }
 
 /// The name of a master: that of the first grant for its address.
@@ -138,6 +140,13 @@ mod tests {
         assert_eq!(of("10.0.0.7", 1, 264, 301), Level::None, "a part of it is not granted");
         assert_eq!(of("10.0.0.8", 2, 0, 124), Level::Observer);
         assert_eq!(of("10.0.0.8", 1, 0, 124), Level::None);
+        let narrow = [
+            grant("plc", "", &[], 264..=276, Level::Observer),
+            grant("plc", "", &[], 0..=671, Level::Operator),
+        ];
+        let wide = |first, last| level(&narrow, None, 1, first, last);
+        assert_eq!((wide(264, 276), wide(257, 276)), (Level::Observer, Level::Observer));
+        assert_eq!((wide(256, 263), wide(600, 700)), (Level::Operator, Level::None));
         assert_eq!(level(&grants, None, 2, 0, 1), Level::Observer, "a serial line");
         assert_eq!(name_of(&grants, Some(ip("10.0.0.7"))), Some("plc"));
         assert_eq!(name_of(&grants[..2], Some(ip("10.0.0.8"))), None);

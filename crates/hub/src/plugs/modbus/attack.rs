@@ -157,7 +157,7 @@ fn the_recording_opens_once_and_never_again() {
         mutate(&mut dice, &mut frames);
         for frame in &frames {
             now += BEAT / 2;
-            beat = if beat == 60_000 { 100 } else { beat + 1 };
+            beat = u16::wrapping_add(beat, 1);
             opened += send(&mut desk, now, &sight, &mut dice, &write(HEARTBEAT, &[beat]));
             // The sequence number is made new: nothing but the key is in the way.
             let mut frame = frame.clone();
@@ -170,9 +170,9 @@ fn the_recording_opens_once_and_never_again() {
     assert_eq!(opened, 1);
     // That it was not the rest of the frame that was refused: with its key it opens.
     now += BEAT;
-    send(&mut desk, now, &sight, &mut dice, &write(HEARTBEAT, &[60_001]));
+    send(&mut desk, now, &sight, &mut dice, &write(HEARTBEAT, &[beat.wrapping_add(1)]));
     let key = key_of(&desk, &sight, 0);
-    assert_eq!(send(&mut desk, now, &sight, &mut dice, &command(60_002, 5, key)), 1);
+    assert_eq!(send(&mut desk, now, &sight, &mut dice, &command(beat.wrapping_add(2), 5, key)), 1);
 }
 
 #[test]

@@ -16,6 +16,8 @@ use std::time::Duration;
 
 use lafet_client::Toward;
 
+pub use super::orders::{Act, Command, What};
+
 use super::layout::{
     COMMAND, COMMAND_LEN, END, HEARTBEAT, JOG, JOG_LEN, JOG_RESULT, JOG_RESULT_LEN, KEY_LEN, KEYS,
     MONITORS, RESULT_LEN, RESULTS, RESULTS_KEPT, SESSION, SUMMARY, halves, key_words,
@@ -31,6 +33,8 @@ pub type Now = Duration;
 /// Least and greatest target of a drive: 0.1° of the axes, mm of the nozzle.
 pub const TARGETS: [(i16, i16); 3] = [(-3600, 3600), (-900, 1800), (0, 1000)];
 
+/// A heartbeat is alive when it has changed in time for this long, at the most.
+const SPAN: Duration = Duration::from_millis(20);
 /// Words that a master may write: heartbeat, motions by hand, commands.
 const WRITTEN: usize = 1 + JOG_LEN + COMMAND_LEN;
 
@@ -43,132 +47,6 @@ pub struct Terms {
     pub answer: Duration,
     /// The valves that the session has opened close when its heartbeat is lost.
     pub closes: bool,
-}
-
-/// The commands, by their numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u16)]
-pub enum Command {
-    /// Takes authority, if it is free.
-    Take = 1,
-    /// Releases authority.
-    Release = 2,
-    /// Asks the holder for authority.
-    Ask = 3,
-    /// Moves drives to positions.
-    GoTo = 4,
-    /// Opens a valve.
-    Open = 5,
-    /// Closes a valve, or all of a monitor.
-    Close = 6,
-    /// Stops a monitor, or all.
-    Stop = 7,
-    /// Locks a monitor out, or all.
-    Lockout = 8,
-    /// Deploys.
-    Deploy = 9,
-    /// Stows.
-    Stow = 10,
-}
-
-impl Command {
-    /// All, by their numbers.
-    pub const ALL: [Self; 10] = [
-        Self::Take,
-        Self::Release,
-        Self::Ask,
-        Self::GoTo,
-        Self::Open,
-        Self::Close,
-        Self::Stop,
-        Self::Lockout,
-        Self::Deploy,
-        Self::Stow,
-    ];
-
-    /// The number in the registers.
-    pub const fn number(self) -> u16 {
-        self as u16
-    }
-
-    /// The command of a number.
-    pub fn by_number(number: u16) -> Option<Self> {
-        Self::ALL.into_iter().find(|it| it.number() == number)
-    }
-
-    /// Taken from every master, always.
-    pub const fn is_urgent(self) -> bool {
-        matches!(self, Self::Close | Self::Stop | Self::Lockout)
-    }
-}
-
-/// What a command asks the hub for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
-    /// Authority is taken, released or asked for.
-    Authority(Command),
-    /// Targets of the drives that are to move: 0.1°, of the nozzle mm.
-    GoTo([Option<i16>; 3]),
-    /// Valve 1 or 2 opens.
-    Open(u16),
-    /// Valve 1 or 2 closes; 0: all.
-    Close(u16),
-    /// Everything stops.
-    Stop,
-    /// Everything stops and closes, and stays so.
-    Lockout,
-    /// The barrel is deployed.
-    Deploy,
-    /// The barrel is stowed.
-    Stow,
-}
-
-/// What the hub is to do. Monitors are counted from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Act {
-    /// A command; its result comes to [`Desk::answered`] with the ticket.
-    Do {
-        /// Number of the command within the session.
-        ticket: u32,
-        /// The monitor; `None`: all of the site.
-        monitor: Option<usize>,
-        /// What is asked for.
-        what: What,
-    },
-    /// A beat of a motion by hand; what becomes of it comes to [`Desk::jogged`].
-    Beat {
-        /// The monitor.
-        monitor: usize,
-        /// 0 traverse, 1 elevation, 2 nozzle.
-        axis: usize,
-        /// The direction.
-        toward: Toward,
-    },
-    /// A motion by hand is released.
-    Release {
-        /// The monitor.
-        monitor: usize,
-        /// The drive.
-        axis: usize,
-    },
-    /// A drive that was sent somewhere stops, if the session holds the monitor still.
-    Halt {
-        /// The monitor.
-        monitor: usize,
-        /// The drive.
-        axis: usize,
-    },
-    /// A valve that the session has opened closes.
-    Shut {
-        /// The monitor.
-        monitor: usize,
-        /// Valve 1 or 2.
-        valve: u16,
-    },
-    /// The heartbeat is lost: so is the authority, unless it comes back in time.
-    Lost,
-    /// The heartbeat is back.
-    Back,
 }
 
 /// What surrounds a request.
@@ -198,6 +76,8 @@ struct Entry {
     waits: Option<(u32, Now)>,
     /// It is one that any master may send.
     urgent: bool,
+    /// The valve that closes; 0: all.
+    valve: u16,
 }
 
 const ACCEPTED: u16 = 1;
@@ -210,6 +90,8 @@ const TIMEOUT: u16 = 4;
 struct Heart {
     value: Option<u16>,
     changed: Now,
+    /// Since when it changes in time.
+    since: Now,
     live: bool,
     losses: u16,
 }
@@ -245,6 +127,8 @@ pub struct Desk {
     image: [u16; WRITTEN],
     /// The latest command that was taken.
     last: Option<[u16; COMMAND_LEN]>,
+    /// The greatest sequence numbers of commands and motions so far.
+    newest: [Option<u16>; 2],
     results: VecDeque<Entry>,
     sent: [[bool; 3]; MONITORS],
     opened: [[bool; 2]; MONITORS],
@@ -271,6 +155,7 @@ impl Desk {
             jog: Jog::default(),
             image: [0; WRITTEN],
             last: None,
+            newest: [None; 2],
             results: VecDeque::with_capacity(RESULTS_KEPT),
             sent: [[false; 3]; MONITORS],
             opened: [[false; 2]; MONITORS],
@@ -352,13 +237,15 @@ impl Desk {
             return Err(Exception::Value);
         }
         let mut acts = self.tick(around.now, around.random);
+        let mut beats = false;
         // A broadcast is heard by all units, and answered by none: it moves nothing and holds nothing.
         if !around.broadcast {
             if let Some(place) = self.image.get_mut(from..to) {
                 place.copy_from_slice(words);
             }
             if from == 0 {
-                self.beat(around.now, words.first().copied().unwrap_or_default(), &mut acts);
+                let value = words.first().copied().unwrap_or_default();
+                beats = self.beat(around.now, value, &mut acts);
             }
             if from <= jog && to > jog {
                 let at = jog - from;
@@ -369,6 +256,11 @@ impl Desk {
         if to == WRITTEN {
             let block = words.last_chunk::<COMMAND_LEN>().copied().unwrap_or_default();
             self.command(around, block, &mut acts);
+        }
+        // Last: what is released or stopped in the same write is not moved once more.
+        for (axis, toward) in self.jog.toward.into_iter().enumerate().filter(|_| beats) {
+            let monitor = self.jog.monitor;
+            acts.extend(toward.map(|toward| Act::Beat { monitor, axis, toward }));
         }
         Ok(acts)
     }
@@ -408,7 +300,11 @@ impl Desk {
         let Some(entry) = self.results.iter_mut().find(is_it) else { return };
         entry.waits = None;
         match result {
-            Ok(()) => entry.state = DONE,
+            Ok(()) => {
+                entry.state = DONE;
+                let entry = *entry;
+                self.carried_out(&entry);
+            }
             Err(Failed { why, status }) => {
                 (entry.state, entry.refusal, entry.status) = (REFUSED, why.number(), status);
             }
@@ -420,6 +316,21 @@ impl Desk {
         };
         if let Some((_, monitor, valve)) = opening.filter(|_| !may_be_open) {
             self.opened[monitor][valve] = false;
+        }
+    }
+
+    /// What was stopped or closed does not have to be stopped or closed any more.
+    fn carried_out(&mut self, entry: &Entry) {
+        let of = |at: usize| entry.monitor == 0 || usize::from(entry.monitor) == at + 1;
+        let monitors = (0..MONITORS).filter(|at| entry.urgent && of(*at));
+        for at in monitors {
+            if entry.command == Command::Close.number() {
+                let opened = (1..).zip(&mut self.opened[at]);
+                let shut = opened.filter(|(number, _)| [0, *number].contains(&entry.valve));
+                shut.for_each(|(_, opened)| *opened = false);
+            } else {
+                self.sent[at] = [false; 3];
+            }
         }
     }
 
@@ -435,6 +346,10 @@ impl Desk {
             Err(failed) => (motion::REFUSED, Some(failed.why)),
         };
         self.jog.states[axis] = state;
+        if state == motion::MOVING {
+            // The hand has the drive now: what it was sent to is over.
+            self.sent[monitor][axis] = false;
+        }
         if let Some(why) = failed {
             self.jog.refusal = why.number();
             // A motion that others have ended does not start again by itself.
@@ -446,25 +361,24 @@ impl Desk {
         self.keys.iter_mut().for_each(|key| *key = random().filter(|it| *it != 0));
     }
 
-    fn beat(&mut self, now: Now, value: u16, acts: &mut Vec<Act>) {
+    /// Whether the motions by hand go on.
+    fn beat(&mut self, now: Now, value: u16, acts: &mut Vec<Act>) -> bool {
         let heart = &mut self.heart;
         if heart.value == Some(value) {
-            return;
+            return false;
         }
         let in_time = heart.value.is_some() && now < heart.changed + self.terms.heartbeat;
+        if !in_time {
+            heart.since = now;
+        }
         (heart.value, heart.changed) = (Some(value), now);
-        if in_time && !heart.live {
+        // Changes that were held up and come all at once are no sign of life.
+        let lasts = now >= heart.since + SPAN.min(self.terms.heartbeat / 8);
+        if in_time && lasts && !heart.live {
             heart.live = true;
             acts.push(Act::Back);
         }
-        if !heart.live {
-            return;
-        }
-        let monitor = self.jog.monitor;
-        let toward = self.jog.toward;
-        for (axis, toward) in toward.into_iter().enumerate() {
-            acts.extend(toward.map(|toward| Act::Beat { monitor, axis, toward }));
-        }
+        heart.live
     }
 
     /// The heartbeat is lost: everything ends that it has held.
@@ -497,7 +411,7 @@ impl Desk {
         }
         self.end_jog(None, acts);
         self.jog = Jog { block, ..Jog::default() };
-        let [_, high, low, monitor, directions @ ..] = block;
+        let [sequence, high, low, monitor, directions @ ..] = block;
         if directions == [0; 3] {
             return;
         }
@@ -510,6 +424,8 @@ impl Desk {
         let at = self.monitor(around, monitor);
         let refusal = if let Err(why) = self.may_move(around, [high, low]) {
             Some(why)
+        } else if !is_newer(sequence, &mut self.newest[1]) {
+            Some(Refusal::Sequence)
         } else if at.is_none() {
             Some(Refusal::Monitor)
         } else if toward.contains(&None) {
@@ -530,8 +446,6 @@ impl Desk {
         for (axis, toward) in self.jog.toward.into_iter().enumerate() {
             if toward.is_some() {
                 self.jog.states[axis] = motion::ARMED;
-                // The hand has the drive now: what it was sent to is over.
-                self.sent[self.jog.monitor][axis] = false;
             }
         }
     }
@@ -578,11 +492,10 @@ impl Desk {
         if same {
             return;
         }
-        if self.last.is_some_and(|[before, ..]| before == sequence) {
-            self.last = Some(block);
+        self.last = Some(block);
+        if !is_newer(sequence, &mut self.newest[0]) {
             return self.refuse(entry, Refusal::Sequence);
         }
-        self.last = Some(block);
         let arguments = [first, second, third, fourth];
         match self.checked(around, command, [high, low], monitor, arguments, key) {
             Ok((at, what)) => {
@@ -618,7 +531,8 @@ impl Desk {
         } else {
             self.may_move(around, session)?;
         }
-        if self.results.iter().any(|it| it.waits.is_some() && !it.urgent) {
+        let waits = self.results.iter().any(|it| it.waits.is_some() && !it.urgent);
+        if waits && command != Command::Release {
             return Err(Refusal::Busy);
         }
         let at = self.monitor(around, monitor).ok_or(Refusal::Monitor)?;
@@ -671,25 +585,17 @@ impl Desk {
         };
         // What was asked for before it must not be sent after it.
         self.voids = self.voids.wrapping_add(1);
-        if command == Command::Stop || command == Command::Lockout {
-            let of = |monitor: usize| at.is_none_or(|at| at == monitor);
-            if of(self.jog.monitor) {
-                self.end_jog(Some(Refusal::Ended), acts);
-            }
-            let sent = self.sent.iter_mut().enumerate().filter(|(monitor, _)| of(*monitor));
-            sent.for_each(|(_, sent)| *sent = [false; 3]);
+        if command != Command::Close && at.is_none_or(|at| at == self.jog.monitor) {
+            self.end_jog(Some(Refusal::Ended), acts);
         }
-        // One that is written again and again is one entry.
-        let entry = Entry { urgent: true, ..entry };
-        let again = |it: &Entry| it.urgent && it.sequence == entry.sequence;
-        if same && self.results.front().is_some_and(again) {
-            self.results.pop_front();
+        // One that is written again and again is one entry, and is carried out each time.
+        let again = |it: &&Entry| same && it.urgent && it.sequence == entry.sequence;
+        if let Some(Entry { waits, state: ACCEPTED | DONE, .. }) = self.results.iter().find(again) {
+            let ticket = waits.map_or(0, |(ticket, _)| ticket);
+            acts.push(Act::Do { ticket, monitor: at, what });
+            return;
         }
-        if let (What::Close(valve), Some(at)) = (what, at) {
-            let shut = |number: u16| valve == 0 || valve == number;
-            let opened = (1..).zip(&mut self.opened[at]).filter(|(number, _)| shut(*number));
-            opened.for_each(|(_, opened)| *opened = false);
-        }
+        let entry = Entry { urgent: true, valve, ..entry };
         self.accept(around.now, entry, at, what, acts);
     }
 
@@ -768,4 +674,13 @@ fn targets([mask, rest @ ..]: [u16; 4]) -> Option<[Option<i16>; 3]> {
         }
     }
     Some(targets)
+}
+
+/// Whether a sequence number is newer than those before; if so it is noted.
+fn is_newer(sequence: u16, newest: &mut Option<u16>) -> bool {
+    let newer = newest.is_none_or(|newest| (1..0x8000).contains(&sequence.wrapping_sub(newest)));
+    if newer {
+        *newest = Some(sequence);
+    }
+    newer
 }

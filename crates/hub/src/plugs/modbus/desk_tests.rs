@@ -417,12 +417,98 @@ fn what_a_lost_master_has_sent_and_opened_ends() {
     bench.desk.answered(ticket(&acts), Err(Refusal::Void.into()));
     let acts = bench.command(Command::Open, 2, [2, 0, 0, 0]);
     bench.desk.answered(ticket(&acts), Ok(()));
-    bench.command(Command::Close, 2, [2, 0, 0, 0]);
+    let acts = bench.command(Command::Close, 2, [2, 0, 0, 0]);
+    bench.desk.answered(ticket(&acts), Ok(()));
     let acts = bench.command(Command::GoTo, 1, [1, 10, 0, 0]);
     bench.desk.answered(ticket(&acts), Ok(()));
     bench.jog([1, 0, 0]);
+    bench.desk.jogged(0, 0, Ok(MotionWord::Moving));
     bench.jog([0, 0, 0]);
     assert_eq!(bench.wait(LIMIT), [Act::Lost]);
+}
+
+/// A hand that has asked for a drive and does not move it yet has not ended what the drive was sent to; nor
+/// has a Stop that has not arrived.
+#[test]
+fn a_drive_on_its_way_stops_whatever_was_asked_for_since() {
+    let halt = Act::Halt { monitor: 0, axis: 0 };
+    let mut bench = Bench::live();
+    let acts = bench.command(Command::GoTo, 1, [1, 10, 0, 0]);
+    bench.desk.answered(ticket(&acts), Ok(()));
+    bench.jog([1, 0, 0]);
+    assert_eq!(bench.wait(LIMIT), [Act::Release { monitor: 0, axis: 0 }, halt, Act::Lost]);
+    for arrives in [false, true] {
+        let mut bench = Bench::live();
+        let acts = bench.command(Command::GoTo, 1, [1, 10, 0, 0]);
+        bench.desk.answered(ticket(&acts), Ok(()));
+        let acts = bench.command(Command::Stop, 1, [0; 4]);
+        if arrives {
+            bench.desk.answered(ticket(&acts), Ok(()));
+        }
+        assert_eq!(bench.wait(LIMIT).contains(&halt), !arrives);
+    }
+}
+
+#[test]
+fn a_release_in_the_write_of_a_beat_is_not_moved_once_more() {
+    let mut bench = Bench::live();
+    bench.jog([1, 0, 0]);
+    bench.beats(1);
+    bench.now += BEAT;
+    bench.sequence += 1;
+    let session = bench.read(SESSION, 2);
+    let released = [bench.beat + 1, bench.sequence, session[0], session[1], 1, 0, 0, 0];
+    let acts = bench.write(HEARTBEAT, &released).unwrap();
+    assert_eq!(acts, [Act::Release { monitor: 0, axis: 0 }]);
+}
+
+#[test]
+fn changes_that_come_all_at_once_are_no_heartbeat() {
+    let mut bench = Bench::new();
+    bench.now = Duration::from_secs(9);
+    for beat in 1..50 {
+        assert_eq!(bench.write(HEARTBEAT, &[beat]), Ok(vec![]));
+    }
+    assert_eq!(bench.desk.generation(), None);
+    // A master that is quick is alive all the same.
+    for beat in 50..60 {
+        bench.now += Duration::from_millis(5);
+        bench.write(HEARTBEAT, &[beat]).unwrap();
+    }
+    assert!(bench.desk.generation().is_some());
+}
+
+#[test]
+fn an_older_number_is_no_new_command() {
+    let mut bench = Bench::live();
+    let first = bench.block(1, 1, [0; 4]);
+    let acts = bench.write(COMMAND, &first).unwrap();
+    bench.desk.answered(ticket(&acts), Ok(()));
+    let acts = bench.command(Command::GoTo, 1, [1, 10, 0, 0]);
+    bench.desk.answered(ticket(&acts), Ok(()));
+    assert_eq!(what(&bench.write(COMMAND, &first).unwrap()), None);
+    assert_eq!(bench.read(RESULTS, 3), [1, 3, Refusal::Sequence.number()]);
+    bench.jog([1, 0, 0]);
+    bench.jog([0, 0, 0]);
+    bench.sequence -= 2;
+    bench.jog([1, 0, 0]);
+    assert_eq!(bench.read(JOG_RESULT + 1, 2), [3, Refusal::Sequence.number()]);
+}
+
+#[test]
+fn a_stop_that_is_written_again_and_again_has_its_result() {
+    let mut bench = Bench::live();
+    let stop = bench.block(7, 1, [0; 4]);
+    let first = ticket(&bench.write(COMMAND, &stop).unwrap());
+    assert_eq!(ticket(&bench.write(COMMAND, &stop).unwrap()), first);
+    bench.desk.answered(first, Ok(()));
+    assert_eq!(bench.read(RESULTS, 2), [1, 2]);
+    assert_eq!(what(&bench.write(COMMAND, &stop).unwrap()), Some(What::Stop));
+    assert_eq!(bench.read(RESULTS, 2), [1, 2], "it stays done");
+    // Releasing waits for nothing.
+    bench.command(Command::GoTo, 1, [1, 10, 0, 0]);
+    let acts = bench.command(Command::Release, 1, [0; 4]);
+    assert_eq!(what(&acts), Some(What::Authority(Command::Release)));
 }
 
 #[test]

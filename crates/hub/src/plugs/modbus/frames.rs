@@ -54,9 +54,14 @@ impl Splitter {
         self.buffer.extend_from_slice(bytes);
     }
 
-    /// A frame is not complete.
+    /// A frame is not complete, or the line has to be silent.
     pub fn is_within(&self) -> bool {
-        !self.buffer.is_empty()
+        !self.buffer.is_empty() || self.noise
+    }
+
+    /// What was sent is not returned any more: what looks like it is a request.
+    pub fn forget_echo(&mut self) {
+        self.echo.clear();
     }
 
     /// What was no frame since this was asked last.
@@ -75,22 +80,23 @@ impl Splitter {
     /// The line is silent: what is not complete will not be. A frame of a function whose length is not
     /// known ends here.
     pub fn silence(&mut self) -> Next {
-        let whole = std::mem::take(&mut self.buffer);
-        let noise = std::mem::take(&mut self.noise);
         self.echo.clear();
-        match whole.split_last_chunk::<2>() {
-            Some(([unit, pdu @ ..], sum))
-                if !noise && !pdu.is_empty() && whole.len() <= FRAME_MAX =>
-            {
-                let frame = whole.get(..whole.len() - 2).unwrap_or_default();
-                if crc(frame).to_le_bytes() == *sum {
-                    return Next::Frame(Frame::serial(*unit, pdu, true));
-                }
-                self.malformed += 1;
-            }
-            _ => self.malformed += u64::from(!whole.is_empty()),
+        let is_whole = self.buffer.len() <= FRAME_MAX && is_whole(&self.buffer, self.buffer.len());
+        if !self.noise && self.buffer.len() >= RTU_MIN && is_whole {
+            let frame: Vec<u8> = std::mem::take(&mut self.buffer);
+            let pdu = frame.get(1..frame.len() - 2).unwrap_or_default();
+            return Next::Frame(Frame::serial(frame[0], pdu, true));
         }
-        Next::More
+        // A frame that was cut may have another one behind it.
+        let cut = !self.buffer.is_empty();
+        self.malformed += u64::from(cut && !self.noise);
+        self.noise = true;
+        let next = if cut { self.next_rtu() } else { Next::More };
+        if next == Next::More {
+            self.buffer.clear();
+            self.noise = false;
+        }
+        next
     }
 
     /// The frame of an answer.
@@ -281,6 +287,14 @@ mod tests {
         let found = all(&mut splitter, &line);
         assert_eq!((found.len(), found[0].certain, splitter.malformed()), (1, false, 1));
         assert_eq!(splitter.silence(), Next::More);
+        assert!(all(&mut splitter, &rtu(&WRITE))[0].certain);
+        let mut cut = vec![1, 16, 1, 8, 0, 13, 26];
+        cut.extend(rtu(&WRITE));
+        assert_eq!(all(&mut splitter, &cut), []);
+        let Next::Frame(behind) = splitter.silence() else { panic!("a frame behind a cut one") };
+        assert_eq!((behind.pdu[0], behind.certain, splitter.malformed()), (16, false, 1));
+        assert!(splitter.is_within(), "the line has to be silent first");
+        assert_eq!((splitter.silence(), splitter.is_within()), (Next::More, false));
         assert!(all(&mut splitter, &rtu(&WRITE))[0].certain);
         // A frame that is cut is dropped when the line is silent, and does not spoil the next one.
         assert_eq!(all(&mut splitter, &rtu(&WRITE)[..7]), []);

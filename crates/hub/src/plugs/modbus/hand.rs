@@ -169,8 +169,8 @@ impl Hand {
     fn if_held(&self, monitor: usize, request: Result<MonitorRequest, ApiError>) {
         let (Ok(station), Ok(request)) = (self.station(monitor), request) else { return };
         if self.control(&station).holder == Holder::Mine {
-            // It is carried out whether or not its result is waited for.
-            drop(self.hub.urgent(&self.caller, &station, &request));
+            // For the wire alone: no hand has said no to the zones. It is carried out without a wait.
+            drop(self.hub.overtake(&self.caller, &station, &request));
         }
     }
 
@@ -246,22 +246,33 @@ impl Hand {
         let failed = |error: ApiError| Failed::from(&error);
         let station = self.station(monitor).map_err(failed)?;
         let generation = self.generation.clone();
-        let valid = move || own != VOID && generation.load(Ordering::SeqCst) == own;
+        let (holder, seat) = (station.clone(), self.caller.seat.seat.clone());
+        let valid = move || {
+            let same = own != VOID && generation.load(Ordering::SeqCst) == own;
+            same && lock(&holder.authority).is_present(&seat)
+        };
         let valid: Arc<dyn Fn() -> bool + Send + Sync> = Arc::new(valid);
         let mut sent = Vec::new();
         for request in &requests {
             let request = MonitorRequest::new(request).map_err(failed)?;
             sent.push(self.hub.command_while(&self.caller, &station, request, valid.clone()));
         }
-        let mut result = Ok(());
-        for outcome in futures_util::future::join_all(sent).await {
+        let (mut result, mut done) = (Ok(()), Vec::new());
+        for (request, outcome) in requests.iter().zip(futures_util::future::join_all(sent).await) {
             let outcome = outcome.map_err(failed).and_then(|outcome| {
                 let refused = outcome.answers.iter().find(|it| !it.success);
                 refused.map_or(Ok(()), |it| {
                     Err(Failed { why: Refusal::Refused, status: it.code.into() })
                 })
             });
+            if outcome.is_ok() {
+                done.push(request.to);
+            }
             result = result.and(outcome);
+        }
+        // What is reported refused does not go on with a part of its drives.
+        for axis in done.into_iter().filter(|it| result.is_err() && it.is_drive()) {
+            self.if_held(monitor, MonitorRequest::stop(axis));
         }
         result
     }

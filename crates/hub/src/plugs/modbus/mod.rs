@@ -15,6 +15,7 @@ mod frames;
 mod hand;
 pub mod layout;
 pub mod map;
+pub mod orders;
 pub mod pdu;
 pub mod refusal;
 mod serve;
@@ -36,6 +37,9 @@ use crate::hub::Hub;
 use access::{Grant, Net};
 use desk::Terms;
 use view::{Counts, PlugView};
+
+/// How commands of a master came, in the audit log.
+pub const VIA: &str = "modbus";
 
 /// A server of the configuration.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,14 +1,15 @@
 //! The lines: who connects, what is read and written, when a connection ends. What is decided is in
 //! [`super::desk`].
 
-use std::net::IpAddr;
+use std::io;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_texts::{Text as _, hub as text};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::{Notify, mpsc};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
@@ -19,7 +20,7 @@ use super::hand::{Answer, Hand};
 use super::layout::{COMMAND, COMMAND_LEN};
 use super::pdu::{self, Ask, Exception};
 use super::view::PlugClient;
-use super::{Place, Server};
+use super::{Place, Server, VIA};
 use crate::access::{Bucket, Kind, Principal, Role, Standing};
 use crate::clock::ms;
 use crate::field::line::{Line, said};
@@ -30,6 +31,10 @@ use crate::text::Both;
 
 /// Rest before a line that failed is opened again.
 const RETRY: Duration = Duration::from_secs(2);
+/// Rest after a connection that could not be taken.
+const REST: Duration = Duration::from_millis(100);
+/// What was sent on two wires comes back within this time and that of its bytes.
+const ECHO: Duration = Duration::from_millis(50);
 /// Connections of one address.
 const OF_ADDRESS_MAX: usize = 4;
 /// A connection that is silent for this time gives way to a new one of its address: its master has lost it.
@@ -42,6 +47,10 @@ const SILENCE: Duration = Duration::from_millis(20);
 const SILENCE_TCP: Duration = Duration::from_millis(50);
 /// Longest time for sending an answer.
 const SENT: Duration = Duration::from_secs(2);
+/// Bytes of answers that the system keeps for a connection.
+const UNREAD: u32 = 64 * 1024;
+/// Connections that wait to be taken.
+const BACKLOG: u32 = 64;
 /// Answers that wait to be sent.
 const ANSWERS_MAX: usize = 128;
 /// Requests in one reading, at the most: nothing is read while there is no room for their answers.
@@ -81,7 +90,7 @@ async fn listen(hub: &Hub, server: &Arc<Server>) -> Both {
         }
     };
     match &server.config.place {
-        Place::Tcp(address, framing) => match TcpListener::bind(address).await {
+        Place::Tcp(address, framing) => match bind(*address) {
             Ok(listener) => {
                 opened(server.config.url());
                 accept(hub, server, &listener, *framing).await
@@ -99,6 +108,15 @@ async fn listen(hub: &Hub, server: &Arc<Server>) -> Both {
             Err(why) => why,
         },
     }
+}
+
+/// Listens. What the system keeps for a master that does not read is little.
+fn bind(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    socket.set_reuseaddr(true)?;
+    socket.set_send_buffer_size(UNREAD)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 fn shown(line: &Line) -> String {
@@ -130,7 +148,11 @@ async fn accept(hub: &Hub, server: &Arc<Server>, listener: &TcpListener, framing
     for number in 0_u64.. {
         let (stream, from) = match listener.accept().await {
             Ok((stream, address)) => (stream, address.ip().to_canonical()),
-            Err(error) => return said(&error),
+            // As when no file descriptor is left: the open ones go on.
+            Err(_) => {
+                sleep(REST).await;
+                continue;
+            }
         };
         let heard = Arc::new(AtomicU64::new(ms(hub.now())));
         let Some(gives_way) = place(hub, server, &open, (number, from), &heard) else {
@@ -245,6 +267,8 @@ struct Session {
     outgoing: mpsc::Sender<Vec<u8>>,
     results: mpsc::Receiver<Answer>,
     bucket: Bucket,
+    /// Until when what was sent last may come back.
+    echo_until: Duration,
 }
 
 impl Session {
@@ -273,7 +297,7 @@ impl Session {
             standing: Standing::Good,
         };
         let key = hub.connect(&principal, &from.shown, None);
-        let caller = Caller::plug(principal, from.shown.clone(), key.seat.clone(), "modbus");
+        let caller = Caller::plug(principal, from.shown.clone(), key.seat.clone(), VIA);
         let (answers, results) = mpsc::channel(RESULTS_MAX);
         let number = session_number();
         let desk = |((unit, ids), version): (&(u8, &[String]), &u32)| {
@@ -286,7 +310,9 @@ impl Session {
         server.counts.came(PlugClient { name, from: from.shown, seat, since_ms });
         let bucket = Bucket::new(hub.now(), REQUESTS.0, REQUESTS.1);
         let (hub, server) = (hub.clone(), server.clone());
-        Self { hub, server, from: from_address, key, desks, splitter, outgoing, results, bucket }
+        let echo_until = Duration::ZERO;
+        let from = from_address;
+        Self { hub, server, from, key, desks, splitter, outgoing, results, bucket, echo_until }
     }
 
     async fn run<S: AsyncRead>(
@@ -299,7 +325,7 @@ impl Session {
         let mut buffer = [0; 512];
         let (mut shutdown, start) = (self.hub.shutdown(), self.hub.start());
         let (mut last_bytes, mut paused) = (self.hub.now(), Duration::ZERO);
-        let outgoing = self.outgoing.clone();
+        let (outgoing, mut full) = (self.outgoing.clone(), None);
         let idle = self.from.map(|_| self.server.config.idle);
         loop {
             let now = self.hub.now();
@@ -309,7 +335,8 @@ impl Session {
             let desks = self.desks.iter().filter_map(|(_, desk, _)| desk.timeout());
             let reads_again = (paused > now).then_some(paused);
             let has_room = self.outgoing.capacity() >= READ_AT_ONCE;
-            let next = desks.chain(ends).chain(silent).chain(reads_again).min();
+            full = if has_room { None } else { full.or(Some(now + SENT)) };
+            let next = desks.chain(ends).chain(silent).chain(reads_again).chain(full).min();
             tokio::select! {
                 () = shutdown.requested() => return,
                 Some((unit, ticket, result)) = self.results.recv() => {
@@ -323,6 +350,9 @@ impl Session {
                 room = outgoing.reserve_many(READ_AT_ONCE), if !has_room => drop(room),
                 read = reader.read(&mut buffer), if paused <= now && has_room => {
                     let Ok(len @ 1..) = read else { return };
+                    if self.hub.now() > self.echo_until {
+                        self.splitter.forget_echo();
+                    }
                     self.splitter.feed(buffer.get(..len).unwrap_or_default());
                     last_bytes = self.hub.now();
                     loop {
@@ -333,7 +363,7 @@ impl Session {
                                     return;
                                 }
                                 // What was asked is done at once; the next request is what waits.
-                                if let Err(wait) = self.bucket.take(self.hub.now()) {
+                                if let Some(wait) = self.bucket.owe(self.hub.now(), 1.0) {
                                     paused = self.hub.now() + wait;
                                 }
                             }
@@ -346,24 +376,26 @@ impl Session {
                 () = until(start, next) => {
                     let now = self.hub.now();
                     self.tick();
-                    if ends.is_some_and(|ends| now >= ends) {
+                    if ends.into_iter().chain(full).any(|at| now >= at) {
                         return;
                     }
-                    if silent.is_some_and(|silent| now >= silent) {
-                        let cut = framing == Framing::Tcp;
-                        if let Next::Frame(frame) = self.splitter.silence()
-                            && !cut
-                            && !self.heed(&frame, framing)
-                        {
-                            return;
-                        }
-                        self.count_malformed();
-                        if cut {
-                            return;
-                        }
+                    if silent.is_some_and(|silent| now >= silent) && !self.fell_silent(framing) {
+                        return;
                     }
                 }
             }
+        }
+    }
+
+    /// The line is silent; `false`: the connection ends.
+    fn fell_silent(&mut self, framing: Framing) -> bool {
+        let next = self.splitter.silence();
+        self.count_malformed();
+        match next {
+            // Over TCP a frame was never completed.
+            _ if framing == Framing::Tcp => false,
+            Next::Frame(frame) => self.heed(&frame, framing),
+            Next::More | Next::Broken => true,
         }
     }
 
@@ -421,6 +453,11 @@ impl Session {
     fn answer(&mut self, frame: &Frame, pdu: &[u8]) -> bool {
         self.server.counts.count(|it| &it.requests);
         let answer = self.splitter.answer(frame, pdu);
+        let takes = match &self.server.config.place {
+            Place::Serial(line) => line.takes(answer.len()),
+            Place::Tcp(..) => Duration::ZERO,
+        };
+        self.echo_until = self.hub.now() + takes + ECHO;
         self.outgoing.try_send(answer).is_ok()
     }
 

@@ -162,7 +162,10 @@ async fn floods_delay_no_stop_of_another() {
 #[tokio::test]
 async fn a_master_that_does_not_read_is_disconnected() {
     let (site, address) = site(1, PATIENT).await;
-    let mut stream = TcpStream::connect(address).await.unwrap();
+    let socket = tokio::net::TcpSocket::new_v4().unwrap();
+    socket.set_recv_buffer_size(16 * 1024).unwrap();
+    until("it listens", || std::net::TcpStream::connect(address).is_ok()).await;
+    let mut stream = socket.connect(address).await.unwrap();
     let packet = [0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 125].repeat(100);
     let began = Instant::now();
     while timeout(Duration::from_secs(5), stream.write_all(&packet))

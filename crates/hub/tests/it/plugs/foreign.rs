@@ -114,6 +114,18 @@ async fn a_broadcast_stops_and_noise_does_not() {
     assert!(state["malformed"].as_u64() > Some(0), "{state:#}");
 }
 
+/// Noise and a frame without a pause: once the line was silent, writes are taken again.
+#[tokio::test]
+async fn a_line_that_was_noisy_is_served_again() {
+    let (_site, mut stream, _open) = serial().await;
+    let mut noisy = vec![0x55; 40];
+    noisy.extend(rtu(&[5, 6, 1, 0, 0, 9]));
+    stream.write_all(&noisy).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(200)).await;
+    let master = Master::on(stream, ModbusProto::Rtu, 5).live().await;
+    assert_eq!(master.command(1, 1, [0; 4]).await, (2, 0));
+}
+
 #[tokio::test]
 async fn frames_of_a_serial_line_come_over_tcp() {
     let address = free();

@@ -51,6 +51,8 @@ master = Master()
 summary = master.read(0, 125)
 print("monitors", summary[3])
 print("good", sum(summary[5 + 15 * at] & 1 for at in range(8)))
+while master.read(SESSION + 3, 1) != [1]:
+    time.sleep(0.02)
 print("take", master.command(1, [0, 0, 0, 0]))
 print("goto", master.command(4, [1, 65536 - 50, 0, 0]))
 for _ in range(1000):

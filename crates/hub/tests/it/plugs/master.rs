@@ -83,7 +83,7 @@ impl Master {
 
     async fn ask(&self, ask: Ask) -> Words {
         let (answer, answered) = oneshot::channel();
-        self.asks.send((ask, answer)).await.ok().expect("the connection stays");
+        self.asks.send((ask, answer)).await.expect("the connection stays");
         timeout(PATIENCE, answered).await.expect("an answer in time").expect("an answer")
     }
 

@@ -1,10 +1,11 @@
 // The hub itself, and the permissions of the roles.
 import { html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import type { HubState, PlugView } from '../../hub/api';
 import { http } from '../../hub/http';
 import { linkFigures } from '../../hub/session';
 import { SECOND, store, TopicController } from '../../hub/store';
-import { age, dateTime, num, t } from '../../i18n';
+import { age, dateTime, num, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-chip';
 import { base, card, table } from '../../theme/shared';
@@ -37,6 +38,7 @@ export class LfAdminHub extends LitElement {
 
   @state() private health: Health | null = null;
   @state() private metrics = new Map<string, number>();
+  @state() private plugs: PlugView[] = [];
   private timer = 0;
 
   constructor() {
@@ -114,7 +116,38 @@ export class LfAdminHub extends LitElement {
           ${store.monitors().map((id) => this.renderMonitor(id))}
         </ul>
       </section>
+      ${this.plugs.length > 0 ? this.renderPlugs() : nothing}
     </div>`;
+  }
+
+  private renderPlugs() {
+    return html`<section class="card" id="plugs">
+      <header><h2>${t('admin.plugs')}</h2></header>
+      <p class="small dim">${t('admin.plugs_text')}</p>
+      <ul class="monitors">
+        ${this.plugs.map(
+          (plug) => html`<li>
+            <div>
+              <b>${plug.name}</b> <span class="dim">· ${plug.protocol}</span>
+              <div class="small dim mono">${plug.address}</div>
+              ${plug.clients.map(
+                (client) => html`<div class="small">
+                  ${client.name} <span class="mono">${client.from}</span>
+                  <span class="dim">${t('admin.since', { time: dateTime(client.since_ms) })}</span>
+                </div>`,
+              )}
+              <div class="small dim">
+                ${t('admin.plug_figures', { requests: num(plug.requests), malformed: num(plug.malformed), rejected: num(plug.rejected) })}
+              </div>
+              ${plug.error ? html`<div class="small">${tt(plug.error)}</div>` : nothing}
+            </div>
+            <lf-chip kind=${plug.error ? 'high' : 'normal'} icon=${plug.error ? 'unlinked' : 'link'}
+              >${t(plug.error ? 'admin.plug_failed' : 'admin.plug_listens')}</lf-chip
+            >
+          </li>`,
+        )}
+      </ul>
+    </section>`;
   }
 
   private renderMonitor(id: string) {
@@ -162,6 +195,8 @@ export class LfAdminHub extends LitElement {
       .catch(() => null);
     const text = await http.get<string>('/metrics').catch(() => '');
     if (typeof text === 'string') this.metrics = metricsOf(text);
+    const hub = await http.get<HubState>('/api/hub/state').catch(() => null);
+    if (hub) this.plugs = hub.plugs;
   }
 }
 

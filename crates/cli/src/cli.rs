@@ -65,7 +65,10 @@ pub enum Command {
     Conform(Box<cmd::conform::ConformArgs>),
     Coverage(cmd::coverage::CoverageArgs),
     Throw(cmd::throw::ThrowArgs),
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  lafet map modbus hub.toml > map.csv\n  lafet map modbus hub.toml --form markdown"
+    )]
     Map(cmd::map::MapCommand),
     Status(cmd::status::StatusArgs),
     Watch(cmd::watch::WatchArgs),

@@ -66,7 +66,8 @@ pub struct Station {
     state: Mutex<State>,
     /// Where its barrel was sent.
     pub barrel: Mutex<Barrel>,
-    /// Held from when a request is let pass until the client has it.
+    /// Held from when a request is let pass until the client has it. A motion by hand is handed over later, and
+    /// counts in the keep-outs from the pass.
     pub sending: Mutex<()>,
     /// Its motions by hand.
     pub jogs: Mutex<Jogs>,

@@ -109,10 +109,14 @@ impl Basis {
             [it.wind.speed_mps * sin, it.wind.speed_mps * cos]
         });
         let pressure = (self.pressure_mpa - other.pressure_mpa).abs();
-        self.fires == other.fires
-            && self.able == other.able
+        self.is_for_the_same(other)
             && (a[0] - b[0]).hypot(a[1] - b[1]) < TURNED_MPS
             && pressure <= OTHER_PRESSURE * self.pressure_mpa
+    }
+
+    /// The same without wind and pressure.
+    pub(super) fn is_for_the_same(&self, other: &Self) -> bool {
+        self.fires == other.fires && self.able == other.able
     }
 }
 
@@ -192,8 +196,13 @@ impl Plan {
         for known in self.fires.iter_mut().filter(|it| !seen.contains(&it.number)) {
             known.miss(!hidden, now);
         }
-        let out = |it: &Known| it.missed >= OUT_AFTER;
-        self.fires.retain(|it| !out(it) && now.saturating_sub(it.seen) < KNOWN_FOR);
+        let stays = |it: &Known| it.missed < OUT_AFTER && now.saturating_sub(it.seen) < KNOWN_FOR;
+        // While there is water the last one stays: without a plan votes would open what the water does not
+        // suffice for, and who takes the place of a lost monitor would not know its fire.
+        let counted = || self.fires.iter().filter(|it| it.counts);
+        let last = counted().max_by_key(|it| it.seen).map(|it| it.number);
+        let last = last.filter(|_| wet && !counted().any(stays));
+        self.fires.retain(|it| stays(it) || last == Some(it.number));
         for place in new.into_iter().take(FIRES_MAX.saturating_sub(self.fires.len())) {
             self.latest += 1;
             self.fires.push(Known::new(self.latest, place, now));
@@ -208,6 +217,12 @@ impl Plan {
 
     fn places(&self) -> Vec<FirePlace> {
         self.counted().map(|it| it.place.clone()).collect()
+    }
+
+    /// The monitors that could be used and that votes may not open.
+    pub fn left_out(&self) -> impl Iterator<Item = &String> {
+        let able = self.basis.iter().flat_map(|it| &it.able);
+        able.filter(|id| self.opens.as_ref().is_some_and(|opens| !opens.contains(id)))
     }
 
     fn known(&self, number: u64) -> Option<&Known> {

@@ -50,6 +50,26 @@ fn a_fire_is_out_when_it_is_not_seen_while_another_one_is() {
     assert_eq!(known(&plan), [], "no sight of any for a minute");
 }
 
+/// Steam hides a fire, and what the water suffices for has to be known for as long as it flows.
+#[test]
+fn the_last_fire_is_planned_for_while_there_is_water() {
+    let (a, b) = (sure([0.0, 20.0]), sure([30.0, 20.0]));
+    for (wet, left) in [(true, 1), (false, 0)] {
+        let mut plan = Plan::default();
+        plan.see(&[a.clone(), b.clone()], s(0), false, |_| None);
+        for after in 1..=90 {
+            plan.see(
+                if after < 10 { std::slice::from_ref(&b) } else { &[] },
+                s(after),
+                wet,
+                |_| None,
+            );
+        }
+        let known: Vec<_> = plan.counted().map(|it| it.at).collect();
+        assert_eq!(known, vec![b.at; left], "{wet}");
+    }
+}
+
 /// Whatever another one does meanwhile: only the time counts in which it is seen.
 #[test]
 fn a_fire_goes_out_while_another_one_flickers() {

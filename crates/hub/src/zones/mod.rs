@@ -269,7 +269,7 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
         let zones = self.known_zones()?;
-        Ok(lock(&zones.machine).view(&zones.config, self.now()))
+        Ok(lock(&zones.machine).view(self.now()))
     }
 
     /// What belongs to each zone.
@@ -318,7 +318,7 @@ impl Hub {
             (None, Some((zone, false))) => _ = machine.holds.remove(&zone),
             (None, None) => {}
         }
-        Ok(machine.view(&zones.config, self.now()))
+        Ok(machine.view(self.now()))
     }
 
     /// Takes the report of a detector.
@@ -547,7 +547,7 @@ impl Hub {
         if looks {
             self.give_back(machine);
         }
-        self.publish_zones(zones, machine, now);
+        self.publish_zones(machine, now);
         zones.turned_ms.store(ms(now), Ordering::Relaxed);
         let due = machine.site.next_deadline().map(Duration::from_millis);
         let due = due.map_or(LOOK, |due| due.saturating_sub(self.now()));
@@ -577,12 +577,12 @@ impl Hub {
         }
     }
 
-    fn publish_zones(&self, zones: &Zones, machine: &mut Machine, now: Now) {
+    fn publish_zones(&self, machine: &mut Machine, now: Now) {
         let pause = if machine.news { PUBLISH_NEWS } else { PUBLISH };
         if now < machine.published + pause {
             return;
         }
-        let view = machine.view(&zones.config, now);
+        let view = machine.view(now);
         let runs = runs(&view.state);
         if std::mem::take(&mut machine.news) || runs {
             self.topics().set(ZONES, &view);

@@ -5,8 +5,8 @@
 //!                             reports of its zone wait, WAITS at most ─────────────────▶ the machine
 //! ```
 //!
-//! What a detector or a monitor of the zone reports meanwhile reaches the machine after the plan: what follows
-//! from it aims by the plan. Orders of people and contacts, and times, do not wait.
+//! A vote or the loss of a monitor that is reported meanwhile reaches the machine after the plan: what follows from
+//! it aims by the plan. Everything else does not wait: a vote that is withdrawn, a hand, a contact, a time.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -19,7 +19,7 @@ use lafet_place::supply::Supply;
 use lafet_place::wrapped;
 use lafet_proto::SubsystemId;
 use lafet_site::config::Zone;
-use lafet_site::{Event, Phase, State, Valve};
+use lafet_site::{Authority, Condition, Event, MonitorReport, Signal, Valve};
 
 use super::assign::{Basis, Known, Plan};
 use super::fires::FirePlace;
@@ -54,6 +54,8 @@ pub struct Job {
     water: Vec<Water>,
     before: Assignment,
     jets: usize,
+    /// Monitors of the zone that are not planned with.
+    others: Vec<String>,
 }
 
 /// What a monitor does already.
@@ -111,8 +113,10 @@ impl Hub {
         });
         let before = before.collect();
         let jets = zone.jets.map_or(usize::MAX, usize::from);
+        let others = zone.monitors.iter().filter(|id| able.iter().all(|it| it.0 != **id));
+        let others = others.cloned().collect();
         let (zone, number) = (zone.id.clone(), plan.computed);
-        Job { zone, number, basis, fires, able, water, before, jets }
+        Job { zone, number, basis, fires, able, water, before, jets, others }
     }
 
     /// Computes a plan, one at a time, and takes it.
@@ -122,6 +126,9 @@ impl Hub {
             let Some(zones) = hub.zones() else { return };
             let chosen = {
                 let _one = lock(&zones.planning);
+                if !is_latest(&lock(&zones.machine), &job) {
+                    return;
+                }
                 hub.chosen(job)
             };
             hub.accept(zones, &mut lock(&zones.machine), chosen);
@@ -139,8 +146,10 @@ impl Hub {
             return;
         }
         let able = self.able(machine, &machine.site.state(), zone);
-        let holds = job.basis.is_like(&self.basis(machine, plan, &able))
-            && job.water == water(machine, &job.fires, &job.able);
+        let now = self.basis(machine, plan, &able);
+        // What changes all the time would keep each plan from being taken.
+        let is_like = job.basis.is_like(&now) || (plan.again && job.basis.is_for_the_same(&now));
+        let holds = is_like && job.water == water(machine, &job.fires, &job.able);
         let Some(plan) = machine.plans.get_mut(&zone.id) else { return };
         plan.computing = None;
         if holds {
@@ -169,9 +178,6 @@ impl Hub {
         }
         machine.preferred.insert(zone.id.clone(), new.clone());
         let (monitors, opens) = new;
-        if let Some(opens) = &opens {
-            take_back(machine, zone, opens);
-        }
         let event = Event::Prefer { zone: zone.id.clone(), monitors, opens };
         self.take(zones, machine, &Caller::zones(), &event);
     }
@@ -187,7 +193,13 @@ impl Hub {
     ) {
         // What was reported before goes first.
         self.release_held(zones, machine);
-        if !machine.is_planning(&of) {
+        if !may_wait(&event) || !machine.is_planning(&of) {
+            let subject = subject(&event);
+            let (before, stay) = std::mem::take(&mut machine.held)
+                .into_iter()
+                .partition::<VecDeque<Held>, _>(|it| self::subject(&it.event) == subject);
+            machine.held = stay;
+            before.iter().for_each(|it| _ = self.take(zones, machine, &it.caller, &it.event));
             self.take(zones, machine, caller, &event);
             return;
         }
@@ -308,6 +320,33 @@ impl Machine {
     }
 }
 
+fn is_latest(machine: &Machine, job: &Job) -> bool {
+    machine.plans.get(&job.zone).is_some_and(|plan| plan.computed == job.number)
+}
+
+/// Whether a report is one of which water may follow, and that is the better for a plan.
+fn may_wait(event: &Event) -> bool {
+    match event {
+        Event::Detector { signal, condition, .. } => {
+            *signal == Signal::Alarm && *condition == Condition::Ready
+        }
+        Event::Monitor { report, .. } => {
+            let MonitorReport { reachable, authority, lockout, failure, .. } = *report;
+            (!reachable || failure) && authority != Authority::Person && !lockout
+        }
+        _ => false,
+    }
+}
+
+/// Whose report it is.
+fn subject(event: &Event) -> Option<(&str, bool)> {
+    match event {
+        Event::Detector { detector, .. } => Some((detector, true)),
+        Event::Monitor { monitor, .. } => Some((monitor, false)),
+        _ => None,
+    }
+}
+
 fn index(fires: &[Known], number: u64) -> Option<usize> {
     fires.iter().position(|it| it.number == number)
 }
@@ -328,23 +367,6 @@ fn acts(line: &Line) -> bool {
         matches!(it.valve, Valve::Open | Valve::Moving) || it.extinguishing
     };
     line.report().is_some_and(acts)
-}
-
-/// Orders that votes have given to monitors that they may not open any more are void, unless water flows.
-fn take_back(machine: &mut Machine, zone: &Zone, opens: &[String]) {
-    let is_automatic = |state: State| {
-        let of = state.zones.into_iter().find(|it| it.zone == zone.id);
-        of.is_some_and(|it| matches!(it.phase, Phase::Released { automatic: true, .. }))
-    };
-    if !is_automatic(machine.site.state()) {
-        return;
-    }
-    for (id, line) in &mut machine.lines {
-        if line.engaged.as_ref() == Some(&zone.id) && !opens.contains(id) && !acts(line) {
-            line.void();
-            line.clear();
-        }
-    }
 }
 
 /// The monitors that votes may open: those on fires, and further ones as long as no jet that is chosen falls
@@ -370,6 +392,13 @@ fn opens(task: &Task, chosen: &Assignment, job: &Job) -> Vec<String> {
         };
         if may {
             flowing += usize::from(!flows(index) && !spare);
+            opens.push(id.clone());
+        }
+    }
+    // Those that are not planned with count like those that reach no fire.
+    for id in &job.others {
+        if spare || suffices(flowing + 1) {
+            flowing += usize::from(!spare);
             opens.push(id.clone());
         }
     }

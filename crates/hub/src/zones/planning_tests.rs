@@ -3,7 +3,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lafet_place::planner::Offer;
-use lafet_site::{Condition, Hand, MonitorReport, Scope, Signal};
+use lafet_site::{Hand, Phase, Scope};
 use serde_json::Value;
 
 use super::*;
@@ -215,9 +215,9 @@ async fn reports_that_wait_are_bounded_and_keep_their_order() {
     meanwhile(&hub, |hub| {
         let zones = hub.zones().unwrap();
         for number in 0..3 * HELD_MAX {
-            let signal = if number % 2 == 0 { Signal::Quiet } else { Signal::Alarm };
+            let (signal, condition) = (Signal::Alarm, Condition::Ready);
             let mut machine = lock(&zones.machine);
-            let (detector, condition) = ("east".to_owned(), Condition::Ready);
+            let detector = if number % 2 == 0 { "west" } else { "east" }.to_owned();
             let event = Event::Detector { detector, signal, condition };
             hub.report(zones, &mut machine, &Caller::hub(), event, vec!["hall".into()]);
             assert!(machine.held.len() <= HELD_MAX);
@@ -226,6 +226,35 @@ async fn reports_that_wait_are_bounded_and_keep_their_order() {
     until(&hub, "none waits", |it| it.held.is_empty());
     let machine = lock(&hub.zones().unwrap().machine);
     assert_eq!(machine.site.state().detectors[1].signal, Some(Signal::Alarm), "the last one");
+}
+
+/// What takes a vote back, or is a hand's, is not too late for a delay that ends.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_withdraws_water_does_not_wait() {
+    let hub = hall();
+    meanwhile(&hub, |hub| {
+        let zones = hub.zones().unwrap();
+        let mut machine = lock(&zones.machine);
+        assert_eq!(machine.held.len(), 1, "the alarm of the east waits");
+        let of = || vec!["hall".to_owned()];
+        let report = |hub: &Hub, machine: &mut Machine, event| {
+            hub.report(zones, machine, &Caller::hub(), event, of());
+        };
+        let (detector, condition) = ("east".to_owned(), Condition::Fault);
+        report(hub, &mut machine, Event::Detector { detector, signal: Signal::Alarm, condition });
+        assert!(machine.held.is_empty(), "its alarm goes first");
+        assert_eq!(machine.site.state().zones[0].votes.len(), 1);
+        let post = MonitorReport {
+            reachable: true,
+            authority: Authority::Person,
+            ..MonitorReport::default()
+        };
+        report(hub, &mut machine, Event::Monitor { monitor: "M1".into(), report: post });
+        assert!(machine.held.is_empty());
+        let lost = MonitorReport { reachable: false, ..MonitorReport::default() };
+        report(hub, &mut machine, Event::Monitor { monitor: "M2".into(), report: lost });
+        assert_eq!(machine.held.len(), 1, "who takes its place has to know its fire");
+    });
 }
 
 /// The fires that were planned for are gone, and so is the plan.
@@ -257,7 +286,7 @@ async fn a_wind_that_is_old_is_kept_and_none_is_said_in_words() {
     let mut machine = lock(&zones.machine);
     let later = hub.now() + super::super::WIND_COUNTS;
     hub.end_wind(&mut machine, later);
-    let view = machine.view(&zones.config, later);
+    let view = machine.view(later);
     assert!(view.wind.is_none());
     assert_eq!((view.planned_wind.at_ms, view.planned_wind.speed_mps), (Some(7), 6.5));
     assert!(view.planned_wind.text.ru.contains("6,5"), "{view:?}");
@@ -291,6 +320,7 @@ fn opened(reaches_while: &[usize], chosen: &[usize], jets: usize, flows: &[usize
         before: vec![None; able.len()],
         able,
         jets,
+        others: Vec::new(),
     };
     let chosen = (0..reaches_while.len()).map(|it| chosen.contains(&it).then_some(0)).collect();
     opens(&task, &chosen, &job)

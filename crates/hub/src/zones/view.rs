@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use lafet_place::reach::OF_THROW;
-use lafet_site::config::{Kind, Zone};
+use lafet_site::config::Kind;
 use lafet_site::{Condition, Signal, State};
 use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
@@ -201,23 +201,20 @@ impl Machine {
         .collect()
     }
 
-    fn left_out(&self, zones: &[Zone]) -> Vec<LeftOut> {
-        let of = |zone: &Zone| {
-            let opens = self.preferred.get(&zone.id).and_then(|it| it.1.as_ref());
-            let out = zone.monitors.iter().filter(|it| opens.is_some_and(|all| !all.contains(it)));
-            let left = |it: &String| LeftOut { zone: zone.id.clone(), monitor: it.clone() };
-            out.map(left).collect::<Vec<_>>()
-        };
-        zones.iter().flat_map(of).collect()
+    fn left_out(&self) -> Vec<LeftOut> {
+        let all =
+            self.plans.iter().flat_map(|(zone, plan)| plan.left_out().map(move |it| (zone, it)));
+        all.map(|(zone, monitor)| LeftOut { zone: zone.clone(), monitor: monitor.clone() })
+            .collect()
     }
 
-    pub(super) fn view(&self, config: &ZonesConfig, now: Now) -> ZonesView {
+    pub(super) fn view(&self, now: Now) -> ZonesView {
         ZonesView {
             state: self.site.state(),
             reported: self.reported.clone(),
             fires: self.fires.values().flatten().cloned().collect(),
             assigned: self.assigned(),
-            left_out: self.left_out(&config.site.zones),
+            left_out: self.left_out(),
             wind: self.wind.clone().filter(|it| now.saturating_sub(it.heard) < WIND_COUNTS),
             planned_wind: PlannedWind::new(self.wind.as_ref()),
         }

@@ -128,11 +128,21 @@ impl Site {
         self.zones[zone].preferred = self.of_zone(zone, monitors);
         self.zones[zone].opens = opens.map(|opens| self.of_zone(zone, opens));
         for index in 0..self.monitors.len() {
-            // It is ordered again when it may open.
             if self.monitors[index].owner == Some(zone) && self.left_out(index, zone) {
-                (self.monitors[index].engaged, self.monitors[index].idle) = (None, false);
+                self.take_back(index, zone);
             }
         }
+    }
+
+    /// What votes have started with a monitor that they may not open any more ends. It is chosen again when it may.
+    fn take_back(&mut self, index: usize, zone: usize) {
+        let ordered = self.monitors[index].engaged.is_some();
+        let cause = self.zones[zone].release.as_ref().map(|it| it.cause.clone());
+        if let Some(cause) = cause.filter(|_| ordered) {
+            self.shut(index, true, &cause);
+        }
+        (self.monitors[index].owner, self.monitors[index].idle) = (None, false);
+        self.out.persist = true;
     }
 
     /// The monitors of a zone by their ids, each once.

@@ -16,7 +16,7 @@ use super::file::File;
 use crate::field::line::{self, Line};
 use crate::plugs::modbus::access::{Grant, Level, Net};
 use crate::plugs::modbus::desk::Terms;
-use crate::plugs::modbus::layout::MONITORS;
+use crate::plugs::modbus::layout::{COMMAND, COMMAND_LEN, MONITORS};
 use crate::plugs::modbus::{Place, ServerConfig};
 
 /// Allowed times within which the heartbeat changes, ms.
@@ -37,6 +37,9 @@ const CONNECTIONS_USUAL: usize = 8;
 const LIST_MAX: usize = 64;
 /// Longest name.
 const NAME_MAX: usize = 32;
+
+/// The last register of a command.
+const COMMAND_END: u16 = COMMAND + COMMAND_LEN as u16 - 1;
 
 /// A server as written.
 #[derive(Debug, Deserialize)]
@@ -268,6 +271,11 @@ impl Check<'_> {
         let monitors: Vec<String> = match &written.monitors {
             None => known.iter().map(|id| (*id).to_owned()).collect(),
             Some(ids) => {
+                if ids.is_empty() {
+                    let what = text::CheckServerEmpty { name: written.name.get_ref() }.words();
+                    let at = written.name.span().start;
+                    self.say(at, what, text::CheckServerEmptyRemedy.words());
+                }
                 let mut seen = BTreeSet::new();
                 for id in ids {
                     let (id, at) = (id.get_ref(), id.span().start);
@@ -310,6 +318,13 @@ impl Check<'_> {
         if registers[0] > registers[1] {
             let at = client.registers.as_ref().map_or(0, |it| it.span().start);
             self.say(at, text::CheckRegisters.words(), text::CheckRegistersRemedy.words());
+        } else if let Some(written) = &client.registers {
+            let reached = registers[0] <= COMMAND && registers[1] >= COMMAND_END;
+            if client.role != Level::None && !reached {
+                let what = text::CheckNoStop { name: client.name.get_ref() }.words();
+                let remedy = text::CheckNoStopRemedy { first: COMMAND, last: COMMAND_END }.words();
+                self.warn(written.span().start, what, remedy);
+            }
         }
         let units = client.units.iter().filter_map(|it| u8::try_from(*it.get_ref()).ok());
         Grant {
@@ -321,3 +336,7 @@ impl Check<'_> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "modbus_server_tests.rs"]
+mod tests;

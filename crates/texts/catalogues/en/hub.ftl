@@ -496,6 +496,7 @@ tune-page-gone = Ended: the page that started it does not answer.
 plug-listening = Modbus server { $name } listens: { $url }.
 plug-not-listening = Modbus server { $name } does not listen: { $why }
 plug-port-lost = The serial port was lost.
+plug-heartbeat-lost = The heartbeat of { $master } ({ $from }) was lost: motions that it has begun end, and it has to come back for its authority.
 
 # The Modbus server: why a command is refused, by number.
 plug-no-command = There is no command of this number. See the list of commands.
@@ -626,7 +627,11 @@ check-server-same-line = The server { $name } listens there already.
 check-server-same-line-remedy = Give each server a port of its own; several masters share one with [[modbus_server.client]].
 check-server-monitor = There is no monitor { $id }.
 check-server-monitor-remedy = Write the ids of monitors in this file, each once.
+check-server-empty = `monitors` of the server { $name } is empty: its masters reach nothing, not even Stop.
+check-server-empty-remedy = Write the ids of its monitors, or leave `monitors` out for all.
 check-server-units = Eight monitors are a unit: the last one would be { $last }.
 check-server-units-remedy = Write a smaller unit, or fewer monitors.
+check-no-stop = { $name } does not reach the registers of commands: it cannot even stop a monitor.
+check-no-stop-remedy = Let its registers contain { $first } to { $last }; observers may only stop, close and lock out there.
 check-registers = The registers end before they begin.
 check-registers-remedy = Write registers = [first, last].

@@ -496,6 +496,7 @@ tune-page-gone = Прервано: страница, которая начала
 plug-listening = Сервер Modbus { $name } принимает подключения: { $url }.
 plug-not-listening = Сервер Modbus { $name } не принимает подключений: { $why }
 plug-port-lost = Последовательный порт пропал.
+plug-heartbeat-lost = Пропал сигнал исправности мастера { $master } ({ $from }): начатые им движения прекращаются, управление он теряет, если не вернётся.
 
 # The Modbus server: why a command is refused, by number.
 plug-no-command = Команды с таким номером нет. См. список команд.
@@ -626,7 +627,11 @@ check-server-same-line = Там уже принимает подключения
 check-server-same-line-remedy = У каждого сервера свой порт; несколько мастеров делят один через [[modbus_server.client]].
 check-server-monitor = Ствола { $id } нет.
 check-server-monitor-remedy = Укажите имена стволов из этого файла, каждое один раз.
+check-server-empty = `monitors` сервера { $name } пуст: его мастерам ничто не доступно, даже Стоп.
+check-server-empty-remedy = Укажите имена его стволов или уберите `monitors`: тогда доступны все.
 check-server-units = Восемь стволов — одно устройство: последним был бы адрес { $last }.
 check-server-units-remedy = Укажите меньший unit или меньше стволов.
+check-no-stop = Клиенту { $name } не доступны регистры команд: он не может даже остановить ствол.
+check-no-stop-remedy = Пусть его registers включают { $first }–{ $last }; наблюдатели могут там только остановить, закрыть и заблокировать.
 check-registers = Регистры кончаются раньше, чем начинаются.
 check-registers-remedy = Напишите registers = [первый, последний].

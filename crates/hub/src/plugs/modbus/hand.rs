@@ -1,10 +1,12 @@
 //! Orders of a desk, carried out by the hub: with a seat of its own, through the same entries as a console.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Text as _, hub as text};
 use tokio::sync::mpsc;
 
 use super::desk::{Act, Command, Desk, What};
@@ -21,6 +23,8 @@ use crate::sync::lock;
 
 /// A period of the hub's sign of life, ms.
 const LIFE_MS: u128 = 100;
+/// The heartbeat that comes and goes is reported once in this time.
+const SAID_EACH: Duration = Duration::from_secs(10);
 /// A generation that no command has.
 const VOID: u64 = u64::MAX;
 
@@ -39,6 +43,8 @@ pub struct Hand {
     answers: mpsc::Sender<Answer>,
     /// The generation of the desk, as commands that wait are compared with.
     generation: Arc<AtomicU64>,
+    /// When the loss of the heartbeat was reported.
+    said: Arc<Mutex<Option<Duration>>>,
 }
 
 impl Hand {
@@ -57,6 +63,7 @@ impl Hand {
             ids: ids.into(),
             answers: answers.clone(),
             generation: Arc::new(AtomicU64::new(VOID)),
+            said: Arc::default(),
         }
     }
 
@@ -146,14 +153,25 @@ impl Hand {
                 Act::Shut { monitor, valve } => {
                     self.if_held(monitor, MonitorRequest::close(valve_of(valve)));
                 }
-                Act::Lost => self.each(|station| {
-                    self.hub.seat_is_silent(station, &self.caller.seat.seat);
-                }),
+                Act::Lost => {
+                    self.each(|it| self.hub.seat_is_silent(it, &self.caller.seat.seat));
+                    self.report_lost();
+                }
                 Act::Back => self.each(|station| {
                     self.hub.seat_is_back(station, &self.caller.seat.seat);
                 }),
             }
         }
+    }
+
+    fn report_lost(&self) {
+        let (now, mut said) = (self.hub.now(), lock(&self.said));
+        if said.is_some_and(|at| now.saturating_sub(at) < SAID_EACH) {
+            return;
+        }
+        *said = Some(now);
+        let (master, from) = (&self.caller.principal.user, &self.caller.seat.from);
+        self.hub.event(None, &text::PlugHeartbeatLost { master, from }.words());
     }
 
     fn station(&self, monitor: usize) -> Result<Arc<Station>, ApiError> {

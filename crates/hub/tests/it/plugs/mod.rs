@@ -191,6 +191,8 @@ async fn authority_goes_back_when_the_heartbeat_does_not_return() {
     let began = Instant::now();
     // The connection is open all the same.
     until_read(&master, "it is free", 8, 1, |it| it == [0]).await;
+    let events = site.get("", "/api/events").await.body.to_string();
+    assert!(events.contains("heartbeat of modbus"), "{events}");
     assert!(began.elapsed() >= Duration::from_millis(500), "lost_ms: it may come back");
     assert!(console.authority("M1", "take").await["error"].is_null());
     assert_eq!(master.read(8, 1).await, [2]);

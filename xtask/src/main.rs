@@ -30,6 +30,7 @@ mod no_std;
 mod package;
 mod physics;
 mod pictures;
+mod plugs;
 mod python;
 mod run;
 mod sections;
@@ -80,7 +81,7 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
-                  only those: console, lock, licences, words, fmt, build, test, python, api, browser, \
+                  only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, \
                   no-std, firmware, clippy, doc, package, model, dissector, bindings, bench, swarm, hub, demo.",
         run: ci::ci,
     },
@@ -224,6 +225,14 @@ const TASKS: &[Task] = &[
         details: "Checks the types with mypy and runs the tests on the package as it is installed, in an \
                   environment below target. With --release the wheel is optimised.",
         run: python::python,
+    },
+    Task {
+        name: "plugs",
+        arguments: "",
+        about: "Modbus with pymodbus and mbpoll, which it installs if permitted",
+        details: "The hub's server against masters of others, and its detectors and outputs against a server of \
+                  others: over TCP and over a pseudo-terminal.",
+        run: plugs::plugs,
     },
     Task {
         name: "swarm",

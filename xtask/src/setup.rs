@@ -37,8 +37,11 @@ pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
 
 /// Ensures that a program of a Debian package is installed.
 pub fn program(name: &str, package: &str) -> Result<(), String> {
-    // OpenSSL's commands have no dashes.
-    let version = if name == "openssl" { "version" } else { "--version" };
+    let version = match name {
+        "openssl" => "version",
+        "mbpoll" => "-V",
+        _ => "--version",
+    };
     if run::output(Command::new(name).arg(version)).is_ok() {
         return Ok(());
     }
@@ -82,7 +85,7 @@ pub fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
 }
 
 /// Debian packages that steps of CI need, each with a program that shows whether it is there.
-const IN_CI: [(&str, &str); 10] = [
+const IN_CI: [(&str, &str); 11] = [
     ("curl", "curl"),
     ("openssl", "openssl"),
     ("psql", "postgresql"),
@@ -93,6 +96,7 @@ const IN_CI: [(&str, &str); 10] = [
     ("arm-none-eabi-gcc", "gcc-arm-none-eabi"),
     ("arm-none-eabi-gcc", "libnewlib-arm-none-eabi"),
     ("chromium", "chromium"),
+    ("mbpoll", "mbpoll"),
 ];
 /// The package manager allows one at a time.
 static INSTALLING: Mutex<()> = Mutex::new(());

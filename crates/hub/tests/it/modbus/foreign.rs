@@ -1,5 +1,4 @@
-//! The same with pymodbus, over each kind of line. By hand, as CI has no pymodbus:
-//! `pip install pymodbus pyserial`, then `cargo test -p lafet-hub --test it modbus::foreign -- --ignored`.
+//! The same with pymodbus, over each kind of line: `cargo xtask plugs` installs it.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};

@@ -1,6 +1,4 @@
-//! Over a serial line, and with masters of others: pymodbus and mbpoll. The latter by hand, as CI has neither:
-//! `pip install pymodbus pyserial`, `apt-get install mbpoll`, then
-//! `cargo test -p lafet-hub --test it plugs::foreign -- --ignored`.
+//! Over a serial line, and with masters of others, pymodbus and mbpoll: `cargo xtask plugs` installs them.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;

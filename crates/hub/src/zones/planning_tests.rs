@@ -122,7 +122,7 @@ fn until(hub: &Hub, what: &str, wanted: impl Fn(&Machine) -> bool) {
     let began = Instant::now();
     while !wanted(&lock(&hub.zones().unwrap().machine)) {
         assert!(began.elapsed() < Duration::from_secs(30), "{what}");
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::park_timeout(Duration::from_millis(5));
     }
 }
 
@@ -201,7 +201,7 @@ async fn a_plan_that_does_not_come_is_not_waited_for() {
         while !lock(&zones.machine).held.is_empty() {
             assert!(began.elapsed() < Duration::from_secs(15));
             hub.release_held(zones, &mut lock(&zones.machine));
-            std::thread::sleep(Duration::from_millis(10));
+            std::thread::park_timeout(Duration::from_millis(10));
         }
         assert!(began.elapsed() >= WAITS / 2);
         assert_eq!(hub.zones_view().unwrap().state.zones[0].votes.len(), 2);

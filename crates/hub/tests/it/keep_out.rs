@@ -168,9 +168,10 @@ async fn requests_reach_the_line_in_the_order_in_which_they_were_let_pass() {
     let mut frames = site.hub.station("M1").unwrap().client().unwrap().trace();
     for round in 0..20 {
         let station = site.hub.station("M1").unwrap();
+        let (_kept, never) = std::sync::mpsc::channel::<()>();
         let holder = std::thread::spawn(move || {
             station.client.send_if_modified(|_| {
-                std::thread::sleep(WAITS * 2);
+                _ = never.recv_timeout(WAITS * 2);
                 false
             });
         });

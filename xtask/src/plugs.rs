@@ -1,8 +1,11 @@
 //! `cargo xtask plugs`: the servers of other protocols with clients that are not ours.
 
-use std::process::ExitCode;
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
 
-use crate::run::{StepResult, cargo, show_tests};
+use serde_json::Value;
+
+use crate::run::{StepResult, cargo, output, root, show_tests};
 use crate::{TaskResult, flag, setup};
 
 /// What Python has of Modbus, on this side and that.
@@ -20,7 +23,21 @@ pub fn check() -> StepResult {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::iter::once(programs).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(folders).map_err(|e| e.to_string())?;
-    // All packages, so that what is built for the other tests serves here.
-    let test = ["test", "--workspace", "--test", "it", "--", "--ignored", "foreign::"];
-    show_tests(cargo(&test).env("PATH", path))
+    let mut tests = Command::new(tests_of_hub()?);
+    tests.args(["--ignored", "foreign::"]).current_dir(root().join("crates/hub"));
+    show_tests(tests.env("PATH", path))
+}
+
+/// The program of the hub's integration tests, built as for all other tests: selected alone, its dependencies
+/// would be built again with fewer features.
+fn tests_of_hub() -> Result<PathBuf, String> {
+    let build = ["test", "--workspace", "--no-run", "--message-format=json"];
+    let messages = output(&mut cargo(&build))?;
+    let program = messages.lines().find_map(|line| {
+        let json: Value = serde_json::from_str(line).ok()?;
+        let of_hub = json["package_id"].as_str()?.contains("/crates/hub#");
+        let it = of_hub && json["target"]["name"] == "it";
+        it.then(|| json["executable"].as_str().map(PathBuf::from)).flatten()
+    });
+    program.ok_or_else(|| "the hub has no tests of the name `it`".to_owned())
 }

@@ -6,11 +6,16 @@ use std::path::Path;
 
 use lafet_client::Lang;
 use lafet_texts::{Shown, Text as _, hub as text};
+use toml::Spanned;
 
 use super::file::{File, Recording, Tls};
 use super::{Config, LISTEN, Overrides, RecordingConfig, TlsConfig};
+use crate::field::line::{self, Line};
 use crate::store::Address;
 use crate::text::Both;
+
+/// Longest name.
+const NAME_MAX: usize = 32;
 
 /// What is wrong with the configuration: where, what, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -114,6 +119,12 @@ pub fn check(
     if check.problems.is_empty() { Ok(config) } else { Err(check.problems) }
 }
 
+/// Whether it can be the name of a monitor, a bus or a server.
+pub fn is_name(text: &str) -> bool {
+    let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    !text.is_empty() && text.len() <= NAME_MAX && text.chars().all(fine)
+}
+
 fn recording(read: Recording, folder: &Path, data: &Path) -> RecordingConfig {
     RecordingConfig {
         folder: Some(match read.folder {
@@ -156,6 +167,12 @@ impl Check<'_> {
         let name = path.display();
         let what = text::CheckFileReadable { name: Shown(&name) }.words();
         self.warn(byte, what, Both::same(format!("chmod o= {name}")));
+    }
+
+    /// The line of a URL.
+    pub fn line(&mut self, url: &Spanned<String>) -> Option<Line> {
+        let parsed = Line::parse(url.get_ref());
+        parsed.map_err(|what| self.say(url.span().start, what, line::remedy())).ok()
     }
 
     fn file_name(&self) -> &Path {

@@ -7,10 +7,10 @@ use lafet_site::config::ContactKind;
 use lafet_texts::{Shown, Text as _, hub as text};
 use toml::Spanned;
 
-use super::check::Check;
+use super::check::{Check, is_name};
 use super::file::File;
 use super::written::{Bus, Detector, Named, Source};
-use crate::field::line::{self, Line};
+use crate::field::line::Line;
 use crate::field::maps::{Bits, Map, View};
 use crate::field::point::{self, Point};
 use crate::field::{BusConfig, Sort, SourceConfig};
@@ -26,8 +26,6 @@ const TIMEOUT_USUAL_MS: u64 = 500;
 const BEAT_S: std::ops::RangeInclusive<u32> = 1..=600;
 /// Addresses of devices.
 pub(super) const UNITS: std::ops::RangeInclusive<u32> = 1..=247;
-/// Longest name of a bus.
-const NAME_MAX: usize = 32;
 /// The greatest first register of an FV300: its block ends within the table.
 const FV300_MAX: u32 = 65_535 - 21;
 
@@ -113,8 +111,7 @@ impl Check<'_> {
         others: &[(usize, BusConfig)],
     ) -> Option<BusConfig> {
         let (name, at) = (written.name.get_ref(), written.name.span().start);
-        let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if name.is_empty() || name.len() > NAME_MAX || !name.chars().all(fine) {
+        if !is_name(name) {
             let what = text::CheckBusName { name }.words();
             let remedy = text::CheckBusNameRemedy.words();
             self.say(at, what, remedy);
@@ -131,15 +128,8 @@ impl Check<'_> {
                 self.range(value, range, key);
             }
         }
-        let (url, at) = (written.url.get_ref(), written.url.span().start);
-        let line = match Line::parse(url) {
-            Ok(line) => line,
-            Err(what) => {
-                self.say(at, what, line::remedy());
-                return None;
-            }
-        };
-        self.one_user(at, &line, read, others);
+        let line = self.line(&written.url)?;
+        self.one_user(written.url.span().start, &line, read, others);
         let or =
             |value: &Option<Spanned<u64>>, usual| value.as_ref().map_or(usual, |it| *it.get_ref());
         Some(BusConfig {

@@ -10,13 +10,13 @@ use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::check::Check;
+use super::check::{Check, is_name};
 use super::field::UNITS;
 use super::file::File;
-use crate::field::line::{self, Line};
+use crate::field::line::Line;
 use crate::plugs::modbus::access::{Grant, Level, Net};
 use crate::plugs::modbus::desk::Terms;
-use crate::plugs::modbus::layout::{COMMAND, COMMAND_LEN, MONITORS};
+use crate::plugs::modbus::layout::{COMMAND, COMMAND_LAST, MONITORS};
 use crate::plugs::modbus::{Place, ServerConfig};
 
 /// Allowed times within which the heartbeat changes, ms.
@@ -35,11 +35,6 @@ const CONNECTIONS: RangeInclusive<usize> = 1..=64;
 const CONNECTIONS_USUAL: usize = 8;
 /// Most servers, and most entries of a list.
 const LIST_MAX: usize = 64;
-/// Longest name.
-const NAME_MAX: usize = 32;
-
-/// The last register of a command.
-const COMMAND_END: u16 = COMMAND + COMMAND_LEN as u16 - 1;
 
 /// A server as written.
 #[derive(Debug, Deserialize)]
@@ -173,9 +168,8 @@ impl Check<'_> {
     }
 
     fn server_name(&mut self, name: &Spanned<String>) {
-        let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         let text = name.get_ref();
-        if text.is_empty() || text.len() > NAME_MAX || !text.chars().all(fine) {
+        if !is_name(text) {
             let what = text::CheckServerName { name: text }.words();
             self.say(name.span().start, what, text::CheckBusNameRemedy.words());
         }
@@ -205,14 +199,7 @@ impl Check<'_> {
         written: &ModbusServer,
         others: &[ServerConfig],
     ) -> Option<Place> {
-        let (url, at) = (written.listen.get_ref(), written.listen.span().start);
-        let line = match Line::parse(url) {
-            Ok(line) => line,
-            Err(what) => {
-                self.say(at, what, line::remedy());
-                return None;
-            }
-        };
+        let (line, at) = (self.line(&written.listen)?, written.listen.span().start);
         let place = match &line {
             Line::Tcp { host, port, framing } => {
                 let Ok(ip) = host.parse() else {
@@ -233,17 +220,13 @@ impl Check<'_> {
                     self.say(first.span().start, what, text::CheckAllowOnSerialRemedy.words());
                 }
                 let buses = read.modbus.iter().map(|it| it.get_ref().url.get_ref());
-                let buses = buses.filter_map(|url| Line::parse(url).ok());
-                let port_of = |line: Line| match line {
-                    Line::Serial { path, .. } => Some(path),
-                    Line::Tcp { .. } => None,
-                };
+                let mut buses = buses.filter_map(|url| Line::parse(url).ok());
                 let monitors = read.monitor.iter().map(|it| it.get_ref().url.get_ref());
-                let monitors = monitors.filter_map(|url| match url.parse() {
-                    Ok(Endpoint::Serial { path, .. }) => Some(path),
-                    _ => None,
-                });
-                if buses.filter_map(port_of).chain(monitors).any(|other| other == *path) {
+                let has_it = |url: &String| match url.parse() {
+                    Ok(Endpoint::Serial { path: other, .. }) => other == *path,
+                    _ => false,
+                };
+                if buses.any(|bus| bus.device() == Some(path)) || monitors.into_iter().any(has_it) {
                     let what = text::CheckServerPort.words();
                     self.say(at, what, text::CheckServerPortRemedy.words());
                 }
@@ -252,10 +235,7 @@ impl Check<'_> {
         };
         let same = |other: &&ServerConfig| match (&other.place, &place) {
             (Place::Tcp(own, _), Place::Tcp(other, _)) => own == other,
-            (Place::Serial(own), Place::Serial(other)) => match (own, other) {
-                (Line::Serial { path: own, .. }, Line::Serial { path: other, .. }) => own == other,
-                _ => false,
-            },
+            (Place::Serial(own), Place::Serial(other)) => own.device() == other.device(),
             _ => false,
         };
         if let Some(other) = others.iter().find(same) {
@@ -319,10 +299,10 @@ impl Check<'_> {
             let at = client.registers.as_ref().map_or(0, |it| it.span().start);
             self.say(at, text::CheckRegisters.words(), text::CheckRegistersRemedy.words());
         } else if let Some(written) = &client.registers {
-            let reached = registers[0] <= COMMAND && registers[1] >= COMMAND_END;
+            let reached = registers[0] <= COMMAND && registers[1] >= COMMAND_LAST;
             if client.role != Level::None && !reached {
                 let what = text::CheckNoStop { name: client.name.get_ref() }.words();
-                let remedy = text::CheckNoStopRemedy { first: COMMAND, last: COMMAND_END }.words();
+                let remedy = text::CheckNoStopRemedy { first: COMMAND, last: COMMAND_LAST }.words();
                 self.warn(written.span().start, what, remedy);
             }
         }

@@ -6,7 +6,7 @@ use lafet_client::Endpoint;
 use lafet_texts::{Text as _, hub as text};
 
 use super::MonitorConfig;
-use super::check::Check;
+use super::check::{Check, is_name};
 use super::file::{Monitor, Name};
 use crate::text::Both;
 
@@ -29,8 +29,7 @@ impl Check<'_> {
         for monitor in read {
             let monitor = monitor.get_ref();
             let (id, at) = (monitor.id.get_ref(), monitor.id.span().start);
-            let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            if id.is_empty() || id.len() > 32 || !id.chars().all(fine) {
+            if !is_name(id) {
                 let what = text::CheckMonitorId { id }.words();
                 let remedy = text::CheckMonitorIdRemedy.words();
                 self.say(at, what, remedy);

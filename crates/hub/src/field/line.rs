@@ -54,6 +54,14 @@ pub enum Line {
 }
 
 impl Line {
+    /// The device of a serial line.
+    pub fn device(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Serial { path, .. } => Some(path),
+            Self::Tcp { .. } => None,
+        }
+    }
+
     /// Reads a URL of the configuration.
     ///
     /// # Errors

@@ -41,6 +41,8 @@ pub const JOG_LEN: usize = 7;
 pub const COMMAND: u16 = 264;
 /// Words of that block.
 pub const COMMAND_LEN: usize = 13;
+/// Its last register.
+pub const COMMAND_LAST: u16 = COMMAND + COMMAND_LEN as u16 - 1;
 /// The ids of the monitors, two characters in a word.
 pub const NAMES: u16 = 320;
 /// Words of an id.

@@ -17,7 +17,7 @@ use super::access::{self, Level};
 use super::desk::{Around, Desk};
 use super::frames::{Frame, Next, Splitter};
 use super::hand::{Answer, Hand};
-use super::layout::{COMMAND, COMMAND_LEN};
+use super::layout::{COMMAND, COMMAND_LAST, COMMAND_LEN};
 use super::pdu::{self, Ask, Exception};
 use super::view::PlugClient;
 use super::{Place, Server, VIA};
@@ -282,8 +282,8 @@ impl Session {
         let config = &server.config;
         let name = access::name_of(&config.grants, from.address).unwrap_or_default().to_owned();
         let operates = |unit: u8| {
-            let last = COMMAND + COMMAND_LEN as u16 - 1;
-            access::level(&config.grants, from.address, unit, COMMAND, last) == Level::Operator
+            access::level(&config.grants, from.address, unit, COMMAND, COMMAND_LAST)
+                == Level::Operator
         };
         let units = config.units();
         let any = units.iter().any(|(unit, _)| operates(*unit));

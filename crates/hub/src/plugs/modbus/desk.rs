@@ -76,7 +76,7 @@ struct Entry {
     waits: Option<(u32, Now)>,
     /// It is one that any master may send.
     urgent: bool,
-    /// The valve that closes; 0: all.
+    /// The valve that opens or closes; 0: all.
     valve: u16,
 }
 
@@ -132,8 +132,6 @@ pub struct Desk {
     results: VecDeque<Entry>,
     sent: [[bool; 3]; MONITORS],
     opened: [[bool; 2]; MONITORS],
-    /// The opening that has no result yet: ticket, monitor, valve.
-    opening: Option<(u32, usize, usize)>,
     tickets: u32,
     /// Counts what makes commands void that are not sent yet.
     voids: u32,
@@ -159,7 +157,6 @@ impl Desk {
             results: VecDeque::with_capacity(RESULTS_KEPT),
             sent: [[false; 3]; MONITORS],
             opened: [[false; 2]; MONITORS],
-            opening: None,
             tickets: 0,
             voids: 0,
         };
@@ -307,15 +304,13 @@ impl Desk {
             }
             Err(Failed { why, status }) => {
                 (entry.state, entry.refusal, entry.status) = (REFUSED, why.number(), status);
+                let may_be_open = matches!(why, Refusal::NoAnswer | Refusal::Unknown);
+                if entry.command == Command::Open.number() && !may_be_open {
+                    let at = usize::from(entry.monitor).wrapping_sub(1);
+                    let opened = self.opened.get_mut(at);
+                    opened.into_iter().for_each(|it| it[usize::from(entry.valve == 2)] = false);
+                }
             }
-        }
-        let opening = self.opening.take_if(|(own, ..)| *own == ticket);
-        let may_be_open = match result {
-            Ok(()) => true,
-            Err(failed) => matches!(failed.why, Refusal::NoAnswer | Refusal::Unknown),
-        };
-        if let Some((_, monitor, valve)) = opening.filter(|_| !may_be_open) {
-            self.opened[monitor][valve] = false;
         }
     }
 
@@ -499,16 +494,16 @@ impl Desk {
         let arguments = [first, second, third, fourth];
         match self.checked(around, command, [high, low], monitor, arguments, key) {
             Ok((at, what)) => {
-                let ticket = self.accept(around.now, entry, Some(at), what, acts);
+                let mut entry = entry;
                 if let What::GoTo(targets) = what {
                     let sent = self.sent[at].iter_mut().zip(targets);
                     sent.for_each(|(sent, target)| *sent |= target.is_some());
                 }
                 if let What::Open(valve) = what {
-                    let valve = usize::from(valve == 2);
-                    self.opened[at][valve] = true;
-                    self.opening = Some((ticket, at, valve));
+                    self.opened[at][usize::from(valve == 2)] = true;
+                    entry.valve = valve;
                 }
+                self.accept(around.now, entry, Some(at), what, acts);
             }
             Err(why) => self.refuse(entry, why),
         }
@@ -606,13 +601,12 @@ impl Desk {
         monitor: Option<usize>,
         what: What,
         acts: &mut Vec<Act>,
-    ) -> u32 {
+    ) {
         self.tickets = self.tickets.wrapping_add(1);
         let ticket = self.tickets;
         let waits = Some((ticket, now + self.terms.answer));
         self.keep(Entry { state: ACCEPTED, waits, ..entry });
         acts.push(Act::Do { ticket, monitor, what });
-        ticket
     }
 
     fn refuse(&mut self, entry: Entry, why: Refusal) {

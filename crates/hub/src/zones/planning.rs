@@ -8,7 +8,7 @@
 //! A vote or the loss of a monitor that is reported meanwhile reaches the machine after the plan: what follows from
 //! it aims by the plan. Everything else does not wait: a vote that is withdrawn, a hand, a contact, a time.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use lafet_place::planner::{
@@ -194,18 +194,12 @@ impl Hub {
         // What was reported before goes first.
         self.release_held(zones, machine);
         if !may_wait(&event) || !machine.is_planning(&of) {
-            let subject = subject(&event);
-            let (before, stay) = std::mem::take(&mut machine.held)
-                .into_iter()
-                .partition::<VecDeque<Held>, _>(|it| self::subject(&it.event) == subject);
-            machine.held = stay;
-            before.iter().for_each(|it| _ = self.take(zones, machine, &it.caller, &it.event));
+            self.take_held(zones, machine, |_, it| subject(&it.event) == subject(&event));
             self.take(zones, machine, caller, &event);
             return;
         }
         if machine.held.len() >= HELD_MAX {
-            let held = std::mem::take(&mut machine.held);
-            held.into_iter().for_each(|it| _ = self.take(zones, machine, &it.caller, &it.event));
+            self.take_held(zones, machine, |_, _| true);
         }
         let held = Held { since: self.now(), caller: caller.clone(), event, zones: of };
         machine.held.push_back(held);
@@ -219,14 +213,21 @@ impl Hub {
                 (plan.computing, plan.basis, plan.waits) = (None, None, true);
             }
         }
-        let waits =
-            |it: &Held| now.saturating_sub(it.since) < WAITS && machine.is_planning(&it.zones);
-        let waiting: Vec<bool> = machine.held.iter().map(waits).collect();
-        let (mut stay, mut go) = (VecDeque::new(), Vec::new());
-        for (held, waits) in std::mem::take(&mut machine.held).into_iter().zip(waiting) {
-            if waits { stay.push_back(held) } else { go.push(held) }
-        }
-        machine.held = stay;
+        self.take_held(zones, machine, |machine, it| {
+            now.saturating_sub(it.since) >= WAITS || !machine.is_planning(&it.zones)
+        });
+    }
+
+    /// Gives the machine these of the reports that wait, in their order.
+    fn take_held(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        goes: impl Fn(&Machine, &Held) -> bool,
+    ) {
+        let held = std::mem::take(&mut machine.held).into_iter();
+        let (go, stay): (Vec<Held>, Vec<Held>) = held.partition(|it| goes(machine, it));
+        machine.held = stay.into();
         for held in go {
             self.take(zones, machine, &held.caller, &held.event);
         }

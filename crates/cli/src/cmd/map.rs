@@ -1,10 +1,10 @@
 //! `lafet map`: the register maps of the hub's servers, for those who program a master.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use lafet_hub::Overrides;
 use lafet_hub::modbus_server::{ServerConfig, map, vectors};
-use lafet_hub::{Config, Overrides};
 use lafet_texts::{Text as _, cli as text};
 use serde_json::json;
 
@@ -72,15 +72,7 @@ pub fn run(command: &MapCommand, out: &mut Out) -> Outcome {
 /// The server of that name; without one, the first.
 fn server(args: &MapArgs) -> Result<ServerConfig, Failure> {
     let file = args.file.display().to_string();
-    let read = std::fs::read_to_string(&args.file).map_err(|error| {
-        Failure::io(text::CannotReadConfig { file: &file }.of(current()), error)
-    })?;
-    let folder = args.file.parent().unwrap_or(Path::new("."));
-    let config =
-        Config::parse(&file, &read, folder, &Overrides::default()).map_err(|problems| {
-            let lines: Vec<String> = problems.iter().map(|it| it.localized(current())).collect();
-            Failure::Usage(lines.join("\n"))
-        })?;
+    let config = super::serve::config(&args.file, &Overrides::default())?;
     let wanted = |it: &ServerConfig| args.server.as_ref().is_none_or(|name| *name == it.name);
     let found = config.modbus_servers.into_iter().find(wanted);
     found.ok_or_else(|| Failure::Usage(text::MapNoServer { file: &file }.of(current())))

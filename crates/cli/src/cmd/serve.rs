@@ -100,18 +100,22 @@ fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
             text::NoConfig { first: FILES[0], second: FILES[1] }.of(current()),
         ));
     };
-    let file = path.display().to_string();
-    let text = std::fs::read_to_string(&path).map_err(|error| {
-        Failure::io(text::CannotReadConfig { file: &file }.of(current()), error)
-    })?;
     let environment = Overrides::of_environment(|name| std::env::var(name).ok());
     let overrides = Overrides { port: args.port, ..environment };
+    Ok((path.display().to_string(), config(&path, &overrides)?))
+}
+
+/// Reads the file of a hub.
+pub fn config(path: &Path, overrides: &Overrides) -> Result<Config, Failure> {
+    let file = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        Failure::io(text::CannotReadConfig { file: &file }.of(current()), error)
+    })?;
     let folder = path.parent().unwrap_or(Path::new("."));
-    let config = Config::parse(&file, &text, folder, &overrides).map_err(|problems| {
+    Config::parse(&file, &text, folder, overrides).map_err(|problems| {
         let lines: Vec<String> = problems.iter().map(|it| it.localized(current())).collect();
         Failure::Usage(lines.join("\n"))
-    })?;
-    Ok((file, config))
+    })
 }
 
 fn verify(file: &Path, out: &mut Out) -> Outcome {

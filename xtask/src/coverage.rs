@@ -8,9 +8,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use serde_json::Value;
-
-use crate::run::{cargo, output, root, show, target as target_directory};
+use crate::run::{
+    TestProgram, cargo, output, root, show, target as target_directory, test_programs,
+};
 use crate::{TaskResult, flag, setup};
 
 /// Measured sources: folder, and prefix of their files in the table.
@@ -99,14 +99,8 @@ impl Llvm {
     }
 }
 
-/// A test binary.
-struct Test {
-    name: String,
-    path: PathBuf,
-}
-
 /// Builds the tests with counters.
-fn build(target: &Path) -> Result<Vec<Test>, String> {
+fn build(target: &Path) -> Result<Vec<TestProgram>, String> {
     let mut build = cargo(&["test", "--no-run", "--message-format=json"]);
     build.args(["-p", "lafet-device", "-p", "lafet-ballistics"]);
     build.env("CARGO_TARGET_DIR", target);
@@ -114,14 +108,7 @@ fn build(target: &Path) -> Result<Vec<Test>, String> {
     build.env("RUSTC_BOOTSTRAP", "1");
     build.env("RUSTFLAGS", "-Cinstrument-coverage -Zcoverage-options=branch");
     let messages = output(&mut build)?;
-    let tests = messages.lines().filter_map(|line| {
-        let json: Value = serde_json::from_str(line).ok()?;
-        let name = json["target"]["name"].as_str()?.to_owned();
-        let path = json["executable"].as_str()?.into();
-        let test = json["profile"]["test"].as_bool()? && name != LEFT_OUT;
-        test.then_some(Test { name, path })
-    });
-    Ok(tests.collect())
+    Ok(test_programs(&messages).filter(|test| test.name != LEFT_OUT).collect())
 }
 
 fn files(directory: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {

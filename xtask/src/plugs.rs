@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
-use serde_json::Value;
-
-use crate::run::{StepResult, cargo, output, root, show_tests};
+use crate::run::{StepResult, TestProgram, cargo, output, root, show_tests, test_programs};
 use crate::{TaskResult, flag, setup};
 
 /// What Python has of Modbus, on this side and that.
@@ -33,11 +31,7 @@ pub fn check() -> StepResult {
 fn tests_of_hub() -> Result<PathBuf, String> {
     let build = ["test", "--workspace", "--no-run", "--message-format=json"];
     let messages = output(&mut cargo(&build))?;
-    let program = messages.lines().find_map(|line| {
-        let json: Value = serde_json::from_str(line).ok()?;
-        let of_hub = json["package_id"].as_str()?.contains("/crates/hub#");
-        let it = of_hub && json["target"]["name"] == "it";
-        it.then(|| json["executable"].as_str().map(PathBuf::from)).flatten()
-    });
+    let it = |test: &TestProgram| test.package.contains("/crates/hub#") && test.name == "it";
+    let program = test_programs(&messages).find(it).map(|test| test.path);
     program.ok_or_else(|| "the hub has no tests of the name `it`".to_owned())
 }

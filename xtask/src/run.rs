@@ -6,6 +6,8 @@ use std::process::{Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use serde_json::Value;
+
 /// Result of a step; the error is the text for the user.
 pub type StepResult = Result<(), String>;
 
@@ -105,6 +107,28 @@ pub fn show_tests(command: &mut Command) -> StepResult {
         (true, 0) => Err(format!("`{text}` ran no test: they have other names now")),
         _ => Ok(()),
     }
+}
+
+/// A test program, as cargo names it in its messages.
+#[derive(Debug, PartialEq)]
+pub struct TestProgram {
+    /// The package, with its folder.
+    pub package: String,
+    /// The name of the target.
+    pub name: String,
+    /// The program.
+    pub path: PathBuf,
+}
+
+/// The test programs in what cargo prints with `--message-format=json`.
+pub fn test_programs(messages: &str) -> impl Iterator<Item = TestProgram> {
+    messages.lines().filter_map(|line| {
+        let json: Value = serde_json::from_str(line).ok()?;
+        let package = json["package_id"].as_str()?.to_owned();
+        let name = json["target"]["name"].as_str()?.to_owned();
+        let path = json["executable"].as_str()?.into();
+        json["profile"]["test"].as_bool()?.then_some(TestProgram { package, name, path })
+    })
 }
 
 /// How many tests a line of the summary counts.

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::list::Mutant;
 use super::weave::{self, Woven};
-use crate::run::{cargo, output, read, root, target};
+use crate::run::{cargo, output, read, root, target, test_programs};
 
 /// The crates whose mutants are tried, and their paths.
 pub const SOURCES: [(&str, &str); 2] =
@@ -169,13 +169,8 @@ impl Tree {
             return Ok(None);
         }
         let stdout = String::from_utf8_lossy(&output.stdout);
-        let tests = stdout.lines().filter_map(|line| {
-            let json: Value = serde_json::from_str(line).ok()?;
-            let name = json["target"]["name"].as_str()?.to_owned();
-            let path = json["executable"].as_str()?.into();
-            let filter = String::new();
-            json["profile"]["test"].as_bool()?.then_some(Test { name, path, filter })
-        });
+        let tests = test_programs(&stdout);
+        let tests = tests.map(|it| Test { name: it.name, path: it.path, filter: String::new() });
         let modules: Vec<Vec<Test>> = tests.map(Test::modules).collect::<Result<_, _>>()?;
         Ok(Some(modules.into_iter().flatten().collect()))
     }

@@ -658,11 +658,7 @@ describe('what the page says', () => {
     const open = page.locator('#Valve1 .open-button');
     await open.focus();
     await why('Take control of M1 first').waitFor();
-    await open.evaluate(() => {
-      let focused = document.activeElement;
-      while (focused?.shadowRoot?.activeElement) focused = focused.shadowRoot.activeElement;
-      (focused as HTMLElement).blur();
-    });
+    await open.locator('button').blur();
     await why('Take control of M1 first').waitFor({ state: 'hidden' });
     await open.hover();
     await why('Take control of M1 first').waitFor();

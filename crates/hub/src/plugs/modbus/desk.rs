@@ -505,7 +505,13 @@ impl Desk {
                 }
                 self.accept(around.now, entry, Some(at), what, acts);
             }
-            Err(why) => self.refuse(entry, why),
+            Err(why) => {
+                let (open, valve) = (command == Some(Command::Open), arguments[0]);
+                let named =
+                    self.monitor(around, monitor).filter(|_| open && (1..=2).contains(&valve));
+                acts.extend(named.map(|monitor| Act::Refused { monitor, valve, why }));
+                self.refuse(entry, why);
+            }
         }
     }
 
@@ -626,7 +632,9 @@ impl Desk {
     }
 
     fn is_own(&self, session: [u16; 2]) -> Result<(), Refusal> {
-        if halves(self.session) == session { Ok(()) } else { Err(Refusal::Session) }
+        // 0 is what registers have that were never written.
+        let own = self.session != 0 && halves(self.session) == session;
+        if own { Ok(()) } else { Err(Refusal::Session) }
     }
 
     /// What everything needs that is not urgent.

@@ -333,7 +333,8 @@ fn keys_change_with_each_use_each_loss_and_each_session() {
     for wrong in [&first[4..], &[0; 4]] {
         let mut block = bench.block(5, 1, [1, 0, 0, 0]);
         block[9..].copy_from_slice(wrong);
-        assert_eq!(what(&bench.write(COMMAND, &block).unwrap()), None);
+        let refused = Act::Refused { monitor: 0, valve: 1, why: Refusal::Key };
+        assert_eq!(bench.write(COMMAND, &block), Ok(vec![refused]));
         assert_eq!(bench.refusal(), Refusal::Key.number());
     }
     let third = keys(&bench);
@@ -351,6 +352,19 @@ fn without_random_numbers_nothing_opens() {
     assert_eq!(bench.read(KEYS, 4), [0; 4]);
     assert_eq!(what(&bench.command(Command::Open, 1, [1, 0, 0, 0])), None);
     assert_eq!(bench.refusal(), Refusal::Key.number());
+}
+
+#[test]
+fn a_session_without_a_number_stops_and_closes_only() {
+    let mut bench = Bench::live();
+    bench.desk = Desk::new(TERMS, 0, bench.now, &mut || None);
+    bench.beats(2);
+    assert_eq!(what(&bench.command(Command::Deploy, 1, [0; 4])), None);
+    assert_eq!(bench.refusal(), Refusal::Session.number());
+    assert_eq!(bench.jog([1, 0, 0]), []);
+    assert_eq!(bench.read(JOG_RESULT, 3)[2], Refusal::Session.number());
+    assert_eq!(what(&bench.command(Command::Stop, 1, [0; 4])), Some(What::Stop));
+    assert_eq!(what(&bench.command(Command::Close, 1, [0; 4])), Some(What::Close(0)));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::time::Duration;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Text as _, hub as text};
+use serde::Serialize;
 use tokio::sync::mpsc;
 
 use super::desk::{Act, Command, Desk, What};
@@ -45,6 +46,26 @@ pub struct Hand {
     generation: Arc<AtomicU64>,
     /// When the loss of the heartbeat was reported.
     said: Arc<Mutex<Option<Duration>>>,
+    noted: Arc<Mutex<Noted>>,
+}
+
+/// Openings refused here.
+#[derive(Debug, Default)]
+struct Noted {
+    /// The latest entry.
+    at: Option<Duration>,
+    /// Since that entry.
+    count: u32,
+}
+
+/// Details of the entry of an opening refused here.
+#[derive(Debug, Serialize)]
+struct RefusedDetails {
+    /// The number in the registers.
+    code: u16,
+    text: String,
+    /// With those since the entry before it.
+    count: u32,
 }
 
 impl Hand {
@@ -64,6 +85,7 @@ impl Hand {
             answers: answers.clone(),
             generation: Arc::new(AtomicU64::new(VOID)),
             said: Arc::default(),
+            noted: Arc::default(),
         }
     }
 
@@ -153,6 +175,7 @@ impl Hand {
                 Act::Shut { monitor, valve } => {
                     self.if_held(monitor, MonitorRequest::close(valve_of(valve)));
                 }
+                Act::Refused { monitor, valve, why } => self.note_refused(monitor, valve, why),
                 Act::Lost => {
                     self.each(|it| self.hub.seat_is_silent(it, &self.caller.seat.seat));
                     self.report_lost();
@@ -172,6 +195,23 @@ impl Hand {
         *said = Some(now);
         let (master, from) = (&self.caller.principal.user, &self.caller.seat.from);
         self.hub.event(None, &text::PlugHeartbeatLost { master, from }.words());
+    }
+
+    /// Openings that were refused are in the audit log; of a master that tries again and again, with their number.
+    fn note_refused(&self, monitor: usize, valve: u16, why: Refusal) {
+        let Some(id) = self.ids.get(monitor) else { return };
+        let Ok(request) = MonitorRequest::new(&Request::open(valve_of(valve))) else { return };
+        let now = self.hub.now();
+        let mut noted = lock(&self.noted);
+        noted.count = noted.count.saturating_add(1);
+        if noted.at.is_some_and(|at| now.saturating_sub(at) < SAID_EACH) {
+            return;
+        }
+        let details =
+            RefusedDetails { code: why.number(), text: why.text().en, count: noted.count };
+        *noted = Noted { at: Some(now), count: 0 };
+        let record = self.hub.record(&self.caller, id, request.text(), "not allowed");
+        drop(self.hub.audit().note(record.with(&details).about(&request.act())));
     }
 
     fn station(&self, monitor: usize) -> Result<Arc<Station>, ApiError> {

@@ -2,6 +2,8 @@
 
 use lafet_client::Toward;
 
+use super::refusal::Refusal;
+
 /// The commands, by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
@@ -121,6 +123,15 @@ pub enum Act {
         monitor: usize,
         /// Valve 1 or 2.
         valve: u16,
+    },
+    /// An opening was refused here, without a question to the monitor: it is noted.
+    Refused {
+        /// The monitor.
+        monitor: usize,
+        /// Valve 1 or 2.
+        valve: u16,
+        /// Why.
+        why: Refusal,
     },
     /// The heartbeat is lost: so is the authority, unless it comes back in time.
     Lost,

@@ -291,7 +291,7 @@ impl Session {
             user: format!("modbus {name}"),
             role: if any { Role::Operator } else { Role::Observer },
             kind: Kind::Modbus,
-            key: format!("modbus {} {}", config.name, random().unwrap_or_default()),
+            key: session_key(&config.name),
             csrf: String::new(),
             expires_ms: 0,
             standing: Standing::Good,
@@ -526,7 +526,14 @@ fn random() -> Option<u64> {
     getrandom::u64().ok()
 }
 
-/// The number of a session: not zero, which is what registers have that were never written.
+/// The number of a session: 0, to which nothing is allowed that is not urgent, if there are no random numbers.
 fn session_number() -> u32 {
-    getrandom::u32().unwrap_or_default().max(1)
+    getrandom::u32().map_or(0, |number| number.max(1))
+}
+
+/// What tells the sessions apart, also those of a hub that has no random numbers.
+fn session_key(name: &str) -> String {
+    static SESSIONS: AtomicU64 = AtomicU64::new(0);
+    let count = SESSIONS.fetch_add(1, Ordering::Relaxed);
+    format!("modbus {name} {count} {}", random().unwrap_or_default())
 }

@@ -294,6 +294,8 @@ async fn an_opening_by_the_rules_opens_and_its_recording_does_not() {
     let asked = |it: &&Value| it["what"] == "Open Valve1" && it["outcome"] == "asked";
     let entries = noted["entries"].as_array().expect("entries");
     assert_eq!(entries.iter().filter(asked).count(), 1, "{noted:#}");
+    let wrong_key = |it: &&Value| it["outcome"] == "not allowed" && it["details"]["code"] == 9;
+    assert_eq!(entries.iter().filter(wrong_key).count(), 1, "{noted:#}");
 }
 
 fn holder(site: &Site) -> Option<String> {

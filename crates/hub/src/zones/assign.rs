@@ -23,6 +23,7 @@ use crate::control::authority::Now;
 use crate::hub::Hub;
 use crate::site::planned::{Built, USUAL_MPA, is_plannable};
 use crate::site::{Place, jet};
+use crate::text::Both;
 
 /// Most fires of a zone that are planned together.
 const FIRES_MAX: usize = 4;
@@ -62,6 +63,8 @@ pub struct Plan {
     pub(super) computing: Option<Now>,
     pub(super) computed: u64,
     pub(super) again: bool,
+    /// Why the latest one could not be computed.
+    pub(super) failed: Option<Both>,
 }
 
 /// A fire that is known.

@@ -76,6 +76,14 @@ pub fn storing(failing: bool) -> Both {
     }
 }
 
+/// That the monitors of a zone cannot be assigned to fires, or can again.
+pub fn planning(zone: &str, failed: Option<&Both>) -> Both {
+    match failed {
+        Some(why) => text::ZoneNotPlanned { zone, why }.words(),
+        None => text::ZonePlanned { zone }.words(),
+    }
+}
+
 /// That the anemometer has not reported for so long.
 pub fn no_wind(silent: Duration) -> Both {
     text::ZonesNoWind { minutes: silent.as_secs() / 60 }.words()

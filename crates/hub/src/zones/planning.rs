@@ -11,6 +11,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use lafet_place::Problem;
 use lafet_place::planner::{
     Assignment, Fire, Level, Situation, Task, Turned, filled, offers, renewed,
 };
@@ -24,13 +25,14 @@ use lafet_site::{Authority, Condition, Event, MonitorReport, Signal, Valve};
 use super::assign::{Basis, Known, Plan};
 use super::fires::FirePlace;
 use super::line::Line;
-use super::{Machine, Zones};
+use super::{Machine, Zones, notes};
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
 use crate::site::Place;
 use crate::site::keep_out::Span;
 use crate::site::planned::{Built, USUAL_MPA, planned};
 use crate::sync::lock;
+use crate::text::Both;
 
 /// What a fire is taken to be: its size is not measured.
 const AREA_M2: f64 = 30.0;
@@ -74,6 +76,8 @@ pub struct Chosen {
     by: BTreeMap<String, u64>,
     /// Those that votes may open; none: the water is not known.
     opens: Option<Vec<String>>,
+    /// Why nothing could be planned.
+    failed: Option<Both>,
 }
 
 /// A report that waits for a plan.
@@ -137,7 +141,7 @@ impl Hub {
 
     /// Takes a plan if what it was computed from still holds; else there is another one to be computed.
     pub(super) fn accept(&self, zones: &Zones, machine: &mut Machine, chosen: Chosen) {
-        let Chosen { job, by, opens } = chosen;
+        let Chosen { job, by, opens, failed } = chosen;
         let Some(zone) = zones.config.site.zones.iter().find(|it| it.id == job.zone) else {
             return;
         };
@@ -152,6 +156,10 @@ impl Hub {
         let holds = is_like && job.water == water(machine, &job.fires, &job.able);
         let Some(plan) = machine.plans.get_mut(&zone.id) else { return };
         plan.computing = None;
+        if plan.failed != failed {
+            self.event(None, &notes::planning(&zone.id, failed.as_ref()));
+            plan.failed = failed;
+        }
         if holds {
             (plan.by, plan.opens, plan.basis, plan.again) = (by, opens, Some(job.basis), false);
             self.prefer(zones, machine, zone);
@@ -235,8 +243,12 @@ impl Hub {
 
     /// The fire of each monitor that the planner chooses.
     fn chosen(&self, job: Job) -> Chosen {
-        let Some(mut task) = self.task(&job) else {
-            return Chosen { job, by: BTreeMap::new(), opens: None };
+        let mut task = match self.task(&job) {
+            Ok(Some(task)) => task,
+            other => {
+                let failed = other.err().map(|problem| problem.0);
+                return Chosen { job, by: BTreeMap::new(), opens: None, failed };
+            }
         };
         for (monitor, (id, place, _)) in job.able.iter().enumerate() {
             for (fire, known) in job.fires.iter().enumerate() {
@@ -254,23 +266,20 @@ impl Hub {
         let opens = limited.then(|| opens(&task, &chosen, &job));
         let by = job.able.iter().zip(&chosen);
         let by = by.filter_map(|((id, ..), fire)| Some((id.clone(), job.fires[(*fire)?].number)));
-        Chosen { by: by.collect(), job, opens }
+        Chosen { by: by.collect(), job, opens, failed: None }
     }
 
     /// What each monitor brings to each fire. The others of the site follow those that can be used: jets keep
     /// clear of them too.
-    fn task(&self, job: &Job) -> Option<Task> {
-        let map = self.map()?;
+    fn task(&self, job: &Job) -> Result<Option<Task>, Problem> {
         let able = &job.able;
-        if able.is_empty() {
-            return None;
-        }
+        let Some(map) = self.map().filter(|_| !able.is_empty()) else { return Ok(None) };
         let fire = |known: &Known| {
             let ([east, north], up) = (known.place.at, self.height_of(&known.place));
             Fire { at: [east, north, up], area_m2: AREA_M2, density_lpm_m2: DENSITY_LPM_M2 }
         };
         let supply = Supply::constant(job.basis.pressure_mpa);
-        let supply = supply.or_else(|_| Supply::constant(USUAL_MPA)).ok()?;
+        let supply = supply.or_else(|_| Supply::constant(USUAL_MPA))?;
         let supply = self.config().plan.supply.clone().unwrap_or(supply);
         let ids = map.monitors.keys().filter(|id| able.iter().all(|it| it.0 != **id));
         let others =
@@ -282,8 +291,7 @@ impl Hub {
             wind: job.basis.wind,
             monitors: all.iter().enumerate().map(turned).collect(),
         };
-        let task = offers(&planned(&map, &all, supply), &situation);
-        task.inspect_err(|error| tracing::warn!(%error, "monitors are not planned")).ok()
+        offers(&planned(&map, &all, supply), &situation).map(Some)
     }
 
     /// Where a barrel is, within its limits.

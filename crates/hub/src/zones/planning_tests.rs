@@ -9,6 +9,7 @@ use serde_json::Value;
 use super::*;
 use crate::monitor::status::{Status, Subsystem};
 use crate::site::Site;
+use crate::store::Search;
 use crate::zones::view::{Reported, WindReported};
 use crate::{Clock, Config, Overrides};
 
@@ -271,6 +272,34 @@ async fn a_report_does_not_overtake_an_earlier_one() {
         hub.report(zones, &mut machine, &Caller::hub(), event, vec!["hall".into()]);
         assert_eq!(machine.site.state().detectors[1].signal, Some(Signal::Quiet));
     });
+}
+
+/// A plan that cannot be computed is reported once, with the reason; the zone goes on without one.
+#[tokio::test]
+async fn a_zone_that_cannot_be_planned_is_an_event() {
+    let hub = hall();
+    // More than the planner takes.
+    blows(&hub, 45.0);
+    burns(&hub);
+    until(&hub, "it is not planned", |it| it.plans["hall"].failed.is_some());
+    {
+        let (zones, machine) = (hub.zones().unwrap(), &mut *lock(&hub.zones().unwrap().machine));
+        let plan = machine.plans.get_mut("hall").unwrap();
+        (plan.basis, plan.planned) = (None, None);
+        hub.plan_fires(zones, machine, &zones.config.site.zones[0]);
+    }
+    until(&hub, "it is planned again", |it| {
+        it.plans["hall"].computed >= 2 && it.plans["hall"].computing.is_none()
+    });
+    let search = Search { limit: 100, ..Search::default() };
+    let events = hub.events().find(search).await.unwrap().found;
+    let told: Vec<_> = events.iter().filter(|it| it.what.en.contains("be assigned")).collect();
+    assert_eq!(told.len(), 1, "{events:?}");
+    assert!(told[0].what.en.contains("wind") && told[0].what.ru.contains("hall"), "{told:?}");
+    let machine = lock(&hub.zones().unwrap().machine);
+    assert!(machine.plans["hall"].by.is_empty());
+    let phase = machine.site.state().zones[0].phase;
+    assert!(matches!(phase, Phase::Released { wet: true, .. }), "votes release it all the same");
 }
 
 /// The wind of the last report is planned with, also where nothing was planned before.

@@ -198,6 +198,7 @@ test('a hold is renewed until another person ends it, or there is nothing to hol
 const WAITS: ZoneNotReleased[] = [
   'lockout',
   'abort_pressed',
+  'stop_pressed',
   { ended: 'abort' },
   { mode: 'manual' },
   { votes: { have: 1, need: 2 } },

@@ -208,6 +208,13 @@ pub enum Why {
     Mode,
 }
 
+impl Why {
+    /// A person said it.
+    pub(crate) fn is_said(self) -> bool {
+        matches!(self, Self::Lockout | Self::Stop | Self::Close | Self::Abort)
+    }
+}
+
 /// A record for the audit log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

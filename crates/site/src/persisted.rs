@@ -1,6 +1,6 @@
 //! What survives a loss of power: disablements, modes, refusals, and how long water may still run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +25,9 @@ pub struct Persisted {
     pub detectors: BTreeMap<String, Bypass>,
     /// Monitors by id.
     pub monitors: BTreeMap<String, StoredMonitor>,
+    /// Contacts that say no, or switch to manual, and were pressed: until they are read again.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub pressed: BTreeSet<String>,
 }
 
 /// A zone.

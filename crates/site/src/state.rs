@@ -108,6 +108,8 @@ pub enum NotReleased {
     Lockout,
     /// An abort contact is pressed.
     AbortPressed,
+    /// A stop contact is pressed.
+    StopPressed,
     /// It was ended; a reset is needed.
     Ended(Why),
     /// The mode.
@@ -141,6 +143,7 @@ impl NotReleased {
         match self {
             Self::Lockout => text::NotReleasedLockout.words(),
             Self::AbortPressed => text::NotReleasedAbortPressed.words(),
+            Self::StopPressed => text::NotReleasedStopPressed.words(),
             Self::Ended(_) => text::NotReleasedEnded.words(),
             Self::Mode(_) => text::NotReleasedMode.words(),
             Self::Votes { have, need } => text::NotReleasedVotes { have, need }.words(),

@@ -28,6 +28,7 @@ fn config() -> Config {
         ]
         input = [
             { id = "abort", kind = "abort", zones = ["a"], debounce_ms = 0 },
+            { id = "stop", kind = "stop", zones = ["b"], debounce_ms = 0 },
             { id = "gauge", kind = "pressure", debounce_ms = 0 },
         ]
         output = [{ id = "va", kind = "valve" }]
@@ -72,8 +73,12 @@ enum Act {
     Mask,
     Abort,
     AbortContact,
+    StopContact,
     Stop,
     CloseMonitor,
+    OwnLockout,
+    PersonOpens,
+    PumpOff,
     Release(&'static str),
     Hold,
     Mode(Mode),
@@ -85,7 +90,7 @@ enum Act {
     Restart,
 }
 
-const ACTS: [Act; 23] = [
+const ACTS: [Act; 27] = [
     Act::Second,
     Act::Signal(0),
     Act::Signal(1),
@@ -95,8 +100,12 @@ const ACTS: [Act; 23] = [
     Act::Mask,
     Act::Abort,
     Act::AbortContact,
+    Act::StopContact,
     Act::Stop,
     Act::CloseMonitor,
+    Act::OwnLockout,
+    Act::PersonOpens,
+    Act::PumpOff,
     Act::Release("a"),
     Act::Release("b"),
     Act::Hold,
@@ -119,8 +128,11 @@ struct Around {
     dead: bool,
     masked: bool,
     abort: bool,
+    stop: bool,
     held: bool,
     locked: bool,
+    /// The own lockout of the first monitor.
+    own: bool,
     lost: bool,
     person: bool,
     gauge: bool,
@@ -181,11 +193,12 @@ impl Run {
     }
 
     fn monitor(&self, world: &World, index: usize) -> Event {
-        let Around { open, lost, person, .. } = world.around;
+        let Around { open, lost, person, own, .. } = world.around;
         let person = index == 0 && person;
         let report = MonitorReport {
             reachable: !(index == 0 && lost),
             authority: if person { Authority::Person } else { Authority::Free },
+            lockout: index == 0 && own,
             valve: if open[index] { Valve::Open } else { Valve::Closed },
             ..MonitorReport::default()
         };
@@ -250,6 +263,18 @@ impl Run {
                 let (input, pressed) = ("abort".to_owned(), world.around.abort);
                 self.event(world, &Event::Contact { input, pressed })
             }
+            Act::StopContact => {
+                world.around.stop ^= true;
+                let (input, pressed) = ("stop".to_owned(), world.around.stop);
+                self.event(world, &Event::Contact { input, pressed })
+            }
+            Act::PumpOff => self.hand(world, Hand::Pump { pump: "p1".to_owned(), on: false }),
+            Act::PersonOpens if !world.around.person || world.around.lost => Ok(()),
+            Act::PersonOpens => {
+                world.around.open[0] ^= true;
+                let event = self.monitor(world, 0);
+                self.event(world, &event)
+            }
             Act::Stop => self.hand(world, Hand::Stop(Scope::Site)),
             Act::CloseMonitor => self.hand(world, Hand::Close(Scope::Monitor("m1".to_owned()))),
             Act::Release(zone) => self.hand(world, Hand::Release { zone: zone.to_owned() }),
@@ -268,8 +293,9 @@ impl Run {
                 self.hand(world, Hand::Lockout { on })
             }
             Act::Reset => self.hand(world, Hand::Reset(Scope::Site)),
-            Act::Lost | Act::Person => {
+            Act::Lost | Act::Person | Act::OwnLockout => {
                 world.around.lost ^= act == Act::Lost;
+                world.around.own ^= act == Act::OwnLockout;
                 world.around.person ^= act == Act::Person;
                 let event = self.monitor(world, 0);
                 self.event(world, &event)
@@ -321,7 +347,8 @@ impl Run {
         if world.around.open[1] {
             self.seen.insert("water found");
         }
-        for (input, pressed) in [("abort", world.around.abort), ("gauge", world.around.gauge)] {
+        let Around { abort, stop, gauge, .. } = world.around;
+        for (input, pressed) in [("abort", abort), ("stop", stop), ("gauge", gauge)] {
             self.event(world, &Event::Contact { input: input.to_owned(), pressed })?;
         }
         self.reports(world)
@@ -395,9 +422,11 @@ fn walks(run: &mut Run, seeds: std::ops::Range<u64>, length: usize) -> Result<()
     Ok(())
 }
 
-const CAPABILITIES: [&str; 13] = [
+const CAPABILITIES: [&str; 15] = [
     "a hand takes from votes",
     "a no lapses",
+    "a person's water",
+    "a test ends among votes",
     "abort",
     "degraded vote",
     "greatest duration",

@@ -1,5 +1,7 @@
 //! The rules one by one.
 
+mod hazards;
+
 use lafet_site::{
     Authority, Bypass, Condition, Config, Disablement, Entry, Event, Hand, Mode, MonitorReport,
     NotReleased, Order, PathFault, Phase, Reaction, Refusal, Scope, Signal, Site, Tone, Trouble,
@@ -68,6 +70,11 @@ impl Hall {
         hall.sees("heat", Signal::Quiet);
         hall.monitors(Valve::Closed);
         hall
+    }
+
+    /// The time in which a monitor has to act.
+    fn within_s() -> u32 {
+        toml::from_str::<Config>(HALL).unwrap().zones[0].act_within_s
     }
 
     fn event(&mut self, event: Event) -> Reaction {
@@ -377,7 +384,9 @@ fn a_start_acts_on_nothing_and_ends_found_water_in_its_time() {
     assert!(hall.site.state().zones[0].not_released.contains(&NotReleased::Stale));
     let all = hall.wait(40_000);
     assert_eq!(all[0], (40_000, "Close north".to_owned()));
-    assert!(all.iter().all(|(_, order)| order.starts_with("Close")), "{all:?}");
+    let stays = |order: &str| order.starts_with("Close") || order.ends_with("off");
+    assert!(all.iter().all(|(_, order)| stays(order)), "{all:?}");
+    assert!(all.contains(&(40_000, "Valve zone-valve off".to_owned())), "{all:?}");
 }
 
 #[test]

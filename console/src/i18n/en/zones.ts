@@ -51,6 +51,7 @@ export default {
   'zones.waits': 'What it waits for',
   'zones.waits_lockout': 'the zones are locked',
   'zones.waits_abort_pressed': 'an abort contact is pressed',
+  'zones.waits_stop_pressed': 'a stop contact is pressed',
   'zones.waits_ended': 'it was ended ({why}): reset the zone',
   'zones.waits_mode': 'not in automatic: {mode}',
   'zones.waits_votes': 'votes: {have} of {need}',

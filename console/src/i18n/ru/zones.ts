@@ -51,6 +51,7 @@ export default {
   'zones.waits': 'Чего ждёт',
   'zones.waits_lockout': 'зоны заблокированы',
   'zones.waits_abort_pressed': 'нажат контакт отмены пуска',
+  'zones.waits_stop_pressed': 'нажат контакт остановки',
   'zones.waits_ended': 'пуск прекращён ({why}): выполните сброс зоны',
   'zones.waits_mode': 'не в автоматическом режиме: {mode}',
   'zones.waits_votes': 'голоса: {have} из {need}',

@@ -214,6 +214,11 @@ impl ContactKind {
     pub(crate) fn acts_at_once(self) -> bool {
         matches!(self, Self::Abort | Self::Stop | Self::Hold | Self::Lockout | Self::ManualSwitch)
     }
+
+    /// It keeps something back as long as it is pressed: over a restart too, until it is read again.
+    pub(crate) fn is_kept(self) -> bool {
+        matches!(self, Self::Abort | Self::Stop | Self::Lockout | Self::ManualSwitch)
+    }
 }
 
 /// An output.

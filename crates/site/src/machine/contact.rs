@@ -38,6 +38,10 @@ impl Site {
         if fault && let Some(contact) = self.contacts.get_mut(path) {
             contact.raw = None;
         }
+        let known = self.troubles.get(&(Trouble::Path, path));
+        if !fault && known.is_some_and(|it| it.active) {
+            self.command_again(path);
+        }
         self.trouble(Trouble::Path, path, fault);
     }
 
@@ -67,6 +71,7 @@ impl Site {
             return;
         }
         self.contacts[index].level = raw;
+        self.out.persist |= kind.is_kept();
         self.busy = true;
         let input = self.plan.config.contacts[index].id.clone();
         let cause = vec![Cause::Contact { input: input.clone() }];
@@ -82,6 +87,7 @@ impl Site {
             (ContactKind::Lockout, false) => {
                 let on = self.is_locked();
                 self.record(Entry::Lockout { on }, cause);
+                self.after_lockout();
             }
             _ => {}
         }
@@ -115,6 +121,12 @@ impl Site {
     /// A contact of a kind counts as pressed for a zone.
     pub(super) fn pressed(&self, zone: usize, kind: ContactKind) -> bool {
         self.plan.contacts_of(zone, kind).any(|index| self.contacts[index].level)
+    }
+
+    /// The no that a contact says, as long as it is pressed.
+    pub(super) fn says_no(&self, zone: usize) -> Option<Why> {
+        let kinds = [(ContactKind::Stop, Why::Stop), (ContactKind::Abort, Why::Abort)];
+        kinds.into_iter().find(|(kind, _)| self.pressed(zone, *kind)).map(|(_, why)| why)
     }
 
     /// Lockout of the site, by command or key.

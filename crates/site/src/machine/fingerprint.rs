@@ -28,9 +28,9 @@ impl Site {
             (it.counting, it.held_ms, it.held_since.map(age), it.hold_by.is_some()).hash(hash);
             let release = it.release.as_ref().map(|release| {
                 let times = (release.until.map(left), release.quiet_since.map(age));
-                (release.automatic, release.wet, release.chosen, times)
+                (release.automatic, release.wet, release.chosen, times, release.voters.clone())
             });
-            let ended = it.ended.as_ref().map(|ended| (ended.why, age(ended.at)));
+            let ended = it.ended.as_ref().map(|ended| (ended.why, age(ended.at), ended.said));
             let last_alarm = ended.is_some().then(|| age(it.last_alarm));
             (release, ended, it.alarmed, last_alarm, &it.preferred, &it.opens).hash(hash);
         }
@@ -40,6 +40,7 @@ impl Site {
             let refused = it.refused.as_ref().map(|refused| (refused.why, age(refused.at)));
             (it.report, it.seen, it.owner, engaged, it.idle, it.prepared, closing).hash(hash);
             it.lent.map(|(zone, until)| (zone, until.map(left))).hash(hash);
+            it.by_person.hash(hash);
             (refused, it.found.map(left), it.stored_left.filter(|_| !it.seen)).hash(hash);
         }
         for (index, it) in self.pumps.iter().enumerate() {

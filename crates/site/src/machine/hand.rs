@@ -47,11 +47,14 @@ impl Site {
             Hand::Stop(scope) => self.order_no(scope, Why::Stop, cause),
             Hand::Reset(scope) => self.reset(scope, cause),
             Hand::Lockout { on } => {
+                let was = self.is_locked();
                 self.lockout = *on;
                 self.out.persist = true;
                 self.record(Entry::Lockout { on: self.is_locked() }, cause.to_vec());
                 if *on {
                     self.no(&Scope::Site, Why::Lockout, cause);
+                } else if was {
+                    self.after_lockout();
                 }
                 Ok(())
             }
@@ -138,8 +141,10 @@ impl Site {
         if self.pressed(zone, ContactKind::Abort) && self.rules.abort_before_hand {
             return Err(Refusal::AbortPressed);
         }
-        if let Some(Ended { why, at }) = self.zones[zone].ended
-            && why != Why::Duration
+        if self.pressed(zone, ContactKind::Stop) {
+            return Err(Refusal::StillPressed);
+        }
+        if let Some(Ended { at, said: true, .. }) = self.zones[zone].ended
             && self.now < at.saturating_add(self.rules.no_holds_ms)
         {
             return Err(Refusal::JustRefused);
@@ -197,7 +202,7 @@ impl Site {
             self.zones[zone].hold_by = None;
             // Lockout lasts by itself; what it ended does not come back with the key.
             if self.rules.no_lasts && (why != Why::Lockout || under_way) {
-                self.zones[zone].ended = Some(Ended { why, at: self.now });
+                self.zones[zone].ended = Some(Ended { why, at: self.now, said: true });
             }
             self.known_valves(zone);
         }
@@ -209,7 +214,7 @@ impl Site {
             && let Some(monitor) = self.plan.monitor(id)
             && self.rules.no_lasts
         {
-            self.monitors[monitor].refused = Some(Ended { why, at: self.now });
+            self.monitors[monitor].refused = Some(Ended { why, at: self.now, said: true });
         }
         if *scope == Scope::Site && matches!(why, Why::Stop | Why::Lockout) {
             self.cut_pumps(&chain);
@@ -240,7 +245,7 @@ impl Site {
         if zones.iter().any(|zone| self.zones[*zone].release.is_some()) {
             return Err(Refusal::Released);
         }
-        if zones.iter().any(|zone| self.pressed(*zone, ContactKind::Abort)) {
+        if zones.iter().any(|zone| self.says_no(*zone).is_some()) {
             return Err(Refusal::StillPressed);
         }
         for &zone in &zones {

@@ -2,7 +2,6 @@
 
 use super::zone::{Ended, Zone};
 use super::{Site, ms};
-use crate::config::ContactKind;
 use crate::event::{Authority, MonitorReport, Scope, Valve};
 use crate::output::{Cause, Entry, Order, Why};
 use crate::state::{Trouble, Withheld};
@@ -27,6 +26,9 @@ pub(super) struct Monitor {
     pub refused: Option<Ended>,
     /// Water of before the start, or that a person left on, ends at.
     pub found: Option<u64>,
+    /// A person began the water that flows: an earlier no of the zone does not end it, nor does it end when the
+    /// person lets go.
+    pub by_person: bool,
     /// A person took it from this zone, whose water was to end at this time.
     pub lent: Option<(usize, Option<u64>)>,
     /// What the stored state allows that water, ms.
@@ -44,9 +46,17 @@ pub(super) struct Closing {
 impl Monitor {
     /// It gives water, or is about to.
     pub(super) fn acts(&self) -> bool {
-        let open = matches!(self.report.valve, Valve::Open | Valve::Moving);
-        open || self.report.extinguishing
+        acts(&self.report)
     }
+
+    /// It does what was ordered; a valve that only moves has not yet.
+    fn has_acted(&self) -> bool {
+        self.report.valve == Valve::Open || self.report.extinguishing
+    }
+}
+
+fn acts(report: &MonitorReport) -> bool {
+    matches!(report.valve, Valve::Open | Valve::Moving) || report.extinguishing
 }
 
 impl Site {
@@ -57,6 +67,8 @@ impl Site {
             self.monitors[index].seen = true;
             self.look_for_water(index);
         }
+        self.water_of_people(index, &old);
+        self.own_lockout(index, &old);
         let keeps = self.rules.person_keeps;
         let monitor = &mut self.monitors[index];
         if !report.reachable && old.reachable {
@@ -83,6 +95,44 @@ impl Site {
         }
         if report.authority != Authority::Person && old.authority == Authority::Person {
             self.given_back(index);
+        }
+    }
+
+    /// What people do with the water of a monitor, by the report before this one.
+    fn water_of_people(&mut self, index: usize, old: &MonitorReport) {
+        let locked = self.is_locked();
+        let (now, monitor) = (self.now, &mut self.monitors[index]);
+        let report = monitor.report;
+        let person = report.authority == Authority::Person;
+        if report.reachable && !monitor.acts() {
+            monitor.by_person = false;
+            // It was closed, and not by us: it is not opened again at once.
+            if acts(old) && monitor.engaged.is_some() {
+                monitor.engaged_at = now;
+            }
+        } else if person && monitor.acts() && !acts(old) {
+            monitor.by_person = true;
+        }
+        // One that opens is stronger than a Close of before, whose end was not reported.
+        let opens = old.reachable && old.valve != Valve::Open && report.valve == Valve::Open;
+        if person && opens && !locked && !report.lockout && monitor.closing.take().is_some() {
+            monitor.by_person = true;
+        }
+    }
+
+    /// A monitor that was locked out while it worked, or was about to, does not come back with its key.
+    fn own_lockout(&mut self, index: usize, old: &MonitorReport) {
+        if !self.monitors[index].report.lockout || old.lockout {
+            return;
+        }
+        let zones = self.plan.monitor_zones[index].iter().map(|zone| &self.zones[*zone]);
+        let mut under_way = zones.map(|zone| zone.release.is_some() || zone.met_since.is_some());
+        if self.monitors[index].owner.is_some() || under_way.any(|it| it) {
+            let why = Why::Lockout;
+            self.monitors[index].refused = Some(Ended { why, at: self.now, said: true });
+            self.out.persist = true;
+            let scope = Scope::Monitor(self.monitor_id(index));
+            self.record(Entry::No { scope, why }, Vec::new());
         }
     }
 
@@ -255,10 +305,15 @@ impl Site {
                 other == zone || automatic || theirs.is_some_and(|it| !it.automatic)
             });
             let withheld = self.withheld(index).is_some() || self.left_out(index, zone);
-            if taken || monitor.closing.is_some() || withheld {
+            let closing = monitor.closing.as_ref().map(|it| it.since);
+            // One that never reports that it is closed is not lost for the next fire.
+            let late = self.rules.overdue_ms;
+            let closes = closing.is_some_and(|since| !self.due(since.saturating_add(late)));
+            if taken || closes || withheld {
                 continue;
             }
             let monitor = &mut self.monitors[index];
+            monitor.closing = None;
             monitor.owner = Some(zone);
             monitor.idle = false;
             monitor.found = None;
@@ -284,6 +339,9 @@ impl Site {
             let cause =
                 [Cause::Found { monitor: self.monitor_id(index) }, Cause::End(Why::Duration)];
             self.shut(index, false, &cause);
+            for zone in self.plan.monitor_zones[index].clone() {
+                self.known_valves(zone);
+            }
         }
         self.water_in_spite(index);
         if self.monitors[index].closing.is_some() {
@@ -325,13 +383,14 @@ impl Site {
         let monitor = &self.monitors[index];
         let locked = self.is_locked() || monitor.report.lockout;
         let person = monitor.report.authority == Authority::Person;
-        if monitor.closing.is_some() || !monitor.acts() || (person && !locked) {
+        let theirs = person || monitor.by_person;
+        if monitor.closing.is_some() || !monitor.acts() || (theirs && !locked) {
             return;
         }
         let zones = &self.plan.monitor_zones[index];
         let ended = zones.iter().find_map(|zone| {
             let ended = self.zones[*zone].ended.as_ref().map(|it| it.why);
-            ended.or(self.pressed(*zone, ContactKind::Abort).then_some(Why::Abort))
+            ended.or(self.says_no(*zone))
         });
         let why = match (&monitor.refused, ended) {
             _ if locked => Why::Lockout,
@@ -353,6 +412,7 @@ impl Site {
         monitor.prepared = None;
         monitor.found = None;
         monitor.lent = None;
+        monitor.by_person = false;
         monitor.idle = false;
         if stop {
             self.command(Order::Stop { monitor: self.monitor_id(index) }, cause.to_vec());
@@ -397,14 +457,14 @@ impl Site {
         let (automatic, until) = (release.automatic, release.until);
         let mut cause = release.cause.clone();
         let within = ms(self.plan.config.zones[zone].act_within_s);
-        let acts = self.monitors[index].acts();
-        if acts {
+        let acted = self.monitors[index].has_acted();
+        if acted {
             self.monitors[index].idle = false;
         }
         let engaged = self.monitors[index].engaged;
         let same = engaged == Some((zone, automatic));
         let since = self.monitors[index].engaged_at;
-        let overdue = same && !acts && self.due(since.saturating_add(within));
+        let overdue = same && !acted && self.due(since.saturating_add(within));
         if overdue {
             self.monitors[index].idle = true;
             cause.push(Cause::Repeated);
@@ -416,6 +476,7 @@ impl Site {
         }
         self.monitors[index].engaged = Some((zone, automatic));
         self.monitors[index].engaged_at = self.now;
+        self.monitors[index].by_person = false;
         let water_max_ms = until.map(|until| until.saturating_sub(self.now));
         let (monitor, zone) = (self.monitor_id(index), self.zone_id(zone));
         self.command(Order::Engage { monitor, zone, water_max_ms }, cause);

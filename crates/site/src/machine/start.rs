@@ -116,11 +116,17 @@ impl Site {
                 None if zone.mode.is_test() => Some(now),
                 left => left.map(|left| now.saturating_add(left)),
             };
-            state.ended = zone.ended.map(|why| Ended { why, at: now });
+            state.ended = zone.ended.map(|why| Ended { why, at: now, said: why.is_said() });
         }
         for (id, bypass) in &stored.detectors {
             match self.plan.detector(id) {
                 Some(index) => self.detectors[index].bypass = *bypass,
+                None => dropped.push(id.clone()),
+            }
+        }
+        for id in &stored.pressed {
+            match self.plan.contact(id).filter(|it| self.plan.config.contacts[*it].kind.is_kept()) {
+                Some(index) => self.contacts[index].level = true,
                 None => dropped.push(id.clone()),
             }
         }
@@ -129,7 +135,8 @@ impl Site {
                 dropped.push(id.clone());
                 continue;
             };
-            self.monitors[index].refused = monitor.refused.map(|why| Ended { why, at: now });
+            self.monitors[index].refused =
+                monitor.refused.map(|why| Ended { why, at: now, said: true });
             self.monitors[index].stored_left = monitor.water_left_ms;
         }
         dropped
@@ -163,7 +170,10 @@ impl Site {
             };
             (id.clone(), stored)
         });
+        let contacts = config.contacts.iter().zip(&self.contacts);
+        let pressed = contacts.filter(|(it, state)| it.kind.is_kept() && state.level);
         Persisted {
+            pressed: pressed.map(|(it, _)| it.id.clone()).collect(),
             version: VERSION,
             lockout: self.lockout,
             zones: zones.collect(),

@@ -128,6 +128,7 @@ impl Site {
         let reasons = [
             self.is_locked().then_some(NotReleased::Lockout),
             self.pressed(zone, ContactKind::Abort).then_some(NotReleased::AbortPressed),
+            self.pressed(zone, ContactKind::Stop).then_some(NotReleased::StopPressed),
             state.ended.as_ref().map(|ended| NotReleased::Ended(ended.why)),
             (!mode.votes_release()).then_some(NotReleased::Mode(mode)),
             tally.need.is_none().then_some(NotReleased::Failed),

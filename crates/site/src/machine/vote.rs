@@ -1,5 +1,7 @@
 //! The count of the votes of a zone.
 
+use std::collections::BTreeSet;
+
 use super::Site;
 use crate::config::{Kind, Reduced};
 use crate::output::Cause;
@@ -27,17 +29,18 @@ impl Site {
     pub(super) fn tally(&self, zone: usize) -> Tally {
         let configured = &self.plan.config.zones[zone];
         let mut tally = Tally::default();
-        let mut kinds: Vec<Kind> = Vec::new();
+        let (mut kinds, mut able_kinds) = (BTreeSet::new(), BTreeSet::new());
         for &index in &self.plan.zone_detectors[zone] {
             tally.alarm |= self.alarms(index);
             let able = self.unable(index).is_none();
             tally.unable += usize::from(!able);
+            let kind = self.plan.config.detectors[index].kind;
+            if able {
+                able_kinds.insert(kind);
+            }
             if self.votes(index) {
                 tally.votes.push(index);
-                let kind = self.plan.config.detectors[index].kind;
-                if !kinds.contains(&kind) {
-                    kinds.push(kind);
-                }
+                kinds.insert(kind);
             } else {
                 tally.stale |= able && self.detectors[index].stale;
             }
@@ -50,7 +53,12 @@ impl Site {
                 Some(Reduced::Alarm) | None => None,
             },
         };
-        tally.kinds = !self.rules.kinds_count || kinds.len() >= usize::from(configured.kinds);
+        let enough = |kinds: &BTreeSet<Kind>| kinds.len() >= usize::from(configured.kinds);
+        tally.kinds = !self.rules.kinds_count || enough(&kinds);
+        // With those that are left it can never be met.
+        if self.rules.kinds_count && !enough(&able_kinds) {
+            tally.need = None;
+        }
         let have = tally.votes.len() + self.rules.missing_votes;
         tally.met = tally.kinds && tally.need.is_some_and(|need| have >= usize::from(need));
         tally

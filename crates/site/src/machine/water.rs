@@ -1,7 +1,7 @@
 //! Zone valves, test outlets and pumps.
 
 use super::{Site, ms};
-use crate::config::{ContactKind, Mode};
+use crate::config::Mode;
 use crate::event::Authority;
 use crate::output::{Cause, Order, Tone};
 use crate::state::Trouble;
@@ -50,6 +50,8 @@ pub(super) struct Pump {
     pub next: u64,
     /// It reports that it runs.
     pub reported: Option<bool>,
+    /// Its command may have been lost with its line.
+    pub again: bool,
 }
 
 impl Site {
@@ -61,15 +63,13 @@ impl Site {
         }
     }
 
-    /// A monitor of the zone where a person has water, unless the zone was ended.
+    /// A monitor of the zone where a person has water, or left it on. A no of before that does not end it.
     fn water_by_hand(&self, zone: usize) -> Option<usize> {
-        let refused = self.zones[zone].ended.is_some()
-            || self.is_locked()
-            || self.pressed(zone, ContactKind::Abort);
+        let refused = self.is_locked() || self.says_no(zone).is_some();
         let mut monitors = self.plan.zone_monitors[zone].iter().copied();
         let person = |index: &usize| {
             let monitor = &self.monitors[*index];
-            let theirs = monitor.report.authority == Authority::Person;
+            let theirs = monitor.report.authority == Authority::Person || monitor.by_person;
             theirs && monitor.acts() && monitor.closing.is_none()
         };
         monitors.find(person).filter(|_| !refused)
@@ -115,6 +115,17 @@ impl Site {
         }
         if self.outputs[output].known {
             self.drive(output, Set::On(on), open.unwrap_or_default());
+        }
+    }
+
+    /// A line is well again: what was commanded over it may have been lost.
+    pub(super) fn command_again(&mut self, path: usize) {
+        let (outputs, others) = (self.outputs.len(), self.plan.config.paths.len());
+        let Some(at) = path.checked_sub(self.contacts.len()) else { return };
+        if let Some(output) = self.outputs.get_mut(at) {
+            output.set = None;
+        } else if let Some(pump) = at.checked_sub(outputs + others) {
+            self.pumps.get_mut(pump).into_iter().for_each(|it| it.again = true);
         }
     }
 
@@ -239,7 +250,9 @@ impl Site {
                 waiting = !self.start_pump(index, previous, cause);
                 previous = Some(self.pumps[index].started).filter(|_| !waiting);
             }
-            if asked && self.pumps[index].failed && self.rules.pump_is_replaced {
+            // One that a person keeps off is missing like one that failed.
+            let off = wanted && !standby && self.pumps[index].hand == Some(false);
+            if (off || asked && self.pumps[index].failed) && self.rules.pump_is_replaced {
                 missing.push(index);
             }
         }
@@ -249,11 +262,18 @@ impl Site {
         let on = |pump: &&Pump| pump.on == Some(true);
         let running = self.pumps.iter().filter(on).count();
         let failed = self.pumps.iter().filter(on).all(|pump| pump.failed);
-        self.trouble(Trouble::NoPressure, 0, running > 0 && failed);
+        let none = wanted && running == 0 && !waiting && !self.pumps.is_empty();
+        self.trouble(Trouble::NoPressure, 0, none || running > 0 && failed);
     }
 
     /// Commands a pump again that does not report what it was commanded.
     fn confirm_pump(&mut self, index: usize) {
+        if std::mem::take(&mut self.pumps[index].again)
+            && let Some(on) = self.pumps[index].on
+        {
+            let pump = self.plan.config.pumps[index].id.clone();
+            self.command(Order::Pump { pump, on }, vec![Cause::Repeated]);
+        }
         let (configured, pump) = (&self.plan.config.pumps[index], &self.pumps[index]);
         let Some(on) = pump.on.filter(|_| configured.feedback) else { return };
         let (set_at, next) = (pump.set_at, pump.next);

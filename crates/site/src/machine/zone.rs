@@ -43,6 +43,8 @@ pub(super) struct Release {
     pub until: Option<u64>,
     pub quiet_since: Option<u64>,
     pub cause: Vec<Cause>,
+    /// Detectors that have voted for it.
+    pub voters: Vec<usize>,
     /// Its first monitors have been chosen.
     pub chosen: bool,
 }
@@ -52,6 +54,8 @@ pub(super) struct Release {
 pub(super) struct Ended {
     pub why: Why,
     pub at: u64,
+    /// A person said it: a release by hand at the same time loses.
+    pub said: bool,
 }
 
 impl Site {
@@ -73,7 +77,28 @@ impl Site {
     fn mode_returns(&mut self, zone: usize) {
         let Some(until) = self.zones[zone].mode_until else { return };
         if self.due(until) && self.rules.mode_returns {
+            let tested = self.zones[zone].mode.is_test();
             self.set_mode(zone, Mode::Automatic, None, Vec::new());
+            if tested {
+                self.votes_are_old(zone, Why::TestOver);
+            }
+        }
+    }
+
+    /// Votes that stand when what kept them back ends by itself release nothing without a person.
+    fn votes_are_old(&mut self, zone: usize, why: Why) {
+        if self.zones[zone].ended.is_none() && self.tally(zone).met {
+            let said = why.is_said();
+            self.zones[zone].ended = Some(Ended { why, at: self.now, said });
+            self.out.persist = true;
+            self.record(Entry::Ended { zone: self.zone_id(zone), why }, Vec::new());
+        }
+    }
+
+    /// The key is back: what was in alarm meanwhile does not release by it.
+    pub(super) fn after_lockout(&mut self) {
+        if !self.is_locked() {
+            (0..self.zones.len()).for_each(|zone| self.votes_are_old(zone, Why::Lockout));
         }
     }
 
@@ -101,7 +126,7 @@ impl Site {
     fn no_lapses(&mut self, zone: usize) {
         let Some(at) = self.zones[zone].ended.as_ref().map(|it| it.at) else { return };
         let Some(lapse) = self.lapse(zone, at) else { return };
-        if !self.pressed(zone, ContactKind::Abort) && self.due(lapse) {
+        if self.says_no(zone).is_none() && self.due(lapse) {
             self.zones[zone].ended = None;
             self.out.persist = true;
             let scope = Scope::Zone(self.zone_id(zone));
@@ -119,8 +144,9 @@ impl Site {
     /// Nothing but missing votes keeps it from releasing by itself.
     pub(super) fn armed(&self, zone: usize) -> bool {
         let mode = self.mode(zone).votes_release() || !self.rules.mode_counts;
-        let abort = self.pressed(zone, ContactKind::Abort);
-        mode && !abort && !self.is_locked() && self.zones[zone].ended.is_none()
+        mode && self.says_no(zone).is_none()
+            && !self.is_locked()
+            && self.zones[zone].ended.is_none()
     }
 
     fn waiting(&mut self, zone: usize) {
@@ -248,7 +274,8 @@ impl Site {
         let mut cause = cause;
         cause.push(Cause::Release { record });
         let quiet_since = None;
-        let release = Release { automatic, wet, until, quiet_since, cause, chosen: false };
+        let voters = Vec::new();
+        let release = Release { automatic, wet, until, quiet_since, cause, voters, chosen: false };
         self.zones[zone].release = Some(release);
         self.silenced = false;
         self.out.persist = true;
@@ -273,8 +300,17 @@ impl Site {
             return;
         };
         let (alarm, now) = (self.zones[zone].alarmed, self.now);
+        let votes = self.tally(zone).votes;
         let Some(release) = &mut self.zones[zone].release else { return };
-        if alarm {
+        for vote in votes.into_iter().filter(|it| !release.voters.contains(it)).collect::<Vec<_>>()
+        {
+            release.voters.push(vote);
+        }
+        // One that has seen the fire and cannot see now does not say that it is out.
+        let voters = release.voters.clone();
+        let blind = voters.into_iter().any(|voter| self.unable(voter).is_some());
+        let Some(release) = &mut self.zones[zone].release else { return };
+        if alarm || blind {
             release.quiet_since = None;
             return;
         }
@@ -289,7 +325,7 @@ impl Site {
         let Some(release) = self.zones[zone].release.take() else { return };
         self.out.persist = true;
         if why == Why::Duration {
-            self.zones[zone].ended = Some(Ended { why, at: self.now });
+            self.zones[zone].ended = Some(Ended { why, at: self.now, said: false });
         }
         // The time without alarm that lets a no lapse is counted from here.
         self.zones[zone].last_alarm = self.now;

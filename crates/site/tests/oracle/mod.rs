@@ -36,6 +36,8 @@ struct Area {
     met: Option<u64>,
     held: u64,
     holds: bool,
+    /// A test has just ended by itself.
+    tested: bool,
     /// In force: by votes, and for so long; dry in a test.
     force: Option<(bool, u64, bool)>,
 }
@@ -51,6 +53,8 @@ struct Barrel {
     found: Option<u64>,
     /// Its water is not a person's.
     ours: bool,
+    /// A person began its water.
+    hand: bool,
     /// The zone from which a person took it.
     lent: Option<usize>,
 }
@@ -59,6 +63,8 @@ struct Barrel {
 struct Motor {
     on: Option<u64>,
     dry: u64,
+    /// A person keeps it off, and for so long while it is needed.
+    off: Option<u64>,
 }
 
 /// The oracle.
@@ -69,7 +75,8 @@ pub struct Oracle {
     barrels: Vec<Barrel>,
     motors: Vec<Motor>,
     lockout: bool,
-    abort: bool,
+    /// The contacts of the zones that say no.
+    pressed: [bool; 2],
     pressure: bool,
     /// Monitors that the last event has to close.
     close: Vec<usize>,
@@ -94,7 +101,7 @@ impl Oracle {
             barrels: vec![Barrel::default(); config.monitors.len()],
             motors: vec![Motor::default(); config.pumps.len()],
             lockout: false,
-            abort: false,
+            pressed: [false; 2],
             pressure: false,
             close: Vec::new(),
         }
@@ -114,7 +121,6 @@ impl Oracle {
             *barrel = Barrel { refused, ours: barrel.ours, ..Barrel::default() };
         }
         self.motors.fill(Motor::default());
-        self.abort = false;
         self.pressure = false;
         self.close.clear();
     }
@@ -143,6 +149,7 @@ impl Oracle {
             if let Some(left) = &mut area.mode_left {
                 *left = left.saturating_sub(by);
                 if *left == 0 {
+                    area.tested = area.mode.is_test();
                     (area.mode, area.mode_left) = (Mode::Automatic, None);
                 }
             }
@@ -152,7 +159,11 @@ impl Oracle {
                 age.iter_mut().for_each(|age| old(age, by));
             }
         }
+        let wet = self.areas.iter().any(|area| area.force.is_some_and(|(_, _, wet)| wet));
         for motor in &mut self.motors {
+            if let Some(age) = &mut motor.off {
+                if wet { old(age, by) } else { *age = 0 }
+            }
             if let Some(age) = &mut motor.on {
                 old(age, by);
                 if self.pressure { motor.dry = 0 } else { old(&mut motor.dry, by) }
@@ -171,20 +182,47 @@ impl Oracle {
                 eye.stale = *signal == Signal::Alarm && (eye.stale || eye.signal.is_none());
                 (eye.signal, eye.condition, eye.heard) = (Some(*signal), *condition, 0);
             }
-            Event::Contact { input, pressed } if input == "abort" => {
-                if *pressed && !self.abort {
-                    self.no(config, Some(0), true);
+            Event::Contact { input, pressed } if input != "gauge" => {
+                let zone = usize::from(input == "stop");
+                if *pressed && !self.pressed[zone] {
+                    self.no(config, Some(zone), true);
                 }
-                self.abort = *pressed;
+                self.pressed[zone] = *pressed;
             }
             Event::Contact { pressed, .. } => {
                 self.pressure = *pressed;
                 self.motors.iter_mut().for_each(|motor| motor.dry = 0);
             }
             Event::Monitor { monitor, report } => {
-                let barrel = &mut self.barrels[monitor_of(monitor)];
+                let index = monitor_of(monitor);
+                let barrel = &mut self.barrels[index];
                 let water = report.valve == Valve::Open || report.extinguishing;
                 let person = report.authority == Authority::Person;
+                let before = barrel.report;
+                let flowed = before.valve == Valve::Open || before.extinguishing;
+                if report.reachable && !water {
+                    barrel.hand = false;
+                } else if person && water && !flowed {
+                    barrel.hand = true;
+                }
+                let opens = before.reachable && before.valve != Valve::Open;
+                let locked = self.lockout || report.lockout;
+                if person && opens && report.valve == Valve::Open && !locked {
+                    barrel.closing = None;
+                }
+                if report.lockout && !before.lockout {
+                    let id = &config.monitors[index];
+                    let mut zones = config.zones.iter().zip(&self.areas);
+                    let under_way = zones.any(|(zone, area)| {
+                        zone.monitors.contains(id) && (area.force.is_some() || area.met.is_some())
+                    });
+                    if barrel.works_for.is_some() || under_way {
+                        barrel.refused = Some(0);
+                    }
+                    if water && barrel.closing.is_none() {
+                        self.close.push(index);
+                    }
+                }
                 if person {
                     barrel.lent = barrel.works_for.take().or(barrel.lent);
                 } else if let Some(zone) = barrel.lent.take() {
@@ -234,16 +272,29 @@ impl Oracle {
                 self.barrels[index].refused = Some(0);
                 self.close.push(index);
             }
-            Hand::Stop(_) | Hand::Close(_) => self.no(config, None, true),
+            Hand::Stop(_) | Hand::Close(_) => {
+                self.no(config, None, true);
+                if matches!(order, Hand::Stop(_)) {
+                    self.motors.iter_mut().for_each(|motor| motor.off = None);
+                }
+            }
             Hand::Lockout { on } => {
-                self.lockout = *on;
+                let was = std::mem::replace(&mut self.lockout, *on);
                 if *on {
                     self.no(config, None, false);
+                    self.motors.iter_mut().for_each(|motor| motor.off = None);
+                } else if was {
+                    for zone in 0..self.areas.len() {
+                        if self.enough(zone, config) && self.areas[zone].no.is_none() {
+                            self.areas[zone].no = Some((0, true));
+                        }
+                    }
                 }
             }
             Hand::Reset(_) => {
                 let water = self.areas.iter().any(|area| area.force.is_some());
-                if !water && !self.lockout && !self.abort {
+                if !water && !self.lockout && self.pressed == [false; 2] {
+                    self.motors.iter_mut().for_each(|motor| motor.off = None);
                     self.areas.iter_mut().for_each(|area| area.no = None);
                     self.barrels.iter_mut().for_each(|barrel| barrel.refused = None);
                 }
@@ -251,7 +302,12 @@ impl Oracle {
             Hand::Bypass { detector, bypass } => {
                 self.eyes[detector_of(detector)].bypass = *bypass;
             }
-            Hand::Silence | Hand::Pump { .. } => {}
+            Hand::Pump { pump, on } => {
+                let index = config.pumps.iter().position(|it| it.id == *pump).unwrap();
+                assert!(!on, "no test starts a pump by hand");
+                self.motors[index].off = Some(0);
+            }
+            Hand::Silence => {}
         }
     }
 
@@ -278,8 +334,7 @@ impl Oracle {
     }
 
     fn release(&mut self, config: &Config, zone: usize) {
-        // The abort contact of the tests is for zone 0.
-        let pressed = self.abort && zone == 0;
+        let pressed = self.pressed[zone];
         let area = &mut self.areas[zone];
         let just = area.no.is_some_and(|(age, person)| person && age < SIMULTANEOUS);
         if self.lockout || area.mode == Mode::Off || pressed || just {
@@ -338,9 +393,13 @@ impl Oracle {
                 |eye: &Eye| eye.signal == Some(Signal::Alarm) && eye.bypass != Bypass::Disabled;
             let mut members = self.eyes.iter().zip(&config.detectors);
             let alarm = members.any(|(eye, it)| sees(eye) && it.zones.contains(&configured.id));
-            let pressed = self.abort && zone == 0;
+            let pressed = self.pressed[zone];
             let locked = self.lockout;
             let area = &mut self.areas[zone];
+            if std::mem::take(&mut area.tested) && enough && area.no.is_none() {
+                area.no = Some((0, false));
+                seen.insert("a test ends among votes");
+            }
             if alarm || area.force.is_some() {
                 area.quiet = 0;
             }
@@ -403,6 +462,7 @@ impl Oracle {
         let over = self.conclude(config, seen);
         let mut closed = Vec::new();
         let mut must: Vec<usize> = std::mem::take(&mut self.close);
+        let mut stopped = Vec::new();
         must.extend(
             (0..self.barrels.len())
                 .filter(|it| self.barrels[*it].works_for.is_some_and(|zone| over.contains(&zone))),
@@ -416,20 +476,31 @@ impl Oracle {
                 }
                 Order::Close { monitor } => closed.push(index(monitor)),
                 Order::Valve { output, open: true } => self.opened(config, output)?,
+                Order::Valve { output, open: false } => stopped.push(output),
                 Order::Pump { pump, on } => {
-                    let pump = config.pumps.iter().position(|it| it.id == *pump).unwrap();
+                    let index = config.pumps.iter().position(|it| it.id == *pump).unwrap();
+                    let duty = !config.pumps[index].standby && self.motors[index].off.is_none();
+                    if !on && duty {
+                        stopped.push(pump);
+                    }
+                    let pump = index;
                     self.pump(config, pump, *on, seen)?;
                 }
                 _ => {}
             }
         }
-        for monitor in must {
-            if !closed.contains(&monitor) {
-                return Err(format!("{} is not closed at once", config.monitors[monitor]));
+        for monitor in &must {
+            if !closed.contains(monitor) {
+                return Err(format!("{} is not closed at once", config.monitors[*monitor]));
             }
         }
         for (index, barrel) in self.barrels.iter_mut().enumerate() {
             if closed.contains(&index) {
+                let kept = barrel.hand && barrel.closing.is_none() && barrel.works_for.is_none();
+                if kept && !must.contains(&index) && !self.lockout && !barrel.report.lockout {
+                    return Err(format!("a person's water is closed ({})", config.monitors[index]));
+                }
+                barrel.hand = false;
                 (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
                 barrel.lent = None;
             }
@@ -447,6 +518,7 @@ impl Oracle {
                 return Err(format!("water found at {} never ends", config.monitors[index]));
             }
         }
+        self.supplied(config, &stopped, seen)?;
         self.lapse(config);
         self.served(config)?;
         self.pumped(config)?;
@@ -482,14 +554,46 @@ impl Oracle {
         }
         let barrel = &mut self.barrels[monitor];
         (barrel.works_for, barrel.found, barrel.ours) = (Some(zone), None, automatic);
+        (barrel.hand, barrel.closing) = (false, None);
+        Ok(())
+    }
+
+    /// A person has water from this monitor, and no no has come since.
+    fn by_hand(&self, monitor: usize) -> bool {
+        let barrel = &self.barrels[monitor];
+        let water = barrel.report.valve == Valve::Open || barrel.report.extinguishing;
+        let theirs = barrel.hand || barrel.report.authority == Authority::Person;
+        water && theirs && barrel.closing.is_none() && !self.lockout
+    }
+
+    /// Neither valve nor pumps are taken from the water of a person.
+    fn supplied(
+        &self,
+        config: &Config,
+        stopped: &[&String],
+        seen: &mut Seen,
+    ) -> Result<(), String> {
+        for (index, zone) in config.zones.iter().enumerate() {
+            let serves = |it: &usize| zone.monitors.contains(&config.monitors[*it]);
+            let flows = (0..self.barrels.len()).filter(serves).any(|it| self.by_hand(it));
+            if !flows || self.pressed[index] {
+                continue;
+            }
+            seen.insert("a person's water");
+            let pumps = config.pumps.iter().map(|it| &it.id);
+            let mut needs = pumps.chain(&zone.valve);
+            if let Some(lost) = needs.find(|it| stopped.contains(it)) {
+                return Err(format!("{lost} is taken from a person's water"));
+            }
+        }
         Ok(())
     }
 
     fn opened(&self, config: &Config, output: &str) -> Result<(), String> {
         let allowed = config.zones.iter().zip(&self.areas).any(|(zone, area)| {
             let valve = zone.valve.as_deref() == Some(output);
-            let by_hand = self.barrels.iter().any(|it| it.report.authority == Authority::Person);
-            valve && (area.force.is_some_and(|(_, _, wet)| wet) || (by_hand && area.no.is_none()))
+            let by_hand = (0..self.barrels.len()).any(|it| self.by_hand(it));
+            valve && (area.force.is_some_and(|(_, _, wet)| wet) || by_hand)
         });
         if allowed { Ok(()) } else { Err("a zone valve opens without a release".to_owned()) }
     }
@@ -502,7 +606,7 @@ impl Oracle {
         seen: &mut Seen,
     ) -> Result<(), String> {
         if !on {
-            self.motors[pump] = Motor::default();
+            self.motors[pump] = Motor { off: self.motors[pump].off, ..Motor::default() };
             return Ok(());
         }
         let configured = &config.pumps[pump];
@@ -510,9 +614,10 @@ impl Oracle {
         let before = &self.motors[..pump];
         let early = before.iter().filter_map(|it| it.on).any(|age| age < wait);
         let duty = before.iter().zip(&config.pumps).filter(|(_, it)| !it.standby);
-        let skipped = duty.clone().any(|(it, _)| it.on.is_none());
+        let skipped = duty.clone().any(|(it, _)| it.on.is_none() && it.off.is_none());
         let failed = before.iter().zip(&config.pumps).any(|(motor, it)| {
-            it.pressure.is_some() && motor.on.is_some() && motor.dry >= s(it.start_timeout_s)
+            let dry = motor.on.is_some() && motor.dry >= s(it.start_timeout_s);
+            it.pressure.is_some() && dry || motor.off.is_some()
         });
         if early || skipped || self.lockout {
             return Err(format!("pump {} starts too early", configured.id));
@@ -525,7 +630,7 @@ impl Oracle {
         } else if pump > 0 {
             seen.insert("pumps in sequence");
         }
-        self.motors[pump] = Motor { on: Some(0), dry: 0 };
+        self.motors[pump] = Motor { on: Some(0), ..Motor::default() };
         Ok(())
     }
 
@@ -534,7 +639,8 @@ impl Oracle {
         let failed = self.motors.iter().zip(&config.pumps).any(|(motor, it)| {
             // The standby pump waits for its turn in the row.
             let timeout = s(it.start_timeout_s + 1);
-            it.pressure.is_some() && motor.on.is_some() && motor.dry >= timeout
+            let dry = it.pressure.is_some() && motor.on.is_some() && motor.dry >= timeout;
+            dry || motor.off.is_some_and(|age| age > s(3))
         });
         let mut standby = self.motors.iter().zip(&config.pumps).filter(|(_, it)| it.standby);
         if wet && failed && standby.any(|(motor, _)| motor.on.is_none()) {

@@ -13,6 +13,7 @@ refusal-still-pressed = A contact that says the opposite is still pressed.
 
 not-released-lockout = lockout is on
 not-released-abort-pressed = abort is pressed
+not-released-stop-pressed = a stop contact is pressed
 not-released-ended = it was ended; reset the zone
 not-released-mode = the zone is not in automatic
 not-released-votes = { $have } of { $need } votes

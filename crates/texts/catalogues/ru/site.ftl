@@ -13,6 +13,7 @@ refusal-still-pressed = Ещё нажат контакт с противопол
 
 not-released-lockout = включена аварийная блокировка
 not-released-abort-pressed = нажата отмена пуска
+not-released-stop-pressed = нажат контакт остановки
 not-released-ended = пуск прекращён; выполните сброс зоны
 not-released-mode = зона не в автоматическом режиме
 not-released-votes = голосов { $have } из { $need }

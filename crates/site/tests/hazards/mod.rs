@@ -1,0 +1,245 @@
+//! Sequences in which water came that nobody wanted, or went that somebody needed.
+
+use super::*;
+
+const OPEN: MonitorReport = MonitorReport {
+    reachable: true,
+    authority: Authority::Free,
+    lockout: false,
+    valve: Valve::Open,
+    extinguishing: false,
+    failure: false,
+};
+const SHUT: MonitorReport = MonitorReport { valve: Valve::Closed, ..OPEN };
+
+fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
+    all.iter().map(|it| it.1.as_str()).filter(|it| it.starts_with(beginning)).collect()
+}
+
+/// A person at the monitor: an abort of before, the end of automatic water and a hand that lets go take neither
+/// pumps nor valve.
+#[test]
+fn water_of_a_person_keeps_its_pumps() {
+    let mut hall = Hall::new();
+    hall.hand(Hand::Abort { zone: zone() });
+    hall.wait(3000);
+    let person = MonitorReport { authority: Authority::Person, ..SHUT };
+    hall.monitor("north", person);
+    let opened = hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+    assert_eq!(orders(&opened), ["Valve zone-valve on", "Pump p1 on"]);
+    // The hand lets go of the button, and nobody is in control any more.
+    let left = hall.monitor("north", OPEN);
+    assert!(orders(&left).is_empty(), "{left:?}");
+    let later = hall.wait(300_000);
+    assert!(of(&later, "Close").is_empty(), "{later:?}");
+    assert!(!later.iter().any(|(_, order)| order.ends_with("off")), "{later:?}");
+    // A no that comes now ends it.
+    assert!(orders(&hall.hand(Hand::Abort { zone: zone() })).contains(&"Close north".to_owned()));
+    // Taken over from votes: pumps go on when the greatest duration has passed.
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Open);
+    hall.monitor("north", MonitorReport { authority: Authority::Person, ..OPEN });
+    let end = hall.wait(70_000);
+    assert!(of(&end, "Close north").is_empty(), "{end:?}");
+    assert!(!end.iter().any(|(_, order)| order.ends_with("off")), "{end:?}");
+    assert_eq!(hall.phase(), Phase::Ended(Why::Duration));
+}
+
+#[test]
+fn a_stop_that_stays_pressed_keeps_everything_back() {
+    let mut hall = Hall::new();
+    hall.press("stop", true);
+    hall.fire();
+    let reset = hall.hand(Hand::Reset(Scope::Site));
+    assert_eq!(refusal(&reset), Some(Refusal::StillPressed));
+    let by_hand = hall.hand(Hand::Release { zone: zone() });
+    assert_eq!(refusal(&by_hand), Some(Refusal::StillPressed));
+    assert!(of(&hall.wait(400_000), "Engage").is_empty(), "nor does it lapse");
+    assert!(hall.site.state().zones[0].not_released.contains(&NotReleased::StopPressed));
+    hall.press("stop", false);
+    hall.wait(1000);
+    hall.hand(Hand::Reset(Scope::Site));
+    assert_eq!(of(&hall.wait(20_000), "Engage").len(), 2);
+}
+
+/// Locked out at the monitor while it worked: its key does not open it again.
+#[test]
+fn a_monitor_locked_out_during_its_work_needs_a_reset() {
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Open);
+    let locked = hall.monitor("north", MonitorReport { lockout: true, ..OPEN });
+    assert_eq!(orders(&locked), ["Close north"]);
+    hall.wait(1000);
+    hall.monitor("north", SHUT);
+    let later = hall.wait(40_000);
+    assert!(of(&later, "Engage north").is_empty(), "{later:?}");
+    // Without work there is nothing to refuse.
+    let mut hall = Hall::new();
+    hall.monitor("north", MonitorReport { lockout: true, ..SHUT });
+    hall.monitor("north", SHUT);
+    hall.fire();
+    assert_eq!(of(&hall.wait(15_000), "Engage north").len(), 1);
+}
+
+#[test]
+fn water_that_was_closed_unseen_does_not_come_back_at_once() {
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Open);
+    hall.wait(40_000);
+    hall.monitor("north", SHUT);
+    let within = i64::from(Hall::within_s()) * 1000;
+    let early = hall.wait(u64::try_from(within - 1).unwrap().min(19_000));
+    assert!(of(&early, "Engage north").is_empty(), "{early:?}");
+}
+
+#[test]
+fn a_valve_that_only_moves_has_not_opened() {
+    let mut hall = Hall::with(|config| config.zones[0].water_max_s = 600);
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Moving);
+    let later = hall.wait(u64::from(Hall::within_s()) * 1000);
+    assert!(hall.has(Trouble::MonitorIdle, true));
+    assert_eq!(of(&later, "Engage north").len(), 1, "{later:?}");
+}
+
+#[test]
+fn a_pump_that_is_kept_off_is_replaced_and_none_is_a_trouble() {
+    let mut hall = Hall::new();
+    let keep_off = |pump: &str| Hand::Pump { pump: pump.to_owned(), on: false };
+    hall.hand(keep_off("p1"));
+    hall.hand(Hand::Release { zone: zone() });
+    let all = hall.wait(10_000);
+    assert_eq!(of(&all, "Pump"), ["Pump p2 on", "Pump p3 on"], "{all:?}");
+    assert!(!hall.has(Trouble::NoPressure, true));
+    let mut hall = Hall::new();
+    for pump in ["p1", "p2", "p3"] {
+        hall.hand(keep_off(pump));
+    }
+    hall.hand(Hand::Release { zone: zone() });
+    assert!(hall.has(Trouble::NoPressure, true));
+}
+
+/// A broken contact of the valve does not make the machine close what a person opens.
+#[test]
+fn a_close_without_an_end_gives_way_to_people_and_to_the_next_fire() {
+    let mut hall = Hall::new();
+    let between = MonitorReport { valve: Valve::Moving, ..OPEN };
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Open);
+    hall.hand(Hand::Abort { zone: zone() });
+    hall.monitor("north", between);
+    assert!(!of(&hall.wait(5000), "Close north").is_empty());
+    let person = MonitorReport { authority: Authority::Person, ..between };
+    hall.monitor("north", person);
+    assert!(!of(&hall.wait(3000), "Close north").is_empty(), "taken, and not opened");
+    hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+    assert!(of(&hall.wait(5000), "Close north").is_empty());
+    // The next fire, ten seconds after a Close whose end was never reported.
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Open);
+    hall.sees("flame", Signal::Quiet);
+    hall.sees("heat", Signal::Quiet);
+    hall.wait(31_000);
+    hall.monitor("north", between);
+    hall.wait(20_000);
+    hall.fire();
+    assert_eq!(of(&hall.wait(16_000), "Engage north").len(), 1);
+}
+
+#[test]
+fn who_is_blind_does_not_say_that_the_fire_is_out() {
+    let mut hall = Hall::with(|config| config.zones[0].water_max_s = 600);
+    hall.fire();
+    hall.wait(15_000);
+    hall.monitors(Valve::Open);
+    hall.sees("heat", Signal::Quiet);
+    let (detector, signal) = ("flame".to_owned(), Signal::Quiet);
+    let blind = Event::Detector { detector, signal, condition: Condition::Fault };
+    hall.event(blind);
+    assert!(of(&hall.wait(100_000), "Close").is_empty());
+    hall.sees("flame", Signal::Quiet);
+    assert!(!of(&hall.wait(31_000), "Close").is_empty());
+}
+
+#[test]
+fn what_was_in_alarm_under_lockout_or_in_a_test_does_not_release_by_itself() {
+    let mut hall = Hall::new();
+    hall.press("key", true);
+    hall.wait(1000);
+    hall.fire();
+    hall.press("key", false);
+    let later = hall.wait(60_000);
+    assert!(of(&later, "Engage").is_empty(), "{later:?}");
+    assert_eq!(hall.phase(), Phase::Ended(Why::Lockout));
+    assert!(orders(&hall.hand(Hand::Release { zone: zone() }))[0].starts_with("Engage"));
+    let mut hall = Hall::new();
+    hall.hand(Hand::Mode { zone: zone(), mode: Mode::TestDry, for_s: Some(60) });
+    hall.fire();
+    let later = hall.wait(120_000);
+    assert!(of(&later, "Engage").is_empty(), "{later:?}");
+    assert_eq!(hall.phase(), Phase::Ended(Why::TestOver));
+}
+
+/// The key is on, and so it counts after a restart, until its line is read again.
+#[test]
+fn contacts_that_say_no_last_over_a_restart() {
+    let mut hall = Hall::new();
+    hall.press("key", true);
+    hall.press("stop", true);
+    let json = serde_json::to_string(&hall.site.persisted()).unwrap();
+    let stored = serde_json::from_str(&json).unwrap();
+    let (site, _) = Site::new(toml::from_str(HALL).unwrap(), 0, Some(&stored)).unwrap();
+    let mut hall = Hall { site, now: 0 };
+    hall.sees("flame", Signal::Quiet);
+    hall.sees("heat", Signal::Quiet);
+    hall.monitors(Valve::Closed);
+    hall.fire();
+    assert!(of(&hall.wait(60_000), "Engage").is_empty() && hall.site.state().lockout);
+    hall.press("key", false);
+    hall.press("stop", false);
+    hall.wait(1000);
+    assert!(!hall.site.state().lockout);
+}
+
+#[test]
+fn kinds_that_cannot_be_met_any_more_are_shown_as_not_ready() {
+    let mut hall = Hall::with(|config| {
+        let mut third = config.detectors[0].clone();
+        third.id = "flame2".to_owned();
+        config.detectors.push(third);
+        config.zones[0].votes.of = 3;
+        config.zones[0].when_failed =
+            toml::from_str::<std::collections::BTreeMap<String, Vec<_>>>("it = [\"2oo2\"]")
+                .unwrap()
+                .remove("it")
+                .unwrap();
+    });
+    hall.sees("flame2", Signal::Quiet);
+    assert!(hall.site.state().zones[0].ready);
+    let (detector, signal) = ("heat".to_owned(), Signal::Quiet);
+    hall.event(Event::Detector { detector, signal, condition: Condition::Fault });
+    let state = hall.site.state();
+    assert_eq!((state.zones[0].ready, state.zones[0].need), (false, None));
+}
+
+#[test]
+fn a_line_that_is_well_again_gets_its_command_again() {
+    let mut hall = Hall::with(|config| config.outputs[0].feedback = false);
+    hall.hand(Hand::Release { zone: zone() });
+    let path = |path: &str, fault| Event::Path { path: path.to_owned(), fault };
+    for (line, order) in [("zone-valve", "Valve zone-valve on"), ("p1", "Pump p1 on")] {
+        assert!(orders(&hall.event(path(line, None))).is_empty());
+        hall.event(path(line, Some(PathFault::Lost)));
+        assert_eq!(orders(&hall.event(path(line, None))), [order]);
+    }
+}

@@ -111,7 +111,8 @@ impl Site {
                 monitor.engaged_at = now;
             }
         } else if person && monitor.acts() && !acts(old) {
-            monitor.by_person = true;
+            // What a person has taken over before the start ends in its time.
+            monitor.by_person = monitor.lent.is_none();
         }
         // One that opens is stronger than a Close of before, whose end was not reported.
         let opens = old.reachable && old.valve != Valve::Open && report.valve == Valve::Open;

@@ -203,7 +203,7 @@ impl Oracle {
                 if report.reachable && !water {
                     barrel.hand = false;
                 } else if person && water && !flowed {
-                    barrel.hand = true;
+                    barrel.hand = !barrel.ours;
                 }
                 let opens = before.reachable && before.valve != Valve::Open;
                 let locked = self.lockout || report.lockout;

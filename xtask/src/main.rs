@@ -111,6 +111,15 @@ const TASKS: &[Task] = &[
         run: docs::docs,
     },
     Task {
+        name: "pictures",
+        arguments: "",
+        about: "the moving picture of the READMEs: docs/images/fire.svg, docs/images/fire.ru.svg",
+        details: "Runs the demonstration once for each frame. The pictures of scenarios are \
+                  written by `cargo xtask docs`, those of the console by `cargo xtask console \
+                  pictures`.",
+        run: pictures::pictures,
+    },
+    Task {
         name: "faults",
         arguments: "[--check]",
         about: "how each flag and status is reached, and how soon it shows: docs/faults.md, docs/faults.ru.md",
@@ -151,7 +160,7 @@ const TASKS: &[Task] = &[
         details: "build makes console/dist, which is built into the hub. check is types and unit \
                   tests. api generates the types of the hub's API from docs/schema/hub-1.json. \
                   browser drives Chromium against the release build of lafet with simulated \
-                  monitors. pictures takes those of the README. measure: first paint, shifts of \
+                  monitors. pictures takes those of the pages. measure: first paint, shifts of \
                   the layout, work on live data, memory; its figures are in docs/console.md. \
                   monkey clicks, drags and types at random.",
         run: console::console,

@@ -199,9 +199,16 @@ impl Browser {
         let end = Instant::now() + PATIENCE;
         while !so(self) {
             assert!(Instant::now() < end, "not within {PATIENCE:?}: {what}");
-            // The authority of a client over HTTP lapses without a request for 10 s.
             std::thread::sleep(Duration::from_millis(200));
+            // The control of a client over HTTP lapses without a command for 10 s; a page has a WebSocket.
+            self.take_control();
         }
+    }
+
+    fn take_control(&self) {
+        let take = json!({ "action": "take" });
+        let authority = self.ask("POST", "/api/monitors/M1/authority", &take).1;
+        assert_eq!(authority["state"], "held", "{authority}");
     }
 
     /// What the page has the reader do under "The console".
@@ -257,19 +264,24 @@ fn follow(page: &str, name: &str) -> usize {
 
 /// Whether the fire is out: the monitor extinguishes until a search finds nothing.
 fn put_out(reader: &Reader) -> bool {
+    let lafet = |words: &str| {
+        let run = Run::of_command(&mut reader.command(&format!("lafet {words}")));
+        assert_eq!(run.code, 0, "{words}: {run:?}");
+        run
+    };
     let end = Instant::now() + PATIENCE;
     while Instant::now() < end {
+        // A quarter of a minute and more, on the simulated clock.
         std::thread::sleep(Duration::from_secs(8));
-        for line in ["lafet stop control", "lafet seek --from-az 0 --to-az 60"] {
-            let run = Run::of_command(&mut reader.command(line));
-            assert_eq!(run.code, 0, "{line}: {run:?}");
+        for words in ["close valve1", "stop control", "seek --from-az 0 --to-az 60"] {
+            lafet(words);
         }
-        let found = Run::of_command(&mut reader.command("lafet --json hotbeds"));
-        if found.json().iter().all(|it| it.as_array().is_some_and(Vec::is_empty)) {
+        let found = lafet("--json hotbeds").json();
+        if found[0]["hotbeds"].as_array().is_some_and(Vec::is_empty) {
             return true;
         }
-        let again = "lafet quench --centre 30deg,-2.3deg --distance 25 --sector 3deg,2deg --step 1";
-        assert_eq!(Run::of_command(&mut reader.command(again)).code, 0);
+        lafet("open valve1");
+        lafet("quench --centre 30deg,-2.3deg --distance 25 --sector 3deg,2deg --step 1");
     }
     false
 }

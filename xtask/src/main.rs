@@ -46,6 +46,7 @@ mod test;
 mod texts;
 mod thumb;
 mod verify;
+mod website;
 mod words;
 
 use std::process::ExitCode;
@@ -82,7 +83,7 @@ const TASKS: &[Task] = &[
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
                   only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, \
-                  no-std, firmware, clippy, doc, package, model, dissector, bindings, bench, swarm, hub, demo.",
+                  no-std, firmware, clippy, doc, website, package, model, dissector, bindings, bench, swarm, hub, demo.",
         run: ci::ci,
     },
     Task {
@@ -118,6 +119,16 @@ const TASKS: &[Task] = &[
                   written by `cargo xtask docs`, those of the console by `cargo xtask console \
                   pictures`.",
         run: pictures::pictures,
+    },
+    Task {
+        name: "website",
+        arguments: "[--check | serve]",
+        about: "the documentation as a site with search: website/dist",
+        details: "Built from docs/, with the help of every command as lafet prints it. It works \
+                  below any address of any file server, without a network. With --check, its \
+                  links, search, appearance and print are tested, in Chromium. serve shows it at \
+                  http://127.0.0.1:8490.",
+        run: website::website,
     },
     Task {
         name: "faults",

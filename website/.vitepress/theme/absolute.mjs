@@ -3,7 +3,7 @@
  * changes, so what it has must not depend on the page that was opened first.
  */
 export function absolute(root) {
-  for (const link of root.querySelectorAll('a[href]')) {
+  for (const link of root.querySelectorAll('a[href], link[rel=icon]')) {
     const written = link.getAttribute('href');
     if (/^([a-z][a-z0-9+.-]*:|\/|#)/i.test(written)) continue;
     const { pathname, search, hash } = new URL(link.href);

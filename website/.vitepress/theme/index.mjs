@@ -32,7 +32,7 @@ export default {
       relabel(document.body, lang.value);
     };
     onMounted(() => {
-      absolute(document.body);
+      absolute(document);
       followSearch();
       reach();
       window.addEventListener('resize', reach);

@@ -219,6 +219,8 @@ impl Browser {
         self.request("Deploy Deployer");
         self.wait("deployed", |it| it.has("Deployer", "Deployed"));
         self.request("StartSeek Detector 0 3600 -600 600 analyse");
+        // An earlier search has found the fire too: this one has to start first.
+        self.wait("searching", |it| it.has("Detector", "Searching"));
         self.wait("found", |it| it.has("Detector", "Found") && !it.has("Detector", "Searching"));
         self.request("Open Valve1");
         self.wait("open", |it| it.has("Valve1", "Open"));

@@ -1,4 +1,4 @@
-// Pictures of the console for the READMEs: a demo is started, a monitor taken, deployed and
+// Pictures of the console for the pages: a demo is started, a monitor taken, deployed and
 // opened, then aimed at the fire with the water on. LAFET_BIN is the program.
 import { withDemo } from './demo.mjs';
 

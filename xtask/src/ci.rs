@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::run::{self, StepResult, Steps, cargo, output, read, root, show, target};
 use crate::{
     TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    no_std, package, plugs, python, setup, verify, words,
+    no_std, package, plugs, python, setup, verify, website, words,
 };
 
 /// Start of the README's test command.
@@ -38,7 +38,7 @@ enum When {
 
 /// The console comes first because it is built into the hub. The first two that run beside others have cargo's
 /// lock of the tests' folder for seconds at most, so that the tests need not wait for it.
-const STEPS: [CiStep; 23] = [
+const STEPS: [CiStep; 24] = [
     (
         When::First,
         "console",
@@ -64,6 +64,7 @@ const STEPS: [CiStep; 23] = [
     ),
     (When::Beside, "clippy", "lints", lints),
     (When::Beside, "doc", "reference documentation", reference),
+    (When::Beside, "website", "the documentation as a site", website::check),
     (When::Beside, "package", "packages that can be published", package::all),
     (When::Beside, "model", "the interlock, model-checked", verify::model_check),
     (When::Beside, "dissector", "the Wireshark dissector in tshark", dissector::check),

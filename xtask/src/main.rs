@@ -46,6 +46,7 @@ mod test;
 mod texts;
 mod thumb;
 mod verify;
+mod website;
 mod words;
 
 use std::process::ExitCode;
@@ -82,7 +83,7 @@ const TASKS: &[Task] = &[
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
                   only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, \
-                  no-std, firmware, clippy, doc, package, model, dissector, bindings, bench, swarm, hub, demo.",
+                  no-std, firmware, clippy, doc, website, package, model, dissector, bindings, bench, swarm, hub, demo.",
         run: ci::ci,
     },
     Task {
@@ -109,6 +110,25 @@ const TASKS: &[Task] = &[
         details: "The tables come from `lafet schema`. With --check, nothing is written: a table \
                   that is out of date is an error. With --tables, no pictures are made.",
         run: docs::docs,
+    },
+    Task {
+        name: "pictures",
+        arguments: "",
+        about: "the moving picture of the READMEs: docs/images/fire.svg, docs/images/fire.ru.svg",
+        details: "Runs the demonstration once for each frame. The pictures of scenarios are \
+                  written by `cargo xtask docs`, those of the console by `cargo xtask console \
+                  pictures`.",
+        run: pictures::pictures,
+    },
+    Task {
+        name: "website",
+        arguments: "[--check | serve]",
+        about: "the documentation as a site with search: website/dist",
+        details: "Built from docs/, with the help of every command as lafet prints it. It works \
+                  below any address of any file server, without a network. With --check, its \
+                  links, search, appearance and print are tested, in Chromium. serve shows it at \
+                  http://127.0.0.1:8490.",
+        run: website::website,
     },
     Task {
         name: "faults",
@@ -151,7 +171,7 @@ const TASKS: &[Task] = &[
         details: "build makes console/dist, which is built into the hub. check is types and unit \
                   tests. api generates the types of the hub's API from docs/schema/hub-1.json. \
                   browser drives Chromium against the release build of lafet with simulated \
-                  monitors. pictures takes those of the README. measure: first paint, shifts of \
+                  monitors. pictures takes those of the pages. measure: first paint, shifts of \
                   the layout, work on live data, memory; its figures are in docs/console.md. \
                   monkey clicks, drags and types at random.",
         run: console::console,

@@ -59,6 +59,14 @@ pub fn tested(package: &str) -> Command {
     cargo(&["run", "--quiet", "--package", package, "--"])
 }
 
+/// Builds the program of a package in the profile of the tests; returns its path.
+pub fn program(package: &str) -> Result<PathBuf, String> {
+    if !built() {
+        show(&mut cargo(&["build", "--quiet", "--package", package]))?;
+    }
+    Ok(target().join("debug").join(package))
+}
+
 /// Builds an example in the profile of the tests; returns its path.
 pub fn example(package: &str, name: &str) -> Result<PathBuf, String> {
     if !built() {

@@ -10,7 +10,7 @@ use crate::{TaskResult, flag, links, run, source, texts};
 
 /// The areas that are checked and the words, each with what to write instead.
 const LIST: &str = "xtask/words.txt";
-const EXTENSIONS: [&str; 8] = ["md", "rs", "ts", "css", "ftl", "c", "h", "txt"];
+const EXTENSIONS: [&str; 9] = ["md", "rs", "ts", "mjs", "css", "ftl", "c", "h", "txt"];
 /// What a generated file says in its first lines.
 const GENERATED: &str = "auto-generated";
 const HEADER: usize = 3;

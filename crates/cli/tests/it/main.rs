@@ -35,3 +35,5 @@ mod throw;
 mod top;
 mod try_next;
 mod tune;
+#[cfg(unix)]
+mod tutorial;

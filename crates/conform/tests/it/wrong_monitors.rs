@@ -15,7 +15,8 @@ const ERASED: [&str; 5] = ["§3.19", "§3.3.1/2", "§3.4/3", "§3.5/6", "§3.6/1
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const LIST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/wrong-monitors.md");
 /// Pages that give the number of wrong monitors.
-const PAGES: [&str; 4] = ["README.md", "README.ru.md", "docs/conform.md", "docs/conform.ru.md"];
+const PAGES: [&str; 4] =
+    ["docs/overview.md", "docs/overview.ru.md", "docs/conform.md", "docs/conform.ru.md"];
 
 /// Tests a wrong monitor against the statement that it violates.
 fn tested(wrong: &Wrong) -> Report {

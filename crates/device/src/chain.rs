@@ -253,7 +253,7 @@ impl Device {
         }
     }
 
-    /// Who handles a request to All or Motors; the empty set if nobody may be asked like this.
+    /// Who handles a request to All or Motors; the empty set if neither may be asked for it.
     #[inline(always)]
     fn handlers(&self, request: RequestId, motors: bool, who: Addressees) -> ChainSet {
         let whole = matches!(request, RequestId::RESTART | RequestId::LOCKOUT);

@@ -1,5 +1,5 @@
 //! Where the way of a request through the chain ends (ours): for those who explain an answer. It
-//! makes the checks of `serve`, `unicast` and `broadcast` in the same order (§1/11), and changes nothing.
+//! makes the checks of `serve`, `unicast` and `broadcast` in the same order, and changes nothing.
 
 use super::{addressees, refusal_of_data};
 use crate::composition::ChainSet;
@@ -10,21 +10,21 @@ use lafet_proto::{Record, Status, SubsystemId};
 /// Where the way of a request ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// §3.18/2, §3.12/2 General looks before any other subsystem, and lets nothing of this kind pass.
+    /// General looks before any other subsystem, and lets nothing of this kind pass.
     Closed(Status),
-    /// §1/4 The document does not know this request: General answers.
+    /// The document does not know this request: General answers.
     Unknown,
-    /// §1/12 All or Motors may not be asked for it: General answers.
+    /// All or Motors may not be asked for it: General answers.
     Nobody,
-    /// §1/5 Each of these answers, in the order of the chain.
+    /// Each of these answers, in the order of the chain.
     Everyone(ChainSet),
-    /// §1/3 The addressee is not part of this monitor.
+    /// The addressee is not part of this monitor.
     Absent,
-    /// §1/12 The addressee may not be asked for it.
+    /// The addressee may not be asked for it.
     NotAddressee,
-    /// §1/2 The state of this subsystem contradicts the request: it answers instead.
+    /// The state of this subsystem contradicts the request: it answers instead.
     Intercepted(SubsystemId, Status),
-    /// §2/3, §2/4 The addressee cannot read the data.
+    /// The addressee cannot read the data.
     Data(Status),
     /// The addressee executes the request, or refuses it itself.
     Reached,

@@ -87,7 +87,8 @@ fn packages() -> StepResult {
     packages_of(&folder())
 }
 
-fn packages_of(folder: &Path) -> StepResult {
+/// Installs the packages of a folder, unless they are those of its lock file.
+pub fn packages_of(folder: &Path) -> StepResult {
     let lock = modified(&folder.join("package-lock.json"));
     let installed = modified(&folder.join("node_modules/.package-lock.json"));
     if installed.is_some() && lock <= installed {
@@ -96,7 +97,8 @@ fn packages_of(folder: &Path) -> StepResult {
     show(npm_command(&["ci", "--no-audit", "--no-fund"]).current_dir(folder))
 }
 
-fn node() -> StepResult {
+/// Ensures that there is a Node.js that supports the tools.
+pub fn node() -> StepResult {
     let version = || output(Command::new("node").arg("--version"));
     if version().is_err() || output(Command::new("npm").arg("--version")).is_err() {
         setup::debian(&["nodejs", "npm"])?;

@@ -20,6 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],
     ),
     ("lafet-site", &["lafet-ballistics", "lafet-texts"]),
+    ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
     (
         "lafet-verify",
         &[

@@ -30,6 +30,7 @@ mod no_std;
 mod package;
 mod physics;
 mod pictures;
+mod playground;
 mod plugs;
 mod python;
 mod run;
@@ -82,7 +83,7 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
-                  only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, \
+                  only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, playground, \
                   no-std, firmware, clippy, doc, website, package, model, dissector, bindings, bench, swarm, hub, demo.",
         run: ci::ci,
     },
@@ -175,6 +176,14 @@ const TASKS: &[Task] = &[
                   the layout, work on live data, memory; its figures are in docs/console.md. \
                   monkey clicks, drags and types at random.",
         run: console::console,
+    },
+    Task {
+        name: "playground",
+        arguments: "[--check]",
+        about: "the protocol in a web page, with the simulator as WebAssembly: playground/dist",
+        details: "Any file server can serve the folder. Fails when its files have more than 600 kB after gzip. \
+                  --check also tests it: natively, WebAssembly against the native program, and in Chromium.",
+        run: playground::playground,
     },
     Task {
         name: "api",

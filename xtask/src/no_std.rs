@@ -30,7 +30,7 @@ pub fn check() -> StepResult {
 /// `cargo build` for the Cortex-M3, with whichever compiler is available; the output goes to
 /// `folder`.
 pub fn build(folder: Option<&Path>) -> Result<Command, String> {
-    let mut command = match rustup_target() {
+    let mut command = match setup::target(TARGET) {
         Ok(()) => cargo(&["build", "--target", TARGET]),
         Err(why) => {
             println!("   rustup has no {TARGET} ({}): taking Debian's Rust", first_line(&why));
@@ -47,23 +47,13 @@ pub fn build(folder: Option<&Path>) -> Result<Command, String> {
 
 /// `cargo clippy` for the Cortex-M3; Debian's compiler has no lints for it.
 pub fn clippy(folder: &Path) -> Option<Command> {
-    if let Err(why) = rustup_target() {
+    if let Err(why) = setup::target(TARGET) {
         println!("   rustup has no {TARGET} ({}): it is not linted", first_line(&why));
         return None;
     }
     let mut command = cargo(&["clippy", "--target", TARGET]);
     command.env("CARGO_TARGET_DIR", folder);
     Some(command)
-}
-
-fn rustup_target() -> Result<(), String> {
-    let rustup =
-        |arguments: &[&str]| output(Command::new("rustup").args(arguments).current_dir(root()));
-    let installed = rustup(&["target", "list", "--installed"])?;
-    if installed.lines().any(|line| line.trim() == TARGET) {
-        return Ok(());
-    }
-    rustup(&["target", "add", TARGET]).map(|_| ())
 }
 
 /// Builds `core` from its sources along with the crates.

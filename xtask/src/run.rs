@@ -45,13 +45,14 @@ pub fn build_tests() -> StepResult {
     Ok(())
 }
 
-fn built() -> bool {
+/// Whether the tests of the workspace are built.
+pub fn is_built() -> bool {
     BUILT.load(Ordering::Relaxed) || std::env::var_os(BUILT_BEFORE).is_some()
 }
 
 /// The program of a package in the profile of the tests.
 pub fn tested(package: &str) -> Command {
-    if built() {
+    if is_built() {
         let mut program = Command::new(target().join("debug").join(package));
         program.current_dir(root());
         return program;
@@ -69,7 +70,7 @@ pub fn program(package: &str) -> Result<PathBuf, String> {
 
 /// Builds an example in the profile of the tests; returns its path.
 pub fn example(package: &str, name: &str) -> Result<PathBuf, String> {
-    if !built() {
+    if !is_built() {
         show(&mut cargo(&["build", "--quiet", "--package", package, "--example", name]))?;
     }
     Ok(target().join("debug/examples").join(name))
@@ -80,7 +81,7 @@ pub fn behind(arguments: &[&str]) -> Result<Command, String> {
     let program = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;
     let mut command = Command::new("nice");
     command.args(["-n", "19"]).arg(program).args(arguments).current_dir(root());
-    if built() {
+    if is_built() {
         command.env(BUILT_BEFORE, "1");
     }
     Ok(command)

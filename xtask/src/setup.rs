@@ -35,6 +35,21 @@ pub fn component(name: &str, subcommand: &str) -> Result<(), String> {
         .map_err(|e| format!("{e}\n{name} is needed: rustup component add {name}"))
 }
 
+/// Ensures that the toolchain has the library for a target.
+pub fn target(name: &str) -> Result<(), String> {
+    let rustup = |arguments: &[&str]| {
+        run::output(Command::new("rustup").args(arguments).current_dir(run::root()))
+    };
+    let installed = rustup(&["target", "list", "--installed"]);
+    if installed.is_ok_and(|all| all.lines().any(|line| line.trim() == name)) {
+        return Ok(());
+    }
+    println!("   the library for {name} is missing: adding it");
+    rustup(&["target", "add", name])
+        .map(|_| ())
+        .map_err(|e| format!("{e}\n{name} is needed: rustup target add {name}"))
+}
+
 /// Ensures that a program of a Debian package is installed.
 pub fn program(name: &str, package: &str) -> Result<(), String> {
     let version = match name {

@@ -9,8 +9,9 @@ use crate::source::{self, File};
 /// The catalogues of the first language; the others have the same keys.
 const CATALOGUES: &str = "crates/texts/catalogues/en";
 /// Catalogues whose keys belong to rows of tables, of which other tests find those without one: the dictionary of
-/// the protocol (a test of lafet-texts), commands and arguments (a test of lafet).
-const OF_TABLES: [&str; 2] = ["proto", "help"];
+/// the protocol (a test of lafet-texts), commands and arguments (a test of lafet), faults of the simulator (a test of
+/// lafet-play).
+const OF_TABLES: [&str; 3] = ["proto", "help", "fault"];
 /// How a crate calls the texts of a catalogue: `use lafet_texts::site as text`.
 const PATH: &str = "text::";
 

@@ -3,10 +3,9 @@
 use std::fmt;
 
 use lafet_proto::{DecodeError, ParamId, Record, RequestId, Status, SubsystemId};
-use lafet_texts::{Argument, Lang, Shown, Text, client as text};
+use lafet_texts::{Argument, Lang, Shown, Text, Undecodable, client as text};
 
 use crate::answers::{AnswerBuf, RequestBuf};
-use crate::decode_error::Undecodable;
 use crate::session::matching::{deal, is_group};
 
 /// A deviation of an answer from the protocol.

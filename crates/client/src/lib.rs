@@ -94,12 +94,10 @@
 
 mod answers;
 pub mod bus;
-mod decode_error;
 mod deviation;
 mod error;
 mod os_text;
 mod outcome_check;
-mod parse_error_text;
 mod port_error;
 pub mod refusal;
 pub mod session;
@@ -157,12 +155,11 @@ mod turn;
 pub mod url;
 
 pub use answers::{AnswerBuf, Answers, RequestBuf};
-pub use decode_error::Undecodable;
 pub use deviation::Deviation;
 pub use error::{Cause, Error, Explained, Lang};
+pub use lafet_texts::{Undecodable, parse_error_text};
 pub use os_text::{SystemError, os_text};
 pub use outcome_check::outcome_check;
-pub use parse_error_text::parse_error_text;
 pub use port_error::{CannotSwitch, Holder, PortError};
 pub use session::jog::{Hold, JogEnd, Reason, Toward};
 pub use session::medium::{Addresses, Echo, Framing, Role};

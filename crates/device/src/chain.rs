@@ -12,6 +12,10 @@ use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Expected, Record, RequestId, Status, SubsystemId};
 
+mod way;
+
+pub use way::Way;
+
 /// Who may be asked for what (the tables «Адресаты» of §3).
 #[derive(Clone, Copy)]
 struct Addressees {
@@ -228,14 +232,7 @@ impl Device {
     ) {
         let Record { request, device: to, data, .. } = *record;
         let motors = to == SubsystemId::MOTORS;
-        let whole = matches!(request, RequestId::RESTART | RequestId::LOCKOUT);
-        let handlers = match motors {
-            true if !who.motors => ChainSet::exactly(0),
-            false if !who.all => ChainSet::exactly(0),
-            _ if whole => self.chain,
-            true => self.chain.and(who.subsystems).and(DRIVE_SET),
-            false => self.chain.and(who.subsystems),
-        };
+        let handlers = self.handlers(request, motors, who);
         if handlers == ChainSet::exactly(0) {
             return answers.bare(SubsystemId::GENERAL, request, Status::WRONG_REQUEST);
         }
@@ -253,6 +250,19 @@ impl Device {
                     }
                 }),
             },
+        }
+    }
+
+    /// Who handles a request to All or Motors; the empty set if neither may be asked for it.
+    #[inline(always)]
+    fn handlers(&self, request: RequestId, motors: bool, who: Addressees) -> ChainSet {
+        let whole = matches!(request, RequestId::RESTART | RequestId::LOCKOUT);
+        match motors {
+            true if !who.motors => ChainSet::exactly(0),
+            false if !who.all => ChainSet::exactly(0),
+            _ if whole => self.chain,
+            true => self.chain.and(who.subsystems).and(DRIVE_SET),
+            false => self.chain.and(who.subsystems),
         }
     }
 

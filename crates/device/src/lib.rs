@@ -40,6 +40,7 @@ pub mod subsystem;
 pub mod time;
 
 pub use cause::{Cause, Causes};
+pub use chain::Way;
 pub use composition::Composition;
 pub use device::Device;
 pub use subsystem::conn::Source;

@@ -61,7 +61,7 @@ impl Check {
     }
 
     /// Bytes on the wire before dst.
-    const fn start(self) -> usize {
+    pub const fn start(self) -> usize {
         match self {
             Self::Crc16 => 2,
             Self::Crc32c => 4,
@@ -90,6 +90,11 @@ fn crc32c(bytes: &[u8]) -> u32 {
 /// Most bytes on the wire of a frame with a payload of this many bytes.
 pub const fn wire_max(payload: usize) -> usize {
     5 + 2 * (Check::Crc32c.overhead() + payload)
+}
+
+/// Bytes that a byte of a frame takes on the wire: two where it is escaped.
+pub const fn size_on_wire(byte: u8) -> usize {
+    if matches!(byte, END | ESCAPE) { 2 } else { 1 }
 }
 
 /// A frame received without errors.

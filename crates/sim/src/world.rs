@@ -411,7 +411,8 @@ impl World {
         (self.drives[axis as usize].position / 60.0).to_radians()
     }
 
-    fn jet(&self) -> Jet {
+    /// The jet as it would leave the nozzle now.
+    pub fn jet(&self) -> Jet {
         Jet {
             family: MONITOR,
             pressure_mpa: self.water.pressure_mpa,

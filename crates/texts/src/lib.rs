@@ -11,7 +11,12 @@ use std::sync::LazyLock;
 use common as text;
 use lafet_proto::dictionary::Key;
 
+mod decode_error;
+mod parse_error;
 pub mod toml;
+
+pub use decode_error::Undecodable;
+pub use parse_error::parse_error_text;
 
 include!(concat!(env!("OUT_DIR"), "/texts.rs"));
 

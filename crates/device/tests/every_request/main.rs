@@ -6,6 +6,7 @@ mod common;
 mod rules;
 mod states;
 mod tables;
+mod way;
 
 use common::{ROOM, Rig};
 use lafet_device::image::{Axis, Outputs};
@@ -71,9 +72,14 @@ impl<'a> Check<'a> {
     fn judge(&mut self, payload: &[u8], sample: bool) {
         let mut out = [0; ROOM];
         let now_ms = self.state.rig.now_ms;
+        let record = Records::new(payload).flatten().next().expect("a whole record");
+        let way = self.device.way(&record);
         let len = self.device.handle(now_ms, Source::Radio, payload, &mut out);
         let answer = &out[..len];
         let (request, device) = (payload[0], payload[1]);
+        let name = self.state.name;
+        let led = way::leads_to(way, device, answer);
+        assert!(led, "{name}: {payload:02x?} → {answer:02x?}, not by {way:?}");
         if !KNOWN.contains(&request) {
             let status = match self.state.gate {
                 Gate::Open => 7,

@@ -3,7 +3,8 @@
 use std::fmt;
 
 use lafet_proto::{DecodeError, Expected};
-use lafet_texts::{Argument, Lang, Text, client as text};
+
+use crate::{Argument, Lang, Text, client as text};
 
 /// Why bytes cannot be decoded, as an argument of a text: a clause without a full stop.
 #[derive(Clone, Copy, Debug)]

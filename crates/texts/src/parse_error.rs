@@ -6,9 +6,8 @@ use std::fmt;
 use lafet_proto::dictionary::{self, REQUESTS, SUBSYSTEMS};
 use lafet_proto::param::Param;
 use lafet_proto::text::{ParseError, Wanted};
-use lafet_texts::{Argument, Shown, Text as _, client as text};
 
-use crate::Lang;
+use crate::{Argument, Lang, Shown, Text as _, client as text};
 
 /// The position of the error, what was expected there, and the word that may have been meant.
 pub fn parse_error_text(text: &str, error: &ParseError, lang: Lang) -> String {

@@ -62,7 +62,7 @@ pub fn tested(package: &str) -> Command {
 
 /// Builds the program of a package in the profile of the tests; returns its path.
 pub fn program(package: &str) -> Result<PathBuf, String> {
-    if !built() {
+    if !is_built() {
         show(&mut cargo(&["build", "--quiet", "--package", package]))?;
     }
     Ok(target().join("debug").join(package))

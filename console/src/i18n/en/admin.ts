@@ -134,7 +134,8 @@ export default {
   'admin.plug_failed': 'does not listen',
   'admin.plug_connected': 'connected',
   'admin.plug_not_connected': 'not connected',
-  'admin.plug_figures_mqtt': 'Commands: {requests}; refused: {exceptions}; signs of life that were none: {malformed}; results lost: {rejected}',
+  'admin.plug_figures_mqtt':
+    'Commands: {requests}; refused: {exceptions}; signs of life that were none: {malformed}; results lost: {rejected}',
   'admin.plug_figures': 'Requests: {requests}; malformed: {malformed}; connections rejected: {rejected}',
   'admin.monitors': 'Monitors',
   'admin.monitor_address': 'address {n}',

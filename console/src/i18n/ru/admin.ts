@@ -127,12 +127,14 @@ export default {
   'admin.metrics': 'Метрики (Prometheus)',
   'admin.health': 'Состояние',
   'admin.plugs': 'Другие протоколы',
-  'admin.plugs_text': 'Серверы для контроллеров и SCADA и брокеры MQTT, включённые в конфигурации, и кто к ним подключён.',
+  'admin.plugs_text':
+    'Серверы для контроллеров и SCADA и брокеры MQTT, включённые в конфигурации, и кто к ним подключён.',
   'admin.plug_listens': 'работает',
   'admin.plug_failed': 'не работает',
   'admin.plug_connected': 'подключён',
   'admin.plug_not_connected': 'не подключён',
-  'admin.plug_figures_mqtt': 'Команд: {requests}; отказано: {exceptions}; неверных признаков работы: {malformed}; потеряно результатов: {rejected}',
+  'admin.plug_figures_mqtt':
+    'Команд: {requests}; отказано: {exceptions}; неверных признаков работы: {malformed}; потеряно результатов: {rejected}',
   'admin.plug_figures': 'Запросов: {requests}; искажённых: {malformed}; отказано в соединении: {rejected}',
   'admin.monitors': 'Стволы',
   'admin.monitor_address': 'адрес {n}',

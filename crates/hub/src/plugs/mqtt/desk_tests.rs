@@ -61,23 +61,19 @@ impl Bench {
 
     pub fn hear(&mut self, monitor: Option<usize>, retained: bool, payload: &[u8]) -> Vec<Act> {
         let holders = self.holders;
-        let (holder, mut random) = (|at: usize| holders[at], Self::random(&mut self.next));
-        let mut around = Around { now: self.now, holder: &holder, random: &mut random };
-        let acts = self.desk.command(&mut around, Heard { monitor, retained, payload });
-        drop(random);
-        self.look(&acts);
-        acts
+        let holder = |at: usize| holders[at];
+        let random = &mut Self::random(&mut self.next);
+        let mut around = Around { now: self.now, holder: &holder, random };
+        self.desk.command(&mut around, Heard { monitor, retained, payload })
     }
 
     pub fn alive(&mut self, ticket: u64) -> Vec<Act> {
         let holders = self.holders;
-        let (holder, mut random) = (|at: usize| holders[at], Self::random(&mut self.next));
-        let mut around = Around { now: self.now, holder: &holder, random: &mut random };
+        let holder = |at: usize| holders[at];
+        let random = &mut Self::random(&mut self.next);
+        let mut around = Around { now: self.now, holder: &holder, random };
         let payload = json!({ "ticket": shown(ticket) }).to_string();
-        let (_, acts) = self.desk.alive(&mut around, payload.as_bytes());
-        drop(random);
-        self.look(&acts);
-        acts
+        self.desk.alive(&mut around, payload.as_bytes()).1
     }
 
     /// A command with a new id and the present ticket.
@@ -130,12 +126,15 @@ pub fn number(acts: &[Act]) -> Option<u32> {
     })
 }
 
-fn replies(acts: &[Act]) -> Vec<&Reply> {
-    let reply = |act| match act {
-        &&Act::Say(ref reply) => Some(reply),
+fn reply(act: &Act) -> Option<&Reply> {
+    match act {
+        Act::Say(reply) => Some(reply),
         _ => None,
-    };
-    acts.iter().collect::<Vec<_>>().iter().filter_map(reply).collect()
+    }
+}
+
+fn replies(acts: &[Act]) -> Vec<&Reply> {
+    acts.iter().filter_map(reply).collect()
 }
 
 fn refusal(acts: &[Act]) -> Option<Refusal> {

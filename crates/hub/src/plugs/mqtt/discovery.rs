@@ -139,6 +139,8 @@ fn put(component: &mut Value, key: &str, value: Option<&str>) {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::Config;
 
@@ -160,11 +162,12 @@ mod tests {
         let (topic, text) = discovery();
         assert_eq!(topic, "homeassistant/device/plant_fire_M1/config");
         let components = text["components"].as_object().unwrap();
-        let of = |platform: &str| {
-            components.iter().filter(|it| it.1["platform"] == platform).map(|it| it.0.as_str())
+        let of = |platform: &str| -> BTreeSet<String> {
+            let own = components.iter().filter(|it| it.1["platform"] == platform);
+            own.map(|it| it.0.clone()).collect()
         };
-        assert_eq!(of("button").collect::<Vec<_>>(), ["close", "stop"]);
-        assert_eq!(of("sensor").count() + of("binary_sensor").count() + 2, components.len());
+        assert_eq!(of("button"), ["close", "stop"].map(str::to_owned).into());
+        assert_eq!(of("sensor").len() + of("binary_sensor").len() + 2, components.len());
         let press = |key: &str| components[key]["payload_press"].as_str().unwrap().to_owned();
         for key in ["stop", "close"] {
             let asked = super::super::message::read(press(key).as_bytes());

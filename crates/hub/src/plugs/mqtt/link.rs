@@ -110,6 +110,11 @@ pub fn options(config: &BrokerConfig) -> Result<MqttOptions, Both> {
     network.set_tcp_nodelay(true);
     network.set_connection_timeout(ANSWERS.as_secs());
     options.set_network_options(network);
+    // By itself it writes an IPv6 address without brackets.
+    let place = config.place();
+    options.set_socket_connector(move |_, network| {
+        rumqttc::default_socket_connect(place.clone(), network)
+    });
     if let Some(login) = &config.login {
         match login.password()? {
             Some(password) => options.set_credentials(login.user.clone(), password),

@@ -43,6 +43,8 @@ struct Waiting {
     results: VecDeque<(Letter, bool)>,
     events: VecDeque<Letter>,
     turn: u32,
+    /// The latest one that was taken is not with the library yet.
+    under_way: bool,
 }
 
 impl Outbox {
@@ -85,25 +87,36 @@ impl Outbox {
         self.news.notify_one();
     }
 
-    /// The next one, once there is one. Cancel safe.
+    /// The next one, once there is one; the one before it is done then. Cancel safe.
     pub async fn next(&self) -> Letter {
+        lock(&self.waiting).under_way = false;
         loop {
             let news = self.news.notified();
-            if let Some(letter) = lock(&self.waiting).take() {
+            if let Some(letter) = lock(&self.waiting).send() {
                 return letter;
             }
             news.await;
         }
     }
 
-    /// Whether nothing waits.
+    /// Whether nothing waits, and nothing is under way to the library.
     pub fn is_empty(&self) -> bool {
         let waiting = lock(&self.waiting);
-        waiting.latest.is_empty() && waiting.results.is_empty() && waiting.events.is_empty()
+        !waiting.under_way
+            && waiting.latest.is_empty()
+            && waiting.results.is_empty()
+            && waiting.events.is_empty()
     }
 }
 
 impl Waiting {
+    /// Takes one out, for the library.
+    fn send(&mut self) -> Option<Letter> {
+        let letter = self.take();
+        self.under_way = letter.is_some();
+        letter
+    }
+
     /// Results first, but not alone.
     fn take(&mut self) -> Option<Letter> {
         self.turn = self.turn.wrapping_add(1);
@@ -139,7 +152,9 @@ mod tests {
         }
         assert_eq!(outbox.next().await, letter("a", 9998));
         assert_eq!(all(&outbox), [letter("b", 9999)]);
-        assert!(outbox.is_empty());
+        assert!(!outbox.is_empty(), "the first one is under way");
+        let more = tokio::time::timeout(std::time::Duration::from_millis(20), outbox.next());
+        assert!(more.await.is_err() && outbox.is_empty());
     }
 
     #[test]

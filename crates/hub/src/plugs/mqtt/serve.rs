@@ -446,8 +446,6 @@ impl Session {
             while !self.outbox.is_empty() {
                 sleep(Duration::from_millis(10)).await;
             }
-            // The one that was taken out last is in the library by now.
-            sleep(Duration::from_millis(10)).await;
             _ = client.disconnect().await;
             while !matches!(heard.recv().await, None | Some(News::Lost(_))) {}
         };

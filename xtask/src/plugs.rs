@@ -1,4 +1,4 @@
-//! `cargo xtask plugs`: the servers of other protocols with clients that are not ours.
+//! `cargo xtask plugs`: other protocols, with clients and brokers that are not ours.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -6,8 +6,14 @@ use std::process::{Command, ExitCode};
 use crate::run::{StepResult, TestProgram, cargo, output, root, show_tests, test_programs};
 use crate::{TaskResult, flag, setup};
 
-/// What Python has of Modbus, on this side and that.
-const PACKAGES: [&str; 2] = ["pymodbus==3.16.1", "pyserial==3.5"];
+/// What Python has of Modbus, on this side and that, of MQTT, and what Home Assistant checks its messages with.
+const PACKAGES: [&str; 5] = [
+    "pymodbus==3.16.1",
+    "pyserial==3.5",
+    "paho-mqtt==2.1.0",
+    "voluptuous==0.16.0",
+    "Jinja2==3.1.6",
+];
 
 pub fn plugs(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
@@ -16,8 +22,10 @@ pub fn plugs(arguments: &[String]) -> TaskResult {
 
 /// Runs the tests that need programs of others, which are installed if permitted.
 pub fn check() -> StepResult {
-    let programs = setup::python("modbus-tools", &PACKAGES)?;
+    let programs = setup::python("plug-tools", &PACKAGES)?;
     setup::program("mbpoll", "mbpoll")?;
+    setup::found("mosquitto", "mosquitto")?;
+    setup::found("mosquitto_sub", "mosquitto-clients")?;
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::iter::once(programs).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(folders).map_err(|e| e.to_string())?;

@@ -75,6 +75,15 @@ pub fn postgres() -> Result<(), String> {
     debian(&["postgresql"])
 }
 
+/// Installs the package of a program that has no option which succeeds without work, if it is missing.
+pub fn found(name: &str, package: &str) -> Result<(), String> {
+    if Command::new(name).arg("--help").output().is_ok() {
+        return Ok(());
+    }
+    println!("   {name} is missing: installing it");
+    debian(&[package])
+}
+
 /// Ensures that there is a Python environment below target with these packages; returns the folder of its
 /// programs.
 pub fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {

@@ -1104,7 +1104,7 @@ export interface components {
             monitors: number;
             /** Format: int64 */
             now_ms: number;
-            /** @description Servers of other protocols, and their clients. */
+            /** @description Servers of other protocols and their clients, and brokers. */
             plugs: components["schemas"]["PlugView"][];
             rates: components["schemas"]["PerSecond"];
             /** Format: int64 */
@@ -1304,7 +1304,7 @@ export interface components {
          * @description How a client has identified itself.
          * @enum {string}
          */
-        Kind: "session" | "token" | "certificate" | "demo" | "modbus";
+        Kind: "session" | "token" | "certificate" | "demo" | "modbus" | "mqtt";
         /** @description A monitor that votes do not open. */
         LeftOut: {
             /** @description The monitor. */
@@ -1923,30 +1923,30 @@ export interface components {
              */
             since_ms: number;
         };
-        /** @description A plug: a server of another protocol. */
+        /** @description A plug: a server of another protocol, or a connection to one. */
         PlugView: {
-            /** @description Where it listens. */
+            /** @description Where it listens, or what it connects to. */
             address: string;
             /** @description Its clients. */
             clients: components["schemas"]["PlugClient"][];
             error: components["schemas"]["Both"] | null;
             /**
              * Format: int64
-             * @description Of these, those answered by an exception.
+             * @description Of these, those that were refused: on Modbus by an exception.
              */
             exceptions: number;
             /**
              * Format: int64
-             * @description Frames that were none, and connections closed for that.
+             * @description Frames or messages that were none, and connections closed for that.
              */
             malformed: number;
             /** @description Its name in the configuration. */
             name: string;
-            /** @description `modbus`. */
+            /** @description `modbus` or `mqtt`. */
             protocol: string;
             /**
              * Format: int64
-             * @description Connections that were not taken: not allowed, or too many.
+             * @description Connections that were not taken: not allowed, or too many. Over MQTT: lost results.
              */
             rejected: number;
             /**

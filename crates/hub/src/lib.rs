@@ -10,7 +10,7 @@
 //!             │      ├─ store: audit, history, events; access: users, sessions, tokens
 //!             │      ├─ zones: the zone controller (lafet-site), its detectors and orders
 //!             │      ├─ field: detectors on Modbus, which report to the zones
-//!             │      ├─ plugs: servers of other protocols, whose masters command like consoles
+//!             │      ├─ plugs: other protocols, whose clients command like consoles
 //!             │      └─ recording, simulation, site
 //!             └─ publish: topics, of which the latest value wins; messages
 //! ```
@@ -49,7 +49,7 @@ pub use config::{
 };
 pub use error::ApiError;
 pub use hub::Hub;
-pub use plugs::modbus as modbus_server;
+pub use plugs::{modbus as modbus_server, mqtt};
 pub use publish::topics;
 pub use server::Server;
 

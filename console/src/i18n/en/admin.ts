@@ -81,6 +81,7 @@ export default {
   'admin.kind_token': 'token',
   'admin.kind_certificate': 'client certificate',
   'admin.kind_modbus': 'Modbus address',
+  'admin.kind_mqtt': 'MQTT broker',
   'admin.kind_demo': 'without login, on this computer',
   'admin.expires': 'Expires',
   'admin.seat': 'Console',
@@ -128,9 +129,13 @@ export default {
   'admin.health': 'Health',
   'admin.plugs': 'Other protocols',
   'admin.plugs_text':
-    'Servers for controllers and SCADA systems that are switched on in the configuration, and who is connected.',
+    'Servers for controllers and SCADA systems, and MQTT brokers, that are switched on in the configuration, and who is connected.',
   'admin.plug_listens': 'listens',
   'admin.plug_failed': 'does not listen',
+  'admin.plug_connected': 'connected',
+  'admin.plug_not_connected': 'not connected',
+  'admin.plug_figures_mqtt':
+    'Commands: {requests}; refused: {exceptions}; signs of life that were none: {malformed}; results lost: {rejected}',
   'admin.plug_figures': 'Requests: {requests}; malformed: {malformed}; connections rejected: {rejected}',
   'admin.monitors': 'Monitors',
   'admin.monitor_address': 'address {n}',

@@ -80,6 +80,7 @@ export default {
   'admin.kind_token': 'ключ',
   'admin.kind_certificate': 'сертификат клиента',
   'admin.kind_modbus': 'адрес Modbus',
+  'admin.kind_mqtt': 'брокер MQTT',
   'admin.kind_demo': 'без входа, с этого компьютера',
   'admin.expires': 'Действует до',
   'admin.seat': 'Пульт',
@@ -126,9 +127,14 @@ export default {
   'admin.metrics': 'Метрики (Prometheus)',
   'admin.health': 'Состояние',
   'admin.plugs': 'Другие протоколы',
-  'admin.plugs_text': 'Серверы для контроллеров и SCADA, включённые в конфигурации, и кто к ним подключён.',
+  'admin.plugs_text':
+    'Серверы для контроллеров и SCADA и брокеры MQTT, включённые в конфигурации, и кто к ним подключён.',
   'admin.plug_listens': 'работает',
   'admin.plug_failed': 'не работает',
+  'admin.plug_connected': 'подключён',
+  'admin.plug_not_connected': 'не подключён',
+  'admin.plug_figures_mqtt':
+    'Команд: {requests}; отказано: {exceptions}; неверных признаков работы: {malformed}; потеряно результатов: {rejected}',
   'admin.plug_figures': 'Запросов: {requests}; искажённых: {malformed}; отказано в соединении: {rejected}',
   'admin.monitors': 'Стволы',
   'admin.monitor_address': 'адрес {n}',

@@ -32,6 +32,12 @@ const FIGURES = [
   'lafet_messages_missed_total',
 ] as const;
 
+/** A server listens; to a broker the hub connects. */
+function plugState(plug: PlugView) {
+  if (plug.protocol === 'mqtt') return plug.error ? 'admin.plug_not_connected' : 'admin.plug_connected';
+  return plug.error ? 'admin.plug_failed' : 'admin.plug_listens';
+}
+
 @customElement('lf-admin-hub')
 export class LfAdminHub extends LitElement {
   static override styles = [base, card, table, adminStyle];
@@ -137,12 +143,17 @@ export class LfAdminHub extends LitElement {
                 </div>`,
               )}
               <div class="small dim">
-                ${t('admin.plug_figures', { requests: num(plug.requests), malformed: num(plug.malformed), rejected: num(plug.rejected) })}
+                ${t(plug.protocol === 'mqtt' ? 'admin.plug_figures_mqtt' : 'admin.plug_figures', {
+                  requests: num(plug.requests),
+                  exceptions: num(plug.exceptions),
+                  malformed: num(plug.malformed),
+                  rejected: num(plug.rejected),
+                })}
               </div>
               ${plug.error ? html`<div class="small">${tt(plug.error)}</div>` : nothing}
             </div>
             <lf-chip kind=${plug.error ? 'high' : 'normal'} icon=${plug.error ? 'unlinked' : 'link'}
-              >${t(plug.error ? 'admin.plug_failed' : 'admin.plug_listens')}</lf-chip
+              >${t(plugState(plug))}</lf-chip
             >
           </li>`,
         )}

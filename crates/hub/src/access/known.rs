@@ -188,7 +188,7 @@ impl Known {
         let of = match principal.kind {
             Kind::Session => &self.sessions,
             Kind::Token => &self.tokens,
-            Kind::Certificate | Kind::Demo | Kind::Modbus => return (true, None),
+            Kind::Certificate | Kind::Demo | Kind::Modbus | Kind::Mqtt => return (true, None),
         };
         let mut entries = lock(of);
         let Some(entry) = entries.values_mut().find(|it| it.key == principal.key) else {

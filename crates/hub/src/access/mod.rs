@@ -85,6 +85,8 @@ pub enum Kind {
     Demo,
     /// Master of a Modbus server, by its address.
     Modbus,
+    /// Clients of an MQTT broker.
+    Mqtt,
 }
 
 impl Kind {
@@ -96,13 +98,15 @@ impl Kind {
             Self::Certificate => "certificate",
             Self::Demo => "demo",
             Self::Modbus => "modbus",
+            Self::Mqtt => "mqtt",
         }
     }
 
     /// The kind of a name.
     pub fn by_name(name: &str) -> Option<Self> {
-        let all = [Self::Session, Self::Token, Self::Certificate, Self::Demo, Self::Modbus];
-        all.into_iter().find(|it| it.name() == name)
+        let named = [Self::Session, Self::Token, Self::Certificate];
+        let others = [Self::Demo, Self::Modbus, Self::Mqtt];
+        named.into_iter().chain(others).find(|it| it.name() == name)
     }
 }
 

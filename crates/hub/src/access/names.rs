@@ -9,8 +9,8 @@ use crate::text::Both;
 const NAME_MAX: usize = 64;
 /// Names under which the hub itself, its zone controller, and a hub without login are in the audit log.
 const RESERVED: [&str; 3] = ["hub", "zones", "demo"];
-/// First word of the names under which devices report detectors: `modbus panel unit 1`.
-const DEVICES: &str = "modbus";
+/// First words of names of devices and plugs: `modbus panel unit 1`, `mqtt scada`.
+const DEVICES: [&str; 2] = ["modbus", "mqtt"];
 
 /// What is wrong with a new name, beside those that there are.
 pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Option<Both> {
@@ -26,7 +26,9 @@ pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Opti
         return Some(text::NameAlphabets.words());
     }
     let first = name.split(' ').next().unwrap_or_default();
-    if are_alike(first, DEVICES) || RESERVED.iter().any(|it| are_alike(it, name)) {
+    if DEVICES.iter().any(|it| are_alike(first, it))
+        || RESERVED.iter().any(|it| are_alike(it, name))
+    {
         return Some(text::NameOfHub.words());
     }
     let other = taken.into_iter().find(|it| *it != name && are_alike(it, name))?;
@@ -64,6 +66,7 @@ mod tests {
             "Demo",
             "a/b",
             "Modbus a unit 1",
+            "mqtt scada",
         ] {
             assert!(problem(name, []).is_some(), "{name:?}");
         }

@@ -19,7 +19,7 @@ use crate::access::{Kind, Role};
 use crate::error::ApiError;
 use crate::hub::PerSecond;
 use crate::hub::{Caller, Hub, Seated};
-use crate::plugs::modbus::view::PlugView;
+use crate::plugs::view::PlugView;
 use crate::store::{Act, Event, Search};
 
 pub fn routes() -> OpenApiRouter<Hub> {
@@ -82,7 +82,7 @@ struct HubState {
     audit: AuditState,
     history: HistoryState,
     disk: Disk,
-    /// Servers of other protocols, and their clients.
+    /// Servers of other protocols and their clients, and brokers.
     plugs: Vec<PlugView>,
 }
 
@@ -233,7 +233,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
             minute_days: hub.config().minute_days,
         },
         disk,
-        plugs: hub.modbus_servers().view(),
+        plugs: crate::plugs::views(&hub),
     }))
 }
 

@@ -29,7 +29,7 @@ use crate::hub::{Caller, Hub};
 use crate::monitor::program;
 use crate::monitor::station::Station;
 use crate::monitor::status::Subsystem;
-use crate::plugs::modbus::VIA;
+use crate::plugs::is_plug;
 use crate::sync::lock;
 
 /// Longest wait of a command for its entry to be on the disk; then it goes first.
@@ -134,9 +134,9 @@ impl Hub {
             // What the hub sends for a client does not keep it from being lost.
             let present = authority.is_present(&caller.seat.seat);
             let tuned = caller.via == TUNE && present;
-            // A command of a master whose heartbeat was lost meanwhile does not bring it back.
+            // A command of a plug whose sign of life was lost meanwhile does not bring it back.
             let held = authority.holder().is_some_and(|(seat, _)| seat.seat == caller.seat.seat);
-            if caller.via == VIA && held && !present {
+            if is_plug(caller.via) && held && !present {
                 return Err(ApiError::void());
             }
             if !tuned {

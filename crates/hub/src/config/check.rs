@@ -52,7 +52,7 @@ impl fmt::Display for Problem {
 pub struct Check<'a> {
     file: &'a str,
     pub(super) text: &'a str,
-    folder: &'a Path,
+    pub(super) folder: &'a Path,
     problems: Vec<Problem>,
     warnings: Vec<Problem>,
 }
@@ -72,6 +72,7 @@ pub fn check(
     let zones = check.zones(&read);
     let modbus = check.modbus(&read);
     let modbus_servers = check.modbus_servers(&read);
+    let mqtt = check.mqtt(&read);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -111,6 +112,7 @@ pub fn check(
         zones,
         modbus,
         modbus_servers,
+        mqtt,
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,
@@ -160,7 +162,7 @@ impl Check<'_> {
     }
 
     /// A file with a secret that every user of this machine can read.
-    fn secret(&mut self, byte: usize, path: &Path) {
+    pub fn secret(&mut self, byte: usize, path: &Path) {
         if !is_open(path) {
             return;
         }
@@ -175,7 +177,7 @@ impl Check<'_> {
         parsed.map_err(|what| self.say(url.span().start, what, line::remedy())).ok()
     }
 
-    fn file_name(&self) -> &Path {
+    pub fn file_name(&self) -> &Path {
         Path::new(Path::new(self.file).file_name().unwrap_or_default())
     }
 

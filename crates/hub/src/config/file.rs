@@ -11,6 +11,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::modbus_server::ModbusServer;
+use super::mqtt::Mqtt;
 use super::plan::{Area, Blowing, Water};
 use super::written::{Bus, Contact, Detector, KeepOut, Output, Pump};
 use super::zones::Aim;
@@ -37,6 +38,7 @@ pub struct File {
     pub coverage: Option<Spanned<Area>>,
     pub modbus: Vec<Spanned<Bus>>,
     pub modbus_server: Vec<Spanned<ModbusServer>>,
+    pub mqtt: Vec<Spanned<Mqtt>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,
     pub aim: Vec<Spanned<Aim>>,

@@ -5,6 +5,7 @@ mod field;
 mod file;
 mod modbus_server;
 mod monitors;
+mod mqtt;
 mod outputs;
 mod places;
 mod plan;
@@ -21,6 +22,7 @@ use lafet_client::Endpoint;
 use crate::access::Role;
 pub use crate::field::BusConfig;
 pub use crate::plugs::modbus::ServerConfig;
+pub use crate::plugs::mqtt::BrokerConfig;
 use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
@@ -78,6 +80,8 @@ pub struct Config {
     pub modbus: Vec<BusConfig>,
     /// Servers for masters on Modbus.
     pub modbus_servers: Vec<ServerConfig>,
+    /// MQTT brokers to which the hub connects.
+    pub mqtt: Vec<BrokerConfig>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
@@ -160,6 +164,7 @@ impl Default for Config {
             zones: None,
             modbus: Vec::new(),
             modbus_servers: Vec::new(),
+            mqtt: Vec::new(),
             simulation: false,
             demo: false,
         }

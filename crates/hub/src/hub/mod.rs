@@ -31,6 +31,7 @@ use crate::field::Field;
 use crate::monitor::owner;
 use crate::monitor::station::Station;
 use crate::plugs::modbus::Servers;
+use crate::plugs::mqtt::Brokers;
 use crate::publish::broadcast::Audiences;
 use crate::publish::topics::Topics;
 use crate::recording::Recordings;
@@ -98,6 +99,7 @@ struct Parts {
     zones: Option<Zones>,
     field: Field,
     modbus_servers: Servers,
+    mqtt_brokers: Brokers,
     simulation: OnceLock<Box<dyn Simulation>>,
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
@@ -167,6 +169,7 @@ impl Hub {
             zones: Zones::open(&config)?,
             field: Field::new(&config.modbus),
             modbus_servers: Servers::new(&config.modbus_servers),
+            mqtt_brokers: Brokers::new(&config.mqtt),
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
@@ -406,6 +409,11 @@ impl Hub {
     /// The Modbus servers.
     pub(crate) fn modbus_servers(&self) -> &Servers {
         &self.0.modbus_servers
+    }
+
+    /// The MQTT brokers.
+    pub(crate) fn mqtt_brokers(&self) -> &Brokers {
+        &self.0.mqtt_brokers
     }
 
     /// The zones, if there are any.

@@ -52,7 +52,7 @@ pub fn start(hub: &Hub) {
     tokio::spawn(crate::zones::run(hub.clone()));
     tokio::spawn(crate::zones::store(hub.clone()));
     crate::field::start(hub);
-    crate::plugs::modbus::start(hub);
+    crate::plugs::start(hub);
     tokio::spawn(crate::store::integrity::run(hub.clone()));
     tokio::spawn(crate::publish::broadcast::run(hub.clone()));
 }

@@ -637,3 +637,66 @@ check-no-stop = { $name } does not reach the registers of commands: it cannot ev
 check-no-stop-remedy = Let its registers contain { $first } to { $last }; observers may only stop, close and lock out there.
 check-registers = The registers end before they begin.
 check-registers-remedy = Write registers = [first, last].
+
+# MQTT: events and states of the connection.
+mqtt-not-yet = Not connected yet.
+mqtt-connected = MQTT broker { $name } is connected: { $url }.
+mqtt-not-connected = MQTT broker { $name } ({ $url }) is not connected: { $why }
+mqtt-silent = The clients of { $client } ({ $from }) are silent: motions that they have started end, and they have to come back for their authority.
+mqtt-failed = The connection to the broker failed: { $error }.
+mqtt-no-answer = The broker does not answer within { $s } s.
+mqtt-closed = The broker has closed the connection.
+mqtt-sent-away = The broker has ended the connection: { $code }.
+mqtt-not-authorized = The broker refuses this user and password, or this client id. Check user, password and client_id.
+mqtt-old-version = The broker does not speak MQTT 5.
+mqtt-turned-away = The broker refuses the connection: { $code }.
+mqtt-no-subscription = The broker does not let this user subscribe to the topics of commands under { $prefix }: not even Stop would arrive. Check its access list.
+mqtt-tls = TLS: { $error }.
+mqtt-no-authority = This machine trusts no certificate authority. Give the one of the broker as ca.
+mqtt-unknown-issuer = The certificate of the broker is signed by an authority that is not trusted. Give the right one as ca.
+mqtt-other-name = The certificate of the broker is not for { $host }. Write the name in it into url.
+mqtt-not-in-time = The certificate of the broker is not valid now. Check its dates and the clock of this machine.
+
+# MQTT: why a command is refused, where Modbus has other words.
+mqtt-no-command = There is no such command, or not for all monitors at once. See the list of commands.
+mqtt-argument = An argument is missing, not for this command, or out of its range. See the list of commands.
+mqtt-void = Not sent: the clients were silent, authority was lost, or Stop came first.
+mqtt-role = Clients of this broker may only stop, close and lock out, by hub.toml.
+mqtt-held = Another client has authority. Ask for it with ask, or wait until it is free.
+mqtt-not-taken = No client has authority. Take it first with take.
+mqtt-key = The key is not the one that is offered now. Read the key of this monitor and send it once.
+mqtt-twice = This id was used for another command. Send a new id with each command.
+mqtt-refused = The monitor has refused; its result (§2/5) is in status.
+mqtt-ticket = The ticket is missing or older than 3 s. Send the latest one that the hub has published.
+mqtt-retained = A retained message commands nothing. Send it without the retain flag.
+mqtt-form = This is no command: JSON with id and command, and no field that is not in the list.
+
+# MQTT: what is wrong with hub.toml.
+check-brokers = There are too many brokers.
+check-brokers-remedy = Write 8 [[mqtt]] at most.
+check-broker-name = `{ $name }` is no name of a broker.
+check-broker-twice-remedy = Give each broker a name of its own.
+check-broker-same = The broker { $name } is the same, with the same client_id or prefix.
+check-broker-same-remedy = Write one [[mqtt]] for it, or another client_id and another prefix.
+check-broker-url = `{ $text }` is no broker.
+check-broker-url-remedy = Write mqtts://broker.site:8883, or mqtt://127.0.0.1:1883.
+check-broker-plain = The connection to { $host } is without TLS: the password, the tickets and the keys that open valves could be read on the way.
+check-broker-plain-remedy = Write mqtts:// with ca, or plain = true if the network is for this alone.
+check-client-id = `{ $text }` is no client id.
+check-client-id-remedy = Write 1…64 letters, digits and signs, without spaces.
+check-two-passwords = There are two passwords.
+check-two-passwords-remedy = Write password or password_file.
+check-password-alone = A password without a user.
+check-password-alone-remedy = Write user.
+check-password-file = { $path }: { $why }
+check-password-file-remedy = Give the path of a file whose first line is the password; relative ones start from the folder of this file.
+check-tls-unused = ca, cert and key are for mqtts:// alone.
+check-tls-unused-remedy = Write mqtts:// in url, or leave them out.
+check-cert-and-key = A certificate and its key go together.
+check-cert-and-key-remedy = Write cert and key.
+check-prefix = { $key } = `{ $text }` is no beginning of a topic.
+check-prefix-remedy = Write 1…64 characters without + # $, and no / at the beginning, at the end or twice in a row.
+check-broker-monitors = There are too many monitors for one broker.
+check-broker-monitors-remedy = Write 256 monitors at most.
+check-topic-taken = The topic of monitor { $id } is one of the hub's own.
+check-topic-taken-remedy = Give the monitor another id, or leave it out of `monitors`.

@@ -637,3 +637,66 @@ check-no-stop = Клиенту { $name } не доступны регистры 
 check-no-stop-remedy = Пусть его registers включают { $first }–{ $last }; наблюдатели могут там только остановить, закрыть и заблокировать.
 check-registers = Регистры кончаются раньше, чем начинаются.
 check-registers-remedy = Напишите registers = [первый, последний].
+
+# MQTT: events and states of the connection.
+mqtt-not-yet = Ещё не подключено.
+mqtt-connected = Брокер MQTT { $name } подключён: { $url }.
+mqtt-not-connected = Брокер MQTT { $name } ({ $url }) не подключён: { $why }
+mqtt-silent = Клиенты { $client } ({ $from }) молчат: начатые ими движения прекращаются, управление они теряют, если не вернутся.
+mqtt-failed = Соединение с брокером не удалось: { $error }.
+mqtt-no-answer = Брокер не отвечает в течение { $s } с.
+mqtt-closed = Брокер закрыл соединение.
+mqtt-sent-away = Брокер прекратил соединение: { $code }.
+mqtt-not-authorized = Брокер не принимает этого пользователя с паролем или этот client_id. Проверьте user, password и client_id.
+mqtt-old-version = Брокер не работает по MQTT 5.
+mqtt-turned-away = Брокер отказал в соединении: { $code }.
+mqtt-no-subscription = Брокер не разрешает этому пользователю подписку на темы команд под { $prefix }: не дошёл бы даже стоп. Проверьте его список доступа.
+mqtt-tls = Ошибка TLS: { $error }.
+mqtt-no-authority = Эта машина не доверяет ни одному центру сертификации. Укажите центр брокера в ca.
+mqtt-unknown-issuer = Сертификат брокера подписан центром, которому нет доверия. Укажите нужный в ca.
+mqtt-other-name = Сертификат брокера выдан не для { $host }. Напишите в url имя из сертификата.
+mqtt-not-in-time = Сертификат брокера сейчас не действует. Проверьте его сроки и часы этой машины.
+
+# MQTT: why a command is refused, where Modbus has other words.
+mqtt-no-command = Такой команды нет, или она не для всех стволов сразу. См. список команд.
+mqtt-argument = Аргумента не хватает, он не для этой команды или вне допустимых значений. См. список команд.
+mqtt-void = Не отправлено: клиенты молчали, управление потеряно, либо раньше пришёл стоп.
+mqtt-role = По hub.toml клиенты этого брокера могут только остановить, закрыть и заблокировать.
+mqtt-held = Управление у другого клиента. Запросите его командой ask или дождитесь, пока оно освободится.
+mqtt-not-taken = Управление ни у кого. Сначала возьмите его командой take.
+mqtt-key = Ключ — не тот, что предлагается сейчас. Прочтите ключ этого ствола и отправьте его один раз.
+mqtt-twice = Этот id уже был у другой команды. С каждой командой отправляйте новый id.
+mqtt-refused = Ствол отказал; его результат (§2/5) — в status.
+mqtt-ticket = Нет ticket, или он старше 3 с. Отправьте последний из опубликованных.
+mqtt-retained = Сохраняемое сообщение (retain) ничем не управляет. Отправьте его без этого признака.
+mqtt-form = Это не команда: нужен JSON с id и command, без полей не из списка.
+
+# MQTT: what is wrong with hub.toml.
+check-brokers = Брокеров слишком много.
+check-brokers-remedy = Не больше 8 разделов [[mqtt]].
+check-broker-name = `{ $name }` — не имя брокера.
+check-broker-twice-remedy = Имена брокеров различны.
+check-broker-same = Брокер { $name } — тот же, с тем же client_id или prefix.
+check-broker-same-remedy = Оставьте один раздел [[mqtt]] или укажите другие client_id и prefix.
+check-broker-url = `{ $text }` — не брокер.
+check-broker-url-remedy = Напишите mqtts://broker.site:8883 или mqtt://127.0.0.1:1883.
+check-broker-plain = Соединение с { $host } — без TLS: пароль, ticket и ключи, открывающие затворы, можно прочесть по пути.
+check-broker-plain-remedy = Напишите mqtts:// и ca или plain = true, если сеть отведена только для этого.
+check-client-id = `{ $text }` — не client_id.
+check-client-id-remedy = Напишите 1…64 буквы, цифры и знаки без пробелов.
+check-two-passwords = Паролей два.
+check-two-passwords-remedy = Напишите password или password_file.
+check-password-alone = Пароль без пользователя.
+check-password-alone-remedy = Напишите user.
+check-password-file = { $path }: { $why }
+check-password-file-remedy = Укажите путь к файлу, первая строка которого — пароль; относительный начинается с каталога этого файла.
+check-tls-unused = ca, cert и key — только для mqtts://.
+check-tls-unused-remedy = Напишите в url mqtts:// или уберите их.
+check-cert-and-key = Сертификат и его ключ указывают вместе.
+check-cert-and-key-remedy = Напишите cert и key.
+check-prefix = { $key } = `{ $text }` — не начало темы.
+check-prefix-remedy = Напишите 1…64 знака без + # $ и без / в начале, в конце и двух подряд.
+check-broker-monitors = Стволов для одного брокера слишком много.
+check-broker-monitors-remedy = Не больше 256 стволов.
+check-topic-taken = Тема ствола { $id } — одна из собственных тем сервера объекта.
+check-topic-taken-remedy = Дайте стволу другое имя или не указывайте его в `monitors`.

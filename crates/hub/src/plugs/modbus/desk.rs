@@ -662,7 +662,7 @@ fn not_held(around: &Around<'_>, at: usize) -> Option<Refusal> {
     }
 }
 
-/// The targets of the drives whose bits are set in the first argument.
+/// The targets of the drives whose bits are set in the first argument, arc-minutes or mm.
 fn targets([mask, rest @ ..]: [u16; 4]) -> Option<[Option<i16>; 3]> {
     if !(1..=7).contains(&mask) {
         return None;
@@ -671,8 +671,9 @@ fn targets([mask, rest @ ..]: [u16; 4]) -> Option<[Option<i16>; 3]> {
     for (axis, (value, (least, most))) in rest.into_iter().zip(TARGETS).enumerate() {
         let value = value.cast_signed();
         if mask & 1 << axis != 0 {
-            targets[axis] = Some(value).filter(|it| (least..=most).contains(it));
-            targets[axis]?;
+            let target = Some(value).filter(|it| (least..=most).contains(it))?;
+            // Tenths of a degree to arc-minutes; the nozzle is in mm.
+            targets[axis] = Some(if axis == 2 { target } else { target * 6 });
         }
     }
     Some(targets)

@@ -176,7 +176,7 @@ fn every_command_is_answered_and_every_refusal_has_its_number() {
     let mut bench = Bench::live();
     let go = |bench: &mut Bench| bench.command(Command::GoTo, 1, [7, 100, 200, 30]);
     let acts = go(&mut bench);
-    assert_eq!(what(&acts), Some(What::GoTo([Some(100), Some(200), Some(30)])));
+    assert_eq!(what(&acts), Some(What::GoTo([Some(600), Some(1200), Some(30)])));
     assert_eq!(bench.refusal(), 0);
     go(&mut bench);
     assert_eq!(bench.refusal(), Refusal::Busy.number());

@@ -4,22 +4,23 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use lafet_proto::request::Body;
-use lafet_proto::{Request, SubsystemId};
+use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, hub as text};
-use serde::Serialize;
 use tokio::sync::mpsc;
 
-use super::desk::{Act, Command, Desk, What};
+use super::desk::{Act, Desk, What};
 use super::layout::{AXES, HEADER_LEN, halves, name_words};
-use super::refusal::{Failed, Refusal};
-use super::sight::{Control, Holder, Known, Seen, Sight, Tally};
+use super::refusal::Failed;
+use super::sight::{Seen, Sight, Tally};
 use crate::command::request::MonitorRequest;
 use crate::command::urgent::Joined;
 use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
+use crate::plugs::noted::Noted;
+use crate::plugs::orders::valve_of;
+use crate::plugs::seat::{PlugSeat, results};
 use crate::sync::lock;
 
 /// A period of the hub's sign of life, ms.
@@ -46,26 +47,7 @@ pub struct Hand {
     generation: Arc<AtomicU64>,
     /// When the loss of the heartbeat was reported.
     said: Arc<Mutex<Option<Duration>>>,
-    noted: Arc<Mutex<Noted>>,
-}
-
-/// Openings refused here.
-#[derive(Debug, Default)]
-struct Noted {
-    /// The latest entry.
-    at: Option<Duration>,
-    /// Since that entry.
-    count: u32,
-}
-
-/// Details of the entry of an opening refused here.
-#[derive(Debug, Serialize)]
-struct RefusedDetails {
-    /// The number in the registers.
-    code: u16,
-    text: String,
-    /// With those since the entry before it.
-    count: u32,
+    noted: Arc<Noted>,
 }
 
 impl Hand {
@@ -105,48 +87,16 @@ impl Hand {
     }
 
     fn tallies(&self) -> Vec<Tally> {
-        let mut tallies = vec![Tally::default(); self.ids.len()];
-        for alarm in self.hub.alarms().list() {
-            let at = self.ids.iter().position(|id| *id == alarm.monitor);
-            if let Some(tally) = at.and_then(|at| tallies.get_mut(at)) {
-                tally.add(alarm.priority, alarm.state);
-            }
-        }
-        tallies
+        self.seat().tallies(&self.ids)
     }
 
     fn seen(&self, id: &str, alarms: Tally) -> Seen {
         let name = name_words(id);
-        let Ok(station) = self.hub.station(id) else {
-            let status = Default::default();
-            let control = Control::default();
-            let known =
-                Known { status: &status, age: None, up: false, ready: false, control, alarms };
-            return Seen::new(name, &known);
-        };
-        let status = station.status();
-        let up = station.is_up();
-        let ready = status.is_ready(up);
-        let control = self.control(&station);
-        let age = station.age(&self.hub);
-        Seen::new(name, &Known { status: &status, age, up, ready, control, alarms })
+        self.seat().sees(id, alarms, |known| Seen::new(name, known))
     }
 
-    fn control(&self, station: &Station) -> Control {
-        let authority = lock(&station.authority);
-        let own = &self.caller.seat.seat;
-        let holder = match authority.holder() {
-            None => Holder::Free,
-            Some((seat, _)) if seat.seat == *own => Holder::Mine,
-            Some(_) => Holder::Other,
-        };
-        let asking = authority.request();
-        Control {
-            holder,
-            lost: authority.state() == crate::words::ControlWord::Lost,
-            asked: asking.is_some(),
-            asks: asking.is_some_and(|(seat, _)| seat.seat == *own),
-        }
+    fn seat(&self) -> PlugSeat<'_> {
+        PlugSeat { hub: &self.hub, caller: &self.caller }
     }
 
     /// Carries out what a desk orders.
@@ -175,7 +125,10 @@ impl Hand {
                 Act::Shut { monitor, valve } => {
                     self.if_held(monitor, MonitorRequest::close(valve_of(valve)));
                 }
-                Act::Refused { monitor, valve, why } => self.note_refused(monitor, valve, why),
+                Act::Refused { monitor, valve, why } => {
+                    let monitor = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
+                    self.noted.refused(self.seat(), monitor, valve, (why, why.text().en));
+                }
                 Act::Lost => {
                     self.each(|it| self.hub.seat_is_silent(it, &self.caller.seat.seat));
                     self.report_lost();
@@ -197,23 +150,6 @@ impl Hand {
         self.hub.event(None, &text::PlugHeartbeatLost { master, from }.words());
     }
 
-    /// Openings that were refused are in the audit log; of a master that tries again and again, with their number.
-    fn note_refused(&self, monitor: usize, valve: u16, why: Refusal) {
-        let Some(id) = self.ids.get(monitor) else { return };
-        let Ok(request) = MonitorRequest::new(&Request::open(valve_of(valve))) else { return };
-        let now = self.hub.now();
-        let mut noted = lock(&self.noted);
-        noted.count = noted.count.saturating_add(1);
-        if noted.at.is_some_and(|at| now.saturating_sub(at) < SAID_EACH) {
-            return;
-        }
-        let details =
-            RefusedDetails { code: why.number(), text: why.text().en, count: noted.count };
-        *noted = Noted { at: Some(now), count: 0 };
-        let record = self.hub.record(&self.caller, id, request.text(), "not allowed");
-        drop(self.hub.audit().note(record.with(&details).about(&request.act())));
-    }
-
     fn station(&self, monitor: usize) -> Result<Arc<Station>, ApiError> {
         let id = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
         self.hub.station(id)
@@ -226,29 +162,17 @@ impl Hand {
     /// An urgent request that is this session's to send only as long as it holds the monitor.
     fn if_held(&self, monitor: usize, request: Result<MonitorRequest, ApiError>) {
         let (Ok(station), Ok(request)) = (self.station(monitor), request) else { return };
-        if self.control(&station).holder == Holder::Mine {
-            // For the wire alone: no hand has said no to the zones. It is carried out without a wait.
-            drop(self.hub.overtake(&self.caller, &station, &request));
-        }
+        self.seat().if_held(&station, &request);
     }
 
     fn order(&self, ticket: u32, monitor: Option<usize>, what: What) {
         let hand = self.clone();
         match what {
             What::Authority(command) => {
-                let result = monitor.ok_or_else(ApiError::not_found).and_then(|monitor| {
-                    let station = self.station(monitor)?;
-                    let action = match command {
-                        Command::Take => "take",
-                        Command::Ask => "request",
-                        _ => "release",
-                    };
-                    self.hub.change_authority(&self.caller, &station, action, None)
-                });
-                let result = result.map(drop).map_err(|error| match (command, error.code) {
-                    (Command::Ask, "held") => Failed::from(Refusal::Asked),
-                    _ => Failed::from(&error),
-                });
+                let station = monitor.ok_or_else(ApiError::not_found);
+                let station = station.and_then(|monitor| self.station(monitor));
+                let result = station.map_err(|error| Failed::from(&error));
+                let result = result.and_then(|it| self.seat().authority(&it, command));
                 tokio::spawn(async move { hand.answer(ticket, result).await });
             }
             What::Stop | What::Lockout | What::Close(_) => {
@@ -257,9 +181,8 @@ impl Hand {
             }
             What::GoTo(_) | What::Open(_) | What::Deploy | What::Stow => {
                 let own = self.generation.load(Ordering::SeqCst);
-                let requests = requests(what);
                 tokio::spawn(async move {
-                    let result = hand.commands(monitor.unwrap_or_default(), requests, own).await;
+                    let result = hand.commands(monitor.unwrap_or_default(), what, own).await;
                     hand.answer(ticket, result).await;
                 });
             }
@@ -282,95 +205,14 @@ impl Hand {
             return Ok(all.into_iter().map(|(_, joined)| joined).collect());
         };
         let station = self.station(monitor)?;
-        let requests = match what {
-            What::Lockout => vec![MonitorRequest::lockout()?],
-            What::Close(0) => {
-                let valves = station.status().valves_to_close();
-                valves.into_iter().map(MonitorRequest::close).collect::<Result<_, _>>()?
-            }
-            What::Close(valve) => vec![MonitorRequest::close(valve_of(valve))?],
-            _ => vec![MonitorRequest::stop(SubsystemId::ALL)?],
-        };
-        Ok(requests.iter().map(|it| self.hub.urgent(&self.caller, &station, it)).collect())
+        self.seat().urgent(&station, what)
     }
 
     /// Sends requests, as long as nothing has made them void.
-    async fn commands(
-        &self,
-        monitor: usize,
-        requests: Vec<Request<'static>>,
-        own: u64,
-    ) -> Result<(), Failed> {
-        let failed = |error: ApiError| Failed::from(&error);
-        let station = self.station(monitor).map_err(failed)?;
+    async fn commands(&self, monitor: usize, what: What, own: u64) -> Result<(), Failed> {
+        let station = self.station(monitor).map_err(|error| Failed::from(&error))?;
         let generation = self.generation.clone();
-        let (holder, seat) = (station.clone(), self.caller.seat.seat.clone());
-        let valid = move || {
-            let same = own != VOID && generation.load(Ordering::SeqCst) == own;
-            same && lock(&holder.authority).is_present(&seat)
-        };
-        let valid: Arc<dyn Fn() -> bool + Send + Sync> = Arc::new(valid);
-        let mut sent = Vec::new();
-        for request in &requests {
-            let request = MonitorRequest::new(request).map_err(failed)?;
-            sent.push(self.hub.command_while(&self.caller, &station, request, valid.clone()));
-        }
-        let (mut result, mut done) = (Ok(()), Vec::new());
-        for (request, outcome) in requests.iter().zip(futures_util::future::join_all(sent).await) {
-            let outcome = outcome.map_err(failed).and_then(|outcome| {
-                let refused = outcome.answers.iter().find(|it| !it.success);
-                refused.map_or(Ok(()), |it| {
-                    Err(Failed { why: Refusal::Refused, status: it.code.into() })
-                })
-            });
-            if outcome.is_ok() {
-                done.push(request.to);
-            }
-            result = result.and(outcome);
-        }
-        // What is reported refused does not go on with a part of its drives.
-        for axis in done.into_iter().filter(|it| result.is_err() && it.is_drive()) {
-            self.if_held(monitor, MonitorRequest::stop(axis));
-        }
-        result
+        let valid = move || own != VOID && generation.load(Ordering::SeqCst) == own;
+        self.seat().commands(&station, what, valid).await
     }
-}
-
-/// The worst of several results.
-async fn results(joined: Result<Vec<Joined>, ApiError>) -> Result<(), Failed> {
-    let mut joined = joined.map_err(|error| Failed::from(&error))?;
-    let each = futures_util::future::join_all(joined.iter_mut().map(Joined::result)).await;
-    let failed = |result: Result<crate::command::outcome::Outcome, ApiError>| match result {
-        Err(error) => Some(Failed::from(&error)),
-        Ok(outcome) => outcome
-            .answers
-            .iter()
-            .find(|it| !it.success)
-            .map(|it| Failed { why: Refusal::Refused, status: it.code.into() }),
-    };
-    each.into_iter().find_map(failed).map_or(Ok(()), Err)
-}
-
-fn requests(what: What) -> Vec<Request<'static>> {
-    match what {
-        What::GoTo(targets) => {
-            let moved = AXES.into_iter().zip(targets);
-            let moved = moved.filter_map(|(axis, target)| Some((axis, target?)));
-            let one = |(axis, target): (SubsystemId, i16)| {
-                // Tenths of a degree to arc-minutes; the nozzle is in mm.
-                let scale = if axis == SubsystemId::NOZZLE { 1 } else { 6 };
-                let destination = target.saturating_mul(scale);
-                Request::new(axis, Body::Move { destination })
-            };
-            moved.map(one).collect()
-        }
-        What::Open(valve) => vec![Request::open(valve_of(valve))],
-        What::Deploy => vec![Request::new(SubsystemId::DEPLOYER, Body::Deploy)],
-        What::Stow => vec![Request::new(SubsystemId::DEPLOYER, Body::Wrap)],
-        What::Authority(_) | What::Stop | What::Close(_) | What::Lockout => Vec::new(),
-    }
-}
-
-const fn valve_of(number: u16) -> SubsystemId {
-    if number == 2 { SubsystemId::VALVE2 } else { SubsystemId::VALVE1 }
 }

@@ -68,8 +68,7 @@ pub const DETAILED: [SubsystemId; 9] = [
 ];
 
 /// The drives in the order of the blocks.
-pub const AXES: [SubsystemId; 3] =
-    [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE];
+pub use crate::plugs::orders::AXES;
 
 /// What a signed value is when it is not known.
 pub const UNKNOWN_SIGNED: u16 = 0x8000;

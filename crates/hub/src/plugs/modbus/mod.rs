@@ -17,11 +17,9 @@ pub mod layout;
 pub mod map;
 pub mod orders;
 pub mod pdu;
-pub mod refusal;
 mod serve;
 pub mod sight;
 pub mod vectors;
-pub mod view;
 
 #[cfg(test)]
 mod attack;
@@ -32,6 +30,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use super::{refusal, view};
 use crate::field::line::Line;
 use crate::hub::Hub;
 use access::{Grant, Net};
@@ -118,7 +117,11 @@ impl Servers {
 
     /// The servers as clients of the API see them.
     pub fn view(&self) -> Vec<PlugView> {
-        self.0.iter().map(|server| server.counts.view(&server.config)).collect()
+        let one = |server: &Arc<Server>| {
+            let config = &server.config;
+            server.counts.view("modbus", &config.name, config.url())
+        };
+        self.0.iter().map(one).collect()
     }
 }
 

@@ -8,63 +8,9 @@ use super::layout::{
     AXES, DETAIL_LEN, DETAILED, HEADER_LEN, MONITORS, NAME_LEN, SUMMARY_LEN, UNKNOWN,
     UNKNOWN_SIGNED, halves,
 };
-use crate::alarms::{Priority, State};
 use crate::monitor::status::Status;
-
-/// The authority over a monitor, as this session sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Holder {
-    /// No client holds it.
-    #[default]
-    Free,
-    /// This session holds it.
-    Mine,
-    /// Another client holds it.
-    Other,
-}
-
-/// What is known of the authority over a monitor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Control {
-    /// Who holds it.
-    pub holder: Holder,
-    /// The holder's connection or heartbeat is lost.
-    pub lost: bool,
-    /// A client asks for it.
-    pub asked: bool,
-    /// This session asks for it.
-    pub asks: bool,
-}
-
-/// What the hub knows of a monitor.
-#[derive(Clone, Copy, Debug)]
-pub struct Known<'a> {
-    /// Its state as last heard.
-    pub status: &'a Status,
-    /// Age of that state, by a clock that does not jump; `None`: never heard.
-    pub age: Option<Duration>,
-    /// There is a connection to it.
-    pub up: bool,
-    /// It can do its work.
-    pub ready: bool,
-    /// The authority over it.
-    pub control: Control,
-    /// Its alarms that are not normal.
-    pub alarms: Tally,
-}
-
-/// Alarms in numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
-    /// Alarms that are active or not acknowledged, and not shelved.
-    pub count: u16,
-    /// Of these, those that are not acknowledged.
-    pub waiting: u16,
-    /// 0 none, 1 fire, 2 high, 3 medium, 4 low.
-    pub worst: u16,
-    /// A fire is seen, or its alarm waits.
-    pub fire: bool,
-}
+use crate::plugs::sight::mode;
+pub use crate::plugs::sight::{Control, Holder, Known, Tally};
 
 /// A monitor in words.
 #[derive(Clone, Copy, Debug)]
@@ -109,25 +55,6 @@ pub mod quality {
 }
 
 impl Tally {
-    /// Counts an alarm.
-    pub fn add(&mut self, priority: Priority, state: State) {
-        if state == State::Shelved {
-            return;
-        }
-        self.count = self.count.saturating_add(1);
-        if state != State::Ack {
-            self.waiting = self.waiting.saturating_add(1);
-        }
-        let rank = match priority {
-            Priority::Fire => 1,
-            Priority::High => 2,
-            Priority::Medium => 3,
-            Priority::Low => 4,
-        };
-        self.worst = if self.worst == 0 { rank } else { self.worst.min(rank) };
-        self.fire |= priority == Priority::Fire;
-    }
-
     /// The word: the worst priority, and the number of alarms.
     pub fn word(&self) -> u16 {
         self.worst << 8 | self.count.min(255)
@@ -172,7 +99,7 @@ impl Seen {
     /// The words of a monitor.
     pub fn new(name: [u16; NAME_LEN], known: &Known<'_>) -> Self {
         let status = known.status;
-        let fresh = !status.stale && known.up && known.age.is_some();
+        let fresh = known.is_fresh();
         let mut values = Values(0);
         let position = |axis: SubsystemId| {
             let position = status.position(axis).filter(|_| fresh)?;
@@ -194,7 +121,7 @@ impl Seen {
         let words = [
             quality,
             age,
-            if fresh { mode(status) } else { 0 },
+            if fresh { mode(status).0 } else { 0 },
             known.control.word(),
             horizontal,
             vertical,
@@ -230,23 +157,6 @@ fn age_word(age: Option<Duration>) -> u16 {
 /// To the nearest tenth of a degree.
 const fn tenths(arcmin: i64) -> i64 {
     (arcmin + 3 * arcmin.signum()) / 6
-}
-
-/// What the monitor does, by number.
-fn mode(status: &Status) -> u16 {
-    let is_set = |id, flag| status.is_set(id, flag);
-    let modes = [
-        (SubsystemId::GENERAL, "LockedOut", 9),
-        (SubsystemId::GENERAL, "Restarting", 10),
-        (SubsystemId::DEPLOYER, "Deploying", 2),
-        (SubsystemId::DEPLOYER, "Wrapping", 3),
-        (SubsystemId::DEPLOYER, "Wrapped", 1),
-        (SubsystemId::CONTROL, "Paused", 7),
-        (SubsystemId::CONTROL, "Quench", 6),
-        (SubsystemId::DETECTOR, "Searching", 5),
-        (SubsystemId::DETECTOR, "Justifying", 8),
-    ];
-    modes.into_iter().find(|(id, flag, _)| is_set(*id, flag)).map_or(4, |(.., number)| number)
 }
 
 /// A byte for each valve: open, closed, opening, closing, blocked, fault, there, not known.
@@ -309,6 +219,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::alarms::{Priority, State};
     use crate::monitor::status::Subsystem;
 
     fn status() -> Status {

@@ -4,6 +4,7 @@ mod bounds;
 #[cfg(target_os = "linux")]
 mod foreign;
 mod master;
+mod mqtt;
 
 use std::net::SocketAddr;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A server as clients of the API see it, and what it counts.
+//! A plug as clients of the API see it, and what it counts.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -7,31 +7,30 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::ServerConfig;
 use crate::sync::lock;
 use crate::text::Both;
 
-/// A plug: a server of another protocol.
+/// A plug: a server of another protocol, or a connection to one.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct PlugView {
-    /// `modbus`.
+    /// `modbus` or `mqtt`.
     pub protocol: &'static str,
     /// Its name in the configuration.
     pub name: String,
-    /// Where it listens.
+    /// Where it listens, or what it connects to.
     pub address: String,
-    /// Why it does not listen; null: it does.
+    /// Why it does not listen or is not connected; null: it is.
     #[schema(required)]
     pub error: Option<Both>,
     /// Its clients.
     pub clients: Vec<PlugClient>,
     /// Requests that were answered.
     pub requests: u64,
-    /// Of these, those answered by an exception.
+    /// Of these, those that were refused: on Modbus by an exception.
     pub exceptions: u64,
-    /// Frames that were none, and connections closed for that.
+    /// Frames or messages that were none, and connections closed for that.
     pub malformed: u64,
-    /// Connections that were not taken: not allowed, or too many.
+    /// Connections that were not taken: not allowed, or too many. Over MQTT: lost results.
     pub rejected: u64,
 }
 
@@ -48,7 +47,7 @@ pub struct PlugClient {
     pub since_ms: u64,
 }
 
-/// What a server counts.
+/// What a plug counts.
 #[derive(Debug, Default)]
 pub struct Counts {
     pub(super) requests: AtomicU64,
@@ -66,7 +65,7 @@ impl Counts {
         of(self).fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Why it does not listen; `true`: that is news.
+    /// Why it does not listen or is not connected; `true`: that is news.
     pub fn set_error(&self, error: Option<Both>) -> bool {
         let mut own = lock(&self.error);
         let news = *own != error;
@@ -84,13 +83,13 @@ impl Counts {
         lock(&self.clients).remove(seat);
     }
 
-    /// The server as it is.
-    pub fn view(&self, config: &ServerConfig) -> PlugView {
+    /// The plug as it is.
+    pub fn view(&self, protocol: &'static str, name: &str, address: String) -> PlugView {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         PlugView {
-            protocol: "modbus",
-            name: config.name.clone(),
-            address: config.url(),
+            protocol,
+            name: name.to_owned(),
+            address,
             error: lock(&self.error).clone(),
             clients: lock(&self.clients).values().cloned().collect(),
             requests: of(&self.requests),

@@ -1,4 +1,5 @@
-//! Why a command of a master is not carried out: numbers that never change their meaning, with their texts.
+//! Why a command of a plug is not carried out: numbers that never change their meaning. The texts here are those
+//! of Modbus; [`crate::plugs::mqtt`] has others where they name registers.
 
 use lafet_texts::{Text as _, hub as text};
 
@@ -53,10 +54,16 @@ pub enum Refusal {
     Ended = 21,
     /// The hub cannot do it now: see its log.
     Hub = 22,
+    /// MQTT: the ticket is not one of the last seconds.
+    Ticket = 23,
+    /// MQTT: a retained message commands nothing but Stop, Close and Lockout.
+    Retained = 24,
+    /// MQTT: it cannot be read.
+    Form = 25,
 }
 
 impl Refusal {
-    /// All, by their numbers.
+    /// Those of Modbus, by their numbers.
     pub const ALL: [Self; 22] = [
         Self::Command,
         Self::Monitor,
@@ -82,12 +89,12 @@ impl Refusal {
         Self::Hub,
     ];
 
-    /// The number in the registers.
+    /// The number in registers and results.
     pub const fn number(self) -> u16 {
         self as u16
     }
 
-    /// What it means, and what to do.
+    /// What it means on Modbus, and what to do.
     pub fn text(self) -> Both {
         match self {
             Self::Command => text::PlugNoCommand.words(),
@@ -112,6 +119,9 @@ impl Refusal {
             Self::Late => text::PlugLate.words(),
             Self::Ended => text::PlugEnded.words(),
             Self::Hub => text::PlugHub.words(),
+            Self::Ticket => text::MqttTicket.words(),
+            Self::Retained => text::MqttRetained.words(),
+            Self::Form => text::MqttForm.words(),
         }
     }
 

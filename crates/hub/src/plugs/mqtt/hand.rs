@@ -1,0 +1,218 @@
+//! Orders of a desk, carried out by the hub: with a seat of its own, through the same entries as a console.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use lafet_texts::{Text as _, hub as text};
+use tokio::sync::mpsc;
+
+use super::desk::{Act, Desk};
+use super::state::State;
+use super::words;
+use crate::command::request::MonitorRequest;
+use crate::command::urgent::Joined;
+use crate::error::ApiError;
+use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
+use crate::plugs::noted::Noted;
+use crate::plugs::orders::{AXES, What, valve_of};
+use crate::plugs::refusal::{Failed, Refusal};
+use crate::plugs::seat::{PlugSeat, results};
+use crate::plugs::sight::Holder;
+use crate::sync::lock;
+
+/// Clients that come and go are reported once in this time.
+const SAID_EACH: Duration = Duration::from_secs(10);
+/// A generation that no command has.
+const VOID: u64 = u64::MAX;
+
+/// The result of a command, by its number.
+pub type Answer = (u32, Result<(), Failed>);
+
+/// What carries out the orders of a session.
+#[derive(Clone, Debug)]
+pub struct Hand {
+    hub: Hub,
+    caller: Caller,
+    ids: Arc<[String]>,
+    answers: mpsc::Sender<Answer>,
+    /// The generations of the desk, as commands that wait are compared with.
+    generations: Arc<[AtomicU64]>,
+    /// When the silence of the clients was reported.
+    said: Arc<Mutex<Option<Duration>>>,
+    noted: Arc<Noted>,
+}
+
+impl Hand {
+    /// The hand of a session.
+    pub fn new(
+        hub: &Hub,
+        caller: &Caller,
+        ids: &[String],
+        answers: mpsc::Sender<Answer>,
+        said: Arc<Mutex<Option<Duration>>>,
+    ) -> Self {
+        Self {
+            hub: hub.clone(),
+            caller: caller.clone(),
+            ids: ids.into(),
+            answers,
+            generations: ids.iter().map(|_| AtomicU64::new(VOID)).collect(),
+            said,
+            noted: Arc::default(),
+        }
+    }
+
+    fn seat(&self) -> PlugSeat<'_> {
+        PlugSeat { hub: &self.hub, caller: &self.caller }
+    }
+
+    /// The states of the monitors.
+    pub fn states(&self) -> Vec<State> {
+        let tallies = self.seat().tallies(&self.ids);
+        let each = self.ids.iter().zip(tallies);
+        each.map(|(id, tally)| self.seat().sees(id, tally, State::new)).collect()
+    }
+
+    /// Who has authority over a monitor.
+    pub fn holder(&self, monitor: usize) -> Holder {
+        self.station(monitor).map_or(Holder::Free, |it| self.seat().control(&it).holder)
+    }
+
+    /// Carries out what a desk orders; the rest is for its broker.
+    pub fn carry_out(&self, desk: &Desk, acts: Vec<Act>) -> Vec<Act> {
+        for (at, generation) in self.generations.iter().enumerate() {
+            generation.store(desk.generation(at).map_or(VOID, u64::from), Ordering::SeqCst);
+        }
+        acts.into_iter().filter_map(|act| self.act(act)).collect()
+    }
+
+    fn act(&self, act: Act) -> Option<Act> {
+        match act {
+            Act::Do { number, monitor, what, id } => self.order(number, monitor, what, id),
+            Act::Halt { monitor, axis } => {
+                self.if_held(monitor, MonitorRequest::stop(AXES[axis]));
+            }
+            Act::Shut { monitor, valve } => {
+                self.if_held(monitor, MonitorRequest::close(valve_of(valve)));
+            }
+            Act::Refused { monitor, valve, why, id } => {
+                let caller = self.caller_of(id);
+                let seat = PlugSeat { hub: &self.hub, caller: &caller };
+                let monitor = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
+                self.noted.refused(seat, monitor, valve, (why, words::of(why).en));
+            }
+            Act::Lost => {
+                let seat = &self.caller.seat.seat;
+                let held = self.each(|station| {
+                    let held = self.seat().control(station).holder == Holder::Mine;
+                    self.hub.seat_is_silent(station, seat);
+                    held
+                });
+                if held {
+                    self.report_lost();
+                }
+            }
+            Act::Back => {
+                self.each(|station| {
+                    self.hub.seat_is_back(station, &self.caller.seat.seat);
+                    false
+                });
+            }
+            Act::Ticket(_) | Act::Key(_) | Act::Say(_) => return Some(act),
+        }
+        None
+    }
+
+    fn report_lost(&self) {
+        let (now, mut said) = (self.hub.now(), lock(&self.said));
+        if said.is_some_and(|at| now.saturating_sub(at) < SAID_EACH) {
+            return;
+        }
+        *said = Some(now);
+        let (client, from) = (&self.caller.principal.user, &self.caller.seat.from);
+        self.hub.event(None, &text::MqttSilent { client, from }.words());
+    }
+
+    fn station(&self, monitor: usize) -> Result<Arc<Station>, ApiError> {
+        let id = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
+        self.hub.station(id)
+    }
+
+    /// Whether it is so of any monitor, after all were asked.
+    fn each(&self, what: impl Fn(&Station) -> bool) -> bool {
+        let stations = self.ids.iter().filter_map(|id| self.hub.station(id).ok());
+        stations.fold(false, |any, it| what(&it) || any)
+    }
+
+    fn if_held(&self, monitor: usize, request: Result<MonitorRequest, ApiError>) {
+        let (Ok(station), Ok(request)) = (self.station(monitor), request) else { return };
+        self.seat().if_held(&station, &request);
+    }
+
+    /// The caller with the id of its command, for the audit log.
+    fn caller_of(&self, id: Option<String>) -> Caller {
+        let mut caller = self.caller.clone();
+        if let Some(id) = id {
+            caller.seat.from = format!("{} id {id}", caller.seat.from);
+        }
+        caller
+    }
+
+    fn order(&self, number: u32, monitor: Option<usize>, what: What, id: Option<String>) {
+        let hand = Self { caller: self.caller_of(id), ..self.clone() };
+        match what {
+            What::Authority(command) => {
+                let station = monitor.ok_or_else(ApiError::not_found);
+                let station = station.and_then(|monitor| self.station(monitor));
+                let result = station.map_err(|error| Failed::from(&error));
+                let result = result.and_then(|it| hand.seat().authority(&it, command));
+                tokio::spawn(async move { hand.answer(number, result).await });
+            }
+            What::Stop | What::Lockout | What::Close(_) => {
+                let joined = hand.urgent(monitor, what);
+                if number != 0 {
+                    tokio::spawn(async move { hand.answer(number, results(joined).await).await });
+                }
+            }
+            What::GoTo(_) | What::Open(_) | What::Deploy | What::Stow => {
+                let at = monitor.unwrap_or_default();
+                let own = self.generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
+                tokio::spawn(async move {
+                    let result = hand.commands(at, what, own).await;
+                    hand.answer(number, result).await;
+                });
+            }
+        }
+    }
+
+    async fn answer(&self, number: u32, result: Result<(), Failed>) {
+        // Without a reader the session has ended.
+        _ = self.answers.send((number, result)).await;
+    }
+
+    /// Sends urgent requests to a monitor or to all; they are under way when this returns.
+    fn urgent(&self, monitor: Option<usize>, what: What) -> Result<Vec<Joined>, ApiError> {
+        if let Some(monitor) = monitor {
+            return self.seat().urgent(&self.station(monitor)?, what);
+        }
+        let stations = self.ids.iter().filter_map(|id| self.hub.station(id).ok());
+        let mut joined = Vec::new();
+        for station in stations {
+            joined.extend(self.seat().urgent(&station, what)?);
+        }
+        Ok(joined)
+    }
+
+    /// Sends requests, as long as nothing has made them void.
+    async fn commands(&self, at: usize, what: What, own: u64) -> Result<(), Failed> {
+        let station = self.station(at).map_err(|error| Failed::from(&error))?;
+        let generations = self.generations.clone();
+        let now = move || generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
+        if own == VOID {
+            return Err(Failed::from(Refusal::Void));
+        }
+        self.seat().commands(&station, what, move || now() == own).await
+    }
+}

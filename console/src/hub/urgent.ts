@@ -24,8 +24,13 @@ const CONFIRMED_MS = 1000;
 const GIVEN_UP_MS = 60_000;
 
 export function sendUrgent(urgent: Urgent): Promise<Results> {
+  return insist(() => once(urgent), urgent.unconfirmed);
+}
+
+/** Gives an order, and again whenever the hub is back, until somebody answers it. */
+export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Promise<T> {
   return new Promise((resolve, reject) => {
-    const late = setTimeout(urgent.unconfirmed, CONFIRMED_MS);
+    const late = setTimeout(unconfirmed, CONFIRMED_MS);
     const end = setTimeout(() => over(() => reject(new HubError(NOT_LINKED))), GIVEN_UP_MS);
     let settled = false;
     let unfollow = () => {};
@@ -38,9 +43,10 @@ export function sendUrgent(urgent: Urgent): Promise<Results> {
       act();
     };
     const attempt = () =>
-      once(urgent).then(
-        (results) => over(() => resolve(results)),
-        (error: HubError) => {
+      give().then(
+        (value) => over(() => resolve(value)),
+        (cause) => {
+          const error = HubError.of(cause);
           if (!isLost(error)) over(() => reject(error));
         },
       );

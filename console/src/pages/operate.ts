@@ -220,7 +220,11 @@ export class PageOperate extends LitElement {
     super.connectedCallback();
     if (this.view === 'scene') void this.loadScene();
     window.addEventListener('keydown', this.keyed);
-    this.endStop = onHalt(() => this.forget());
+    this.endStop = onHalt(() => {
+      this.forget();
+      // A press on the plan that is not over yet aims at nothing any more.
+      if (this.plan) this.plan.drag = null;
+    });
   }
 
   override disconnectedCallback(): void {

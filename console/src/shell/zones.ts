@@ -3,6 +3,7 @@ import type { DetectorBypass, ZoneMode } from '../hub/api';
 import { HubError } from '../hub/errors';
 import { halt } from '../hub/halt';
 import { http } from '../hub/http';
+import { insist } from '../hub/urgent';
 import { goesOn, phaseOf, zones } from '../hub/zones';
 import { lang, t } from '../i18n';
 import { toast } from './toasts';
@@ -35,11 +36,29 @@ async function order(to: string, body: unknown, what: string): Promise<boolean> 
   }
 }
 
+let urgents = 0;
+
+/** An order that ends something: it is given again until the hub answers, and what became of it stays until it was seen. */
+async function urge(to: string, what: string): Promise<boolean> {
+  halt('abort');
+  const key = `zone ${urgents++}`;
+  const unconfirmed = `${what}: ${t('stop.unconfirmed')}`;
+  const more = t('stop.unconfirmed_more');
+  const note = () => toast({ kind: 'error', text: unconfirmed, more, key, stays: true });
+  try {
+    await insist(() => http.post(to), note);
+    toast({ kind: 'ok', text: what, key });
+    return true;
+  } catch (cause) {
+    toast({ kind: 'error', text: `${what}: ${HubError.of(cause).text(lang())}`, key, stays: true });
+    return false;
+  }
+}
+
 /** Ends countdown and water. Every role, in every state of this page: the hub answers. */
 export function abortZone(zone: string): Promise<boolean> {
-  halt('abort');
   holding.end(zone);
-  return order(path(zone, 'abort'), undefined, t('zones.did_abort', { zone }));
+  return urge(path(zone, 'abort'), t('zones.did_abort', { zone }));
 }
 
 export function releaseZone(zone: string): Promise<boolean> {
@@ -66,12 +85,8 @@ export function silenceZones(): Promise<boolean> {
 }
 
 export function lockZones(on: boolean): Promise<boolean> {
-  if (on) halt('abort');
-  return order(
-    `/api/zones/${on ? 'lock' : 'unlock'}`,
-    undefined,
-    t(on ? 'events.zone_lockout_on' : 'events.zone_lockout_off'),
-  );
+  if (on) return urge('/api/zones/lock', t('events.zone_lockout_on'));
+  return order('/api/zones/unlock', undefined, t('events.zone_lockout_off'));
 }
 
 export function bypassDetector(detector: string, bypass: DetectorBypass): Promise<boolean> {

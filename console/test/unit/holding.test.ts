@@ -1,6 +1,8 @@
 import { afterEach, beforeEach, expect, test, vi } from 'vitest';
+import { HubError, NOT_LINKED } from '../../src/hub/errors';
 import { onHalt } from '../../src/hub/halt';
 import { http } from '../../src/hub/http';
+import { store } from '../../src/hub/store';
 import { Appeared } from '../../src/hub/zones';
 import { hasMoved } from '../../src/parts/moved';
 import { abortZone, holding } from '../../src/shell/zones';
@@ -70,6 +72,19 @@ test('Abort is an end of all that is held', () => {
   void abortZone('d');
   end();
   expect(heard).toEqual(['abort']);
+});
+
+test('an Abort into a dead network is given again when the hub is back', async () => {
+  vi.mocked(http.post).mockRejectedValue(new HubError(NOT_LINKED));
+  const told = abortZone('e');
+  await passes(5000);
+  const given = () => vi.mocked(http.post).mock.calls.filter(([to]) => to === '/api/zones/e/abort').length;
+  expect(given()).toBe(1);
+  vi.mocked(http.post).mockResolvedValue(undefined);
+  store.setLinked(true);
+  expect(await told).toBe(true);
+  expect(given()).toBe(2);
+  store.setLinked(false);
 });
 
 test('rows keep the order in which they appeared', () => {

@@ -17,9 +17,9 @@ export interface Outcome {
   waiting?: string[];
   /** For a command to all monitors: those that have not executed it. */
   failed?: { monitor: string; error: HubError }[];
-  /** A Stop, Close or Lockout: what becomes of it is shown until somebody has seen it. */
+  /** A Stop, Close or Lockout: what becomes of it is shown until a user has dismissed it. */
   urgent?: boolean;
-  /** Nobody has answered yet; it goes on. */
+  /** There is no answer yet; it goes on. */
   unconfirmed?: boolean;
   /** The hub no longer knows the monitor: STOP went to all. */
   gone?: boolean;

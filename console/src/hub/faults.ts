@@ -24,7 +24,7 @@ export function guarded(act: () => void): void {
   }
 }
 
-/** Errors that reach nobody: of a listener of the page, or of a part that could not be drawn. */
+/** Errors that nothing catches: of a listener of the page, or of a part that could not be drawn. */
 export function followFaults(): void {
   window.addEventListener('error', ({ error }) => error && noteFault(error));
   window.addEventListener('unhandledrejection', ({ reason }) => isOwn(reason) && noteFault(reason));

@@ -1,5 +1,5 @@
 // The one event of everything that ends motion or water from this page: Stop, Lockout, Close, Abort. Whatever a hand
-// holds at that moment ends with it, whoever gave the order, and must be held anew. Parts use it: it depends on nothing of the hub.
+// holds at that moment ends with it, and must be held again. Parts use it: it depends on nothing of the hub.
 
 import { guarded } from './faults';
 

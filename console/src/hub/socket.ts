@@ -166,7 +166,7 @@ class Socket {
     this.heardAt_ms = Date.now();
   }
 
-  /** By both clocks: one stands still while the computer sleeps, the other may be set. */
+  /** By both clocks: one does not run while the computer sleeps, the other may be set. */
   private silence(): number {
     return Math.max(performance.now() - this.heard_ms, Date.now() - this.heardAt_ms);
   }

@@ -27,7 +27,7 @@ export function sendUrgent(urgent: Urgent): Promise<Results> {
   return insist(() => once(urgent), urgent.unconfirmed);
 }
 
-/** Gives an order, and again whenever the hub is back, until somebody answers it. */
+/** Gives an order, and again whenever the hub is back, until it is answered. */
 export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Promise<T> {
   return new Promise((resolve, reject) => {
     const late = setTimeout(unconfirmed, CONFIRMED_MS);
@@ -57,7 +57,7 @@ export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Prom
   });
 }
 
-/** Nobody has answered. */
+/** There was no answer. */
 function isLost({ code, details }: HubError): boolean {
   return code === NOT_LINKED.code || details.cut === true;
 }

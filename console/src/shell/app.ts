@@ -19,6 +19,7 @@ import { type Key, lang, langChanged, t } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-chip';
 import '../parts/lf-value';
+import { Steady } from '../parts/steady';
 import { display, displayChanged, followDisplay, magnified } from '../theme/display';
 import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
@@ -375,10 +376,11 @@ export class LfApp extends LitElement {
     void this.load(this.route.page);
   }
 
-  /** Loads the page of an updated hub, once that disturbs nobody. */
+  /** Loads the page of an updated hub, once that disturbs no user. */
   private renew(): void {
     const typing = deepActive() instanceof HTMLInputElement || deepActive() instanceof HTMLTextAreaElement;
-    const busy = jog.busy || tuning.busy || holding.busy || dialog.stack.length > 0 || store.source === 'replay';
+    const held = jog.busy || tuning.busy || holding.busy || Steady.busy;
+    const busy = held || dialog.stack.length > 0 || store.source === 'replay';
     if (store.updated && store.linked && !busy && !typing) location.reload();
   }
 

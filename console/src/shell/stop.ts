@@ -415,7 +415,7 @@ function inShort(id: string): string {
 }
 
 /**
- * Of the live monitor: a recording must not show a lockout that is not in force. Nor must an old value: somebody may have
+ * Of the live monitor: a recording must not show a lockout that is not in force. Nor must an old value: another user may have
  * released it, and then LOCKOUT is what is needed.
  */
 function locked(monitor: string): boolean {

@@ -15,7 +15,7 @@ export interface Toast {
   text: string;
   /** What to do. */
   more?: string;
-  /** Until somebody has seen it. */
+  /** Until a user dismisses it. */
   stays?: boolean;
   /** Takes the place of the one with the same key. */
   key?: string;

@@ -102,7 +102,7 @@ export function runPump(pump: string, on: boolean): Promise<boolean> {
 /** The holds of this page. One that is not renewed ends by itself, so a page that is closed holds nothing. */
 class Holding extends EventTarget {
   private readonly held = new Map<string, { timer: number; seen: boolean }>();
-  /** When a hold was begun or ended here. */
+  /** When a hold was started or ended here. */
   private readonly turnedAt = new Map<string, number>();
   private readonly last = new Map<string, Promise<unknown>>();
 

@@ -25,8 +25,10 @@ test('is over after its time, and not before', () => {
   start();
   vi.advanceTimersByTime(990);
   expect(told).toEqual([]);
+  expect(Steady.busy).toBe(true);
   vi.advanceTimersByTime(20);
   expect(told).toEqual(['done']);
+  expect(Steady.busy).toBe(false);
   expect(vi.getTimerCount()).toBe(0);
 });
 

@@ -291,7 +291,7 @@ export class LfHand extends LitElement {
       this.holds.delete(drive);
       hold?.end();
     }
-    // One that does not begin lets go of the others.
+    // One that does not begin releases the others.
     for (const { drive, toward } of begun) if (this.wanted[drive] === toward) this.begin(drive, toward);
     this.requestUpdate();
   }
@@ -324,7 +324,7 @@ export class LfHand extends LitElement {
     this.spent.set(drive, hold.toward);
   }
 
-  /** Lets go of everything: nothing moves again until the control was really released. */
+  /** Releases everything: nothing moves again until the control was really released. */
   private drop(): void {
     this.pads.block();
     this.joystick?.letGo();

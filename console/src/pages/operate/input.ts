@@ -69,7 +69,7 @@ export class Pads {
     const standard = all.filter(({ mapping }) => mapping === 'standard');
     for (const index of this.free) if (!standard.some((pad) => pad.index === index)) this.free.delete(index);
     const wanted = standard.map((pad) => {
-      // With a knob that is let go the dead zone is the wide one.
+      // At rest by the wide dead zone, that of a stick that moves nothing.
       if (isEmpty(ofPad(pad, NOTHING))) this.free.add(pad.index);
       return this.free.has(pad.index) ? ofPad(pad, held) : NOTHING;
     });

@@ -57,9 +57,9 @@ export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Prom
   });
 }
 
-/** There was no answer. */
+/** There was no answer of the hub: what a proxy says in its place is none. */
 function isLost({ code, details }: HubError): boolean {
-  return code === NOT_LINKED.code || details.cut === true;
+  return code === NOT_LINKED.code || details.cut === true || code.startsWith('HTTP 5');
 }
 
 function once({ message, path, body, monitor }: Urgent): Promise<Results> {

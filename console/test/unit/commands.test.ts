@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest';
 import { commands, type Outcome, outcomeOf } from '../../src/hub/commands';
-import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from '../../src/hub/errors';
+import { HubError, NOT_LINKED, OUTCOME_UNKNOWN, ofStatus } from '../../src/hub/errors';
 import { type Halt, onHalt } from '../../src/hub/halt';
 import { http } from '../../src/hub/http';
 import { type Answered, socket } from '../../src/hub/socket';
@@ -123,6 +123,18 @@ describe('a STOP into a dead network', () => {
     store.setLinked(true);
     await vi.advanceTimersByTimeAsync(1000);
     expect(vi.mocked(socket.ask).mock.calls.length).toBe(asked);
+  });
+
+  test('is not given up because a proxy says that it cannot reach the hub', async () => {
+    const proxy = new HubError(ofStatus(502));
+    vi.spyOn(http, 'post').mockRejectedValue(proxy);
+    const ask = vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(notes()).toEqual(['unconfirmed']);
+    ask.mockResolvedValue({ result: done } as Answered);
+    store.setLinked(true);
+    expect(await result).toEqual({ M1: done });
   });
 
   test('whose connection breaks before the answer is sent again, and a second break does not end that', async () => {

@@ -1,7 +1,7 @@
 // What a hand holds ends with every order to stop, and with everything that hides its release; then it must be released.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
-import { able, drawn, go, heldUntil, middle, passes, SOON, take, until } from './page';
+import { able, drawn, go, heldUntil, middle, passes, placed, SOON, take, until } from './page';
 import { Site } from './site';
 
 let site: Site;
@@ -144,6 +144,46 @@ describe('a valve that is held open', () => {
 });
 
 declare function press(host: string, button: string): void;
+
+test('what is pulled or pressed when something is stopped is not sent when it is released', async () => {
+  await take(page);
+  const asked: string[] = [];
+  page.on('request', (one) => asked.push(one.url()));
+  const nozzle = await site.position('M1', 'Nozzle');
+  const slider = page.locator('lf-hand lf-slider input');
+  await slider.scrollIntoViewIfNeeded();
+  const box = await placed(slider);
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  const pullTo = async (to: number) => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(to, y, { steps: 4 });
+    await drawn(page);
+  };
+  await pullTo(x + box.width / 4);
+  await page.keyboard.press('F9');
+  await page.mouse.up();
+  await passes(page, 1200);
+  expect(await site.position('M1', 'Nozzle')).toBe(nozzle);
+  await pullTo(x - box.width / 4);
+  await page.mouse.up();
+  await until(async () => (await site.position('M1', 'Nozzle')) !== nozzle);
+
+  await able(page.locator('#aim')).click();
+  await page.locator('#aim button[aria-pressed=true]').waitFor();
+  await drawn(page);
+  const plan = await placed(page.locator('lf-plan'));
+  const aims = () => asked.filter((url) => url.endsWith('/aim')).length;
+  await page.mouse.move(plan.x + plan.width * 0.6, plan.y + plan.height * 0.5);
+  await page.mouse.down();
+  await page.keyboard.press('F9');
+  await page.mouse.up();
+  await passes(page, 800);
+  expect(aims()).toBe(0);
+  await page.mouse.down();
+  await page.mouse.up();
+  await until(() => aims() > 0);
+});
 
 describe('a key whose release is not reported', () => {
   const lost: [string, string, Record<string, string | boolean>][] = [

@@ -155,7 +155,7 @@ export class LfValves extends LitElement {
         <span class="mark">${icon(foam ? 'foam' : 'water')}</span>
         <span>
           <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
-          <span class="${stale ? 'dim stale' : fault ? 'bad' : 'dim'}">${stale && heard ? wasSo(monitor, word) : word}</span>
+          <span class=${stale ? 'dim stale' : fault ? 'bad' : 'dim'}>${stale && heard ? wasSo(monitor, word) : word}</span>
         </span>
       </div>
       <lf-hold

@@ -18,7 +18,7 @@ export default defineConfig({
             { name: 'lit', test: /node_modules[\\/](@?lit)/ },
             {
               name: 'shell',
-              test: /src[\\/]((shell(?![\\/]guide\.ts)|hub|theme)[\\/]|i18n[\\/]index|units|parts[\\/](icons|why|words|part-style|lf-button|lf-hold|lf-chip|lf-value|lf-timeline)\.)/,
+              test: /src[\\/]((shell(?![\\/]guide\.ts)|hub|theme)[\\/]|i18n[\\/]index|units|parts[\\/](icons|why|words|part-style|lf-button|lf-hold|steady|held-keys|moved|lf-chip|lf-value|lf-timeline)\.)/,
             },
           ],
         },

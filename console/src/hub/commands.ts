@@ -1,10 +1,11 @@
 // Commands to monitors. The outcome goes to the caller and to the shell, which shows it; nothing here
 // changes the displayed state of the monitor.
-import { HubError, NOT_LINKED, REPLAYED } from './errors';
-import { http } from './http';
-import { type Answered, socket } from './socket';
+import { HubError, REPLAYED } from './errors';
+import { type HaltKind, halt, onHalt } from './halt';
+import { socket } from './socket';
 import { store } from './store';
-import type { ApiError, Authority, FrameSeen, Result, Valve } from './types';
+import type { Authority, FrameSeen, Result, Valve } from './types';
+import { type Results, sendUrgent } from './urgent';
 
 export interface Outcome {
   /** Null: all monitors. */
@@ -16,6 +17,14 @@ export interface Outcome {
   waiting?: string[];
   /** For a command to all monitors: those that have not executed it. */
   failed?: { monitor: string; error: HubError }[];
+  /** A Stop, Close or Lockout: what becomes of it is shown until a user has dismissed it. */
+  urgent?: boolean;
+  /** There is no answer yet; it goes on. */
+  unconfirmed?: boolean;
+  /** The hub no longer knows the monitor: STOP went to all. */
+  gone?: boolean;
+  /** Replaces what was said with the same key. */
+  key?: string;
 }
 
 export interface Options {
@@ -28,20 +37,22 @@ export interface Options {
 }
 
 export type AuthorityAction = 'take' | 'release' | 'request' | 'grant' | 'deny' | 'force';
-export type Results = Record<string, Result | { error: ApiError } | { pending: true }>;
 
-/** A Stop without an answer after this time, ms, is also sent by the other path. */
-const STOP_AGAIN_MS = 400;
+const STOPS: readonly HaltKind[] = ['stop', 'lockout'];
 
 class Commands {
   private readonly outcomes = new Set<(outcome: Outcome) => void>();
-  private readonly stops = new Set<(monitor: string | null) => void>();
+  /** Monitors that an urgent request was sent to, and that have not answered. */
+  private readonly silent = new Set<string>();
+  private urgents = 0;
   private readonly watched = new Map<string, Set<(frame: FrameSeen) => void>>();
 
   constructor() {
     socket.on('hello', () => this.watch());
     socket.on('progress', ({ monitor, answered }) => {
-      if (!answered) this.tell({ monitor, what: 'Stop All', waiting: [monitor] });
+      if (answered) return this.answered([monitor]);
+      this.silent.add(monitor);
+      this.tellSilent();
     });
     socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
   }
@@ -57,26 +68,31 @@ class Commands {
 
   /** Stops a monitor (or one subsystem of it), or all. Never refused, also during a replay. */
   stop(monitor?: string, of?: string): Promise<Results> {
-    for (const fn of this.stops) fn(monitor ?? null);
+    halt('stop', monitor ?? null);
     const path = monitor ? `/api/monitors/${id(monitor)}/stop` : '/api/stop';
-    const send = this.urgent({ type: 'stop', monitor, of }, path, of ? { of } : undefined, monitor);
-    return this.told(monitor ?? null, of ? `Stop ${of}` : 'Stop All', {}, send);
+    const what = of ? `Stop ${of}` : 'Stop All';
+    const sent = this.urgent(what, { type: 'stop', monitor, of }, path, of ? { of } : undefined, monitor);
+    if (!monitor || of) return sent;
+    return sent.catch((error: HubError) => {
+      if (error.code !== 'no_monitor') throw error;
+      this.tell({ monitor, what, gone: true });
+      return this.urgent(what, { type: 'stop' }, '/api/stop');
+    });
   }
 
   /** Closes a valve, or all valves of a monitor. */
   close(monitor: string, valve?: Valve): Promise<Results> {
+    halt('close', monitor);
     const path = `/api/monitors/${id(monitor)}/close`;
     const body = valve ? { valve } : undefined;
-    const send = this.urgent({ type: 'close', monitor, valve }, path, body, monitor);
-    return this.told(monitor, valve ? `Close ${valve}` : 'Close', {}, send);
+    return this.urgent(valve ? `Close ${valve}` : 'Close', { type: 'close', monitor, valve }, path, body, monitor);
   }
 
   /** Locks a monitor out, or all. */
   lockout(monitor?: string): Promise<Results> {
-    for (const fn of this.stops) fn(monitor ?? null);
+    halt('lockout', monitor ?? null);
     const path = monitor ? `/api/monitors/${id(monitor)}/lockout` : '/api/lockout';
-    const send = this.urgent({ type: 'lockout', monitor }, path, undefined, monitor);
-    return this.told(monitor ?? null, 'Lockout All on', {}, send);
+    return this.urgent('Lockout All on', { type: 'lockout', monitor }, path, undefined, monitor);
   }
 
   authority(monitor: string, action: AuthorityAction, reason?: string): Promise<Authority> {
@@ -101,10 +117,9 @@ class Commands {
     return () => this.outcomes.delete(fn);
   }
 
-  /** Called before a Stop or Lockout is sent: held motions end. */
+  /** Called before a Stop or Lockout is sent; `onHalt` hears of Close and Abort too. */
   onStop(fn: (monitor: string | null) => void): () => void {
-    this.stops.add(fn);
-    return () => this.stops.delete(fn);
+    return onHalt(({ kind, monitor }) => STOPS.includes(kind) && fn(monitor));
   }
 
   private watch(): void {
@@ -115,46 +130,40 @@ class Commands {
     return store.source === 'replay' ? Promise.reject(new HubError(REPLAYED)) : send();
   }
 
-  /** By WebSocket, and by HTTP as well when that is down or slow. */
-  private urgent(message: object, path: string, body: unknown, monitor?: string): Promise<Results> {
-    const overHttp = () =>
-      http
-        .post<Result | Results>(path, body)
-        .then((answer) => (monitor ? { [monitor]: answer as Result } : (answer as Results)));
-    return new Promise((resolve, reject) => {
-      let failed = 0;
-      let tries = 1;
-      let sentAgain = false;
-      // By HTTP it is only known that it was sent; what comes of it is reported by WebSocket, if that is there.
-      let sent: Results | null = null;
-      const fail = (error: unknown) => {
-        failed += 1;
-        if (sent && HubError.of(error).code === NOT_LINKED.code) return resolve(sent);
-        if (sent) return reject(HubError.of(error));
-        if (failed === tries && sentAgain) reject(HubError.of(error));
-        else again();
-      };
-      const again = () => {
-        if (sentAgain) return;
-        sentAgain = true;
-        tries += 1;
-        overHttp().then((results) => {
-          if (failed === 0 && outcomeOf(results).waiting) sent = results;
-          else resolve(results);
-        }, fail);
-      };
-      const timer = setTimeout(again, STOP_AGAIN_MS);
-      socket
-        .ask(message)
-        .then((answer) => resolve(resultsOf(answer, monitor)))
-        .catch((error: unknown) => {
-          const told = HubError.of(error);
-          // The monitor or the hub has answered: the other path would give the same result.
-          if (told.code !== NOT_LINKED.code && told.code !== 'outcome_unknown') reject(told);
-          else fail(error);
-        })
-        .finally(() => clearTimeout(timer));
-    });
+  /** One that does not get through at once is seen as not confirmed until it is settled. */
+  private async urgent(
+    what: string,
+    message: object,
+    path: string,
+    body?: unknown,
+    monitor?: string,
+  ): Promise<Results> {
+    const key = `urgent ${this.urgents++}`;
+    const about = { monitor: monitor ?? null, what, key, urgent: true };
+    // Where the hub has said that a monitor is silent, it has the request.
+    const heard = () => (monitor ? this.silent.has(monitor) : this.silent.size > 0);
+    const unconfirmed = () => heard() || this.tell({ ...about, unconfirmed: true });
+    try {
+      const results = await sendUrgent({ message, path, body, monitor, unconfirmed });
+      const told = outcomeOf(results);
+      this.answered(Object.keys(results).filter((id) => !told.waiting?.includes(id)));
+      this.tell({ ...about, ...told });
+      return results;
+    } catch (cause) {
+      const error = HubError.of(cause);
+      if (monitor) this.answered([monitor]);
+      this.tell({ ...about, error });
+      throw error;
+    }
+  }
+
+  /** They are no longer waited for. */
+  private answered(monitors: string[]): void {
+    if (monitors.filter((id) => this.silent.delete(id)).length > 0) this.tellSilent();
+  }
+
+  private tellSilent(): void {
+    this.tell({ monitor: null, what: 'Stop All', waiting: [...this.silent], key: 'silent' });
   }
 
   private async told<T>(monitor: string | null, what: string, options: Options, pending: Promise<T>): Promise<T> {
@@ -174,21 +183,16 @@ class Commands {
   }
 }
 
-function resultsOf(answer: Answered, monitor?: string): Results {
-  if (answer.results) return answer.results;
-  return answer.result && monitor ? { [monitor]: answer.result } : {};
-}
-
-/** The outcome of a result, or of those of several monitors: a failed one is never omitted. */
+/** The outcome of a result, or of those of several monitors: none that failed or is silent is omitted. */
 export function outcomeOf(value: unknown): Pick<Outcome, 'result' | 'failed' | 'waiting'> {
   if (!value || typeof value !== 'object') return {};
   if ('answers' in value) return { result: value as Result };
   if ('state' in value) return {};
   const all = Object.entries(value as Results);
   const failed = all.flatMap(([monitor, one]) => ('error' in one ? [{ monitor, error: new HubError(one.error) }] : []));
-  if (failed.length > 0) return { failed };
   const waiting = all.flatMap(([monitor, one]) => ('pending' in one ? [monitor] : []));
-  if (waiting.length > 0) return { waiting };
+  if (failed.length + waiting.length > 0)
+    return { ...(failed.length && { failed }), ...(waiting.length && { waiting }) };
   return all.length === 1 ? { result: all[0]![1] as Result } : {};
 }
 

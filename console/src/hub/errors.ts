@@ -54,7 +54,9 @@ export const REPLAYED: ApiError = {
   ru: 'Это запись: команды никуда не идут. Сначала завершите просмотр.',
 };
 
-export const OUTCOME_UNKNOWN: ApiError = {
+/** `cut`: the page says so, not the hub. */
+export const OUTCOME_UNKNOWN: ApiError & { cut: true } = {
+  cut: true,
   code: 'outcome_unknown',
   en: 'The connection broke before the answer came. Look at the state before you repeat it.',
   ru: 'Связь оборвалась раньше ответа. Прежде чем повторять, посмотрите на состояние.',

@@ -2,10 +2,17 @@
 import { HubError, NOT_LINKED, ofStatus } from './errors';
 import type { ApiError, Session } from './types';
 
+/** A query without an answer after this time, ms, gets none: the network is dead. Its content may take longer. */
+const READ_MOST_MS = 10_000;
+const CONTENT_MOST_MS = 60_000;
+
 type Method = 'GET' | 'POST' | 'PUT' | 'PATCH' | 'DELETE';
 
 class Http {
   private csrf = '';
+  private user = '';
+  /** Called when another user has logged in beside this page: it is no longer theirs. */
+  onOtherUser: (user: string) => void = () => {};
   /** Called when the hub wants a login. */
   onLoginNeeded: (setupNeeded: boolean) => void = () => {};
 
@@ -43,15 +50,38 @@ class Http {
 
   private keep(session: Session): Session {
     this.csrf = session.csrf;
+    this.user = session.user;
     return session;
   }
 
+  /** With the token of a login in another tab, where this page's own is old. */
   private async send<T>(method: Method, path: string, body?: unknown): Promise<T> {
+    try {
+      return await this.once<T>(method, path, body);
+    } catch (cause) {
+      if (!(cause instanceof HubError) || cause.code !== 'csrf' || !this.user) throw cause;
+      if (!(await this.renewed())) throw cause;
+      return this.once<T>(method, path, body);
+    }
+  }
+
+  /** Whether the session of this browser is still that of this page's user. */
+  private async renewed(): Promise<boolean> {
+    const now = await this.once<Session>('GET', '/api/session').catch(() => null);
+    if (!now) return false;
+    if (now.user === this.user) return this.keep(now) === now;
+    this.onOtherUser(now.user);
+    return false;
+  }
+
+  private async once<T>(method: Method, path: string, body?: unknown): Promise<T> {
     const headers: Record<string, string> = {};
     if (body !== undefined) {
       headers['content-type'] = body instanceof Blob ? 'application/octet-stream' : 'application/json';
     }
     if (method !== 'GET' && this.csrf) headers['x-csrf-token'] = this.csrf;
+    const dead = method === 'GET' ? new AbortController() : null;
+    let timer = dead && setTimeout(() => dead.abort(), READ_MOST_MS);
     let answer: Response;
     try {
       answer = await fetch(path, {
@@ -59,13 +89,24 @@ class Http {
         headers,
         body: body === undefined || body instanceof Blob ? body : JSON.stringify(body),
         // A Stop in flight survives the end of the page.
-        keepalive: /\/(stop|lockout|abort|lock)$/.test(path),
+        keepalive: /\/(stop|close|lockout|abort|lock)$/.test(path),
+        signal: dead?.signal,
       });
     } catch {
       throw new HubError(NOT_LINKED);
+    } finally {
+      clearTimeout(timer ?? 0);
     }
-    if (answer.ok) return (answer.status === 204 ? undefined : await parsed(answer)) as T;
-    const error = errorOf(answer.status, await parsed(answer));
+    timer = dead && setTimeout(() => dead.abort(), CONTENT_MOST_MS);
+    // Its content may fail to come, too.
+    const content = await parsed(answer)
+      .catch((cause) => {
+        if (cause instanceof SyntaxError) throw cause;
+        throw new HubError(NOT_LINKED);
+      })
+      .finally(() => clearTimeout(timer ?? 0));
+    if (answer.ok) return (answer.status === 204 ? undefined : content) as T;
+    const error = errorOf(answer.status, content);
     if (answer.status === 401 && error.code === 'login_needed') {
       this.onLoginNeeded(error.setup_needed === true);
     }

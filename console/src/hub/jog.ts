@@ -1,6 +1,6 @@
 // A held motion (docs/hub-api.md, Jog): heartbeats from the main thread while the control is held, and
 // an end for every way in which it can be released.
-import { commands } from './commands';
+import { onHalt } from './halt';
 import { socket } from './socket';
 import { LINKED, store } from './store';
 import type { Drive, JogSeen, JogState, Text, Toward } from './types';
@@ -23,6 +23,8 @@ export interface JogWays {
 export class Hold {
   /** No longer held, whatever the drive does; a new motion needs a new hold after a release. */
   ended = false;
+  /** The hub has reported that it moves: what it reports after that is about this hold, not about the one before. */
+  moves = false;
 
   constructor(
     readonly monitor: string,
@@ -37,8 +39,13 @@ export class Hold {
   }
 }
 
+/** For so long after a release, ms, the hub may still report the end of what was released. */
+const FORMER_MS = 1000;
+const OF_FORMER: readonly HoldState['end'][] = [null, 'stopped', 'replaced'];
+
 export class Jog {
   private readonly holds = new Map<string, Hold>();
+  private readonly releasedAt = new Map<string, number>();
   private timer: ReturnType<typeof setInterval> | undefined;
 
   constructor(private readonly ways: JogWays) {}
@@ -66,6 +73,11 @@ export class Jog {
     }
   }
 
+  /** Something is held. */
+  get busy(): boolean {
+    return this.holds.size > 0;
+  }
+
   held(monitor: string, drive: Drive): Hold | undefined {
     return this.holds.get(`${monitor}/${drive}`);
   }
@@ -73,6 +85,7 @@ export class Jog {
   release(hold: Hold, why: 'left' | 'link'): void {
     if (hold.ended) return;
     this.forget(hold);
+    this.releasedAt.set(key(hold), this.ways.now());
     this.ways.send({ type: 'jog_end', monitor: hold.monitor, drive: hold.drive });
     hold.onState?.({ state: 'ended', end: why, text: null });
   }
@@ -81,12 +94,19 @@ export class Jog {
   heard(message: JogSeen): void {
     const hold = this.holds.get(key(message));
     if (!hold) return;
+    if (message.state === 'moving') hold.moves = true;
     if (message.state === 'ended' || message.state === 'stopping') {
+      if (!hold.moves && this.ofFormer(message)) return;
       this.forget(hold);
       // Heartbeats in flight must not start another motion.
       this.ways.send({ type: 'jog_end', monitor: hold.monitor, drive: hold.drive });
     }
     hold.onState?.({ state: message.state, end: message.end, text: message.text });
+  }
+
+  private ofFormer(message: JogSeen): boolean {
+    const at = this.releasedAt.get(key(message)) ?? -Infinity;
+    return this.ways.now() - at < FORMER_MS && OF_FORMER.includes(message.end);
   }
 
   private forget(hold: Hold): void {
@@ -133,7 +153,8 @@ export function guardJog(): void {
   window.addEventListener('pointercancel', leave, true);
   document.addEventListener('visibilitychange', leave);
   document.addEventListener('freeze', leave);
-  commands.onStop((monitor) => jog.endAll('left', monitor ?? undefined));
+  // The hub ends them with a Close too.
+  onHalt(({ monitor }) => jog.endAll('left', monitor ?? undefined));
   store.subscribe(LINKED, () => {
     if (!store.linked || store.source === 'replay') jog.endAll('link');
   });

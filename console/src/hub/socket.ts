@@ -1,5 +1,7 @@
 // The WebSocket: hello, resume, reconnecting, answers by id. Its values go to the store.
+
 import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from './errors';
+import { guarded } from './faults';
 import { store } from './store';
 import type { ApiError, Authority, Hello, Messages, Result } from './types';
 
@@ -22,6 +24,10 @@ const SILENT_MS = 2500;
 const LISTEN_MS = 500;
 const RESUME_KEY = 'lafet.resume';
 const SESSION_ENDED = 4401;
+/** The seat was resumed by another window: this one has its secret no longer. */
+const SEAT_TAKEN = 4409;
+/** With this reason the same code says that the page reads too slowly. */
+const SLOW = 'too slow';
 
 class Socket {
   private ws: WebSocket | null = null;
@@ -29,6 +35,7 @@ class Socket {
   private retry_ms = RETRY_FIRST_MS;
   private retryTimer = 0;
   private heard_ms = 0;
+  private heardAt_ms = 0;
   private watched = false;
   private nextId = 1;
   private readonly waiting = new Map<number, Waiting>();
@@ -36,6 +43,7 @@ class Socket {
   /** The monitors whose every change is subscribed to; null: all. */
   private looked: string[] | null = null;
   onSessionEnded: () => void = () => {};
+  onSeatTaken: () => void = () => {};
 
   /** Sets the monitors whose every change is sent: for the others the hub sends updates once a second. */
   look(monitors: string[] | null): void {
@@ -63,6 +71,9 @@ class Socket {
     this.watched = true;
     window.setInterval(() => this.listen(), LISTEN_MS);
     window.addEventListener('online', () => this.reopen());
+    // After a sleep nothing has been heard for its whole time, whatever the timers say.
+    for (const type of ['pageshow', 'focus']) window.addEventListener(type, () => this.listen());
+    for (const type of ['visibilitychange', 'resume']) document.addEventListener(type, () => this.listen());
   }
 
   stop(): void {
@@ -90,7 +101,7 @@ class Socket {
       dead.onmessage = null;
       dead.close();
     }
-    this.closed(0);
+    this.closed(0, '');
     clearTimeout(this.retryTimer);
     this.retryTimer = window.setTimeout(() => this.open(), for_ms);
   }
@@ -126,10 +137,10 @@ class Socket {
     const query = resume ? `?resume=${encodeURIComponent(resume)}` : '';
     const ws = new WebSocket(`${location.origin.replace(/^http/, 'ws')}/api/ws${query}`);
     this.ws = ws;
-    this.heard_ms = performance.now();
+    this.heard();
     ws.onmessage = (event) => this.hear(String(event.data));
     ws.onclose = (event) => {
-      if (this.ws === ws) this.closed(event.code);
+      if (this.ws === ws) this.closed(event.code, event.reason);
     };
   }
 
@@ -142,15 +153,25 @@ class Socket {
   /** A silent connection is closed before the browser would close it. */
   private listen(): void {
     store.tick();
-    if (!this.ws || performance.now() - this.heard_ms < SILENT_MS) return;
+    if (!this.ws || this.silence() < SILENT_MS) return;
     const dead = this.ws;
     this.ws = null;
     dead.onmessage = null;
     dead.close();
-    this.closed(0);
+    this.closed(0, '');
   }
 
-  private closed(code: number): void {
+  private heard(): void {
+    this.heard_ms = performance.now();
+    this.heardAt_ms = Date.now();
+  }
+
+  /** By both clocks: one does not run while the computer sleeps, the other may be set. */
+  private silence(): number {
+    return Math.max(performance.now() - this.heard_ms, Date.now() - this.heardAt_ms);
+  }
+
+  private closed(code: number, reason: string): void {
     this.ws = null;
     store.setLinked(false);
     for (const { reject } of this.waiting.values()) reject(new HubError(OUTCOME_UNKNOWN));
@@ -159,6 +180,10 @@ class Socket {
       this.wanted = false;
       this.onSessionEnded();
     }
+    if (code === SEAT_TAKEN && reason !== SLOW) {
+      sessionStorage.removeItem(RESUME_KEY);
+      this.onSeatTaken();
+    }
     if (!this.wanted) return;
     const wait = this.retry_ms * (0.75 + Math.random() / 2);
     this.retry_ms = Math.min(this.retry_ms * 2, RETRY_MOST_MS);
@@ -166,7 +191,7 @@ class Socket {
   }
 
   private hear(text: string): void {
-    this.heard_ms = performance.now();
+    this.heard();
     const message = JSON.parse(text) as { type: string; id?: number };
     switch (message.type) {
       case 'hello': {
@@ -189,7 +214,7 @@ class Socket {
         this.answered(message as never);
         return;
     }
-    for (const fn of this.listeners.get(message.type) ?? []) fn(message as never);
+    for (const fn of this.listeners.get(message.type) ?? []) guarded(() => fn(message as never));
   }
 
   private answered(message: Answered & { id: number; error?: ApiError }): void {

@@ -1,5 +1,6 @@
 // The values received from the hub, by topic. A replay feeds the same store.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import { guarded } from './faults';
 import type { Alarm, Hello, Status, TopicOf } from './types';
 
 export interface Change {
@@ -25,6 +26,8 @@ export class Store {
   private second = 0;
 
   hello: Hello | null = null;
+  /** The hub has another version than when this page was loaded: its own files are of the old one. */
+  updated = false;
   /** Whether the hub has sent its state: before that nothing is known, not even that there is no alarm. */
   known = false;
   /** Whether the hub's messages arrive; false also before the first one. */
@@ -101,6 +104,7 @@ export class Store {
   }
 
   setHello(hello: Hello): void {
+    this.updated ||= this.hello !== null && this.hello.hub.version !== hello.hub.version;
     this.hello = hello;
     this.clock(hello.now_ms);
   }
@@ -196,7 +200,7 @@ export class Store {
   }
 
   private tell(topic: string): void {
-    for (const { prefix, fn } of this.listeners) if (topic.startsWith(prefix)) fn(topic);
+    for (const { prefix, fn } of this.listeners) if (topic.startsWith(prefix)) guarded(() => fn(topic));
   }
 }
 

@@ -1,6 +1,6 @@
 // The tuning of a drive (docs/hub-api.md, Tuning): the hub measures while this page sends beats. Each way in which the
 // page is left ends it, as it ends a held motion.
-import { commands } from './commands';
+import { onHalt } from './halt';
 import { socket } from './socket';
 import { LINKED, store } from './store';
 
@@ -21,6 +21,11 @@ class Tuning {
     clearInterval(this.timer);
     this.timer = setInterval(() => this.beat(), BEAT_MS);
     this.beat();
+  }
+
+  /** It measures. */
+  get busy(): boolean {
+    return this.monitor !== null;
   }
 
   /** Ends it: the hub stops the drive and writes the values back. */
@@ -56,7 +61,7 @@ export function guardTuning(): void {
   window.addEventListener('pagehide', leave);
   document.addEventListener('visibilitychange', () => document.hidden && leave());
   document.addEventListener('freeze', leave);
-  commands.onStop(leave);
+  onHalt(leave);
   store.subscribe(LINKED, () => {
     if (!store.linked || store.source === 'replay') leave();
   });

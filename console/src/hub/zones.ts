@@ -52,6 +52,17 @@ export function runningOf(view: ZonesView | null): ZoneState[] {
   return (view?.state.zones ?? []).filter(isRunning).sort(byUrgency);
 }
 
+/** Rows in the order in which they appeared, new ones last: what is on its way to one must not hit another. */
+export class Appeared {
+  private seen: string[] = [];
+
+  inOrder(ids: readonly string[]): string[] {
+    const stay = this.seen.filter((id) => ids.includes(id));
+    this.seen = [...stay, ...ids.filter((id) => !stay.includes(id))];
+    return [...this.seen];
+  }
+}
+
 /** Whether a hold is renewed; `seen`: the hub has reported it as held. Then a countdown means that it was ended. */
 export function goesOn(phase: Phase | null, seen: boolean): boolean {
   return phase === 'held' || phase === 'coincidence' || (phase === 'countdown' && !seen);

@@ -13,6 +13,7 @@ import '../parts/lf-blank';
 import '../parts/lf-button';
 import '../parts/lf-find';
 import '../parts/lf-tabbar';
+import { Moved } from '../parts/moved';
 import { hrefOf } from '../shell/router';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
@@ -43,10 +44,12 @@ export class LfPageAlarms extends LitElement {
   /** The most urgent ones; the rest of a long list need not be in the page. */
   @state() private most = MOST;
   private restTimer = 0;
+  private rows: string[] = [];
 
   constructor() {
     super();
     new TopicController(this, () => ['alarms/', SECOND]);
+    new Moved(this, '.list', () => this.rows);
   }
 
   override connectedCallback(): void {
@@ -146,6 +149,7 @@ export class LfPageAlarms extends LitElement {
     if (alarms.length === 0) return this.renderBlank(count);
     const { shown, fresh } = inOrder(alarms, this.held);
     const first = fresh[0];
+    this.rows = shown.slice(0, this.most).map(({ id }) => id);
     return html`<ul
         class="list ${store.linked || store.source === 'replay' ? '' : 'old'}"
         @pointermove=${(e: PointerEvent) => this.hold(e, shown)}

@@ -3,7 +3,8 @@ import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { HubError } from '../hub/errors';
-import { has } from '../hub/session';
+import { onHalt } from '../hub/halt';
+import { has, inControl } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
 import { age, type Key, lang, t, tt } from '../i18n';
@@ -201,7 +202,7 @@ export class PageOperate extends LitElement {
   @state() private taking = false;
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
-  /** Only the last press counts, and none from before a STOP. */
+  /** Only the last press counts, and none from before a STOP, Escape or another tool. */
   private aims = 0;
   @state() private stripHeight = 0;
   private endStop = () => {};
@@ -219,7 +220,11 @@ export class PageOperate extends LitElement {
     super.connectedCallback();
     if (this.view === 'scene') void this.loadScene();
     window.addEventListener('keydown', this.keyed);
-    this.endStop = commands.onStop(() => this.aims++);
+    this.endStop = onHalt(() => {
+      this.forget();
+      // A press on the plan that is not over yet aims at nothing any more.
+      if (this.plan) this.plan.drag = null;
+    });
   }
 
   override disconnectedCallback(): void {
@@ -242,7 +247,7 @@ export class PageOperate extends LitElement {
       ${this.strip()}
       <section class="card view" aria-label=${t('operate.plan')}>${this.picture()}</section>
       <div class="side">
-        <lf-hand .monitor=${monitor}>${this.dial()}</lf-hand>
+        <lf-hand .monitor=${monitor} @moved-by-hand=${this.forget}>${this.dial()}</lf-hand>
         <lf-valves .monitor=${monitor}></lf-valves>
         <lf-automatic
           .monitor=${monitor}
@@ -262,6 +267,12 @@ export class PageOperate extends LitElement {
   /** Whether the values are on the picture; on a phone they are above it. */
   private beside(): boolean {
     return this.offsetWidth > STACKED_PX;
+  }
+
+  override willUpdate(): void {
+    // A target is shown to whom it belongs: the one who commands is no longer the one who gave it.
+    const aims = this.target.Horizontal !== undefined || this.target.Vertical !== undefined;
+    if (aims && !inControl(this.monitor)) this.forget();
   }
 
   override updated(): void {
@@ -374,10 +385,10 @@ export class PageOperate extends LitElement {
           kind="vertical"
           bare
           .value=${position(monitor, 'Vertical')}
-          .target=${has(monitor, 'Vertical', 'Move') ? (this.target.Vertical ?? null) : null}
+          .target=${has(monitor, 'Vertical', 'Move') && !store.stale(monitor) ? (this.target.Vertical ?? null) : null}
           .limits=${limits(monitor, 'Vertical')}
           .stale=${store.stale(monitor)}
-          .moving=${has(monitor, 'Vertical', 'Move')}
+          .moving=${has(monitor, 'Vertical', 'Move') && !store.stale(monitor)}
           .offlimits=${has(monitor, 'Vertical', 'Limitless')}
           .label=${t('operate.vertical')}
         ></lf-dial>`;
@@ -386,12 +397,20 @@ export class PageOperate extends LitElement {
   private monitors(site: Site): PlanMonitor[] {
     const { Horizontal } = this.target;
     return this.onPlan.of(site, store.monitors()).map((made) => {
-      const aimed = made.id === this.monitor && Horizontal !== undefined && has(made.id, 'Horizontal', 'Move');
+      const moves = has(made.id, 'Horizontal', 'Move') && !store.stale(made.id);
+      const aimed = made.id === this.monitor && Horizontal !== undefined && moves;
       return aimed ? { ...made, target_arcmin: Horizontal } : made;
     });
   }
 
+  /** What was pointed at is no longer wanted: a STOP, a motion by hand, another operator. */
+  private readonly forget = (): void => {
+    this.aims++;
+    this.target = {};
+  };
+
   private choose(tool: Tool): void {
+    this.aims++;
     this.tool = tool;
     if (tool !== 'look' && this.view === 'scene') this.turnView();
     this.taking = false;
@@ -442,19 +461,17 @@ export class PageOperate extends LitElement {
     const turn = ++this.aims;
     const why = whyNotWork(monitor, 'Horizontal');
     if (why) return toast({ kind: 'info', text: why });
-    const asked_ms = performance.now();
+    const over = () => turn !== this.aims || monitor !== this.monitor;
     try {
-      let aimed = await aimAt(monitor, at);
-      if (turn !== this.aims || monitor !== this.monitor) return;
-      if (aimed === UNKNOWN) {
-        const assumed = await this.assumed(monitor);
-        if (!assumed || turn !== this.aims) return;
-        aimed = await aimAt(monitor, at, USUAL_PRESSURE_DATM);
-      } else if (performance.now() - asked_ms > SOLVED_MOST_MS) {
-        return toast({ kind: 'warning', text: `${monitor} · ${t('operate.aim_late')}` });
+      let solved = await timely(aimAt(monitor, at));
+      if (over()) return;
+      if (solved === UNKNOWN) {
+        if (!(await this.assumed(monitor)) || over()) return;
+        solved = await timely(aimAt(monitor, at, USUAL_PRESSURE_DATM));
       }
-      if (turn !== this.aims || monitor !== this.monitor || aimed === UNKNOWN) return;
-      await this.go(monitor, aimed);
+      if (over() || solved === UNKNOWN) return;
+      if (!solved) return toast({ kind: 'warning', text: `${monitor} · ${t('operate.aim_late')}` });
+      await this.go(monitor, solved);
     } catch (cause) {
       toast({ kind: 'error', text: `${monitor} · ${t('operate.aim')}: ${HubError.of(cause).text(lang())}` });
     }
@@ -509,6 +526,14 @@ export class PageOperate extends LitElement {
   private readonly keyed = (event: KeyboardEvent): void => {
     if (event.key === 'Escape' && !event.shiftKey && dialog.stack.length === 0) this.choose('look');
   };
+}
+
+/** An answer that comes while the operator still expects it; null, once it is too late. */
+function timely<T>(asked: Promise<T>): Promise<T | null> {
+  const began = performance.now();
+  const late = new Promise<null>((done) => window.setTimeout(() => done(null), SOLVED_MOST_MS));
+  const answer = asked.then((value) => (performance.now() - began > SOLVED_MOST_MS ? null : value));
+  return Promise.race([answer, late]);
 }
 
 const SCENES = import.meta.glob('../parts/lf-scene.ts');

@@ -106,6 +106,7 @@ export class LfButton extends LitElement {
       aria-description=${this.why || nothing}
       aria-pressed=${this.toggle ? String(this.on === true) : nothing}
       @click=${this.clicked}
+      @keydown=${this.keyed}
       @pointerenter=${this.tell}
       @pointerleave=${() => hideWhy(this)}
       @focus=${this.tell}
@@ -125,6 +126,11 @@ export class LfButton extends LitElement {
     event.stopImmediatePropagation();
     event.preventDefault();
     showWhy(this, this.why);
+  }
+
+  /** A key that stays down presses once: the focus may have come here meanwhile. */
+  private keyed(event: KeyboardEvent): void {
+    if (event.key === 'Enter' && event.repeat) event.preventDefault();
   }
 
   private tell(): void {

@@ -1,10 +1,14 @@
-// A button that must be held: `held` is sent at the end of the time, and nothing before.
+// A button that must be held: `held` is sent at the end of the time, and nothing before. A Stop, Lockout, Close or Abort
+// from this page ends it, as does a page that stalls.
 import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { t } from '../i18n';
+import { onHalt } from '../hub/halt';
+import { type Key, t } from '../i18n';
 import { base } from '../theme/shared';
+import { HeldKeys } from './held-keys';
 import { type IconName, icon } from './icons';
 import { type ButtonKind, buttonStyle } from './lf-button';
+import { Steady } from './steady';
 import { styled } from './styled';
 import { hideWhy, showWhy, whyLeft } from './why';
 
@@ -59,8 +63,11 @@ export class LfHold extends LitElement {
   @property({ type: Number }) seconds = 1;
   @property({ type: Boolean }) nohint = false;
   @state() private holding = false;
-  private timer = 0;
+  private readonly clock = new Steady();
+  private readonly keys = new HeldKeys(() => this.keys.size === 0 && this.byKey && this.left());
+  private byKey = false;
   private began = 0;
+  private endHalt = () => {};
 
   override render() {
     return html`<button
@@ -70,12 +77,12 @@ export class LfHold extends LitElement {
       aria-disabled=${this.why ? 'true' : nothing}
       aria-description=${this.why || t('shell.hold_hint', { s: this.seconds })}
       @pointerdown=${this.pressed}
-      @pointerup=${this.left}
+      @pointerup=${(e: PointerEvent) => this.left(e)}
       @pointercancel=${this.abort}
       @lostpointercapture=${() => this.holding && this.abort()}
       @pointermove=${this.moved}
       @keydown=${this.keyed}
-      @keyup=${this.left}
+      @keyup=${(e: KeyboardEvent) => this.keys.release(e.code)}
       @contextmenu=${(e: Event) => e.preventDefault()}
       @focus=${() => this.why && showWhy(this, this.why)}
       @pointerenter=${() => this.why && showWhy(this, this.why)}
@@ -91,12 +98,14 @@ export class LfHold extends LitElement {
     super.connectedCallback();
     window.addEventListener('blur', this.abort);
     document.addEventListener('visibilitychange', this.abort);
+    this.endHalt = onHalt(() => this.halted('shell.hold_stopped'));
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('blur', this.abort);
     document.removeEventListener('visibilitychange', this.abort);
+    this.endHalt();
     this.abort();
   }
 
@@ -107,13 +116,15 @@ export class LfHold extends LitElement {
   private pressed(event: PointerEvent): void {
     if (event.button !== 0) return;
     (event.currentTarget as Element).setPointerCapture(event.pointerId);
-    this.begin();
+    this.begin(event, false);
   }
 
   private keyed(event: KeyboardEvent): void {
     if (event.key !== 'Enter' && event.key !== ' ') return;
     event.preventDefault();
-    if (!event.repeat) this.begin();
+    if (event.repeat || event.metaKey || event.altKey || event.ctrlKey) return;
+    this.keys.press(event);
+    this.begin(event, true);
   }
 
   /** A finger that slides off the button releases it. */
@@ -124,23 +135,31 @@ export class LfHold extends LitElement {
     if (x < at.left || x > at.right || y < at.top || y > at.bottom) this.abort();
   }
 
-  private begin(): void {
+  private begin(event: UIEvent, byKey: boolean): void {
     if (this.why) return showWhy(this, this.why);
     this.holding = true;
-    this.began = performance.now();
-    clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => {
-      this.holding = false;
-      hideWhy(this);
-      this.dispatchEvent(new CustomEvent('held', { bubbles: true, composed: true }));
-    }, this.seconds * 1000);
+    this.byKey = byKey;
+    this.began = event.timeStamp;
+    this.clock.start(this.seconds * 1000, this.done, () => this.halted('shell.hold_stalled'));
   }
 
-  private left(): void {
+  private readonly done = (): void => {
+    this.holding = false;
+    hideWhy(this);
+    this.dispatchEvent(new CustomEvent('held', { bubbles: true, composed: true }));
+  };
+
+  private left(event?: PointerEvent): void {
     if (!this.holding) return;
-    const short = performance.now() - this.began < this.seconds * 1000;
+    const short = (event?.timeStamp ?? performance.now()) - this.began < this.seconds * 1000;
     this.abort();
     if (short) showWhy(this, t('shell.hold_hint', { s: this.seconds }));
+  }
+
+  private halted(why: Key): void {
+    if (!this.holding) return;
+    this.abort();
+    showWhy(this, t(why));
   }
 
   private blurred(): void {
@@ -149,8 +168,9 @@ export class LfHold extends LitElement {
   }
 
   private readonly abort = (): void => {
-    clearTimeout(this.timer);
+    this.clock.stop();
     this.holding = false;
+    this.keys.clear();
     // The reason why it is disabled stays readable.
     if (!this.why) hideWhy(this);
   };

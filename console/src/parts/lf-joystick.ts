@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, type PropertyValues, svg, type Template
 import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { magnified, placeIn } from '../theme/display';
+import { HeldKeys } from './held-keys';
 import { changes, type HoldDetail, type Holding, ofKey, ofKeys, ofStick } from './hold';
 import { emit, partStyle } from './part-style';
 import { Words } from './words';
@@ -30,7 +31,7 @@ export class LfJoystick extends LitElement {
   private pointer: number | null = null;
   /** Where the stick was when it was grabbed: what moves the page under a still hand moves no barrel. */
   private grabbed = new DOMRect();
-  private keys = new Set<string>();
+  private readonly keys = new HeldKeys(() => this.keysTurned());
   /** Fingers on the buttons; two of them move both axes. */
   private fingers = new Map<number, string>();
 
@@ -224,8 +225,8 @@ export class LfJoystick extends LitElement {
   /** Ends everything that is held. The control must be released before it moves again. */
   readonly letGo = (): void => {
     this.pointer = null;
-    this.keys.clear();
     this.fingers.clear();
+    this.keys.clear();
     this.stick = null;
     this.hold({});
   };
@@ -310,7 +311,7 @@ export class LfJoystick extends LitElement {
         @lostpointercapture=${this.unpress}
         @keydown=${(event: KeyboardEvent) => this.buttonKey(event, key, true)}
         @keyup=${(event: KeyboardEvent) => this.buttonKey(event, key, false)}
-        @blur=${this.keysGo}
+        @blur=${() => this.keys.clear()}
         @contextmenu=${prevent}
       >
         <svg viewBox="0 0 24 24" aria-hidden="true">
@@ -369,18 +370,20 @@ export class LfJoystick extends LitElement {
     event.stopPropagation();
     // A repeating key was pressed before: after a letGo it must be pressed again.
     if (this.disabled || event.repeat || this.pointer !== null) return;
-    this.keys.add(event.key);
-    this.fromKeys();
+    this.keys.press(event, event.key);
   }
 
   private keyUp(event: KeyboardEvent): void {
-    if (!this.keys.delete(event.key)) return;
-    event.preventDefault();
-    this.fromKeys();
+    this.keys.release(event.code);
+  }
+
+  private keysTurned(): void {
+    if (this.variant === 'buttons') this.pressed();
+    else if (this.pointer === null) this.fromKeys();
   }
 
   private fromKeys(): void {
-    const holding = ofKeys(this.keys);
+    const holding = ofKeys(this.keys.values());
     const right = holding.Horizontal === 'min' ? 1 : holding.Horizontal === 'max' ? -1 : 0;
     const up = holding.Vertical === 'max' ? 1 : holding.Vertical === 'min' ? -1 : 0;
     const far = Math.max(Math.hypot(right, up), 1);
@@ -405,26 +408,18 @@ export class LfJoystick extends LitElement {
   }
 
   private pressed(): void {
-    this.hold(ofKeys([...this.keys, ...this.fingers.values()]));
-  }
-
-  /** Keys end with the focus; a finger ends with the finger. */
-  private keysGo(): void {
-    if (!this.keys.size) return;
-    this.keys.clear();
-    this.pressed();
+    this.hold(ofKeys([...this.keys.values(), ...this.fingers.values()]));
   }
 
   private buttonKey(event: KeyboardEvent, key: string, down: boolean): void {
+    if (!down) return this.keys.release(event.code);
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
     const presses = event.key === ' ' || event.key === 'Enter';
     const held = presses ? key : ofKey(event.key) ? event.key : null;
     if (!held) return;
     event.preventDefault();
     event.stopPropagation();
-    if (down && (this.disabled || event.repeat)) return;
-    if (down) this.keys.add(held);
-    else this.keys.delete(held);
-    this.pressed();
+    if (!this.disabled && !event.repeat) this.keys.press(event, held);
   }
 }
 

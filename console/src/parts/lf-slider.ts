@@ -1,5 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
+import { onHalt } from '../hub/halt';
 import { t } from '../i18n';
 import type { Limits } from './geometry';
 import { emit, partStyle } from './part-style';
@@ -224,6 +225,22 @@ export class LfSlider extends LitElement {
     return part < 15 ? this.lowText || t('parts.nozzle.spray') : '';
   }
 
+  /** What is pulled when something is stopped is not sent when it is released. */
+  private halted = false;
+  private endHalt = () => {};
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.endHalt = onHalt(() => {
+      this.halted = this.wish !== null;
+    });
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.endHalt();
+  }
+
   private input(event: Event): void {
     if (this.disabled) return;
     this.wish = Number((event.target as HTMLInputElement).value);
@@ -232,8 +249,10 @@ export class LfSlider extends LitElement {
 
   private change(event: Event): void {
     const value = Number((event.target as HTMLInputElement).value);
+    const halted = this.halted && this.wish !== null;
+    this.halted = false;
     this.wish = null;
-    if (!this.disabled) emit(this, 'set', { value });
+    if (!this.disabled && !halted) emit(this, 'set', { value });
     this.requestUpdate();
   }
 }

@@ -6,18 +6,20 @@ import { html as staticHtml, unsafeStatic } from 'lit/static-html.js';
 import { commands } from '../hub/commands';
 import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
+import { followFaults } from '../hub/faults';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
 import { type Left, leftOf, UNKNOWN } from '../hub/left';
 import { session, setSession } from '../hub/me';
 import { socket } from '../hub/socket';
 import { store, TopicController } from '../hub/store';
-import { guardTuning } from '../hub/tuning';
+import { guardTuning, tuning } from '../hub/tuning';
 import type { Session } from '../hub/types';
 import { type Key, lang, langChanged, t } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-chip';
 import '../parts/lf-value';
+import { Steady } from '../parts/steady';
 import { display, displayChanged, followDisplay, magnified } from '../theme/display';
 import { base } from '../theme/shared';
 import { unitsChanged } from '../units';
@@ -31,6 +33,8 @@ import { fetchPages, loadPage, type Route, router } from './router';
 import { followTheme, openHelp } from './settings';
 import './replay-bar';
 import './stop';
+import { guardStop } from './stop-keys';
+import { toast } from './toasts';
 import './toasts';
 import './topbar';
 import './zone-alert';
@@ -182,6 +186,8 @@ export class LfApp extends LitElement {
   private leftTimer = 0;
   @state() private missing = false;
   private modal = false;
+  /** The bar with STOP that this page has now. */
+  private bar: HTMLElement | null = null;
   private readonly narrow = matchMedia('(min-width: 721px) and (max-width: 1500px)');
   private readonly low = matchMedia('(max-height: 800px)');
 
@@ -192,13 +198,24 @@ export class LfApp extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
+    followFaults();
     followTheme();
     followDisplay();
     followFire();
     guardJog();
     guardTuning();
+    guardStop({ monitor: () => this.stopped(), wanted: () => this.bar !== null, back: () => this.putBack() });
     followAuthority();
     http.onLoginNeeded = (setup) => this.leave(setup ? 'setup' : 'login');
+    http.onOtherUser = (user) => {
+      toast({ kind: 'error', text: t('shell.other_user', { user }), stays: true });
+      window.setTimeout(() => location.reload(), RETRY_MS);
+    };
+    socket.onSeatTaken = () => {
+      jog.endAll();
+      toast({ kind: 'warning', text: t('shell.seat_taken'), stays: true });
+    };
+    window.setInterval(() => this.renew(), RETRY_MS);
     socket.on('hello', () => this.requestUpdate());
     socket.onSessionEnded = () => this.leave('login');
     commands.onOutcome(({ error }) => {
@@ -220,6 +237,9 @@ export class LfApp extends LitElement {
   }
 
   override updated(): void {
+    const bar = this.renderRoot.querySelector('lf-stop');
+    const wanted = this.phase !== 'setup' && (this.phase !== 'login' || this.left !== null);
+    this.bar = bar ?? (wanted ? this.bar : null);
     const { page, monitor } = this.route;
     const alone = this.phase === 'login' || this.phase === 'setup';
     const name = alone ? t(`${this.phase}.title` as Key) : t(`nav.${page}` as Key);
@@ -277,10 +297,19 @@ export class LfApp extends LitElement {
     return display() === 'wall' && magnified() > 1;
   }
 
-  private stop() {
+  /** The monitor that STOP stops; null: all. */
+  private stopped(): string | null {
     const { monitor } = this.route;
-    const known = monitor && (!store.known || store.liveMonitors().includes(monitor));
-    return html`<lf-stop .monitor=${known ? monitor : null} .only=${this.left !== null && !this.left.lockout}></lf-stop>`;
+    return monitor && (!store.known || store.liveMonitors().includes(monitor)) ? monitor : null;
+  }
+
+  /** An extension, or a tool that changes pages, may have taken STOP out of the page. */
+  private putBack(): void {
+    if (this.bar && !this.bar.isConnected) this.renderRoot.prepend(this.bar);
+  }
+
+  private stop() {
+    return html`<lf-stop .monitor=${this.stopped()} .only=${this.left !== null && !this.left.lockout}></lf-stop>`;
   }
 
   /** STOP stays after a session has ended, and the page says what still works. */
@@ -347,6 +376,14 @@ export class LfApp extends LitElement {
     void this.load(this.route.page);
   }
 
+  /** Loads the page of an updated hub, once that disturbs no user. */
+  private renew(): void {
+    const typing = deepActive() instanceof HTMLInputElement || deepActive() instanceof HTMLTextAreaElement;
+    const held = jog.busy || tuning.busy || holding.busy || Steady.busy;
+    const busy = held || dialog.stack.length > 0 || store.source === 'replay';
+    if (store.updated && store.linked && !busy && !typing) location.reload();
+  }
+
   private goTo(): void {
     jog.endAll();
     dialog.closeAll();
@@ -383,4 +420,10 @@ export class LfApp extends LitElement {
       event.composedPath()[0] instanceof HTMLInputElement || event.composedPath()[0] instanceof HTMLTextAreaElement;
     if (event.key === '?' && !typing && !this.modal && this.phase === 'on') openHelp();
   };
+}
+
+function deepActive(): Element | null {
+  let at = document.activeElement;
+  while (at?.shadowRoot?.activeElement) at = at.shadowRoot.activeElement;
+  return at;
 }

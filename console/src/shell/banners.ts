@@ -1,6 +1,7 @@
 // What must not be overlooked, in one strip under the bar; its height never changes.
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { fault, faults } from '../hub/faults';
 import { resumesIn } from '../hub/pause';
 import { has, inControl, may, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
@@ -122,19 +123,21 @@ export class LfBanners extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     askedChanged.addEventListener('change', this.again);
+    faults.addEventListener('change', this.again);
     this.timer = window.setInterval(this.tick, 100);
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     askedChanged.removeEventListener('change', this.again);
+    faults.removeEventListener('change', this.again);
     clearInterval(this.timer);
   }
 
   override render() {
     const { monitor } = this.route;
     const simulation = store.hello?.hub.simulation && store.source === 'live';
-    return html`${
+    return html`${this.reloads()}${
       !store.linked && store.hello
         ? banner('high', 'unlinked', t('banner.lost', { age: age(Date.now() - store.lostAt_ms) }))
         : nothing
@@ -144,6 +147,16 @@ export class LfBanners extends LitElement {
       ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
       ${alarmed() ? banner('medium zones', 'fire', html`<b>${alarmed()}</b>`) : nothing}
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
+  }
+
+  /** What is shown is not sure, or no longer fits the hub. */
+  private reloads() {
+    const text = fault() !== null ? t('shell.fault') : store.updated ? t('shell.updated') : '';
+    if (!text) return nothing;
+    return html`<div class="banner high" role="alert">
+      ${icon('warning')}<span class="grow"><b>${text}</b></span>
+      <lf-button id="reload" @click=${() => location.reload()}>${t('shell.reload')}</lf-button>
+    </div>`;
   }
 
   /** The part of all states that the strip shows, without ages and countdowns. */
@@ -160,6 +173,7 @@ export class LfBanners extends LitElement {
     const held = monitor ? [] : holders();
     return JSON.stringify([
       store.linked,
+      store.updated,
       store.source,
       second,
       store.hello?.seat,

@@ -6,6 +6,7 @@ import { jog } from '../hub/jog';
 import { t } from '../i18n';
 import '../parts/lf-button';
 import '../parts/lf-hold';
+import { Moved } from '../parts/moved';
 import { base, fields, table } from '../theme/shared';
 
 export interface DialogOptions<T> {
@@ -18,6 +19,7 @@ export interface DialogOptions<T> {
 }
 
 interface Open {
+  id: string;
   options: DialogOptions<unknown>;
   resolve: (value: unknown) => void;
   before: HTMLElement | null;
@@ -25,12 +27,14 @@ interface Open {
 
 class Dialogs extends EventTarget {
   stack: Open[] = [];
+  private opened = 0;
 
   /** Opens a dialog; resolves to the value it was closed with, undefined if it was dismissed. */
   open<T>(options: DialogOptions<T>): Promise<T | undefined> {
     jog.endAll();
     return new Promise((resolve) => {
       this.stack.push({
+        id: `dialog ${++this.opened}`,
         options: options as DialogOptions<unknown>,
         resolve: resolve as (value: unknown) => void,
         before: activeElement(),
@@ -39,12 +43,14 @@ class Dialogs extends EventTarget {
     });
   }
 
-  close(value?: unknown): void {
-    const top = this.stack.pop();
-    if (!top) return;
-    top.resolve(value);
+  /** Closes one, wherever it is: the top one without. One that is closed already stays so. */
+  close(value?: unknown, one = this.stack.at(-1)): void {
+    const at = one ? this.stack.indexOf(one) : -1;
+    if (!one || at < 0) return;
+    this.stack.splice(at, 1);
+    one.resolve(value);
     this.changed();
-    queueMicrotask(() => top.before?.focus());
+    queueMicrotask(() => one.before?.focus());
   }
 
   closeAll(): void {
@@ -160,6 +166,9 @@ export class LfDialogs extends LitElement {
         border-radius: var(--radius-large);
         box-shadow: var(--shadow-large);
       }
+      :host([moved]) .dialog {
+        pointer-events: none;
+      }
       .dialog:focus {
         outline: none;
       }
@@ -203,6 +212,11 @@ export class LfDialogs extends LitElement {
 
   @state() private count = 0;
 
+  constructor() {
+    super();
+    new Moved(this, '.veil', () => dialog.stack.slice(-1).map(({ id }) => id), true);
+  }
+
   override connectedCallback(): void {
     super.connectedCallback();
     dialog.addEventListener('change', this.changed);
@@ -218,7 +232,7 @@ export class LfDialogs extends LitElement {
   override render() {
     const top = dialog.stack.at(-1);
     if (!top) return nothing;
-    const close = (value?: unknown) => dialog.close(value);
+    const close = (value?: unknown) => dialog.close(value, top);
     const { title, content, actions, wide } = top.options;
     return html`<div class="veil">
       <div

@@ -11,6 +11,7 @@ import { icon } from '../parts/icons';
 import { base } from '../theme/shared';
 import { takeControl } from './authority';
 import { confirmDialog, dialog } from './dialog';
+import { keepInSight } from './stop-keys';
 
 /** A longer name of a monitor is below the word, a very long one without its middle. */
 const BESIDE_MOST = 4;
@@ -22,10 +23,10 @@ const ASKS_MS = 3000;
 /** Distance from STOP, px, so that a press that misses one does not hit the other; without the bar's own gap. */
 const APART_PX = 20;
 
-/** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
-export function isStopKey(event: KeyboardEvent): boolean {
-  return event.key === 'Pause' || event.key === 'F9' || (event.key === 'Escape' && event.shiftKey);
-}
+/** A finger that holds LOCKOUT trembles: so far beside it, px, it still holds. */
+const BESIDE_PX = 16;
+/** The click that belongs to a press comes within this time, ms; any other is a press of its own. */
+const CLICK_MS = 1000;
 
 @customElement('lf-stop')
 export class LfStop extends LitElement {
@@ -122,6 +123,7 @@ export class LfStop extends LitElement {
         letter-spacing: 0.02em;
       }
       .lockout {
+        touch-action: none;
         position: relative;
         overflow: hidden;
         margin-left: ${unsafeCSS(APART_PX)}px;
@@ -206,6 +208,8 @@ export class LfStop extends LitElement {
   /** LOCKOUT is being held; or was released too early, and says how to use it. */
   @state() private lockoutIs: 'idle' | 'held' | 'asks' = 'idle';
   private lockoutTimer = 0;
+  private pressedAt = -Infinity;
+  private endSight = () => {};
   /** STOP alone: the hub does not accept LOCKOUT from this page. */
   @property({ type: Boolean }) only = false;
 
@@ -233,7 +237,7 @@ export class LfStop extends LitElement {
     this.setAttribute('popover', 'manual');
     this.setAttribute('role', 'region');
     this.rise();
-    window.addEventListener('keydown', this.keyed, true);
+    this.endSight = keepInSight(this);
     document.addEventListener('toggle', this.covered, true);
   }
 
@@ -241,7 +245,7 @@ export class LfStop extends LitElement {
     super.disconnectedCallback();
     this.sized.disconnect();
     this.turnLockout('idle');
-    window.removeEventListener('keydown', this.keyed, true);
+    this.endSight();
     document.removeEventListener('toggle', this.covered, true);
   }
 
@@ -290,8 +294,9 @@ export class LfStop extends LitElement {
       title=${`${label}. ${t('stop.lockout_how')}`}
       @pointerdown=${(e: PointerEvent) => this.hold(e, monitor)}
       @pointerup=${this.leave}
-      @pointerleave=${this.leave}
+      @pointermove=${this.slid}
       @pointercancel=${this.leave}
+      @lostpointercapture=${this.leave}
       @contextmenu=${(e: Event) => e.preventDefault()}
       @click=${(e: MouseEvent) => this.clicked(e, () => this.again(monitor))}
     >
@@ -301,13 +306,25 @@ export class LfStop extends LitElement {
 
   private hold(event: PointerEvent, monitor: string | null): void {
     if (event.button !== 0) return;
+    this.pressedAt = event.timeStamp;
+    (event.currentTarget as Element).setPointerCapture(event.pointerId);
     this.turnLockout('held', HOLD_MS, () => {
       this.turnLockout('idle');
       this.lockout(monitor);
     });
   }
 
-  private readonly leave = (): void => {
+  /** A finger that slides off releases it. */
+  private readonly slid = (event: PointerEvent): void => {
+    if (this.lockoutIs !== 'held') return;
+    const at = (event.currentTarget as Element).getBoundingClientRect();
+    const { clientX: x, clientY: y } = event;
+    const across = x < at.left - BESIDE_PX || x > at.right + BESIDE_PX;
+    if (across || y < at.top - BESIDE_PX || y > at.bottom + BESIDE_PX) this.leave(event);
+  };
+
+  private readonly leave = (event: Event): void => {
+    this.pressedAt = event.timeStamp;
     if (this.lockoutIs === 'held') this.turnLockout('asks', ASKS_MS, () => this.turnLockout('idle'));
   };
 
@@ -328,12 +345,14 @@ export class LfStop extends LitElement {
 
   /** A finger or a mouse: at once. The click that follows is not a second press. */
   private press(event: PointerEvent, act: () => void): void {
-    if (event.button === 0) act();
+    if (event.button !== 0) return;
+    this.pressedAt = event.timeStamp;
+    act();
   }
 
-  /** The keyboard and assistive technology, which send no pointer. */
+  /** The keyboard and assistive technology, which send no pointer, whatever else they say. */
   private clicked(event: MouseEvent, act: () => void): void {
-    if (event.detail === 0) act();
+    if (event.detail === 0 || event.timeStamp - this.pressedAt > CLICK_MS) act();
   }
 
   private stop(monitor: string | null): void {
@@ -374,13 +393,6 @@ export class LfStop extends LitElement {
     if (sure) commands.request(monitor, 'Lockout All off', { confirm: monitor }).catch(() => {});
   }
 
-  private readonly keyed = (event: KeyboardEvent): void => {
-    if (!isStopKey(event)) return;
-    event.preventDefault();
-    event.stopImmediatePropagation();
-    if (!event.repeat) this.stop(this.monitor);
-  };
-
   private rise(): void {
     if (this.isConnected && !this.matches(':popover-open')) this.showPopover();
   }
@@ -402,10 +414,14 @@ function inShort(id: string): string {
   return id.length > SHOWN_MOST ? `${id.slice(0, SHOWN_MOST / 2 - 1)}…${id.slice(-SHOWN_MOST / 2)}` : id;
 }
 
-/** Of the live monitor: a recording must not show a lockout that is not in force. */
+/**
+ * Of the live monitor: a recording must not show a lockout that is not in force. Nor must an old value: another user may have
+ * released it, and then LOCKOUT is what is needed.
+ */
 function locked(monitor: string): boolean {
   const status = store.getLive(`monitors/${monitor}/status`);
-  return status?.subsystems.General?.flags.includes('LockedOut') ?? false;
+  if (!store.linked || !status || status.stale || status.at_ms === null) return false;
+  return status.subsystems.General?.flags.includes('LockedOut') ?? false;
 }
 
 /** The live monitors, and whether they are locked out. */

@@ -15,6 +15,10 @@ export interface Toast {
   text: string;
   /** What to do. */
   more?: string;
+  /** Until a user dismisses it. */
+  stays?: boolean;
+  /** Takes the place of the one with the same key. */
+  key?: string;
 }
 
 interface Shown extends Toast {
@@ -40,7 +44,18 @@ export function toast(note: Toast): void {
 
 /** The text of an outcome; none if the effect is visible anyway. */
 export function noteOf(outcome: Outcome): Toast | null {
+  const note = bare(outcome);
+  const stays = outcome.urgent === true && (note?.kind === 'error' || note?.kind === 'warning');
+  return note && { ...note, ...(stays && { stays }), ...(outcome.key && { key: outcome.key }) };
+}
+
+function bare(outcome: Outcome): Toast | null {
   const who = outcome.monitor ?? t('shell.all_monitors');
+  if (outcome.gone) return { kind: 'warning', text: t('stop.gone', { monitor: who }), stays: true };
+  if (outcome.unconfirmed) {
+    const what = `${who} · ${titleOf(outcome.what)}`;
+    return { kind: 'error', text: `${what}: ${t('stop.unconfirmed')}`, more: t('stop.unconfirmed_more') };
+  }
   if (outcome.error) {
     if (stands(outcome, outcome.error)) return { kind: 'info', text: t('stop.stands', { monitor: who }) };
     const refused = refusals(outcome.error)?.[0];
@@ -51,19 +66,18 @@ export function noteOf(outcome: Outcome): Toast | null {
     };
   }
   if (outcome.what.startsWith('authority')) return null;
+  const silent = outcome.waiting?.length ? t('stop.no_answer_yet', { monitors: outcome.waiting.join(', ') }) : '';
   const failed = outcome.failed?.filter(({ error }) => !stands(outcome, error)) ?? [];
   if (failed.length) {
     const monitors = failed.map(({ monitor }) => monitor).join(', ');
     return {
       kind: 'error',
       text: `${titleOf(outcome.what)} · ${t('stop.not_done', { monitors })}`,
-      more: failed[0]!.error.text(lang()),
+      more: [failed[0]!.error.text(lang()), silent].filter(Boolean).join(' '),
     };
   }
-  if (outcome.waiting?.length) {
-    const monitors = outcome.waiting.join(', ');
-    return { kind: 'warning', text: t('stop.no_answer_yet', { monitors }) };
-  }
+  if (silent) return { kind: 'warning', text: silent };
+  if (outcome.waiting) return null;
   const bad = outcome.result?.answers.find((answer) => !answer.success);
   if (bad)
     return {
@@ -167,6 +181,7 @@ export class LfToasts extends LitElement {
     this.endOutcomes = commands.onOutcome((outcome) => {
       const note = noteOf(outcome);
       if (note) toast(note);
+      else if (outcome.key) this.drop(this.shown.find(({ key }) => key === outcome.key)?.id ?? 0);
     });
   }
 
@@ -195,11 +210,14 @@ export class LfToasts extends LitElement {
 
   private readonly heard = (event: Event): void => {
     const note = (event as CustomEvent<Toast>).detail;
-    const same = this.shown.find((s) => s.text === note.text && s.kind === note.kind);
+    const former = note.key && this.shown.find(({ key }) => key === note.key);
+    const same = this.shown.find((s) => s !== former && s.text === note.text && s.kind === note.kind);
     const id = this.nextId++;
-    const others = this.shown.filter((s) => s !== same);
-    this.shown = [...others, { ...note, id, count: (same?.count ?? 0) + 1 }].slice(-MOST);
-    window.setTimeout(() => this.drop(id), STAY_MS[note.kind]);
+    const others = this.shown.filter((s) => s !== same && s !== former);
+    const all = [...others, { ...note, id, count: (same?.count ?? 0) + 1 }];
+    const leaving = all.filter(({ stays }) => !stays).slice(0, -MOST);
+    this.shown = all.filter((one) => !leaving.includes(one));
+    if (!note.stays) window.setTimeout(() => this.drop(id), STAY_MS[note.kind]);
   };
 
   private drop(id: number): void {

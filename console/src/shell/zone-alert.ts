@@ -5,10 +5,11 @@ import { repeat } from 'lit/directives/repeat.js';
 import type { ZoneState } from '../hub/api';
 import { may } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
-import { phaseOf, type Running, runningOf, whyNotOrder, zones } from '../hub/zones';
+import { Appeared, phaseOf, type Running, runningOf, whyNotOrder, zones } from '../hub/zones';
 import { age, t } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-button';
+import { Moved } from '../parts/moved';
 import { base } from '../theme/shared';
 import { hrefOf } from './router';
 import './zone-left';
@@ -45,6 +46,9 @@ export class LfZoneAlert extends LitElement {
       }
       .more {
         min-height: 48px;
+      }
+      :host([moved]) section > * {
+        pointer-events: none;
       }
       .coincidence,
       .countdown,
@@ -122,6 +126,8 @@ export class LfZoneAlert extends LitElement {
 
   private timer = 0;
   private shown = '';
+  private readonly appeared = new Appeared();
+  private rows: string[] = [];
 
   constructor() {
     super();
@@ -130,6 +136,7 @@ export class LfZoneAlert extends LitElement {
       () => ['zones', 'monitors/', SECOND],
       () => this.seen(),
     );
+    new Moved(this, 'section', () => this.rows, true);
   }
 
   private readonly sized = new ResizeObserver(() =>
@@ -154,10 +161,12 @@ export class LfZoneAlert extends LitElement {
     this.shown = this.seen();
     const running = runningOf(zones.view());
     const more = running.length - SHOWN_MOST;
+    // The most urgent ones, but none changes its place.
+    this.rows = this.appeared.inOrder(running.slice(0, SHOWN_MOST).map(({ zone }) => zone));
     return html`${repeat(
-      running.slice(0, SHOWN_MOST),
-      ({ zone }) => zone,
-      (zone) => this.one(zone),
+      this.rows,
+      (id) => id,
+      (id) => this.one(running.find(({ zone }) => zone === id)!),
     )}
       ${
         more > 0

@@ -1,13 +1,19 @@
 // Orders to the zone controller, and the hold that lasts as long as this page renews it.
 import type { DetectorBypass, ZoneMode } from '../hub/api';
 import { HubError } from '../hub/errors';
+import { halt } from '../hub/halt';
 import { http } from '../hub/http';
+import { insist } from '../hub/urgent';
 import { goesOn, phaseOf, zones } from '../hub/zones';
 import { lang, t } from '../i18n';
 import { toast } from './toasts';
 
 /** A hold ends 10 s after it was renewed last. */
 const RENEW_MS = 2000;
+/** The button that ends a hold is where the one was that began it: a second click of a double click is none, ms. */
+const DOUBLE_MS = 1000;
+/** The next order about a hold waits for the one before, ms at most: a dead network keeps none back. */
+const BEFORE_MOST_MS = 3000;
 /** Without an answer after this time people are shown so. */
 const ANSWER_MS = 2000;
 
@@ -30,10 +36,29 @@ async function order(to: string, body: unknown, what: string): Promise<boolean> 
   }
 }
 
+let urgents = 0;
+
+/** An order that ends something: it is given again until the hub answers, and what became of it stays until it was seen. */
+async function urge(to: string, what: string): Promise<boolean> {
+  halt('abort');
+  const key = `zone ${urgents++}`;
+  const unconfirmed = `${what}: ${t('stop.unconfirmed')}`;
+  const more = t('stop.unconfirmed_more');
+  const note = () => toast({ kind: 'error', text: unconfirmed, more, key, stays: true });
+  try {
+    await insist(() => http.post(to), note);
+    toast({ kind: 'ok', text: what, key });
+    return true;
+  } catch (cause) {
+    toast({ kind: 'error', text: `${what}: ${HubError.of(cause).text(lang())}`, key, stays: true });
+    return false;
+  }
+}
+
 /** Ends countdown and water. Every role, in every state of this page: the hub answers. */
 export function abortZone(zone: string): Promise<boolean> {
   holding.end(zone);
-  return order(path(zone, 'abort'), undefined, t('zones.did_abort', { zone }));
+  return urge(path(zone, 'abort'), t('zones.did_abort', { zone }));
 }
 
 export function releaseZone(zone: string): Promise<boolean> {
@@ -60,11 +85,8 @@ export function silenceZones(): Promise<boolean> {
 }
 
 export function lockZones(on: boolean): Promise<boolean> {
-  return order(
-    `/api/zones/${on ? 'lock' : 'unlock'}`,
-    undefined,
-    t(on ? 'events.zone_lockout_on' : 'events.zone_lockout_off'),
-  );
+  if (on) return urge('/api/zones/lock', t('events.zone_lockout_on'));
+  return order('/api/zones/unlock', undefined, t('events.zone_lockout_off'));
 }
 
 export function bypassDetector(detector: string, bypass: DetectorBypass): Promise<boolean> {
@@ -80,17 +102,26 @@ export function runPump(pump: string, on: boolean): Promise<boolean> {
 /** The holds of this page. One that is not renewed ends by itself, so a page that is closed holds nothing. */
 class Holding extends EventTarget {
   private readonly held = new Map<string, { timer: number; seen: boolean }>();
+  /** When a hold was started or ended here. */
+  private readonly turnedAt = new Map<string, number>();
+  private readonly last = new Map<string, Promise<unknown>>();
+
+  /** This page holds a countdown. */
+  get busy(): boolean {
+    return this.held.size > 0;
+  }
 
   has(zone: string): boolean {
     return this.held.has(zone);
   }
 
   async begin(zone: string): Promise<void> {
-    if (this.has(zone)) return;
+    if (this.has(zone) || this.isSecond(zone)) return;
     const timer = window.setInterval(() => void this.renew(zone), RENEW_MS);
     this.held.set(zone, { timer, seen: false });
     this.changed();
-    if (!(await order(path(zone, 'hold'), { on: true }, t('zones.did_hold', { zone })))) this.drop(zone);
+    const hold = () => order(path(zone, 'hold'), { on: true }, t('zones.did_hold', { zone }));
+    if (!(await this.after(zone, hold))) this.drop(zone);
   }
 
   /** Ends the hold of this page without asking the hub: an order that ends more follows. */
@@ -99,9 +130,30 @@ class Holding extends EventTarget {
   }
 
   /** Ends a hold, of this page or of another: the delay goes on. */
-  letGo(zone: string): Promise<boolean> {
+  async letGo(zone: string): Promise<boolean> {
+    if (this.isSecond(zone)) return false;
     this.drop(zone);
-    return order(path(zone, 'hold'), { on: false }, t('zones.did_let_go', { zone }));
+    return this.after(zone, () => order(path(zone, 'hold'), { on: false }, t('zones.did_let_go', { zone })));
+  }
+
+  /** Whether this is the second click of a double click; else it is noted as the first. */
+  private isSecond(zone: string): boolean {
+    const now = performance.now();
+    if (now - (this.turnedAt.get(zone) ?? -Infinity) < DOUBLE_MS) return true;
+    this.turnedAt.set(zone, now);
+    return false;
+  }
+
+  /** One order after the other: the hub hears them as they were given. */
+  private after<T>(zone: string, give: () => Promise<T>): Promise<T> {
+    const before = this.last.get(zone);
+    const late = new Promise((done) => setTimeout(done, BEFORE_MOST_MS));
+    const given = before ? Promise.race([before, late]).then(give) : give();
+    this.last.set(
+      zone,
+      given.catch(() => {}),
+    );
+    return given;
   }
 
   /** The session has ended. */
@@ -122,7 +174,8 @@ class Holding extends EventTarget {
   private async renew(zone: string): Promise<void> {
     this.look();
     if (!this.has(zone)) return;
-    await http.post(path(zone, 'hold'), { on: true }).catch((cause) => {
+    const renewal = async () => this.has(zone) && http.post(path(zone, 'hold'), { on: true });
+    await this.after(zone, renewal).catch((cause) => {
       const error = HubError.of(cause);
       // Without a link it is tried again until the hub lets the delay go on.
       if (error.code === 'not_linked') return;

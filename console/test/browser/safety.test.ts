@@ -507,7 +507,7 @@ describe('other input devices', () => {
         }));
         Object.defineProperty(navigator, 'getGamepads', {
           configurable: true,
-          value: () => (there ? [{ axes, buttons }] : []),
+          value: () => (there ? [{ index: 0, mapping: 'standard', axes, buttons }] : []),
         });
         window.dispatchEvent(new Event('gamepadconnected'));
       },
@@ -515,18 +515,28 @@ describe('other input devices', () => {
     );
   }
 
+  /** Two frames at rest: only then does it move anything. */
+  async function rest(): Promise<void> {
+    await pad([0, 0]);
+    await drawn(page);
+  }
+
   test('a gamepad moves while its stick is held, and not when it is disconnected', async () => {
     await take(page);
+    await pad([-1, 0]);
+    await passes(page, 700);
+    expect(await site.position('M1'), 'it was connected with its stick pulled').toBe(began);
+    await rest();
     await begun(
       () => pad([-1, 0]),
       () => pad([0, 0]),
     );
-    await pad([0, 0]);
+    await rest();
     await ended();
     expect(await site.position('M1')).toBeGreaterThan(began);
     await begun(
       () => pad([-1, 0]),
-      () => pad([0, 0]),
+      () => rest(),
     );
     await pad([-1, 0], [], false);
     await ended();

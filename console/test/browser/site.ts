@@ -140,6 +140,14 @@ export class Site {
     return (await this.outputs(id))[drive]?.position ?? NaN;
   }
 
+  /** The limits of a drive, as the hub knows them. */
+  async range(id: string, drive: 'Horizontal' | 'Vertical' | 'Nozzle'): Promise<{ min: number; max: number }> {
+    const { limits } = (await (await fetch(`${this.api}/api/monitors/${id}`)).json()) as Monitor;
+    const range = limits?.[drive];
+    if (!range) throw new Error(`no limits of ${drive}`);
+    return range;
+  }
+
   async moves(id: string): Promise<boolean> {
     const now = await this.outputs(id);
     return ['Horizontal', 'Vertical', 'Nozzle'].some((drive) => now[drive]?.flags.includes('Move'));

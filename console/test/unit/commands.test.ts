@@ -1,8 +1,10 @@
-import { afterEach, beforeEach, expect, test, vi } from 'vitest';
-import { commands, outcomeOf } from '../../src/hub/commands';
-import { HubError, NOT_LINKED } from '../../src/hub/errors';
+import { afterEach, beforeEach, describe, expect, test, vi } from 'vitest';
+import { commands, type Outcome, outcomeOf } from '../../src/hub/commands';
+import { HubError, NOT_LINKED, OUTCOME_UNKNOWN, ofStatus } from '../../src/hub/errors';
+import { type Halt, onHalt } from '../../src/hub/halt';
 import { http } from '../../src/hub/http';
 import { type Answered, socket } from '../../src/hub/socket';
+import { store } from '../../src/hub/store';
 import type { Result } from '../../src/hub/types';
 import { noteOf } from '../../src/shell/toasts';
 
@@ -53,4 +55,136 @@ test('that a STOP is sent is not all that is reported of it, while there is a We
   expect(await stopOf(() => Promise.reject(silent))).toBe('outcome_unknown');
   const cut = () => Promise.reject(new HubError(NOT_LINKED));
   expect(await stopOf(cut)).toEqual({ M1: { pending: true } });
+});
+
+test('what failed does not conceal who has not answered', () => {
+  const outcome = outcomeOf({ M1: done, M2: away, M3: { pending: true } });
+  expect(outcome.waiting).toEqual(['M3']);
+  expect(outcome.failed?.map(({ monitor }) => monitor)).toEqual(['M2']);
+  const note = noteOf({ monitor: null, what: 'Stop All', urgent: true, ...outcome });
+  expect(note).toMatchObject({ kind: 'error', text: expect.stringContaining('stop.not_done'), stays: true });
+  expect(note?.more).toContain('stop.no_answer_yet');
+});
+
+test('only what became of a STOP stays until it was seen', () => {
+  const error = new HubError(NOT_LINKED);
+  expect(noteOf({ monitor: 'M1', what: 'Stop All', urgent: true, error })?.stays).toBe(true);
+  expect(noteOf({ monitor: 'M1', what: 'Open Valve1', error })?.stays).toBeUndefined();
+  expect(noteOf({ monitor: 'M1', what: 'Stop All', urgent: true, result: done })?.stays).toBeUndefined();
+});
+
+describe('a STOP into a dead network', () => {
+  let told: Outcome[];
+  let end: () => void;
+
+  beforeEach(() => {
+    told = [];
+    end = commands.onOutcome((outcome) => told.push(outcome));
+    store.setLinked(false);
+  });
+  afterEach(() => {
+    end();
+    store.setLinked(false);
+  });
+
+  const notes = () => told.map((outcome) => (outcome.unconfirmed ? 'unconfirmed' : outcome.error ? 'failed' : 'done'));
+
+  test('is said not to be confirmed after a second, and sent again when the hub is back', async () => {
+    vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+    const ask = vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(900);
+    expect(notes()).toEqual([]);
+    await vi.advanceTimersByTimeAsync(200);
+    expect(notes()).toEqual(['unconfirmed']);
+    const { key } = told[0]!;
+    ask.mockResolvedValue({ result: done } as Answered);
+    await vi.advanceTimersByTimeAsync(20_000);
+    expect(ask).toHaveBeenCalledTimes(1);
+    store.setLinked(true);
+    expect(await result).toEqual({ M1: done });
+    expect(ask).toHaveBeenCalledTimes(2);
+    expect(notes()).toEqual(['unconfirmed', 'done']);
+    expect(told[1]!.key, 'in the place of what was said before').toBe(key);
+    await vi.advanceTimersByTimeAsync(100_000);
+    expect(notes()).toHaveLength(2);
+  });
+
+  test('is not given up because both paths fail, but after a minute', async () => {
+    vi.spyOn(http, 'post').mockRejectedValue(new HubError(NOT_LINKED));
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1').catch((error: HubError) => error.code);
+    await vi.advanceTimersByTimeAsync(59_000);
+    expect(notes()).toEqual(['unconfirmed']);
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(await result).toBe('not_linked');
+    expect(notes()).toEqual(['unconfirmed', 'failed']);
+    const asked = vi.mocked(socket.ask).mock.calls.length;
+    store.setLinked(true);
+    await vi.advanceTimersByTimeAsync(1000);
+    expect(vi.mocked(socket.ask).mock.calls.length).toBe(asked);
+  });
+
+  test('is not given up because a proxy says that it cannot reach the hub', async () => {
+    const proxy = new HubError(ofStatus(502));
+    vi.spyOn(http, 'post').mockRejectedValue(proxy);
+    const ask = vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(notes()).toEqual(['unconfirmed']);
+    ask.mockResolvedValue({ result: done } as Answered);
+    store.setLinked(true);
+    expect(await result).toEqual({ M1: done });
+  });
+
+  test('whose connection breaks before the answer is sent again, and a second break does not end that', async () => {
+    vi.spyOn(http, 'post').mockRejectedValue(new HubError(NOT_LINKED));
+    const ask = vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(OUTCOME_UNKNOWN));
+    const result = commands.lockout();
+    for (let n = 0; n < 2; n += 1) {
+      store.setLinked(true);
+      await vi.advanceTimersByTimeAsync(500);
+      store.setLinked(false);
+    }
+    ask.mockResolvedValue({ results: { M1: done } });
+    store.setLinked(true);
+    expect(await result).toEqual({ M1: done });
+    expect(ask).toHaveBeenCalledTimes(4);
+  });
+});
+
+test('a STOP to a monitor that the hub no longer knows goes to all of them, and says so', async () => {
+  const told: Outcome[] = [];
+  const end = commands.onOutcome((outcome) => told.push(outcome));
+  const gone = new HubError({ code: 'no_monitor', en: '', ru: '' });
+  const ask = vi
+    .spyOn(socket, 'ask')
+    .mockRejectedValueOnce(gone)
+    .mockResolvedValue({ results: { M2: done } });
+  expect(await commands.stop('M1')).toEqual({ M2: done });
+  end();
+  expect(ask.mock.calls.map(([message]) => message)).toEqual([
+    { type: 'stop', monitor: 'M1', of: undefined },
+    { type: 'stop' },
+  ]);
+  expect(told.some(({ gone }) => gone)).toBe(true);
+});
+
+test('every order to stop or close is one event, before it is sent', () => {
+  vi.spyOn(socket, 'ask').mockImplementation(() => new Promise(() => {}));
+  const heard: Halt[] = [];
+  const stops: (string | null)[] = [];
+  const ends = [onHalt((one) => heard.push(one)), commands.onStop((monitor) => stops.push(monitor))];
+  void commands.stop('M1');
+  void commands.stop();
+  void commands.close('M2', 'Valve1');
+  void commands.lockout('M3');
+  for (const end of ends) end();
+  expect(heard).toEqual([
+    { kind: 'stop', monitor: 'M1' },
+    { kind: 'stop', monitor: null },
+    { kind: 'close', monitor: 'M2' },
+    { kind: 'lockout', monitor: 'M3' },
+  ]);
+  expect(stops).toEqual(['M1', null, 'M3']);
 });

@@ -1,7 +1,9 @@
 import { expect, test } from 'vitest';
-import { ofCodes, ofPad, together } from '../../src/pages/operate/input';
+import { ofCodes, ofPad, Pads, together } from '../../src/pages/operate/input';
 
-const pad = (axes: number[], pressed: number[] = []) => ({
+const pad = (axes: number[], pressed: number[] = [], index = 0, mapping = 'standard') => ({
+  index,
+  mapping,
   axes,
   buttons: Array.from({ length: 16 }, (_, n) => ({ pressed: pressed.includes(n) })),
 });
@@ -26,4 +28,32 @@ test('the first of two sources gets the drive', () => {
     Vertical: 'max',
     Nozzle: 'min',
   });
+});
+
+test('a gamepad moves only what was at rest before, also after it was blocked', () => {
+  const pads = new Pads();
+  const reads = (...all: ReturnType<typeof pad>[]) => pads.read(all, {}).holding;
+  const [pulled, rest] = [pad([-1, 0]), pad([0, 0])];
+  expect(reads(pulled), 'it was connected with its stick pulled').toEqual({});
+  expect(reads(rest)).toEqual({});
+  expect(reads(pulled)).toEqual({ Horizontal: 'max' });
+  pads.block();
+  expect(reads(pulled)).toEqual({});
+  expect(reads(pad([0.25, 0])), 'inside of the dead zone is at rest').toEqual({});
+  expect(reads(pulled)).toEqual({ Horizontal: 'max' });
+  expect(reads(), 'it is gone').toEqual({});
+  expect(reads(pulled), 'and comes back').toEqual({});
+});
+
+test('a gamepad of an unknown kind moves nothing, and its buttons are not STOP', () => {
+  const pads = new Pads();
+  const odd = (axes: number[], pressed: number[] = []) => pad(axes, pressed, 0, '');
+  expect(pads.read([odd([0, 0])], {})).toEqual({ holding: {}, stop: false });
+  expect(pads.read([odd([-1, 0], [1])], {})).toEqual({ holding: {}, stop: false });
+});
+
+test('STOP is a button of every gamepad, once for each press', () => {
+  const pads = new Pads();
+  const stop = (pressed: number[]) => pads.read([pad([0, 0], [], 0), pad([0, 0], pressed, 3)], {}).stop;
+  expect([stop([]), stop([1]), stop([1]), stop([]), stop([1])]).toEqual([false, true, false, false, true]);
 });

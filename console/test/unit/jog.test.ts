@@ -109,3 +109,18 @@ test('endAll releases everything, or one monitor', () => {
   expect(types().filter((type) => type === 'jog_end')).toHaveLength(2);
   expect(vi.getTimerCount()).toBe(0);
 });
+
+test('the late end of a motion that was released does not end the next one', () => {
+  const heard = { type: 'jog', monitor: 'M1', drive: 'Vertical', text: null } as const;
+  jog.hold('M1', 'Vertical', 'max').end();
+  const next = jog.hold('M1', 'Vertical', 'min');
+  jog.heard({ ...heard, state: 'stopping', end: null });
+  jog.heard({ ...heard, state: 'ended', end: 'stopped' });
+  expect(next.ended).toBe(false);
+  jog.heard({ ...heard, state: 'moving', end: null });
+  jog.heard({ ...heard, state: 'stopping', end: null });
+  expect(next.ended, 'now it is its own').toBe(true);
+  const last = jog.hold('M1', 'Vertical', 'max');
+  jog.heard({ ...heard, state: 'ended', end: 'refused' });
+  expect(last.ended).toBe(true);
+});

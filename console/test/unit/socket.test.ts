@@ -26,6 +26,7 @@ test('subscribes to the monitors shown in full, also after a reconnection', asyn
   });
   vi.stubGlobal('location', { origin: 'http://hub' });
   vi.stubGlobal('window', { setInterval: () => 0, setTimeout: () => 0, addEventListener: () => {} });
+  vi.stubGlobal('document', { addEventListener: () => {} });
   vi.stubGlobal('WebSocket', Wire);
   const { socket } = await import('../../src/hub/socket');
   const state = JSON.stringify({ type: 'state', now_ms: 1, set: { 'monitors/M1/info': {}, 'monitors/M2/info': {} } });
@@ -49,4 +50,34 @@ test('subscribes to the monitors shown in full, also after a reconnection', asyn
   socket.look(['M9']);
   socket.look(null);
   expect(sent).toEqual([{ type: 'subscribe', monitors: [] }, { type: 'subscribe' }]);
+});
+
+test('a seat that another window has resumed is given up; a page that reads slowly keeps its own', async () => {
+  const { socket } = await import('../../src/hub/socket');
+  const taken = vi.fn();
+  socket.onSeatTaken = taken;
+  const last = () => wires.at(-1)! as unknown as { onclose: (event: { code: number; reason: string }) => void };
+  const open = () => (socket as unknown as { open(): void }).open();
+  sessionStorage.setItem('lafet.resume', 'secret');
+  open();
+  last().onclose({ code: 4409, reason: 'too slow' });
+  expect(sessionStorage.getItem('lafet.resume')).toBe('secret');
+  open();
+  last().onclose({ code: 4409, reason: 'resumed elsewhere' });
+  expect(sessionStorage.getItem('lafet.resume')).toBeNull();
+  expect(taken).toHaveBeenCalledTimes(1);
+});
+
+test('after a sleep the link is silent by the clock of the day, though the page has not run', async () => {
+  const { socket } = await import('../../src/hub/socket');
+  const { store } = await import('../../src/hub/store');
+  (socket as unknown as { open(): void }).open();
+  store.setLinked(true);
+  const listen = () => (socket as unknown as { listen(): void }).listen();
+  listen();
+  expect(store.linked).toBe(true);
+  vi.setSystemTime(Date.now() + 60_000);
+  listen();
+  vi.useRealTimers();
+  expect(store.linked).toBe(false);
 });

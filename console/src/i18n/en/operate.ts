@@ -42,6 +42,8 @@ export default {
   'operate.valve_Between': 'between',
   'operate.valve_unknown': 'unknown',
   'operate.valve_is_open': 'It is open',
+  'operate.was': 'was: {state}, {age} ago',
+  'operate.was_unknown': 'was: {state}, not known since when',
   'operate.open': 'Open',
   'operate.close': 'Close',
   'operate.automatic': 'Automatic',

@@ -1,6 +1,9 @@
 export default {
   'shell.hold': 'hold {s} s',
   'shell.hold_hint': 'Press and hold for {s} s',
+  'shell.hold_stopped': 'Ended by an order to stop or close. Press and hold again.',
+  'shell.hold_stalled': 'This page stalled meanwhile. Press and hold again.',
+  'shell.moved': 'This has only just come here. Press again.',
   'shell.close': 'Close',
   'shell.again': 'Try again',
   'shell.cancel': 'Cancel',
@@ -11,6 +14,13 @@ export default {
   'shell.missing': 'This page cannot be loaded: the hub does not answer. Trying again…',
   'shell.unreachable': 'The hub does not answer. Trying again…',
   'shell.unreachable_stop': 'Until then STOP cannot be sent from here: use the hardware stop at the monitor.',
+  'shell.other_user': '{user} has logged in to this browser in another tab. This page is loaded again.',
+  'shell.seat_taken':
+    'Control is in the other window of this browser, which goes on with the session of this one. Take control here again if you need it.',
+  'shell.updated':
+    'The hub has been updated. This page is loaded again as soon as nothing is held and no dialog is open.',
+  'shell.reload': 'Reload now',
+  'shell.fault': 'An error in this page: what it shows may be old. Reload it.',
   'nav.label': 'Pages',
   'nav.monitor': 'Monitor',
   'nav.unack': 'unacknowledged',
@@ -61,6 +71,10 @@ export default {
   'stop.locked_all': 'LOCKED OUT',
   'stop.no_answer_yet': '{monitors}: sent, no answer yet',
   'stop.not_done': 'NOT carried out by: {monitors}',
+  'stop.unconfirmed': 'NOT CONFIRMED',
+  'stop.unconfirmed_more':
+    'The hub has not answered. It is sent again as soon as the hub is back. Use the hardware stop at the monitor.',
+  'stop.gone': 'The hub no longer knows {monitor}: STOP was sent to all monitors.',
   'stop.stands': '{monitor} is locked out: the lockout has stopped it already.',
   'stop.release': 'RELEASE…',
   'stop.release_title': 'Release the lockout of {monitor}',

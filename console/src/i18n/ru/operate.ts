@@ -41,6 +41,8 @@ export default {
   'operate.valve_Between': 'между',
   'operate.valve_unknown': 'неизвестно',
   'operate.valve_is_open': 'Затвор открыт',
+  'operate.was': '{age} назад: {state}',
+  'operate.was_unknown': 'последнее известное: {state}, когда — неизвестно',
   'operate.open': 'Открыть',
   'operate.close': 'Закрыть',
   'operate.automatic': 'Автоматика',

@@ -4,6 +4,7 @@ import { customElement, property } from 'lit/decorators.js';
 import { type Hold, type HoldState, jog } from '../../hub/jog';
 import type { Drive, Toward } from '../../hub/types';
 import { type Key, t, tt } from '../../i18n';
+import { HeldKeys } from '../../parts/held-keys';
 import { type IconName, icon } from '../../parts/icons';
 import { buttonStyle } from '../../parts/lf-button';
 import { hideWhy, showWhy, whyLeft } from '../../parts/why';
@@ -54,6 +55,7 @@ export class LfMove extends LitElement {
   @property() toward: Toward = 'max';
   @property() why = '';
   private hold: Hold | null = null;
+  private readonly keys = new HeldKeys(() => this.keys.size === 0 && this.left());
 
   override render() {
     const way = WAYS[this.drive]![this.toward];
@@ -68,7 +70,7 @@ export class LfMove extends LitElement {
       @pointercancel=${this.left}
       @lostpointercapture=${this.left}
       @keydown=${this.keyed}
-      @keyup=${this.left}
+      @keyup=${(e: KeyboardEvent) => this.keys.release(e.code)}
       @blur=${this.left}
       @contextmenu=${(e: Event) => e.preventDefault()}
       @pointerenter=${() => this.why && showWhy(this, this.why)}
@@ -99,7 +101,9 @@ export class LfMove extends LitElement {
   private keyed(event: KeyboardEvent): void {
     if (event.key !== 'Enter' && event.key !== ' ') return;
     event.preventDefault();
-    if (!event.repeat) this.begin();
+    if (event.repeat || event.metaKey || event.altKey || event.ctrlKey) return;
+    this.keys.press(event);
+    this.begin();
   }
 
   private begin(): void {
@@ -122,6 +126,7 @@ export class LfMove extends LitElement {
   }
 
   private readonly left = (): void => {
+    this.keys.clear();
     if (!this.hold) return;
     this.hold.end();
     this.hold = null;

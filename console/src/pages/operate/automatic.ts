@@ -15,7 +15,7 @@ import { toast } from '../../shell/toasts';
 import { base, card, fields } from '../../theme/shared';
 import { parse, show, unitText } from '../../units';
 import { wholeLength } from './found';
-import { exists, limits, position, posture } from './state';
+import { exists, limits, position, posture, wasSo } from './state';
 
 /** 60 mm is the narrowest position of the usual nozzle; the limits have that of this one. */
 const NOZZLE_USUAL_MM = 60;
@@ -87,6 +87,11 @@ export class LfAutomatic extends LitElement {
         border-radius: var(--radius);
         background: var(--accent-soft);
         font-weight: 600;
+      }
+      .running.old {
+        background: var(--surface-2);
+        color: var(--dim);
+        font-weight: 500;
       }
       .by {
         display: block;
@@ -160,10 +165,11 @@ export class LfAutomatic extends LitElement {
   }
 
   private running(text: string, subsystem: string) {
-    const direct = subsystem === 'Control' ? directAim(this.monitor) : '';
-    return html`<div class="running" role="status">
-      ${icon('play')}<span class="grow"
-        >${text}${this.begun()}${direct ? html`<small class="direct">${t('operate.direct', { why: direct })}</small>` : nothing}</span
+    const stale = store.stale(this.monitor);
+    const direct = subsystem === 'Control' && !stale ? directAim(this.monitor) : '';
+    return html`<div class="running ${stale ? 'old' : ''}" role="status">
+      ${icon(stale ? 'clock' : 'play')}<span class="grow"
+        >${stale ? wasSo(this.monitor, text) : text}${this.begun()}${direct ? html`<small class="direct">${t('operate.direct', { why: direct })}</small>` : nothing}</span
       >
       <lf-button id="end" @click=${() => commands.stop(this.monitor, subsystem).catch(() => {})}
         >${t('operate.end')}</lf-button
@@ -333,7 +339,7 @@ export class LfAutomatic extends LitElement {
                 })
               : '';
             return html`<div class="row">
-              <lf-button .why=${why} @click=${start(n, close)}>${t('operate.program_n', { n })}</lf-button>
+              <lf-hold .why=${why} @held=${start(n, close)}>${t('operate.program_n', { n })}</lf-hold>
               <span class="dim grow">${why ? why : what}</span>
             </div>`;
           })}

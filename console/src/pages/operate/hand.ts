@@ -1,13 +1,16 @@
 // Motion by hand: stick on screen, keyboard, gamepad; nozzle. Hold to move.
-import { css, html, LitElement, nothing } from 'lit';
-import { customElement, property, state } from 'lit/decorators.js';
+import { css, html, LitElement, nothing, type PropertyValues } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
+import { onHalt } from '../../hub/halt';
 import { type Hold, type HoldState, jog } from '../../hub/jog';
 import { has } from '../../hub/session';
 import { store, TopicController } from '../../hub/store';
 import { type Key, t, tt } from '../../i18n';
+import { HeldKeys } from '../../parts/held-keys';
 import { changes, type Drive, type HoldDetail, type Holding } from '../../parts/hold';
 import { icon } from '../../parts/icons';
+import type { LfJoystick } from '../../parts/lf-joystick';
 import '../../parts/lf-joystick';
 import '../../parts/lf-slider';
 import { hideWhy, showWhy } from '../../parts/why';
@@ -15,7 +18,7 @@ import { dialog } from '../../shell/dialog';
 import { toast } from '../../shell/toasts';
 import { base, card } from '../../theme/shared';
 import { unitText } from '../../units';
-import { isMoveKey, ofCodes, ofPad, PAD_STOP, together } from './input';
+import { isEmpty, isMoveKey, ofCodes, Pads, together } from './input';
 import { AIMED, limits, limitsReached, position, whyNotWork } from './state';
 
 type Source = 'stick' | 'buttons' | 'keys' | 'pad';
@@ -120,11 +123,16 @@ export class LfHand extends LitElement {
   @state() private states: Partial<Record<Drive, HoldState>> = {};
   @state() private pad = false;
   private readonly sources: Record<Source, Holding> = { stick: {}, buttons: {}, keys: {}, pad: {} };
-  private readonly codes = new Set<string>();
+  private readonly keys = new HeldKeys(() => this.want('keys', ofCodes(this.keys.values())));
+  private readonly buttonKeys = new HeldKeys(() => this.buttonKeys.size === 0 && this.want('buttons', {}));
   private wanted: Holding = {};
   private readonly holds = new Map<Drive, Hold>();
+  /** Drives that have come to rest at a limit while they were held, until nothing is held. */
+  private readonly spent = new Map<Drive, 'min' | 'max'>();
+  private readonly pads = new Pads();
   private padFrame = 0;
-  private padStopped = false;
+  private endHalt = () => {};
+  @query('lf-joystick') private joystick?: LfJoystick;
 
   constructor() {
     super();
@@ -138,6 +146,10 @@ export class LfHand extends LitElement {
     window.addEventListener('blur', this.left);
     document.addEventListener('visibilitychange', this.left);
     window.addEventListener('gamepadconnected', this.padCame);
+    dialog.addEventListener('change', this.dialogTurned);
+    this.endHalt = onHalt(({ monitor }) => {
+      if (monitor === null || monitor === this.monitor) this.drop();
+    });
     this.padCame();
   }
 
@@ -148,11 +160,15 @@ export class LfHand extends LitElement {
     window.removeEventListener('blur', this.left);
     document.removeEventListener('visibilitychange', this.left);
     window.removeEventListener('gamepadconnected', this.padCame);
+    dialog.removeEventListener('change', this.dialogTurned);
+    this.endHalt();
     cancelAnimationFrame(this.padFrame);
     this.padFrame = 0;
-    this.left();
-    this.want('stick', {});
-    this.want('pad', {});
+    this.drop();
+  }
+
+  override willUpdate(changed: PropertyValues): void {
+    if (changed.has('monitor') && changed.get('monitor')) this.drop();
   }
 
   override render() {
@@ -222,10 +238,15 @@ export class LfHand extends LitElement {
       @keydown=${(e: KeyboardEvent) => {
         if (e.key !== ' ' && e.key !== 'Enter') return;
         e.preventDefault();
-        if (!e.repeat) hold(e, true);
+        if (e.repeat || e.metaKey || e.altKey || e.ctrlKey) return;
+        this.buttonKeys.press(e);
+        hold(e, true);
       }}
-      @keyup=${end}
-      @blur=${end}
+      @keyup=${(e: KeyboardEvent) => this.buttonKeys.release(e.code)}
+      @blur=${(e: Event) => {
+        this.buttonKeys.clear();
+        end(e);
+      }}
     >
       ${icon(toward === 'max' ? 'narrow' : 'wide', 24)}
     </button>`;
@@ -260,13 +281,18 @@ export class LfHand extends LitElement {
     this.sources[source] = holding;
     const { stick, buttons, keys, pad } = this.sources;
     const next = together([stick, buttons, keys, pad]);
+    if (isEmpty(next)) this.spent.clear();
+    for (const [drive, toward] of this.spent) if (next[drive] === toward) delete next[drive];
     const { ended, begun } = changes(this.wanted, next);
     this.wanted = next;
     for (const { drive } of ended) {
-      this.holds.get(drive)?.end();
+      const hold = this.holds.get(drive);
+      // Before its end, so that it counts as a release.
       this.holds.delete(drive);
+      hold?.end();
     }
-    for (const { drive, toward } of begun) this.begin(drive, toward);
+    // One that does not begin releases the others.
+    for (const { drive, toward } of begun) if (this.wanted[drive] === toward) this.begin(drive, toward);
     this.requestUpdate();
   }
 
@@ -274,58 +300,76 @@ export class LfHand extends LitElement {
     const why = whyNotWork(this.monitor, drive);
     if (why) {
       toast({ kind: 'info', text: why });
-      return;
+      return this.drop();
     }
-    this.holds.set(
-      drive,
-      jog.hold(this.monitor, drive, toward, (told) => this.told(drive, told)),
-    );
+    this.dispatchEvent(new CustomEvent('moved-by-hand'));
+    const hold = jog.hold(this.monitor, drive, toward, (told) => this.told(drive, told));
+    if (hold.ended) this.drop();
+    else this.holds.set(drive, hold);
   }
 
   private told(drive: Drive, told: HoldState): void {
     this.states = { ...this.states, [drive]: told };
+    const hold = this.holds.get(drive);
+    if (hold?.ended) this.lapsed(drive, hold, told);
     const bad = ['refused', 'still_moving', 'unbounded', 'unknown'].includes(told.end ?? '');
     if (told.state === 'ended' && bad) toast({ kind: 'warning', text: `${this.monitor}: ${tt(told.text)}` });
   }
+
+  /** A hold has ended although the control was not released. */
+  private lapsed(drive: Drive, hold: Hold, told: HoldState): void {
+    if (told.end !== 'standing') return this.drop();
+    // It has come to its limit; what else is held goes on.
+    this.holds.delete(drive);
+    this.spent.set(drive, hold.toward);
+  }
+
+  /** Releases everything: nothing moves again until the control was really released. */
+  private drop(): void {
+    this.pads.block();
+    this.joystick?.letGo();
+    this.left();
+    this.want('stick', {});
+    this.want('pad', {});
+  }
+
+  private readonly dialogTurned = (): void => {
+    if (dialog.stack.length > 0) this.drop();
+  };
 
   private readonly keyDown = (event: KeyboardEvent): void => {
     if (!isMoveKey(event.code) || event.defaultPrevented || takesKeys(event)) return;
     if (event.ctrlKey || event.altKey || event.metaKey || dialog.stack.length > 0) return;
     event.preventDefault();
-    if (event.repeat) return;
-    this.codes.add(event.code);
-    this.want('keys', ofCodes(this.codes));
+    this.keys.press(event);
   };
 
   private readonly keyUp = (event: KeyboardEvent): void => {
-    if (this.codes.delete(event.code)) this.want('keys', ofCodes(this.codes));
+    this.keys.release(event.code);
   };
 
   private readonly left = (): void => {
-    this.codes.clear();
-    this.want('keys', {});
+    this.pads.block();
+    this.keys.clear();
+    this.buttonKeys.clear();
     this.want('buttons', {});
   };
 
   private readonly padCame = (): void => {
-    if (this.padFrame === 0 && pads().length > 0) this.padLoop();
+    if (this.padFrame === 0) this.padLoop();
   };
 
   private readonly padLoop = (): void => {
-    const [pad] = pads();
-    this.pad = pad !== undefined;
-    this.padFrame = pad ? requestAnimationFrame(this.padLoop) : 0;
-    if (!pad) return this.want('pad', {});
-    const stop = pad.buttons[PAD_STOP]?.pressed ?? false;
-    if (stop && !this.padStopped) commands.stop(this.monitor).catch(() => {});
-    this.padStopped = stop;
-    const next = dialog.stack.length > 0 ? {} : ofPad(pad, this.sources.pad);
+    const all = navigator.getGamepads?.().filter((pad) => pad !== null) ?? [];
+    this.pad = all.length > 0;
+    this.padFrame = this.pad ? requestAnimationFrame(this.padLoop) : 0;
+    if (dialog.stack.length > 0 || document.hidden || !document.hasFocus()) this.pads.block();
+    const { holding, stop } = this.pads.read(all, this.sources.pad);
+    // STOP acts in every window.
+    if (stop) commands.stop(this.monitor).catch(() => {});
+    const next = stop ? {} : holding;
     if (AIMED.some((drive) => next[drive] !== this.sources.pad[drive])) this.want('pad', next);
   };
-}
-
-function pads(): Gamepad[] {
-  return navigator.getGamepads?.().filter((pad) => pad !== null) ?? [];
 }
 
 /** Fields and sliders use these keys themselves. */

@@ -3,7 +3,7 @@ import { validOf } from '../../hub/readings';
 import { has, whyNot } from '../../hub/session';
 import { store } from '../../hub/store';
 import type { Range } from '../../hub/types';
-import { t } from '../../i18n';
+import { age, t } from '../../i18n';
 import type { QuenchSector } from '../../parts/geometry';
 import type { Holding } from '../../parts/hold';
 
@@ -45,6 +45,12 @@ export function posture(monitor: string): Posture {
     if (has(monitor, 'Deployer', flag)) return name;
   }
   return 'between';
+}
+
+/** A state that is no longer known: what it was, and how long ago. */
+export function wasSo(monitor: string, state: string): string {
+  const at_ms = store.get(`monitors/${monitor}/status`)?.at_ms;
+  return at_ms ? t('operate.was', { state, age: age(store.now() - at_ms) }) : t('operate.was_unknown', { state });
 }
 
 /** Why a drive would not move or a valve not open. */

@@ -4,13 +4,13 @@ import { customElement, property } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { flag } from '../../hub/dictionary';
 import { has } from '../../hub/session';
-import { store, TopicController } from '../../hub/store';
+import { SECOND, store, TopicController } from '../../hub/store';
 import type { Valve } from '../../hub/types';
 import { type Key, t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-hold';
 import { base, card } from '../../theme/shared';
-import { exists, whyNotWork } from './state';
+import { exists, wasSo, whyNotWork } from './state';
 
 const STATES = ['Opening', 'Closing', 'Open', 'Closed'] as const;
 
@@ -122,7 +122,7 @@ export class LfValves extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => `monitors/${this.monitor}/`);
+    new TopicController(this, () => [SECOND, `monitors/${this.monitor}/`]);
   }
 
   override render() {
@@ -141,8 +141,13 @@ export class LfValves extends LitElement {
     const heard = store.get(`monitors/${monitor}/status`)?.at_ms != null;
     const foam = valve === 'Valve2';
     const going = state === 'Opening' || state === 'Closing';
-    const kind = `${state === 'Open' ? 'open' : ''} ${going ? 'going' : ''} ${foam ? 'foam' : ''}`;
-    const why = state === 'Open' ? t('operate.valve_is_open') : whyNotWork(monitor, valve);
+    // An old state is no state: neither its colour nor its word may look like one.
+    const stale = store.stale(monitor);
+    const kind = `${stale ? 'old' : state === 'Open' ? 'open' : going ? 'going' : ''} ${foam ? 'foam' : ''}`;
+    const word = fault
+      ? tt(flag(valve, fault)?.meaning) || fault
+      : t(`operate.valve_${state ?? (heard ? 'Between' : 'unknown')}` as Key);
+    const why = state === 'Open' && !stale ? t('operate.valve_is_open') : whyNotWork(monitor, valve);
     // Close is never refused, and tried whatever the state of the link.
     const whyClose = store.source === 'replay' ? t('why.replay') : '';
     return html`<div class="valve ${kind}" id=${valve}>
@@ -150,9 +155,7 @@ export class LfValves extends LitElement {
         <span class="mark">${icon(foam ? 'foam' : 'water')}</span>
         <span>
           <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
-          <span class="${fault ? 'bad' : 'dim'} ${store.stale(monitor) ? 'stale' : ''}">
-            ${fault ? tt(flag(valve, fault)?.meaning) || fault : t(`operate.valve_${state ?? (heard ? 'Between' : 'unknown')}` as Key)}
-          </span>
+          <span class=${stale ? 'dim stale' : fault ? 'bad' : 'dim'}>${stale && heard ? wasSo(monitor, word) : word}</span>
         </span>
       </div>
       <lf-hold

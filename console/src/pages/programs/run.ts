@@ -3,6 +3,7 @@ import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { has, whyNot } from '../../hub/session';
+import { store } from '../../hub/store';
 import { age, plural, t } from '../../i18n';
 import { icon } from '../../parts/icons';
 import '../../parts/lf-button';
@@ -11,7 +12,7 @@ import '../../parts/lf-hold';
 import { lengthText } from '../../parts/words';
 import { base, card } from '../../theme/shared';
 import { show } from '../../units';
-import { position } from '../operate/state';
+import { position, wasSo } from '../operate/state';
 import {
   factsOfPoints,
   factsOfProgram,
@@ -147,8 +148,10 @@ export class LfProgramRun extends LitElement {
   private now() {
     const { monitor } = this;
     const paused = has(monitor, 'Control', 'Paused');
+    const stale = store.stale(monitor);
+    const text = t(paused ? 'programs.paused' : 'programs.running');
     return html`<div class="now" role="status">
-      <b>${icon(paused ? 'pause' : 'play')}${t(paused ? 'programs.paused' : 'programs.running')}</b>
+      <b class=${stale ? 'dim' : ''}>${icon(stale ? 'clock' : paused ? 'pause' : 'play')}${stale ? wasSo(monitor, text) : text}</b>
       <lf-button icon="stop" @click=${() => commands.stop(monitor, 'Control').catch(() => {})}
         >${t('programs.stop')}</lf-button
       >

@@ -1,0 +1,109 @@
+// A Stop, Close or Lockout on its way: by WebSocket, and by HTTP as well when that is down or slow. Where neither brings an
+// answer it is not given up: it is sent again as soon as the hub is back, and the operator sees that it is not confirmed.
+import { HubError, NOT_LINKED } from './errors';
+import { http } from './http';
+import { type Answered, socket } from './socket';
+import { LINKED, store } from './store';
+import type { ApiError, Result } from './types';
+
+export type Results = Record<string, Result | { error: ApiError } | { pending: true }>;
+
+export interface Urgent {
+  message: object;
+  path: string;
+  body: unknown;
+  monitor?: string;
+  /** It has no answer yet after a second. */
+  unconfirmed: () => void;
+}
+
+/** A Stop without an answer after this time, ms, is also sent by the other path. */
+const AGAIN_MS = 400;
+const CONFIRMED_MS = 1000;
+/** After this time, ms, it is no longer what the operator meant: it fails, and says so. */
+const GIVEN_UP_MS = 60_000;
+
+export function sendUrgent(urgent: Urgent): Promise<Results> {
+  return insist(() => once(urgent), urgent.unconfirmed);
+}
+
+/** Gives an order, and again whenever the hub is back, until it is answered. */
+export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Promise<T> {
+  return new Promise((resolve, reject) => {
+    const late = setTimeout(unconfirmed, CONFIRMED_MS);
+    const end = setTimeout(() => over(() => reject(new HubError(NOT_LINKED))), GIVEN_UP_MS);
+    let settled = false;
+    let unfollow = () => {};
+    const over = (act: () => void) => {
+      if (settled) return;
+      settled = true;
+      clearTimeout(late);
+      clearTimeout(end);
+      unfollow();
+      act();
+    };
+    const attempt = () =>
+      give().then(
+        (value) => over(() => resolve(value)),
+        (cause) => {
+          const error = HubError.of(cause);
+          if (!isLost(error)) over(() => reject(error));
+        },
+      );
+    unfollow = store.subscribe(LINKED, () => {
+      if (store.linked && !settled) void attempt();
+    });
+    void attempt();
+  });
+}
+
+/** There was no answer of the hub: what a proxy says in its place is none. */
+function isLost({ code, details }: HubError): boolean {
+  return code === NOT_LINKED.code || details.cut === true || code.startsWith('HTTP 5');
+}
+
+function once({ message, path, body, monitor }: Urgent): Promise<Results> {
+  const overHttp = () =>
+    http
+      .post<Result | Results>(path, body)
+      .then((answer) => (monitor ? { [monitor]: answer as Result } : (answer as Results)));
+  return new Promise((resolve, reject) => {
+    let failed = 0;
+    let tries = 1;
+    let sentAgain = false;
+    // By HTTP it is only known that it was sent; what comes of it is reported by WebSocket, if that is there.
+    let sent: Results | null = null;
+    const fail = (error: unknown) => {
+      failed += 1;
+      if (sent && isLost(HubError.of(error))) return resolve(sent);
+      if (sent) return reject(HubError.of(error));
+      if (failed === tries && sentAgain) reject(HubError.of(error));
+      else again();
+    };
+    const again = () => {
+      if (sentAgain) return;
+      sentAgain = true;
+      tries += 1;
+      overHttp().then((results) => {
+        if (failed === 0 && Object.values(results).some((one) => 'pending' in one)) sent = results;
+        else resolve(results);
+      }, fail);
+    };
+    const timer = setTimeout(again, AGAIN_MS);
+    socket
+      .ask(message)
+      .then((answer) => resolve(resultsOf(answer, monitor)))
+      .catch((error: unknown) => {
+        const told = HubError.of(error);
+        // The monitor or the hub has answered: the other path would give the same result.
+        if (!isLost(told) && told.code !== 'outcome_unknown') reject(told);
+        else fail(error);
+      })
+      .finally(() => clearTimeout(timer));
+  });
+}
+
+function resultsOf(answer: Answered, monitor?: string): Results {
+  if (answer.results) return answer.results;
+  return answer.result && monitor ? { [monitor]: answer.result } : {};
+}

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use crate::run::{self, StepResult, Steps, cargo, output, read, root, show, target};
 use crate::{
-    TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    no_std, package, plugs, python, setup, verify, words,
+    TaskResult, api, bench, bindings, console, demo, dissector, dist, firmware, hub, licences,
+    links, no_std, package, plugs, python, setup, verify, words,
 };
 
 /// Start of the README's test command.
@@ -38,7 +38,7 @@ enum When {
 
 /// The console comes first because it is built into the hub. The first two that run beside others have cargo's
 /// lock of the tests' folder for seconds at most, so that the tests need not wait for it.
-const STEPS: [CiStep; 23] = [
+const STEPS: [CiStep; 24] = [
     (
         When::First,
         "console",
@@ -55,6 +55,7 @@ const STEPS: [CiStep; 23] = [
     (When::Then, "plugs", "other protocols, with clients of others", plugs::check),
     (When::Then, "api", "the API and its description", api::check),
     (When::Then, "browser", "the console in a browser", console::browser),
+    (When::Then, "dist", "the package, installed in a bare Debian", dist::check),
     (When::Beside, "no-std", "no_std build for Cortex-M3", no_std::check),
     (
         When::Beside,

@@ -217,7 +217,10 @@ impl Trial {
     fn link(&self) -> Result<String, String> {
         let mut found = None;
         until("the hub has printed its link", || {
-            let said = self.machine.said(&["journalctl", "-u", UNIT, "-o", "cat", "-n", "50"])?;
+            // A link of an earlier start is of no use.
+            let show = ["systemctl", "show", UNIT, "-p", "InvocationID", "--value"];
+            let of = format!("_SYSTEMD_INVOCATION_ID={}", self.machine.said(&show)?.trim());
+            let said = self.machine.said(&["journalctl", "-o", "cat", &of])?;
             found = said.lines().rev().find_map(link_in);
             Ok(found.is_some())
         })?;

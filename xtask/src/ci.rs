@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use crate::run::{self, StepResult, Steps, cargo, output, read, root, show, target};
 use crate::{
-    TaskResult, api, bench, bindings, console, demo, dissector, firmware, hub, licences, links,
-    no_std, package, playground, plugs, python, setup, verify, website, words,
+    TaskResult, api, bench, bindings, console, demo, dissector, dist, firmware, hub, licences,
+    links, no_std, package, playground, plugs, python, setup, verify, website, words,
 };
 
 /// Start of the README's test command.
@@ -38,7 +38,7 @@ enum When {
 
 /// The console comes first because it is built into the hub. The first two that run beside others have cargo's
 /// lock of the tests' folder for seconds at most, so that the tests need not wait for it.
-const STEPS: [CiStep; 25] = [
+const STEPS: [CiStep; 26] = [
     (
         When::First,
         "console",
@@ -56,6 +56,7 @@ const STEPS: [CiStep; 25] = [
     (When::Then, "api", "the API and its description", api::check),
     (When::Then, "browser", "the console in a browser", console::browser),
     (When::Then, "playground", "the protocol in a page", playground::check),
+    (When::Then, "dist", "the package, installed in a bare Debian", dist::check),
     (When::Beside, "no-std", "no_std build for Cortex-M3", no_std::check),
     (
         When::Beside,

@@ -13,6 +13,7 @@ mod crates;
 mod cuts;
 mod demo;
 mod dissector;
+mod dist;
 mod docs;
 mod elf;
 mod faults;
@@ -83,7 +84,7 @@ const TASKS: &[Task] = &[
         arguments: "[STEP…]",
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
-                  only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, playground, \
+                  only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, playground, dist, \
                   no-std, firmware, clippy, doc, website, package, model, dissector, bindings, bench, swarm, hub, demo.",
         run: ci::ci,
     },
@@ -373,6 +374,19 @@ const TASKS: &[Task] = &[
                   cargo-semver-checks, which is installed in target/tools. Fails on a change that \
                   the version does not allow. A step of a release, not of CI.",
         run: semver::semver,
+    },
+    Task {
+        name: "dist",
+        arguments: "[--release | --test | --quick | --twice | --state PROGRAM] [--arch amd64|arm64]… \
+                    [--profile PROFILE] [--key FILE]",
+        about: "what users install: static programs, Debian packages, images, and the test of them",
+        details: "Makes target/dist-files/VERSION: programs without libraries of the system, packages, \
+                  archives, container images, a bill of materials and SHA256SUMS, which --key signs with \
+                  a secret key of minisign. --test installs, uses, upgrades, removes and purges them in a \
+                  bare Debian; --quick does so with the program of the demo, as CI does. --release: \
+                  both, from a commit without changes. --twice builds in two folders and compares. \
+                  --state packs what a hub of a program leaves, for the tests of later versions.",
+        run: dist::dist,
     },
     Task {
         name: "dissector",

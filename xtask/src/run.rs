@@ -32,6 +32,13 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
+/// A command for git, run in the workspace root.
+pub fn git() -> Command {
+    let mut command = Command::new("git");
+    command.current_dir(root());
+    command
+}
+
 /// Set once the tests of the workspace are built, here or by the process that started us: with them all
 /// programs and examples are, and cargo with other packages selected would build their dependencies again,
 /// with fewer features.

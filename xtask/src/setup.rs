@@ -109,7 +109,7 @@ pub fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
 }
 
 /// Debian packages that steps of CI need, each with a program that shows whether it is there.
-const IN_CI: [(&str, &str); 11] = [
+const IN_CI: [(&str, &str); 14] = [
     ("curl", "curl"),
     ("openssl", "openssl"),
     ("psql", "postgresql"),
@@ -121,6 +121,9 @@ const IN_CI: [(&str, &str); 11] = [
     ("arm-none-eabi-gcc", "libnewlib-arm-none-eabi"),
     ("chromium", "chromium"),
     ("mbpoll", "mbpoll"),
+    ("mmdebstrap", "mmdebstrap"),
+    ("minisign", "minisign"),
+    ("systemd-nspawn", "systemd-container"),
 ];
 /// The package manager allows one at a time.
 static INSTALLING: Mutex<()> = Mutex::new(());

@@ -22,6 +22,7 @@ mod follow;
 mod help;
 mod hub;
 mod input;
+mod installed;
 mod interrupt;
 mod keyboard;
 mod lang;
@@ -33,6 +34,7 @@ mod surroundings;
 mod texts;
 mod top;
 mod undo;
+mod version;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -45,7 +47,12 @@ use out::Out;
 /// A hub runs for months beside short floods of requests. The allocator of glibc keeps what such a
 /// flood has freed in the arenas of its threads; this one gives it back to the system within
 /// seconds.
-#[cfg(all(feature = "jemalloc", target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
+#[cfg(all(
+    feature = "jemalloc",
+    target_os = "linux",
+    any(target_env = "gnu", target_env = "musl"),
+    target_arch = "x86_64"
+))]
 #[global_allocator]
 static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 

@@ -1,6 +1,7 @@
 //! `lafet doctor`: what is wrong with a link, and what to do about it.
 
 use std::io;
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -17,6 +18,7 @@ use crate::cli::{Global, seconds};
 use crate::connect::{Connection, link, url_of};
 use crate::describe::flag_lines;
 use crate::failure::{Failure, Outcome};
+use crate::installed;
 use crate::lang::current;
 use crate::out::Out;
 
@@ -24,7 +26,8 @@ use crate::out::Out;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  lafet doctor serial:///dev/ttyUSB0?baud=19200\n  \
                         lafet doctor tcp://192.168.1.50:10485?addr=3\n  \
-                        lafet -c tcp://127.0.0.1:10485 doctor --listen 10")]
+                        lafet -c tcp://127.0.0.1:10485 doctor --listen 10\n  \
+                        sudo lafet doctor --install")]
 pub struct DoctorArgs {
     #[arg(value_name = "URL")]
     url: Option<String>,
@@ -36,6 +39,12 @@ pub struct DoctorArgs {
     wait: Option<u64>,
     #[arg(long)]
     insist: bool,
+    #[arg(long, conflicts_with_all = ["url", "listen", "requests", "wait", "insist"])]
+    install: bool,
+    #[arg(long, value_name = "FILE", requires = "install")]
+    config: Option<PathBuf>,
+    #[arg(long, value_name = "USER", requires = "install")]
+    user: Option<String>,
 }
 
 fn listen(text: &str) -> Result<f64, String> {
@@ -44,6 +53,9 @@ fn listen(text: &str) -> Result<f64, String> {
 
 /// Runs `lafet doctor`: examines the link and prints the findings.
 pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
+    if args.install {
+        return installed::run(args.config.as_deref(), args.user.as_deref(), out);
+    }
     let global = Global { connect: args.url.or_else(|| global.connect.clone()), ..global.clone() };
     let url = url_of(&global)?.to_owned();
     let endpoint = Endpoint::from_str(&url).map_err(Error::from)?;

@@ -16,7 +16,7 @@ use crate::lang::{Lang, current};
 use crate::out::Out;
 
 /// Where the configuration is looked for, in this order.
-const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
+pub const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
 
 /// Arguments of `lafet serve`.
 #[derive(Debug, Args)]

@@ -21,6 +21,7 @@ use lafet_texts::{Fixed, cli as text};
 
 use crate::cli::{Cli, GENERAL};
 use crate::lang::{Lang, current};
+use crate::version;
 
 /// The command line in the user's language.
 pub fn command() -> Command {
@@ -48,7 +49,7 @@ fn plain() -> Command {
 }
 
 fn in_language(command: Command, lang: Lang) -> Command {
-    let command = described(command, "", lang);
+    let command = described(command, "", lang).long_version(version::words(lang));
     match lang {
         Lang::En => command,
         _ => framed(command, lang),
@@ -84,6 +85,11 @@ fn words_of(arg: Arg) -> Arg {
 /// Prints an error in the arguments, or the help that was requested.
 pub fn show(error: &clap::Error) -> ExitCode {
     let asked = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+    let wants_json = std::env::args_os().any(|argument| argument == "--json");
+    if wants_json && error.kind() == ErrorKind::DisplayVersion {
+        let _ = writeln!(io::stdout(), "{}", version::json());
+        return ExitCode::SUCCESS;
+    }
     let is_help = asked || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     // If standard error is closed, the exit code still reports the error.
     let message = if is_help || current() == Lang::En {
@@ -97,7 +103,7 @@ pub fn show(error: &clap::Error) -> ExitCode {
     if asked {
         return ExitCode::SUCCESS;
     }
-    if std::env::args_os().any(|argument| argument == "--json") {
+    if wants_json {
         let json = crate::failure::Failure::Usage(message.trim_end().into()).json();
         let _ = writeln!(io::stdout(), "{json}");
     }

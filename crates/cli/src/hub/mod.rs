@@ -42,6 +42,9 @@ impl Running {
             if let StoreError::Lost(losses) = &error {
                 return lost(losses);
             }
+            if let StoreError::Newer(newer) = &error {
+                return Failure::Usage(newer.words().of(current()).to_owned());
+            }
             if let StoreError::Shared(folder) = &error {
                 let folder = folder.display();
                 return Failure::Usage(text::FolderShared { folder: Shown(folder) }.of(current()));

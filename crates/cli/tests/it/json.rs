@@ -138,6 +138,7 @@ fn every_output_is_as_described() {
         ("script", vec!["completions", "bash"]),
         ("page", vec!["man"]),
         ("schema", vec!["schema"]),
+        ("version", vec!["--version"]),
         ("scan", vec!["scan", "127.0.0.1", "--port", port, "--addresses", "1-2"]),
     ];
     for (shape, words) in &alone {
@@ -145,6 +146,9 @@ fn every_output_is_as_described() {
         assert_eq!(run.code, 0, "{words:?}: {run:?}");
         shapes.lines(shape, &run, words);
     }
+    // Its faults are no failure of the command, but its exit code reports them.
+    let nowhere = ["doctor", "--install", "--config", "/nothing/of/this/name"];
+    shapes.lines("doctor-install", &of(&nowhere), &nowhere);
     // Every kind of failure.
     for (code, words) in [
         (1, vec!["-c", "sim:", "move", "vertical", "1"]),

@@ -19,6 +19,7 @@ mod decode;
 mod demo;
 mod exercise;
 mod install;
+mod installed;
 #[cfg(unix)]
 mod jog;
 mod json;

@@ -133,6 +133,7 @@ impl Hub {
     pub fn new(config: Config, clock: Clock, dictionary: Value) -> Result<Self, StoreError> {
         let folder = config.data.clone();
         let folder = folder.as_deref();
+        folder.map(store::refuse_newer).transpose()?;
         let lock_file = folder.map(store::occupy).transpose()?;
         let integrity = Integrity::examine(&config)?;
         for warning in &config.warnings {

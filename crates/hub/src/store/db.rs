@@ -11,6 +11,7 @@ use lafet_texts::{Argument, Lang, Shown, Text, hub as text};
 use rusqlite::Connection;
 use tokio::sync::oneshot;
 
+use super::format::{FORMAT, Newer};
 use super::mark::{Loss, StateFile, TABLE};
 use crate::text::Both;
 
@@ -41,6 +42,8 @@ pub enum StoreError {
     Busy,
     /// Two hubs with one audit log would lose entries.
     InUse(std::path::PathBuf),
+    /// A newer program wrote the state.
+    Newer(Newer),
     /// Files of the state are lost or changed, and that is not accepted.
     Lost(Vec<Loss>),
     /// The stored state of the zones does not fit.
@@ -64,6 +67,7 @@ impl Argument for StoreError {
             Self::InUse(folder) => {
                 text::StoreInUse { folder: Shown(folder.display()) }.write(lang, out)
             }
+            Self::Newer(newer) => out.write_str(newer.words().of(lang)),
             Self::Lost(losses) => {
                 let all: Vec<String> = losses.iter().map(|it| it.both().of(lang).into()).collect();
                 out.write_str(&all.join(" "))
@@ -255,6 +259,10 @@ fn prepare(connection: Connection, schema: &str) -> Result<Connection, rusqlite:
     connection.busy_timeout(std::time::Duration::from_secs(5))?;
     connection.execute_batch(TABLE)?;
     connection.execute_batch(schema)?;
+    let format: u32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    if format < FORMAT {
+        connection.pragma_update(None, "user_version", FORMAT)?;
+    }
     Ok(connection)
 }
 

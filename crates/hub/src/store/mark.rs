@@ -15,6 +15,7 @@ use utoipa::ToSchema;
 
 use super::audit::head;
 use super::db::{StoreError, open, private, replace, said_corrupt};
+use super::format::{FORMAT, PROGRAM};
 use crate::text::Both;
 
 /// The table of the mark, in each database.
@@ -111,13 +112,23 @@ pub struct Mark {
 /// Contents of `site.json`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Manifest {
+    /// The format of the state.
     version: u32,
+    /// The version of the program that wrote it.
+    #[serde(default)]
+    program: String,
     /// `false`: the files are being marked for the first time.
     complete: bool,
     /// `history.db` is one of the files.
     history: bool,
     #[serde(flatten)]
     mark: Mark,
+}
+
+impl Manifest {
+    fn of_this_program() -> Self {
+        Self { version: FORMAT, program: PROGRAM.to_owned(), ..Self::default() }
+    }
 }
 
 impl StateFile {
@@ -240,7 +251,7 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
 /// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
 /// the end of the audit log, as far as that is there.
 pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError> {
-    let mut manifest = Manifest { version: 1, history, ..Manifest::default() };
+    let mut manifest = Manifest { history, ..Manifest::of_this_program() };
     manifest.mark.site = site.to_owned();
     write(folder, &manifest)?;
     let (hub, audit) =
@@ -265,7 +276,8 @@ pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError
 
 /// Writes `site.json`.
 pub fn note(folder: &Path, mark: &Mark, history: bool) -> Result<(), StoreError> {
-    write(folder, &Manifest { version: 1, complete: true, history, mark: mark.clone() })
+    let (complete, mark) = (true, mark.clone());
+    write(folder, &Manifest { complete, history, mark, ..Manifest::of_this_program() })
 }
 
 /// Notes in `hub.db` where the audit log ends.

@@ -18,6 +18,7 @@ mod packed;
 mod plugs;
 mod postgres;
 mod recordings;
+mod releases;
 mod roles;
 mod simulation;
 mod state;

@@ -71,12 +71,15 @@ scan-arg-tries = How many times a silent address is probed (default 2)
 scan-arg-brief = Do not ask the monitors for their subsystems
 scan-arg-insist = Probe even when other devices talk on the line: probes may collide with their frames
 
-doctor = Find out what is wrong with a link and what to do about it
+doctor = Find out what is wrong with a link and what to do about it; with --install, with the hub of this machine
 doctor-arg-url = The link to examine; without it, that of -c
 doctor-arg-insist = Send requests even when other devices talk on the line: they may collide with their frames
 doctor-arg-listen = Seconds to listen before the first request (default 1.5)
 doctor-arg-wait = How long an answer may take, milliseconds (default 150, over a network 500)
 doctor-arg-requests = Requests sent to measure the loss (default 30)
+doctor-arg-install = Examine the installation of the hub instead of a link: configuration, rights, state, ports, address, unit, clock
+doctor-arg-config = With --install: the configuration (default hub.toml here, else /etc/lafet/hub.toml)
+doctor-arg-user = With --install: the user who runs the hub (default lafet for root, else you)
 
 conform = Test whether a monitor does what the protocol says
 conform-arg-url = The monitor to test; without it, that of -c
@@ -371,6 +374,7 @@ value-side = SIDE
 value-speed = SPEED
 value-subsystem = SUBSYSTEM
 value-text = TEXT
+value-user = USER
 value-value = VALUE
 value-valve = VALVE
 value-w-h = W,H

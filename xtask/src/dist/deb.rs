@@ -1,0 +1,130 @@
+//! The Debian package, made by Debian's own dpkg-deb, which also makes packages for other processors.
+
+use std::path::{Path, PathBuf};
+
+use super::files::{self, File, lay, mode, packed};
+use super::{Built, tools, work, write};
+use crate::run::{self, StepResult, output};
+
+const POSTINST: &str = include_str!("debian/postinst");
+const PRERM: &str = include_str!("debian/prerm");
+const POSTRM: &str = include_str!("debian/postrm");
+const OVERRIDES: &str = include_str!("debian/lintian-overrides");
+const DESCRIPTION: &str = "hub, tools and simulator for robotic fire monitors
+ lafet controls robotic fire monitors (water cannon on two motor axes) over
+ serial lines and networks. One program is the hub of a site with its console
+ in the browser, the tools of the command line, and a simulator of the monitor.
+ .
+ The package installs the service lafet-hub, which listens on this machine
+ alone until /etc/lafet/hub.toml says otherwise.
+";
+
+/// Makes the package in a folder; returns its path.
+pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
+    let Built { arch, version, .. } = built;
+    let root = work(&format!("deb-{}-{version}", arch.name))?;
+    let files = all(built)?;
+    lay(&files, &root)?;
+    let size: usize = files.iter().map(|it| it.bytes.len().div_ceil(1024).max(1)).sum();
+    write(&root.join("DEBIAN/control"), control(built, size)?)?;
+    write(&root.join("DEBIAN/conffiles"), "/etc/lafet/hub.toml\n")?;
+    write(&root.join("DEBIAN/md5sums"), sums(&root, &files)?)?;
+    for (name, script) in [("postinst", POSTINST), ("prerm", PRERM), ("postrm", POSTRM)] {
+        let path = root.join("DEBIAN").join(name);
+        write(&path, script)?;
+        mode(&path, 0o755)?;
+    }
+    folders(&root)?;
+    let package = folder.join(format!("lafet_{version}_{}.deb", arch.name));
+    let mut dpkg = tools::command("dpkg-deb", "dpkg")?;
+    // A program for a test is packed quickly.
+    dpkg.arg(if built.is_static { "-Zxz" } else { "-Zgzip" });
+    dpkg.arg(if built.is_static { "-z9" } else { "-z1" });
+    dpkg.args(["--root-owner-group", "--build"]).arg(&root).arg(&package);
+    output(dpkg.env("SOURCE_DATE_EPOCH", &built.epoch))?;
+    println!("   {}", package.display());
+    Ok(package)
+}
+
+fn all(built: &Built) -> Result<Vec<File>, String> {
+    let mut files = files::all(built)?;
+    let mut file = |path: &str, bytes: Vec<u8>| {
+        files.push(File { path: path.into(), bytes, mode: 0o644 });
+    };
+    file("usr/share/lintian/overrides/lafet", OVERRIDES.into());
+    let changes = changelog(built)?;
+    file("usr/share/doc/lafet/changelog.gz", packed(changes.as_bytes(), "changelog")?);
+    files.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(files)
+}
+
+/// Its maintainer is the one who made the commit: the addresses of a project are its own affair.
+fn control(built: &Built, size: usize) -> Result<String, String> {
+    let libraries = if built.is_static { "" } else { "libc6, libgcc-s1, " };
+    Ok(format!(
+        "Package: lafet\nVersion: {}\nArchitecture: {}\nMaintainer: {}\nInstalled-Size: {size}\n\
+         Depends: {libraries}adduser, init-system-helpers (>= 1.52)\nSection: electronics\n\
+         Priority: optional\nDescription: {DESCRIPTION}",
+        built.version,
+        built.arch.name,
+        maintainer()?,
+    ))
+}
+
+fn maintainer() -> Result<String, String> {
+    let committer = output(run::git().args(["log", "-1", "--format=%an <%ae>"]))?;
+    Ok(committer.trim().to_owned())
+}
+
+/// CHANGELOG.md in Debian's form: the newest version with its lines.
+fn changelog(built: &Built) -> Result<String, String> {
+    let date = ["-u", "-R", "-d", &format!("@{}", built.epoch)];
+    let date = output(std::process::Command::new("date").env("LC_ALL", "C").args(date))?;
+    let (maintainer, version) = (maintainer()?, &built.version);
+    let changes = changes(&run::read("CHANGELOG.md")?);
+    if changes.is_empty() {
+        return Err("CHANGELOG.md has no section with points".into());
+    }
+    Ok(format!(
+        "lafet ({version}) unstable; urgency=medium\n\n{}\n\n -- {maintainer}  {}\n",
+        changes.join("\n"),
+        date.trim()
+    ))
+}
+
+/// The points of the first section, each as a line of Debian's changelog and those that continue it.
+fn changes(text: &str) -> Vec<String> {
+    let section = text.split("\n## ").nth(1).unwrap_or_default();
+    let lines = section.lines().skip(1);
+    let point = |line: &str| match line.strip_prefix("- ") {
+        Some(point) => Some(format!("  * {point}")),
+        None => line.strip_prefix("  ").map(|rest| format!("    {}", rest.trim())),
+    };
+    lines.filter_map(point).collect()
+}
+
+fn sums(root: &Path, files: &[File]) -> Result<String, String> {
+    let paths = files.iter().filter(|it| !it.path.starts_with("etc/")).map(|it| &it.path);
+    output(tools::command("md5sum", "coreutils")?.args(paths).current_dir(root))
+}
+
+/// Folders have the mode that packages have, whatever this user's is.
+fn folders(at: &Path) -> StepResult {
+    mode(at, 0o755)?;
+    let entries = std::fs::read_dir(at).map_err(|e| format!("{}: {e}", at.display()))?;
+    let paths = entries.flatten().map(|it| it.path());
+    paths.filter(|path| path.is_dir()).try_for_each(|path| folders(&path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_section_becomes_the_changelog() {
+        let text = "# Changes\n\nWords.\n\n## 0.2.0\n\nMore words.\n\n- one\n  and its rest\n- two\n\n## 0.1.0\n\n- old\n";
+        assert_eq!(changes(text), ["  * one", "    and its rest", "  * two"]);
+        assert!(changes("nothing").is_empty());
+        assert!(!changes(&run::read("CHANGELOG.md").unwrap()).is_empty());
+    }
+}

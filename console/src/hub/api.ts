@@ -2123,6 +2123,11 @@ export interface components {
             request: string;
             /** @description A parameter is waited for until it is stored. */
             save?: boolean;
+            /**
+             * Format: double
+             * @description When it was sent, by the client's monotonic clock, ms.
+             */
+            t?: number | null;
             /** @enum {string} */
             type: "request";
         } | {

@@ -258,10 +258,13 @@ jog-unbounded = Limits are off, and this monitor would not end the motion by its
 
 # Errors of the API.
 no-monitor = There is no monitor { $id }.
+nothing-stopped = There is no monitor { $id }: nothing was stopped or closed. It may have another name now: reload the page. POST /api/stop stops every monitor.
 no-zones = No zones are configured. See docs/installation.md.
 no-detector = There is no detector { $id }. Add it to the configuration, or correct the name.
 detector-on-bus = Detector { $id } is read on the bus { $bus }. Remove `source` from hub.toml to report it here.
 order-void = The order was withdrawn before it was sent.
+request-late = The request was on its way for more than a second, and was not carried out. Send it again if it is still wanted; reload the page if that happens each time.
+beat-late = The signals of the held control arrive late: the network or the computer was busy. Release the control and hold it again.
 confirm-needed = This needs "confirm": "{ $id }", so that it is not done by mistake.
 nothing-here = There is nothing here. See /api/openapi.json.
 role-needed = This needs the role { $role }.

@@ -425,6 +425,8 @@ fn report_contact(hub: &Hub, caller: &Caller, id: &str, seen: Option<Seen>, read
         (Some(_), Reading::Good) => Some(PathFault::Open),
         _ => Some(PathFault::Lost),
     };
-    let pressed = seen.is_some_and(|seen| seen.signal == Signal::Alarm);
+    // Before its heartbeat was seen, only what says no is heard.
+    let heard = matches!(reading, Reading::Good | Reading::Unproven);
+    let pressed = heard && seen.is_some_and(|seen| seen.signal == Signal::Alarm);
     hub.contact_reports(caller, id, pressed, fault);
 }

@@ -13,6 +13,7 @@
 mod assign;
 pub mod fires;
 mod line;
+mod no;
 mod notes;
 pub mod orders;
 mod planning;
@@ -24,22 +25,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::config::{ContactKind, Problem, Zone};
+use lafet_site::config::{Problem, Zone};
 use lafet_site::{
-    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State,
-    ZoneState,
+    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
 };
 use tokio::sync::Notify;
 use tokio::time::{sleep, timeout};
 
 use crate::clock::ms;
-use crate::command::request::MonitorRequest;
 use crate::config::{Config, ZonesConfig};
 use crate::control::authority::{HTTP_LOST, Now};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::monitor::station::Station;
 use crate::store::StoreError;
 use crate::sync::lock;
 use crate::text::Both;
@@ -73,7 +70,9 @@ pub struct Zones {
     config: ZonesConfig,
     machine: Mutex<Machine>,
     /// Counts the orders of each monitor, outside the lock: a no does not wait for it.
-    latest: BTreeMap<String, Arc<AtomicU64>>,
+    latest: BTreeMap<String, line::Latest>,
+    /// What says no now.
+    nos: no::Nos,
     stored: Stored,
     /// Held while a plan is computed.
     planning: Mutex<()>,
@@ -133,6 +132,7 @@ impl Zones {
         let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
         let lines: BTreeMap<String, Line> = lines.collect();
         let latest = lines.iter().map(|(id, line)| (id.clone(), line.latest.clone())).collect();
+        let nos = no::Nos::default();
         let machine = Machine {
             site,
             lines,
@@ -158,52 +158,13 @@ impl Zones {
             config: zones,
             machine,
             latest,
+            nos,
             stored,
             planning,
             wake,
             changed,
             turned_ms,
         }))
-    }
-
-    /// Makes every order void that opens or turns a monitor of this scope and is not sent yet.
-    fn void(&self, scope: &Scope) {
-        let site = &self.config.site;
-        let of = |zone: &String| site.zones.iter().find(|it| it.id == *zone);
-        let has = |id: &String| match scope {
-            Scope::Site => true,
-            Scope::Zone(zone) => of(zone).is_some_and(|it| it.monitors.contains(id)),
-            Scope::Monitor(monitor) => monitor == id,
-        };
-        for (_, latest) in self.latest.iter().filter(|it| has(it.0)) {
-            latest.fetch_add(1, Ordering::SeqCst);
-        }
-    }
-
-    /// A person's no makes void what waits to be sent, before it waits for the lock itself.
-    fn void_by_hand(&self, order: &Hand) {
-        match order {
-            Hand::Stop(scope) | Hand::Close(scope) => self.void(scope),
-            Hand::Abort { zone } => self.void(&Scope::Zone(zone.clone())),
-            Hand::Lockout { on: true } => self.void(&Scope::Site),
-            _ => {}
-        }
-    }
-
-    /// The same for a contact that says no.
-    fn void_by_contact(&self, input: &str, pressed: bool) {
-        let all = self.config.site.contacts.iter().filter(|it| pressed && it.id == input);
-        for contact in all {
-            match contact.kind {
-                ContactKind::Abort | ContactKind::Stop if !contact.zones.is_empty() => {
-                    contact.zones.iter().for_each(|zone| self.void(&Scope::Zone(zone.clone())));
-                }
-                ContactKind::Abort | ContactKind::Stop | ContactKind::Lockout => {
-                    self.void(&Scope::Site);
-                }
-                _ => {}
-            }
-        }
     }
 
     fn persisted(&self) -> Persisted {
@@ -304,9 +265,10 @@ impl Hub {
             _ => None,
         };
         let by = caller.principal.user.clone();
-        zones.void_by_hand(&order);
+        let no = zones.void_by_hand(&order);
         let mut machine = lock(&zones.machine);
         let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
+        self.no_is_over(zones, &mut machine, no);
         let refused = records.into_iter().find_map(|record| match record.entry {
             Entry::Refused { why, .. } => Some(why),
             _ => None,
@@ -362,36 +324,6 @@ impl Hub {
         Ok(())
     }
 
-    /// Takes a contact as it is, or the fault of its path.
-    pub(crate) fn contact_reports(
-        &self,
-        caller: &Caller,
-        input: &str,
-        pressed: bool,
-        fault: Option<PathFault>,
-    ) {
-        let Some(zones) = self.zones() else { return };
-        zones.void_by_contact(input, pressed);
-        let mut machine = lock(&zones.machine);
-        let path = Event::Path { path: input.to_owned(), fault };
-        let contact = Event::Contact { input: input.to_owned(), pressed };
-        let mut contacts = zones.config.site.contacts.iter().filter(|it| it.id == input);
-        let refuses = contacts.any(|it| {
-            let kinds =
-                [ContactKind::Abort, ContactKind::Stop, ContactKind::Hold, ContactKind::Lockout];
-            kinds.contains(&it.kind)
-        });
-        let events = match fault {
-            None => vec![path, contact],
-            // What says no is heard on a path at fault too.
-            Some(PathFault::Open) if pressed && refuses => vec![contact, path],
-            Some(_) => vec![path],
-        };
-        for event in &events {
-            self.take(zones, &mut machine, caller, event);
-        }
-    }
-
     /// Takes what is read of an output or a pump, or the fault of its path; `None`: no news.
     pub(crate) fn output_reports(
         &self,
@@ -420,60 +352,6 @@ impl Hub {
             self.now().saturating_sub(turned) < WORKS
         };
         self.zones().is_none_or(turned)
-    }
-
-    /// A Stop, Close or Lockout of a person is a no for its monitor. Stop of a drive ends a motion by
-    /// hand and is none; nor is Stop by the client that holds the monitor and works with it.
-    pub fn refuse_for_zones(
-        &self,
-        caller: &Caller,
-        station: &Station,
-        request: &MonitorRequest,
-        news: bool,
-    ) {
-        let Some(zones) = self.zones() else { return };
-        let serves = zones.config.site.monitors.iter().any(|id| id == station.id());
-        if !serves || matches!(caller.via, "hub" | ZONES) {
-            return;
-        }
-        let scope = Scope::Monitor(station.id().to_owned());
-        let holds = || {
-            let authority = lock(&station.authority);
-            authority.holder().is_some_and(|(seat, _)| seat.seat == caller.seat.seat)
-        };
-        // Closing the foam valve by hand is no word about the water.
-        let mut aims = zones.config.aims.values().filter(|aim| aim.monitor == station.id());
-        let outlet = aims.any(|aim| aim.outlet() == request.to());
-        let whole = outlet || matches!(request.to(), SubsystemId::ALL | SubsystemId::CONTROL);
-        let order = match request.id() {
-            RequestId::CLOSE if outlet => Hand::Close(scope),
-            RequestId::LOCKOUT => Hand::Stop(scope),
-            RequestId::STOP if whole && !holds() => Hand::Stop(scope),
-            _ => return,
-        };
-        self.refuse(zones, caller, order, news);
-    }
-
-    /// Stop or Lockout of every monitor is a no for the whole site.
-    pub fn refuse_everywhere(&self, caller: &Caller, news: bool) {
-        if let Some(zones) = self.zones() {
-            self.refuse(zones, caller, Hand::Stop(Scope::Site), news);
-        }
-    }
-
-    /// A repetition (no `news`) is a no only where the one before does not last any more: a reset may have
-    /// come between.
-    fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
-        zones.void_by_hand(&order);
-        let mut machine = lock(&zones.machine);
-        if let Hand::Stop(scope) | Hand::Close(scope) = &order
-            && !news
-            && machine.site.is_refused(scope)
-        {
-            return;
-        }
-        let by = caller.principal.user.clone();
-        self.take(zones, &mut machine, caller, &Event::Hand { by, order });
     }
 
     /// Gives an event to the machine and carries out what follows from it.

@@ -98,6 +98,10 @@ impl Bus {
                 counts_for: (COUNTS_FOR * period).min(silent),
                 repeat: REPEAT.min(silent / 3),
                 beats_within: source.map.beats_within(),
+                settles_for: match source.sort {
+                    Sort::Detector => Duration::from_secs(config.settle_s.into()),
+                    Sort::Contact => Duration::ZERO,
+                },
             };
             (Watch::new(rules), Reading::Waiting)
         };

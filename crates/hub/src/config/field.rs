@@ -68,6 +68,7 @@ impl Check<'_> {
         }
         self.contacts(read, &mut buses, whole);
         self.outputs(read, &mut buses, whole);
+        buses.iter().for_each(|(_, bus)| self.readings(read, bus));
         let whole = whole
             && !self.lacks("detector", read.detector.len())
             && !self.lacks("input", read.input.len())
@@ -76,6 +77,7 @@ impl Check<'_> {
         for (at, bus) in &buses {
             self.bus_as_a_whole(*at, bus, whole, read);
         }
+        self.supervised(read, &buses);
         buses.into_iter().map(|(_, bus)| bus).collect()
     }
 

@@ -8,6 +8,7 @@ mod monitors;
 mod outputs;
 mod places;
 mod plan;
+mod supervision;
 mod words;
 mod written;
 mod zones;

@@ -108,7 +108,7 @@ struct Machine {
     /// What waits for a plan.
     held: VecDeque<planning::Held>,
     /// What the start has recorded, until the hub is there to note it.
-    first: Option<Reaction>,
+    first: Option<(Reaction, Vec<Both>)>,
     looked: Now,
     published: Now,
     /// Something has happened since it was published.
@@ -129,6 +129,8 @@ impl Zones {
                     problems.iter().map(text).collect::<Vec<_>>().join(" ")
                 }))
             })?;
+        let said = persisted.as_ref().map(|it| notes::of_stored(&zones.site, it));
+        let said = said.unwrap_or_default();
         let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
         let lines: BTreeMap<String, Line> = lines.collect();
         let latest = lines.iter().map(|(id, line)| (id.clone(), line.latest.clone())).collect();
@@ -145,7 +147,7 @@ impl Zones {
             located: Now::ZERO,
             preferred: BTreeMap::new(),
             held: VecDeque::new(),
-            first: Some(first),
+            first: Some((first, said)),
             looked: Now::ZERO,
             published: Now::ZERO,
             news: true,
@@ -393,7 +395,8 @@ impl Hub {
     fn turn(&self, zones: &Zones) -> Duration {
         let mut guard = lock(&zones.machine);
         let (machine, caller) = (&mut *guard, Caller::zones());
-        if let Some(first) = machine.first.take() {
+        if let Some((first, said)) = machine.first.take() {
+            said.iter().for_each(|text| self.event(None, text));
             self.topics().set(CONFIGURED, &view::ZonesConfigured::from(&zones.config));
             self.carry(zones, machine, &caller, first);
         }

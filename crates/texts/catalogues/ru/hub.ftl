@@ -163,6 +163,8 @@ check-own-feedback = { $id } пишет { $bit } и его же читает к�
 check-own-feedback-remedy = Укажите бит концевого выключателя или реле либо удалите его: записанное и так читается обратно.
 check-part-unread = { $id } пишет часть регистра: не прочитав его, остальное не сохранить.
 check-part-unread-remedy = Удалите read_back = false или отдайте выходу весь регистр: holding:100=1/0.
+check-unconfirmed = Ничто не показывает, выполнил ли { $id } команду.
+check-unconfirmed-remedy = Удалите read_back = false или укажите бит обратной связи: on.
 check-single-reading = { $id } пускал бы по одному чтению.
 check-single-reading-remedy = Укажите debounce_ms не меньше { $least } (не больше 1000) или poll_ms у { $name } поменьше.
 check-bus-name = `{ $name }` — не имя линии.
@@ -187,6 +189,10 @@ check-heartbeat = heartbeat без heartbeat_s.
 check-heartbeat-remedy = Укажите heartbeat_s: вдвое больше времени, за которое бит меняется, с.
 check-same-bit = У { $id } и { $other } один бит тревоги ({ $bit }): одно устройство голосовало бы дважды.
 check-same-bit-remedy = Исправьте unit и бит или удалите один из них.
+check-one-unit = Все голоса для пуска зоны { $zone } может дать одно устройство { $unit } на { $bus }, а его неисправность ничем не видна: если оно выдаст неверные биты, пойдёт вода.
+check-one-unit-remedy = Задайте извещателям heartbeat или fault либо подключите часть к другому устройству.
+check-same-reading = { $id } и { $other } читают один и тот же бит ({ $bit }) устройства { $unit } на { $bus }: одно из двух указано неверно.
+check-same-reading-remedy = Исправьте unit и бит или удалите один из них.
 check-silent-too-soon = { $id } считается молчащим через { $silent } мс, а на две попытки { $name } нужно { $own } мс.
 check-silent-too-soon-remedy = Уменьшите poll_ms или timeout_ms у { $name } или укажите silent_after_s не меньше { $least }.
 check-bus-unused = На линии { $name } ничего нет: раздел остался бы без действия.
@@ -214,6 +220,8 @@ check-keep-out-name = Имя запретного сектора «{ $name }» �
 check-keep-out-name-remedy = Дайте каждому запретному сектору своё имя из 1…{ $most } знаков.
 check-keep-out-angles = Запретный сектор «{ $name }» задан неверно.
 check-keep-out-angles-remedy = Азимуты — −360…360°, от и до по часовой стрелке; углы возвышения — −90…90°, сначала меньший.
+check-keep-out-narrow = У запретного сектора «{ $name }» нет ширины или высоты: он защитил бы одну линию.
+check-keep-out-narrow-remedy = Укажите два разных азимута, от первого ко второму по часовой стрелке, и два разных угла возвышения; весь круг — bearings = [0, 360].
 check-keep-out-monitor = Запретный сектор «{ $name }» задан для ствола { $monitor }, который не описан.
 check-keep-out-monitor-remedy = Укажите id из [[monitor]] или уберите monitor: тогда сектор действует для всех стволов.
 check-keep-out-place = Запретный сектор «{ $name }» действует для { $monitor }, а где стоит этот ствол, не указано.
@@ -384,6 +392,8 @@ postgres-no-authority = Эта машина не доверяет ни одно�
 
 # Events of the zones.
 zones-not-stored = Режимы, отключения и запреты зон не сохраняются и пропадут при перезапуске. Проверьте диск.
+water-timeout-off = WaterTimeout — 0: при отказе сервера объекта ствол сам не прекратит воду зоны { $zone }. Задайте { $most } с.
+water-timeout-longer = WaterTimeout — { $seconds } с, больше water_max_s зоны { $zone } ({ $most } с): при отказе сервера объекта вода пойдёт дольше, чем положено зоне. Задайте { $most } с.
 zones-stored = Режимы, отключения и запреты зон снова сохраняются.
 zones-no-wind = От анемометра { $minutes } мин нет показаний: стволы назначаются по последнему ветру.
 zones-wind-known = Стволы назначаются по ветру, сообщённому последним: { $speed } м/с, направление { $from }°.
@@ -407,6 +417,9 @@ mode-off = отключена
 mode-test-dry = испытание без воды
 mode-test-outlet = испытание выпуска
 zone-news = Зона { $zone }: { $news }.
+zone-stored-mode = Зона { $zone } начинает так, как сохранено: { $stored }. В файле: { $file }.
+zone-stored-gone = В файле больше нет: { $what }; сохранённое для него (режим, отключение или запрет) не действует.
+zone-station-refused = Пост пуска { $input }: пуска зоны { $zone } нет. { $why }
 zone-cancelled = Зона { $zone }: отсчёт прекращён ({ $why }).
 zone-ended = Зона { $zone }: пуск прекращён ({ $why }).
 zone-no = { $scope }: { $why }; действует до сброса.

@@ -3780,6 +3780,8 @@ export interface components {
             };
             /** @description As the zone controller has it. */
             state: components["schemas"]["ZonesState"];
+            /** @description On the disk; false in the answer to an order: a restart would lose it. */
+            stored: boolean;
             wind: components["schemas"]["WindReported"] | null;
         };
     };

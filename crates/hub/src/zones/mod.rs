@@ -21,7 +21,7 @@ mod stored;
 pub mod view;
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ use lafet_site::config::{Problem, Zone};
 use lafet_site::{
     Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
 };
-use tokio::sync::Notify;
+use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout};
 
 use crate::clock::ms;
@@ -57,6 +57,8 @@ const PUBLISH_NEWS: Duration = Duration::from_millis(100);
 const WORKS: Duration = Duration::from_secs(2);
 /// What is left of times is stored this often.
 const STORE: Duration = Duration::from_secs(5);
+/// An answer waits so long for the disk, as a command does for the audit log.
+const STORED: Duration = Duration::from_millis(50);
 /// Pause before what the disk did not take is tried again.
 const AGAIN: Duration = Duration::from_secs(1);
 /// A wind counts for so long after it was reported.
@@ -80,6 +82,11 @@ pub struct Zones {
     wake: Notify,
     /// What survives has changed.
     changed: Notify,
+    /// Changes so far that have to survive, and those that are on the disk.
+    wanted: AtomicU64,
+    kept: watch::Sender<u64>,
+    /// The disk takes nothing.
+    failing: AtomicBool,
     /// The machine was last looked at, ms of the hub.
     turned_ms: AtomicU64,
 }
@@ -113,6 +120,8 @@ struct Machine {
     published: Now,
     /// Something has happened since it was published.
     news: bool,
+    /// The disk takes nothing of it.
+    unstored: bool,
 }
 
 impl Zones {
@@ -151,9 +160,11 @@ impl Zones {
             looked: Now::ZERO,
             published: Now::ZERO,
             news: true,
+            unstored: false,
         };
         let machine = Mutex::new(machine);
         let (wake, changed) = (Notify::new(), Notify::new());
+        let (wanted, kept) = (AtomicU64::new(0), watch::Sender::new(0));
         let turned_ms = AtomicU64::new(0);
         let planning = Mutex::new(());
         Ok(Some(Self {
@@ -165,6 +176,9 @@ impl Zones {
             planning,
             wake,
             changed,
+            wanted,
+            kept,
+            failing: AtomicBool::new(false),
             turned_ms,
         }))
     }
@@ -194,17 +208,26 @@ pub async fn store(hub: Hub) {
     let (mut last, mut failing) = (None, false);
     let mut shutdown = hub.shutdown();
     loop {
+        // Before the state: what is counted is in it.
+        let wanted = zones.wanted.load(Ordering::SeqCst);
         let now = zones.persisted();
         if last.as_ref() != Some(&now) {
             let written = zones.stored.write(&now).await;
             if written.is_err() != failing {
                 failing = written.is_err();
+                zones.failing.store(failing, Ordering::SeqCst);
+                let mut machine = lock(&zones.machine);
+                (machine.unstored, machine.news) = (failing, true);
+                drop(machine);
                 hub.event(None, &notes::storing(failing));
             }
             match written {
-                Ok(()) => last = Some(now),
+                Ok(()) => last = Some(now.clone()),
                 Err(error) => tracing::error!(%error, "the state of the zones is not stored"),
             }
+        }
+        if last.as_ref() == Some(&now) {
+            zones.kept.send_replace(wanted);
         }
         tokio::select! {
             () = sleep(if failing { AGAIN } else { STORE }) => {}
@@ -283,6 +306,21 @@ impl Hub {
             (None, None) => {}
         }
         Ok(machine.view(self.now()))
+    }
+
+    /// Whether what was ordered so far is on the disk, or gets there soon.
+    pub async fn zones_are_stored(&self) -> bool {
+        let Some(zones) = self.zones() else { return true };
+        let wanted = zones.wanted.load(Ordering::SeqCst);
+        let failing = zones.failing.load(Ordering::SeqCst);
+        let patience = if failing { Duration::ZERO } else { STORED };
+        let mut kept = zones.kept.subscribe();
+        timeout(patience, kept.wait_for(|it| *it >= wanted)).await.is_ok_and(|it| it.is_ok())
+    }
+
+    /// Whether the disk takes nothing of the zones.
+    pub fn zones_fail_to_be_stored(&self) -> bool {
+        self.zones().is_some_and(|zones| zones.failing.load(Ordering::SeqCst))
     }
 
     /// Takes the report of a detector.
@@ -386,6 +424,7 @@ impl Hub {
         records.iter().for_each(|record| self.note_entry(caller, record));
         machine.news |= !commands.is_empty() || !records.is_empty();
         if persist {
+            zones.wanted.fetch_add(1, Ordering::SeqCst);
             zones.changed.notify_one();
         }
         records

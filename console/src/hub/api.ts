@@ -2123,6 +2123,11 @@ export interface components {
             request: string;
             /** @description A parameter is waited for until it is stored. */
             save?: boolean;
+            /**
+             * Format: double
+             * @description When it was sent, by the client's monotonic clock, ms.
+             */
+            t?: number | null;
             /** @enum {string} */
             type: "request";
         } | {
@@ -3775,6 +3780,8 @@ export interface components {
             };
             /** @description As the zone controller has it. */
             state: components["schemas"]["ZonesState"];
+            /** @description On the disk; false in the answer to an order: a restart would lose it. */
+            stored: boolean;
             wind: components["schemas"]["WindReported"] | null;
         };
     };

@@ -61,7 +61,14 @@ class Commands {
   request(monitor: string, text: string, options: Options = {}): Promise<Result> {
     const send = () =>
       socket
-        .ask({ type: 'request', monitor, request: text, confirm: options.confirm, save: options.save })
+        .ask({
+          type: 'request',
+          monitor,
+          request: text,
+          t: performance.now(),
+          confirm: options.confirm,
+          save: options.save,
+        })
         .then((answer) => answer.result!);
     return this.told(monitor, text, options, this.live(send));
   }

@@ -54,6 +54,7 @@ function view(...of: ZoneState[]): ZonesView {
     left_out: [],
     wind: null,
     planned_wind: { at_ms: null, from_deg: 0, speed_mps: 0, text: { en: '', ru: '' } },
+    stored: true,
     state: {
       at_ms: 0,
       lockout: false,

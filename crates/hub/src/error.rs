@@ -138,6 +138,12 @@ impl ApiError {
         Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
     }
 
+    /// The same of an urgent request: what was to stop goes on.
+    pub fn nothing_stopped(id: &str) -> Self {
+        let text = text::NothingStopped { id: shown(id) }.words();
+        Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
+    }
+
     /// 404: no zones are configured.
     pub fn no_zones() -> Self {
         let text = text::NoZones.words();
@@ -171,6 +177,16 @@ impl ApiError {
     pub fn void() -> Self {
         let text = text::OrderVoid.words();
         Self::new(StatusCode::CONFLICT, "void", text)
+    }
+
+    /// 409: a request that was under way for too long.
+    pub fn late() -> Self {
+        Self::new(StatusCode::CONFLICT, "late", text::RequestLate.words())
+    }
+
+    /// 409: a beat of a motion by hand that was under way for too long.
+    pub fn late_beat() -> Self {
+        Self::new(StatusCode::CONFLICT, "late", text::BeatLate.words())
     }
 
     /// 400: the id has to be repeated.

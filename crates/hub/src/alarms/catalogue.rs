@@ -132,6 +132,17 @@ pub fn revocations() -> Texts {
     }
 }
 
+/// Modes, masks and refusals of the zones are not on the disk.
+pub fn zones() -> Texts {
+    Texts {
+        priority: Priority::Medium,
+        what: text::AlarmZones.words(),
+        cause: text::AlarmDiskCause.words(),
+        consequence: text::AlarmZonesConsequence.words(),
+        remedy: text::AlarmZonesRemedy.words(),
+    }
+}
+
 /// The disk, or PostgreSQL, does not take the history.
 pub fn history() -> Texts {
     Texts {

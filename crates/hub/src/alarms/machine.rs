@@ -43,6 +43,8 @@ pub struct Conditions {
     pub logins: bool,
     /// A revocation is not on the disk yet.
     pub revocations: bool,
+    /// The state of the zones cannot be stored.
+    pub zones: bool,
 }
 
 /// An alarm that has changed.
@@ -230,6 +232,7 @@ impl Alarms {
             (hub.state, "State", catalogue::state),
             (hub.logins, "Logins", catalogue::logins),
             (hub.revocations, "Revocations", catalogue::revocations),
+            (hub.zones, "Zones", catalogue::zones),
         ] {
             let id = format!("hub/{flag}");
             if holds {

@@ -27,6 +27,7 @@ impl Hub {
             state: !self.integrity().losses().is_empty(),
             logins: self.logins().attack(self.now()),
             revocations: self.access().revocations_wait(),
+            zones: self.zones_fail_to_be_stored(),
         };
         let zones = self.zones_view().ok().map(|it| it.state);
         let now_ms = self.clock().now_ms();

@@ -89,7 +89,9 @@ impl FromRequestParts<Hub> for Caller {
         }
         let safe = matches!(parts.method, Method::GET | Method::HEAD);
         // A WebSocket carries Stop: a client that reconnects many is not refused.
-        if !safe {
+        if let Some(detector) = reporting(parts, hub) {
+            hub.count_report(&principal, detector)?;
+        } else if !safe {
             hub.count_change(&principal)?;
         } else if parts.uri.path() != "/api/ws" {
             hub.count_reading(&principal)?;
@@ -103,6 +105,12 @@ impl FromRequestParts<Hub> for Caller {
         }
         Ok(Caller::http(principal, address(parts, hub)))
     }
+}
+
+/// The detector that a request reports: one that there is, so that no name is invented.
+fn reporting<'a>(parts: &'a Parts, hub: &Hub) -> Option<&'a str> {
+    let id = parts.uri.path().strip_prefix("/api/detectors/")?;
+    (parts.method == Method::POST && hub.detector_kind(id).is_ok()).then_some(id)
 }
 
 impl FromRequestParts<Hub> for Urgent {

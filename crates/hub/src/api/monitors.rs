@@ -133,8 +133,11 @@ async fn request(
     headers: axum::http::HeaderMap,
     Body(asked): Body<Asked>,
 ) -> Result<Response, ApiError> {
-    let station = hub.station(&id)?;
     let request = MonitorRequest::parse(&asked.request);
+    let station = hub.station(&id).map_err(|error| match &request {
+        Ok(request) if request.need().urgent => ApiError::nothing_stopped(&id),
+        _ => error,
+    })?;
     // Stop written as a request is as urgent as its own address.
     if let Ok(request) = &request
         && request.need().urgent
@@ -168,7 +171,7 @@ async fn stop_one(
     Lenient(body): Lenient,
 ) -> Result<Response, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
-    let station = hub.station(&id)?;
+    let station = hub.station(&id).map_err(|_| ApiError::nothing_stopped(&id))?;
     let request = stop(body["of"].as_str())?;
     soon(vec![hub.urgent(&caller, &station, &request)]).await
 }
@@ -184,7 +187,7 @@ async fn close_one(
     Lenient(body): Lenient,
 ) -> Result<Response, ApiError> {
     let body: Value = serde_json::from_slice(&body).unwrap_or_default();
-    let station = hub.station(&id)?;
+    let station = hub.station(&id).map_err(|_| ApiError::nothing_stopped(&id))?;
     let requests = close(&station, body["valve"].as_str())?;
     soon(requests.iter().map(|it| hub.urgent(&caller, &station, it)).collect()).await
 }
@@ -198,7 +201,7 @@ async fn lockout(
     Urgent(caller): Urgent,
     Path(id): Path<String>,
 ) -> Result<Response, ApiError> {
-    let station = hub.station(&id)?;
+    let station = hub.station(&id).map_err(|_| ApiError::nothing_stopped(&id))?;
     soon(vec![hub.urgent(&caller, &station, &MonitorRequest::lockout()?)]).await
 }
 

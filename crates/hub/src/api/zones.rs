@@ -199,7 +199,7 @@ async fn bypass_detector(
     Body(DetectorBypassing { bypass }): Body<DetectorBypassing>,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Engineer)?;
-    hub.order_zones(&caller, Hand::Bypass { detector, bypass }).map(Json)
+    ordered(&hub, &caller, Hand::Bypass { detector, bypass }).await
 }
 
 /// Holds the delay before a release, or lets it go on.
@@ -213,7 +213,7 @@ async fn hold_zone(
     Body(ZoneHold { on }): Body<ZoneHold>,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
-    hub.order_zones(&caller, Hand::Hold { zone, on }).map(Json)
+    ordered(&hub, &caller, Hand::Hold { zone, on }).await
 }
 
 /// Ends countdown and water of a zone. Open to every role.
@@ -227,7 +227,7 @@ async fn abort_zone(
     _: Lenient,
 ) -> Result<Json<ZonesView>, ApiError> {
     not_ended(&caller)?;
-    hub.order_zones(&caller, Hand::Abort { zone }).map(Json)
+    ordered(&hub, &caller, Hand::Abort { zone }).await
 }
 
 /// Releases a zone by hand: no votes are needed.
@@ -245,7 +245,7 @@ async fn release_zone(
     if confirm.as_deref() != Some(&zone) {
         return Err(ApiError::confirm_needed(&zone));
     }
-    hub.order_zones(&caller, Hand::Release { zone }).map(Json)
+    ordered(&hub, &caller, Hand::Release { zone }).await
 }
 
 /// Sets the mode of a zone.
@@ -259,7 +259,7 @@ async fn set_zone_mode(
     Body(ZoneModeChange { mode, for_s }): Body<ZoneModeChange>,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Engineer)?;
-    hub.order_zones(&caller, Hand::Mode { zone, mode, for_s }).map(Json)
+    ordered(&hub, &caller, Hand::Mode { zone, mode, for_s }).await
 }
 
 /// Makes a zone that was ended, and its monitors that were stopped, ready again.
@@ -271,7 +271,7 @@ async fn reset_zone(
     Path(zone): Path<String>,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
-    hub.order_zones(&caller, Hand::Reset(Scope::Zone(zone))).map(Json)
+    ordered(&hub, &caller, Hand::Reset(Scope::Zone(zone))).await
 }
 
 /// Makes all zones and monitors ready again, and forgets troubles that are over.
@@ -279,7 +279,7 @@ async fn reset_zone(
     responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn reset_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
-    hub.order_zones(&caller, Hand::Reset(Scope::Site)).map(Json)
+    ordered(&hub, &caller, Hand::Reset(Scope::Site)).await
 }
 
 /// Silences the sounders until something new. A countdown and a hold go on sounding.
@@ -290,7 +290,7 @@ async fn silence_zones(
     caller: Caller,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
-    hub.order_zones(&caller, Hand::Silence).map(Json)
+    ordered(&hub, &caller, Hand::Silence).await
 }
 
 /// Starts or stops a pump by hand, whatever the water needs. A reset of all zones ends that.
@@ -304,7 +304,7 @@ async fn run_pump(
     Body(PumpByHand { on }): Body<PumpByHand>,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
-    hub.order_zones(&caller, Hand::Pump { pump, on }).map(Json)
+    ordered(&hub, &caller, Hand::Pump { pump, on }).await
 }
 
 /// Locks all zones: nothing of them opens. Open to every role.
@@ -316,7 +316,7 @@ async fn lock_zones(
     _: Lenient,
 ) -> Result<Json<ZonesView>, ApiError> {
     not_ended(&caller)?;
-    hub.order_zones(&caller, Hand::Lockout { on: true }).map(Json)
+    ordered(&hub, &caller, Hand::Lockout { on: true }).await
 }
 
 /// Releases the lockout of the zones.
@@ -324,7 +324,14 @@ async fn lock_zones(
     responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn unlock_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
-    hub.order_zones(&caller, Hand::Lockout { on: false }).map(Json)
+    ordered(&hub, &caller, Hand::Lockout { on: false }).await
+}
+
+/// Carries an order out, and says whether it is on the disk.
+async fn ordered(hub: &Hub, caller: &Caller, order: Hand) -> Result<Json<ZonesView>, ApiError> {
+    let view = hub.order_zones(caller, order)?;
+    let stored = hub.zones_are_stored().await;
+    Ok(Json(ZonesView { stored, ..view }))
 }
 
 fn at_least(caller: &Caller, role: Role) -> Result<(), ApiError> {

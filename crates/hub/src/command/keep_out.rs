@@ -262,6 +262,8 @@ impl Hub {
             self.observe(station);
         }
         if orders {
+            // The zones would open it again.
+            self.refuse_by_keep_outs(station, news);
             // Stop of All would end the closing too.
             let stops = [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL].map(MonitorRequest::stop);
             for request in closing(station).into_iter().chain(stops).flatten() {

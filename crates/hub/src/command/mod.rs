@@ -4,6 +4,7 @@ pub mod keep_out;
 pub mod outcome;
 pub mod request;
 pub mod urgent;
+pub mod withdrawn;
 
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
@@ -23,6 +24,7 @@ use tokio::time::{Instant, sleep, timeout};
 use crate::access::Role;
 use crate::command::outcome::{Outcome, answer_text};
 use crate::command::request::MonitorRequest;
+use crate::command::withdrawn::Accepted;
 use crate::control::tuning::TUNE;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -51,7 +53,22 @@ impl Hub {
         request: MonitorRequest,
         confirm: Option<&str>,
     ) -> Result<Outcome, ApiError> {
-        self.send(caller, station, request, confirm, Terms::default()).await
+        let terms = Terms::of(station, &request);
+        self.send(caller, station, request, confirm, terms).await
+    }
+
+    /// The same for a request that was read earlier; `save`: as [`Hub::save`].
+    pub async fn command_accepted(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: MonitorRequest,
+        (confirm, save): (Option<&str>, bool),
+        accepted: Accepted,
+    ) -> Result<Outcome, ApiError> {
+        only_parameters(&request, save)?;
+        let terms = Terms { save, valid: None, accepted };
+        self.send(caller, station, request, confirm, terms).await
     }
 
     /// The same; right before it is sent `valid` is asked whether it still is to be.
@@ -62,7 +79,7 @@ impl Hub {
         request: MonitorRequest,
         valid: Arc<dyn Fn() -> bool + Send + Sync>,
     ) -> Result<Outcome, ApiError> {
-        let terms = Terms { valid: Some(valid), ..Terms::default() };
+        let terms = Terms { valid: Some(valid), ..Terms::of(station, &request) };
         self.send(caller, station, request, None, terms).await
     }
 
@@ -73,11 +90,8 @@ impl Hub {
         station: &Arc<Station>,
         request: MonitorRequest,
     ) -> Result<Outcome, ApiError> {
-        if request.id() != RequestId::SET_PARAM {
-            let text = text::OnlySetParam.words();
-            return Err(ApiError::bad_request(text));
-        }
-        let terms = Terms { save: true, ..Terms::default() };
+        only_parameters(&request, true)?;
+        let terms = Terms { save: true, ..Terms::of(station, &request) };
         self.send(caller, station, request, None, terms).await
     }
 
@@ -236,7 +250,8 @@ impl Hub {
         let mut passed = None;
         let first = poll_fn(|context| {
             let _one = lock(&station.sending);
-            let valid = terms.valid.as_ref().is_none_or(|valid| valid());
+            let valid = station.still_accepts(request, terms.accepted)
+                && terms.valid.as_ref().is_none_or(|valid| valid());
             let may = valid.then_some(()).ok_or_else(ApiError::void);
             Poll::Ready(may.and_then(|()| self.pass_keep_outs(station, request)).map(|it| {
                 passed = it;
@@ -390,12 +405,28 @@ struct Effect<'a> {
 }
 
 /// On which terms a request is sent.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 struct Terms {
     /// A parameter's value is waited for until it is stored.
     save: bool,
     /// Asked right before it is sent whether it still is to be.
     valid: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
+    /// When it was accepted: what is urgent and comes later makes it void.
+    accepted: Accepted,
+}
+
+impl Terms {
+    fn of(station: &Station, request: &MonitorRequest) -> Self {
+        Self { save: false, valid: None, accepted: station.accepts(request) }
+    }
+}
+
+/// Parameters alone are stored.
+fn only_parameters(request: &MonitorRequest, save: bool) -> Result<(), ApiError> {
+    match save && request.id() != RequestId::SET_PARAM {
+        true => Err(ApiError::bad_request(text::OnlySetParam.words())),
+        false => Ok(()),
+    }
 }
 
 /// A request that was sent: what its client gets, and what is noted.

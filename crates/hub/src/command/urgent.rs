@@ -159,6 +159,7 @@ impl Hub {
         if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
             return (self.refused_as_ended(caller, station, request), Taken::Refused);
         }
+        station.withdraw(request);
         station.interrupt_tuning(caller);
         self.counts().commands.fetch_add(1, Ordering::Relaxed);
         let (now_ms, session) = (self.clock().now_ms(), caller.seat.seat.clone());
@@ -188,6 +189,7 @@ impl Hub {
 
     /// Sends an urgent request once more, without an entry of its own: its first one was noted.
     pub fn overtake_again(&self, station: &Arc<Station>, request: &MonitorRequest) {
+        station.withdraw(request);
         station.interrupt_tuning(&Caller::hub());
         let mut slots = lock(&station.urgent.0);
         let busy = slots.contains_key(request.buf());

@@ -22,6 +22,9 @@ const POLL_USUAL_MS: u64 = 250;
 /// Allowed times for an answer, ms.
 const TIMEOUT_MS: std::ops::RangeInclusive<u64> = 20..=5000;
 const TIMEOUT_USUAL_MS: u64 = 500;
+/// Allowed times for which a detector counts as starting up, s.
+const SETTLE_S: std::ops::RangeInclusive<u32> = 0..=600;
+const SETTLE_USUAL_S: u32 = 30;
 /// Allowed times for which a heartbeat may stand still, s.
 const BEAT_S: std::ops::RangeInclusive<u32> = 1..=600;
 /// Addresses of devices.
@@ -65,6 +68,7 @@ impl Check<'_> {
         }
         self.contacts(read, &mut buses, whole);
         self.outputs(read, &mut buses, whole);
+        buses.iter().for_each(|(_, bus)| self.readings(read, bus));
         let whole = whole
             && !self.lacks("detector", read.detector.len())
             && !self.lacks("input", read.input.len())
@@ -73,6 +77,7 @@ impl Check<'_> {
         for (at, bus) in &buses {
             self.bus_as_a_whole(*at, bus, whole, read);
         }
+        self.supervised(read, &buses);
         buses.into_iter().map(|(_, bus)| bus).collect()
     }
 
@@ -128,6 +133,9 @@ impl Check<'_> {
                 self.range(value, range, key);
             }
         }
+        if let Some(settle) = &written.settle_s {
+            self.range(settle, SETTLE_S, "settle_s");
+        }
         let line = self.line(&written.url)?;
         self.one_user(written.url.span().start, &line, read, others);
         let or =
@@ -137,6 +145,7 @@ impl Check<'_> {
             line,
             poll_ms: or(&written.poll_ms, POLL_USUAL_MS),
             timeout_ms: or(&written.timeout_ms, TIMEOUT_USUAL_MS),
+            settle_s: written.settle_s.as_ref().map_or(SETTLE_USUAL_S, |it| *it.get_ref()),
             sources: Vec::new(),
             outputs: Vec::new(),
             heartbeats: Vec::new(),

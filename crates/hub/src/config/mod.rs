@@ -9,6 +9,7 @@ mod mqtt;
 mod outputs;
 mod places;
 mod plan;
+mod supervision;
 mod words;
 mod written;
 mod zones;

@@ -92,7 +92,9 @@ impl Check<'_> {
             self.say(at, what, text::CheckOwnFeedbackRemedy.words());
         }
         let (id, read_back) = (id.to_owned(), *read_back);
-        Some(OutputConfig { id, drives, unit, target, on, fault, read_back })
+        let output = OutputConfig { id, drives, unit, target, on, fault, read_back };
+        self.confirmed(at, &output);
+        Some(output)
     }
 
     fn target(&mut self, written: &Spanned<String>) -> Option<Target> {

@@ -146,6 +146,12 @@ impl Check<'_> {
                 let remedy = text::CheckKeepOutAnglesRemedy.words();
                 self.say(at, text::CheckKeepOutAngles { name }.words(), remedy);
             }
+            let [left, right] = it.bearings;
+            let turns = (right - left).rem_euclid(360.0) > 0.0 || right - left >= 360.0;
+            if bearings && elevations && !(turns && from < to) {
+                let remedy = text::CheckKeepOutNarrowRemedy.words();
+                self.say(at, text::CheckKeepOutNarrow { name }.words(), remedy);
+            }
             let monitor = it.monitor.as_ref().map(Spanned::get_ref);
             if let Some(of) = monitor
                 && !read.monitor.iter().any(|it| it.get_ref().id.get_ref() == of)

@@ -32,6 +32,7 @@ pub struct Bus {
     pub url: Spanned<String>,
     pub poll_ms: Option<Spanned<u64>>,
     pub timeout_ms: Option<Spanned<u64>>,
+    pub settle_s: Option<Spanned<u32>>,
     #[serde(default)]
     pub heartbeat: Vec<Beat>,
 }

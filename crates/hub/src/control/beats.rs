@@ -20,24 +20,39 @@ pub const WATCHDOG: Duration = Duration::from_millis(300);
 /// How often a client should send beats, ms.
 pub const BEAT_MS: u64 = 60;
 
-/// How long beats are under way, by the sender's clock.
+/// Two clocks run apart by less than this part of the time: crystals by 0.0001, and time servers correct
+/// them.
+const DRIFT: f64 = 0.0002;
+
+/// How long messages are under way, by the sender's clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delay {
-    /// Our time minus the sender's, ms: of the quickest beat so far.
-    least_ms: Option<f64>,
+    /// Our time minus the sender's, ms, of the quickest message so far; and when that was so.
+    least: Option<(f64, Now)>,
 }
 
 impl Delay {
     /// Whether a beat was sent recently: not [`WATCHDOG`] later than the quickest one.
     pub fn is_fresh(&mut self, now: Now, sent_ms: f64) -> bool {
-        let offset_ms = now.as_secs_f64() * 1000.0 - sent_ms;
+        self.is_within(WATCHDOG, now, sent_ms)
+    }
+
+    /// Whether a message was not under way for so much longer than the quickest one.
+    pub fn is_within(&mut self, longer: Duration, now: Now, sent_ms: f64) -> bool {
+        let offset_ms = millis(now) - sent_ms;
         if !offset_ms.is_finite() {
             return false;
         }
-        let least_ms = self.least_ms.map_or(offset_ms, |least_ms| least_ms.min(offset_ms));
-        self.least_ms = Some(least_ms);
-        offset_ms - least_ms < WATCHDOG.as_secs_f64() * 1000.0
+        // What was the least is less certain the longer ago it was.
+        let least = |(least_ms, at)| least_ms + millis(now.saturating_sub(at)) * DRIFT;
+        let least_ms = self.least.map_or(offset_ms, |it| least(it).min(offset_ms));
+        self.least = Some((least_ms, now));
+        offset_ms - least_ms < millis(longer)
     }
+}
+
+fn millis(time: Duration) -> f64 {
+    time.as_secs_f64() * 1000.0
 }
 
 /// The beats for one drive.
@@ -193,5 +208,18 @@ mod tests {
         assert!(!delay.is_fresh(ms(10_900), 290.0));
         assert!(delay.is_fresh(ms(10_901), 880.0));
         assert!(!delay.is_fresh(ms(11_000), f64::NAN));
+    }
+
+    /// A clock that is 100 ppm slower is 8.6 s behind after a day.
+    #[test]
+    fn a_slower_clock_makes_no_beat_late() {
+        let mut delay = Delay::default();
+        for second in 0..86_400_u64 {
+            let now = ms(second * 1000);
+            assert!(delay.is_fresh(now, millis(now) * 0.9999), "after {second} s");
+        }
+        let now = ms(86_400_000);
+        assert!(!delay.is_fresh(now, millis(now) * 0.9999 - 310.0), "a late one is late still");
+        assert!(delay.is_within(ms(1000), now, millis(now) * 0.9999 - 900.0));
     }
 }

@@ -29,6 +29,8 @@ pub type Key = (String, SubsystemId);
 pub enum Turn {
     /// State to report to the sender.
     Said(MotionWord),
+    /// It was under way for too long, and nothing moves.
+    Late,
     /// A motion begins: its number, and what renews it. It ends when nothing can renew it any more.
     Start(u64, mpsc::Receiver<()>),
 }
@@ -52,14 +54,18 @@ impl Jogs {
                 .retain(|_, slot| slot.is_held() || now.saturating_sub(slot.heard) < FORGOTTEN);
         }
         let slot = self.slots.entry(key).or_insert_with(|| Slot::new(now));
+        // A clock that has stood still, as that of a machine that slept, is learnt anew. The hand that holds
+        // a motion is heard.
+        if !slot.is_held() && now.saturating_sub(slot.heard) >= FORGOTTEN {
+            slot.delay = Delay::default();
+        }
         slot.heard = now;
         if sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
             slot.beats.late(now);
-            return Turn::Said(if slot.hold.is_some() {
-                MotionWord::Moving
-            } else {
-                MotionWord::Ended
-            });
+            return match slot.hold {
+                Some(_) => Turn::Said(MotionWord::Moving),
+                None => Turn::Late,
+            };
         }
         match slot.beats.beat(now, toward) {
             Act::Arm | Act::Turn => {
@@ -182,5 +188,25 @@ mod tests {
             jogs.beat(ms(310), key("a"), Toward::Max, None),
             Turn::Said(MotionWord::Ended)
         ));
+    }
+
+    #[test]
+    fn a_clock_that_has_stood_still_is_learnt_anew_after_a_pause_and_lateness_is_said() {
+        let mut jogs = Jogs::default();
+        let mut beat = |at, sent_ms| jogs.beat(ms(at), key("a"), Toward::Max, Some(sent_ms));
+        assert!(matches!(beat(0, 0.0), Turn::Said(MotionWord::Armed)));
+        jogs.end(&key("a"));
+        let mut beat = |at, sent_ms| jogs.beat(ms(at), key("a"), Toward::Max, Some(sent_ms));
+        // It has slept for 5 s.
+        assert!(matches!(beat(20_000, 15_000.0), Turn::Late));
+        assert!(matches!(beat(79_900, 74_900.0), Turn::Late), "not heard for less than 60 s");
+        assert!(matches!(
+            beat(139_900, 134_900.0),
+            Turn::Said(MotionWord::Ended | MotionWord::Armed)
+        ));
+        let Turn::Start(_, held) = beat(139_960, 134_960.0) else { panic!("it begins") };
+        // Whoever holds it is not learnt anew, however long nothing was heard.
+        assert!(matches!(beat(239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
+        drop(held);
     }
 }

@@ -13,6 +13,7 @@ use tokio::sync::mpsc;
 use super::jogs::Turn;
 use crate::command::NUMBERED;
 use crate::command::keep_out::Passed;
+use crate::command::withdrawn::Accepted;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
@@ -51,6 +52,7 @@ impl Station {
         caller: &Caller,
         beat: Beat,
     ) -> Result<MotionWord, ApiError> {
+        let accepted = self.accepts_motion();
         let monitor = Monitor::new(self.client()?);
         let drive = match beat.drive {
             SubsystemId::VERTICAL => monitor.vertical(),
@@ -64,7 +66,10 @@ impl Station {
         let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.sent_ms);
         match turn {
             Turn::Said(state) => Ok(state),
-            Turn::Start(number, beats) => self.start(hub, caller, &drive, beat, (number, beats)),
+            Turn::Late => Err(ApiError::late_beat()),
+            Turn::Start(number, beats) => {
+                self.start(hub, caller, &drive, beat, (number, beats, accepted))
+            }
         }
     }
 
@@ -74,10 +79,13 @@ impl Station {
         caller: &Caller,
         drive: &Drive,
         beat: Beat,
-        (number, mut beats): (u64, mpsc::Receiver<()>),
+        (number, mut beats, accepted): (u64, mpsc::Receiver<()>, Accepted),
     ) -> Result<MotionWord, ApiError> {
         let speed = hub.simulated().map_or(1.0, |simulation| simulation.speed());
         let sending = lock(&self.sending);
+        if self.accepts_motion() != accepted {
+            return Err(ApiError::void());
+        }
         let (no_farther, passed) = hub.bound_by_keep_outs(self, beat.drive, beat.toward)?;
         let clock_permille = (speed * 1000.0) as u32;
         let hold = Hold { clock_permille, no_farther, ..Hold::default() };

@@ -98,6 +98,10 @@ impl Bus {
                 counts_for: (COUNTS_FOR * period).min(silent),
                 repeat: REPEAT.min(silent / 3),
                 beats_within: source.map.beats_within(),
+                settles_for: match source.sort {
+                    Sort::Detector => Duration::from_secs(config.settle_s.into()),
+                    Sort::Contact => Duration::ZERO,
+                },
             };
             (Watch::new(rules), Reading::Waiting)
         };
@@ -425,6 +429,8 @@ fn report_contact(hub: &Hub, caller: &Caller, id: &str, seen: Option<Seen>, read
         (Some(_), Reading::Good) => Some(PathFault::Open),
         _ => Some(PathFault::Lost),
     };
-    let pressed = seen.is_some_and(|seen| seen.signal == Signal::Alarm);
+    // Before its heartbeat was seen, only what says no is heard.
+    let heard = matches!(reading, Reading::Good | Reading::Unproven);
+    let pressed = heard && seen.is_some_and(|seen| seen.signal == Signal::Alarm);
     hub.contact_reports(caller, id, pressed, fault);
 }

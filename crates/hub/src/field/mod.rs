@@ -51,6 +51,8 @@ pub struct BusConfig {
     pub poll_ms: u64,
     /// An answer is waited for so long, ms.
     pub timeout_ms: u64,
+    /// A detector counts as starting up for so long after it was not read, s.
+    pub settle_s: u32,
     /// The detectors on it.
     pub sources: Vec<SourceConfig>,
     /// The outputs and pumps on it.

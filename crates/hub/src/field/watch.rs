@@ -4,6 +4,11 @@
 //! stays shown and has no vote, and a silent line is never "no fire". After a break (a read that failed,
 //! a new connection) values count again from the second whole read on: the first one may be an answer to
 //! an earlier request, or the memory of a gateway that has not read its devices yet.
+//!
+//! A panel that has just started has its old alarms still, or fills its registers one by one. For
+//! [`Rules::settles_for`] after the first values, and after each loss, a detector counts as starting up, and an
+//! alarm that comes within that time does until it is gone: it is shown, and has no vote. One that was there
+//! before the loss is no news, and votes as before.
 
 use std::time::Duration;
 
@@ -26,6 +31,8 @@ pub struct Rules {
     pub repeat: Duration,
     /// The heartbeat may stand still for this time.
     pub beats_within: Option<Duration>,
+    /// It counts as starting up for so long after it was not read.
+    pub settles_for: Duration,
 }
 
 /// How a detector is read.
@@ -57,6 +64,10 @@ pub struct Watch {
     beat: Option<(bool, Now)>,
     /// It was seen to change.
     beats: bool,
+    /// It counts as starting up until then.
+    settles: Now,
+    /// The alarm came while it did.
+    stale: bool,
     told: Option<(Now, Signal, Condition)>,
     /// It was said that nothing was ever read.
     missed: bool,
@@ -65,7 +76,17 @@ pub struct Watch {
 impl Watch {
     /// Nothing is known.
     pub const fn new(rules: Rules) -> Self {
-        Self { rules, whole: 0, read: None, beat: None, beats: false, told: None, missed: false }
+        Self {
+            rules,
+            whole: 0,
+            read: None,
+            beat: None,
+            beats: false,
+            settles: Now::ZERO,
+            stale: false,
+            told: None,
+            missed: false,
+        }
     }
 
     /// A read failed, or the connection is new.
@@ -79,6 +100,12 @@ impl Watch {
         if self.whole < SETTLED {
             return;
         }
+        let alarm = seen.signal == Signal::Alarm;
+        let before = self.read.is_some_and(|(_, seen)| seen.signal == Signal::Alarm);
+        if (self.read.is_none() || self.is_lost(now)) && !(before && alarm) {
+            self.settles = now + self.rules.settles_for;
+        }
+        self.stale = alarm && (self.stale || (!before && now < self.settles));
         if self.is_lost(now) {
             // It may have changed twice meanwhile, or not at all.
             (self.beat, self.beats) = (None, false);
@@ -122,6 +149,9 @@ impl Watch {
         seen.condition = match (self.reading(now), seen.condition) {
             (Reading::Lost | Reading::Frozen, _) => Condition::Fault,
             (Reading::Unproven, Condition::Ready | Condition::Dirty) => Condition::Starting,
+            (_, Condition::Ready | Condition::Dirty) if self.stale || now < self.settles => {
+                Condition::Starting
+            }
             (_, condition) => condition,
         };
         let told = (seen.signal, seen.condition);
@@ -161,6 +191,7 @@ mod tests {
             counts_for: Duration::from_secs(2),
             repeat: Duration::from_secs(1),
             beats_within: beats_within_s.map(Duration::from_secs),
+            settles_for: Duration::ZERO,
         })
     }
 
@@ -278,5 +309,48 @@ mod tests {
             watch.reads(at(s * 1000), masked);
         }
         assert_eq!(told(&mut watch, 2000), Some((Signal::Quiet, Condition::Masked)));
+    }
+
+    /// A panel that starts has its old alarms, and those that it writes one by one.
+    #[test]
+    fn what_a_panel_alarms_of_as_it_starts_has_no_vote_until_it_is_gone() {
+        let settling =
+            || Watch::new(Rules { settles_for: Duration::from_secs(30), ..watch(None).rules });
+        let condition = |watch: &mut Watch, s: u64, seen| {
+            watch.reads(at(s * 1000), seen);
+            watch.due(at(s * 1000)).map(|seen| (seen.signal, seen.condition))
+        };
+        let mut latched = settling();
+        condition(&mut latched, 0, ALARM);
+        for s in [1, 20, 31, 600] {
+            latched.reads(at(s * 1000 - 1), ALARM);
+            let told = condition(&mut latched, s, ALARM);
+            assert_eq!(told, Some((Signal::Alarm, Condition::Starting)), "{s}");
+        }
+        assert_eq!(
+            condition(&mut latched, 601, QUIET),
+            Some((Signal::Quiet, Condition::Ready)),
+            "it was gone"
+        );
+        assert_eq!(condition(&mut latched, 602, ALARM), Some((Signal::Alarm, Condition::Ready)));
+
+        let mut late = settling();
+        condition(&mut late, 0, QUIET);
+        assert_eq!(condition(&mut late, 1, QUIET), Some((Signal::Quiet, Condition::Starting)));
+        assert_eq!(condition(&mut late, 2, ALARM), Some((Signal::Alarm, Condition::Starting)));
+        // Each loss begins anew, but an alarm of before it is none that has come with the start.
+        let mut lost = settling();
+        for s in 0..40 {
+            condition(&mut lost, s, QUIET);
+        }
+        assert_eq!(condition(&mut lost, 40, ALARM), Some((Signal::Alarm, Condition::Ready)));
+        lost.breaks();
+        assert_eq!(lost.due(at(50_000)).map(|it| it.condition), Some(Condition::Fault));
+        condition(&mut lost, 51, ALARM);
+        assert_eq!(condition(&mut lost, 52, ALARM), Some((Signal::Alarm, Condition::Ready)));
+        condition(&mut lost, 53, QUIET);
+        lost.breaks();
+        condition(&mut lost, 60, ALARM);
+        assert_eq!(condition(&mut lost, 61, ALARM), Some((Signal::Alarm, Condition::Starting)));
     }
 }

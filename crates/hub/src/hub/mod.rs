@@ -48,7 +48,7 @@ pub use counts::Counts;
 use quotas::Quotas;
 pub use rates::{PerSecond, Rates};
 use seats::Seats;
-pub use seats::{SeatKey, Seated};
+pub use seats::{Has, SeatKey, Seated};
 pub use shutdown::Shutdown;
 
 /// Passwords hashed at once: one hash takes tens of MiB, and the other processor is for commands.

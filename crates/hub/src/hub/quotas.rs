@@ -14,6 +14,8 @@ use crate::zones::ZONES;
 const REQUESTS: (f64, f64) = (100.0, 50.0);
 /// Requests that only read: a page that opens makes many at once.
 const READS: (f64, f64) = (400.0, 100.0);
+/// Reports of one detector: a gateway has many of them behind one token.
+const REPORTS: (f64, f64) = (20.0, 10.0);
 /// Users and sessions whose requests are counted.
 const BUCKETS_MAX: usize = 10_000;
 
@@ -38,6 +40,16 @@ impl Hub {
     /// 429 if the user has made too many.
     pub fn count_change(&self, principal: &Principal) -> Result<(), ApiError> {
         self.count("changes ", principal, REQUESTS)
+    }
+
+    /// Counts a report of a detector: each detector has its own count, so that those behind one gateway
+    /// are all heard when all alarm.
+    ///
+    /// # Errors
+    ///
+    /// 429 if it has reported too often.
+    pub fn count_report(&self, principal: &Principal, detector: &str) -> Result<(), ApiError> {
+        self.count(&format!("detector {detector} "), principal, REPORTS)
     }
 
     /// Counts a read. Reads take nothing from the requests that command.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use axum::extract::ws::Utf8Bytes;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 
 use super::Hub;
 use crate::access::Principal;
@@ -28,6 +28,8 @@ pub(super) struct Seats {
 struct Live {
     events: mpsc::Sender<Utf8Bytes>,
     missed: Arc<AtomicU64>,
+    /// Dropped with this: the seat is another connection's.
+    _has: watch::Sender<()>,
     /// Number of the connection: a seat outlives its connection.
     connection: u64,
     /// Secret with which a new connection resumes the seat; `None` if the random generator failed: the
@@ -64,7 +66,25 @@ pub struct SeatKey {
     pub events: mpsc::Receiver<Utf8Bytes>,
     /// Messages dropped because the client is slow.
     pub missed: Arc<AtomicU64>,
+    /// Whether the seat is still this connection's.
+    pub has: Has,
     connection: u64,
+}
+
+/// Whether a connection has its seat, or another one has resumed it.
+#[derive(Clone, Debug)]
+pub struct Has(watch::Receiver<()>);
+
+impl Has {
+    /// Whether it has it still.
+    pub fn still(&self) -> bool {
+        self.0.has_changed().is_ok()
+    }
+
+    /// Waits until it has it no more.
+    pub async fn lost(mut self) {
+        while self.0.changed().await.is_ok() {}
+    }
 }
 
 impl Hub {
@@ -84,6 +104,7 @@ impl Hub {
         let user = &principal.user;
         let (sender, events) = mpsc::channel(EVENTS_MAX);
         let missed = Arc::new(AtomicU64::new(0));
+        let (given, has) = watch::channel(());
         let mut seats = lock(&self.0.seats.all);
         let old = resume.and_then(|secret| {
             let matches = |live: &&Live| {
@@ -96,6 +117,7 @@ impl Hub {
         let live = Live {
             events: sender,
             missed: missed.clone(),
+            _has: given,
             connection,
             resume: secret.clone(),
             principal: principal.clone(),
@@ -108,7 +130,7 @@ impl Hub {
             lock(&station.authority).back(self.now(), &seat);
             station.publish_authority(self);
         }
-        SeatKey { seat, resume: secret, events, missed, connection }
+        SeatKey { seat, resume: secret, events, missed, has: Has(has), connection }
     }
 
     /// A WebSocket is closed: its motions stop, and its authority is lost unless it is resumed.

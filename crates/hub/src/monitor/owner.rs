@@ -348,6 +348,8 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         lock(&station.params).progress = progress;
         station.publish_progress(hub, progress);
     }
+    let water =
+        water_timeout(&read).filter(|it| water_timeout(&lock(&station.params)) != Some(*it));
     let unheld = {
         let mut params = lock(&station.params);
         read.unheld = has_hold.map_or(params.unheld, |has_hold| !has_hold);
@@ -355,6 +357,9 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         *params = read;
         news
     };
+    if let Some(seconds) = water {
+        hub.water_timeout_is(station, seconds);
+    }
     if unheld {
         hub.event(Some(station.id()), &Unheld::text().what);
     }
@@ -365,6 +370,16 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     station.publish_readiness(hub);
     station.publish_params(hub);
     station.publish_progress(hub, None);
+}
+
+/// After how long the monitor ends water that nobody confirms, s, if it was read.
+fn water_timeout(params: &Params) -> Option<u32> {
+    let param = Param::GeneralWaterTimeout;
+    let of = params.values.get(&param.spec().subsystem.to_string())?.get(param.name())?;
+    match of {
+        ParamValue::Values(values) => u32::try_from(*values.first()?).ok(),
+        ParamValue::Error(_) => None,
+    }
 }
 
 /// Whether a monitor knows a parameter; one that did not answer has not said.

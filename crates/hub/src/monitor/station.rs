@@ -12,6 +12,7 @@ use utoipa::ToSchema;
 
 use crate::command::keep_out::Barrel;
 use crate::command::urgent::Lane;
+use crate::command::withdrawn::Withdrawn;
 use crate::config::MonitorConfig;
 use crate::control::authority::Authority;
 use crate::control::jogs::Jogs;
@@ -63,6 +64,8 @@ pub struct Station {
     pub programs: Mutex<Programs>,
     /// Stop, Close and Lockout on that are under way.
     pub urgent: Lane,
+    /// What these undo that is not sent yet.
+    pub withdrawn: Withdrawn,
     state: Mutex<State>,
     /// Where its barrel was sent.
     pub barrel: Mutex<Barrel>,
@@ -141,6 +144,7 @@ impl Station {
             reading: tokio::sync::Mutex::default(),
             programs: Mutex::default(),
             urgent: Lane::default(),
+            withdrawn: Withdrawn::default(),
             state: Mutex::default(),
             barrel: Mutex::default(),
             sending: Mutex::default(),

@@ -1,15 +1,16 @@
 //! What the hub knows of a monitor, as the machine gets it.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{self, Button, ButtonState, ButtonsFlags, Severity};
-use lafet_site::{Authority, Event, Hand, MonitorReport, Scope, Valve};
+use lafet_site::{Authority, Command, Event, Hand, MonitorReport, Scope, Valve};
 use tokio::task::AbortHandle;
 
 use super::{Machine, ZONES, Zones};
+use crate::config::Aim;
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
@@ -36,12 +37,14 @@ const NEEDED: [SubsystemId; 7] = [
 /// A monitor of the zones.
 #[derive(Debug, Default)]
 pub struct Line {
-    /// Counts the orders: those before the latest one are void, and all are that a person's no has met.
-    pub latest: Arc<AtomicU64>,
+    /// Its latest order.
+    pub latest: Latest,
     /// What carries out an order that opens or turns.
     pub task: Option<AbortHandle>,
     /// The zone for which it was ordered to give water.
     pub engaged: Option<String>,
+    /// The order to give water, and its number.
+    ordered: Option<(Command, u64)>,
     /// How its last order aims.
     pub order: Option<Aiming>,
     /// The last report.
@@ -52,6 +55,15 @@ pub struct Line {
     pressed: Option<Now>,
     /// Its Close button is pressed.
     closes: bool,
+}
+
+/// The latest order of a monitor, for who says no without waiting for the machine.
+#[derive(Clone, Debug, Default)]
+pub struct Latest {
+    /// Counts the orders: those before the latest one are void, and all are that a person's no has met.
+    pub number: Arc<AtomicU64>,
+    /// The zone to which it was ordered to give water.
+    pub works_for: Arc<Mutex<Option<String>>>,
 }
 
 /// How an order aims.
@@ -74,12 +86,26 @@ impl Line {
         if let Some(task) = self.task.take() {
             task.abort();
         }
-        self.latest.fetch_add(1, Ordering::SeqCst) + 1
+        self.latest.number.fetch_add(1, Ordering::SeqCst) + 1
+    }
+
+    /// It was ordered to give water to this zone, by an order of this number.
+    pub fn engage(&mut self, zone: &str, command: &Command, number: u64) {
+        *lock(&self.latest.works_for) = Some(zone.to_owned());
+        self.engaged = Some(zone.to_owned());
+        self.ordered = Some((command.clone(), number));
+    }
+
+    /// The order to give water that was made void, if none has followed.
+    pub fn voided(&self) -> Option<&Command> {
+        let (command, number) = self.ordered.as_ref()?;
+        (self.latest.number.load(Ordering::SeqCst) != *number).then_some(command)
     }
 
     /// It is not used any more.
     pub fn clear(&mut self) {
-        (self.engaged, self.order) = (None, None);
+        *lock(&self.latest.works_for) = None;
+        (self.engaged, self.order, self.ordered) = (None, None, None);
     }
 
     /// Whether the clients see it at this fire of the plan: at work only at the one that it has accepted.
@@ -97,7 +123,11 @@ impl Hub {
         for monitor in &zones.config.site.monitors {
             let Some(line) = machine.lines.get_mut(monitor) else { continue };
             let (report, closes) = match self.station(monitor) {
-                Ok(station) => line.look(now, &station),
+                Ok(station) => {
+                    let aim = line.engaged.clone().map(|zone| (zone, monitor.clone()));
+                    let outlet = aim.and_then(|it| zones.config.aims.get(&it)).map(Aim::outlet);
+                    line.look(now, &station, outlet)
+                }
                 Err(_) => (line.lost(), false),
             };
             let changed = line.report.replace(report) != Some(report);
@@ -136,8 +166,14 @@ impl Line {
         MonitorReport { reachable: false, ..self.report.unwrap_or_default() }
     }
 
-    /// What the monitor reports now, and whether a person has just pressed Close at its post.
-    fn look(&mut self, now: Now, station: &Station) -> (MonitorReport, bool) {
+    /// What the monitor reports now, and whether a person has just pressed Close at its post. `outlet`: the
+    /// valve of the water of its order.
+    fn look(
+        &mut self,
+        now: Now,
+        station: &Station,
+        outlet: Option<SubsystemId>,
+    ) -> (MonitorReport, bool) {
         let status = station.status();
         if self.state.0 != status.at_ms {
             self.state = (status.at_ms, now);
@@ -153,7 +189,7 @@ impl Line {
         let news = closes && !std::mem::replace(&mut self.closes, closes);
         self.closes = closes;
         let fresh = now.saturating_sub(self.state.1) < CONFIRMS;
-        let seen = valve(&status);
+        let seen = valve(&status, outlet);
         let valve = if seen == Valve::Closed && !fresh { Valve::Unknown } else { seen };
         let runs = status.is_set(SubsystemId::CONTROL, "Quench")
             || status.is_set(SubsystemId::CONTROL, "Trajectory");
@@ -163,7 +199,7 @@ impl Line {
             lockout: status.is_set(SubsystemId::GENERAL, "LockedOut"),
             valve,
             // A program whose valve stays closed gives no water: the monitor does not act.
-            extinguishing: runs && seen != Valve::Closed,
+            extinguishing: runs && may_flow(&status, outlet, seen),
             failure: NEEDED.iter().any(|id| has_failed(&status, *id)),
         };
         (report, news)
@@ -191,27 +227,44 @@ fn has_failed(status: &Status, id: SubsystemId) -> bool {
     severity.is_some_and(|severity| severity >= Severity::Alarm)
 }
 
-/// The valves of a monitor as one: open if one is, closed if all are.
-fn valve(status: &Status) -> Valve {
-    let one = |id: SubsystemId| {
-        let is = |flag| status.is_set(id, flag);
-        if is("Opening") || is("Closing") {
-            Valve::Moving
-        } else if is("Open") {
-            Valve::Open
-        } else if is("Closed") {
-            Valve::Closed
-        } else if is("OpenSensorFault") || is("CloseSensorFault") {
-            Valve::Unknown
-        } else {
-            Valve::Moving
-        }
-    };
-    let valves: Vec<Valve> = status.valves().into_iter().map(one).collect();
-    let any = |wanted| valves.contains(&wanted).then_some(wanted);
-    let closed = (!valves.is_empty() && valves.iter().all(|it| *it == Valve::Closed))
-        .then_some(Valve::Closed);
-    any(Valve::Open).or(any(Valve::Moving)).or(closed).unwrap_or(Valve::Unknown)
+/// The valves of a monitor as one: closed if all are. It gives water if one is open; while it is ordered
+/// to give water, only if the valve of that order, `outlet`, is.
+fn valve(status: &Status, outlet: Option<SubsystemId>) -> Valve {
+    let all = status.valves();
+    if !all.is_empty() && all.iter().all(|it| one(status, *it) == Valve::Closed) {
+        return Valve::Closed;
+    }
+    let counts = all.into_iter().filter(|it| outlet.is_none_or(|outlet| outlet == *it));
+    let counts: Vec<Valve> = counts.map(|it| one(status, it)).collect();
+    let any = |wanted| counts.contains(&wanted).then_some(wanted);
+    any(Valve::Open).or(any(Valve::Moving)).unwrap_or(Valve::Unknown)
+}
+
+fn one(status: &Status, id: SubsystemId) -> Valve {
+    let is = |flag| status.is_set(id, flag);
+    if is("Opening") || is("Closing") {
+        Valve::Moving
+    } else if is("Open") {
+        Valve::Open
+    } else if is("CloseSensorFault") {
+        // Also of one that says Closed: its word does not count.
+        Valve::Unknown
+    } else if is("Closed") {
+        Valve::Closed
+    } else if is("OpenSensorFault") {
+        Valve::Unknown
+    } else {
+        Valve::Moving
+    }
+}
+
+/// Whether a program that runs may give water: its valve is not closed. While water is ordered, a valve of
+/// which nothing is known gives none.
+fn may_flow(status: &Status, outlet: Option<SubsystemId>, seen: Valve) -> bool {
+    match outlet {
+        None => seen != Valve::Closed,
+        Some(outlet) => status.bits(outlet).is_some() && one(status, outlet) != Valve::Closed,
+    }
 }
 
 #[cfg(test)]
@@ -231,7 +284,8 @@ mod tests {
                 flag => flags::flags_of(id).by_name(flag).unwrap().mask(),
             };
             let mut subsystem = Subsystem::default();
-            subsystem.set_bits(id, bits);
+            let before = status.bits(id).unwrap_or_default();
+            subsystem.set_bits(id, before | bits);
             status.subsystems.insert(*name, Arc::new(subsystem));
         }
         status
@@ -247,10 +301,41 @@ mod tests {
             ("CloseSensorFault", "Closed", Valve::Unknown),
             ("CloseSensorFault", "Open", Valve::Open),
         ] {
-            let found = valve(&status(&[("Valve1", first), ("Valve2", second)]));
+            let found = valve(&status(&[("Valve1", first), ("Valve2", second)]), None);
             assert_eq!(found, expected, "{first} {second}");
         }
-        assert_eq!(valve(&status(&[])), Valve::Unknown);
+        assert_eq!(valve(&status(&[]), None), Valve::Unknown);
+    }
+
+    /// Its sensor may say Closed with water running.
+    #[test]
+    fn a_valve_whose_sensor_is_at_fault_is_not_closed() {
+        let both = status(&[("Valve1", "Closed"), ("Valve1", "CloseSensorFault")]);
+        assert_eq!(valve(&both, None), Valve::Unknown);
+        assert_eq!(valve(&both, Some(SubsystemId::VALVE1)), Valve::Unknown);
+        assert!(both.flows(), "as for everything else");
+    }
+
+    #[test]
+    fn an_order_for_water_is_met_by_its_own_valve_alone() {
+        let (water, foam) = (SubsystemId::VALVE1, SubsystemId::VALVE2);
+        for (first, second, of_water, of_any) in [
+            ("Closed", "Open", Valve::Unknown, Valve::Open),
+            ("Open", "Closed", Valve::Open, Valve::Open),
+            ("Opening", "Open", Valve::Moving, Valve::Open),
+            ("Closed", "Closed", Valve::Closed, Valve::Closed),
+            ("CloseSensorFault", "Open", Valve::Unknown, Valve::Open),
+        ] {
+            let status = status(&[("Valve1", first), ("Valve2", second)]);
+            let found = (valve(&status, Some(water)), valve(&status, None));
+            assert_eq!(found, (of_water, of_any), "{first} {second}");
+            let flows = may_flow(&status, Some(water), found.0);
+            assert_eq!(flows, first != "Closed", "{first} {second}");
+        }
+        let foam_only = status(&[("Valve2", "Open")]);
+        assert_eq!(valve(&foam_only, Some(water)), Valve::Unknown);
+        assert_eq!(valve(&foam_only, Some(foam)), Valve::Open);
+        assert!(!may_flow(&foam_only, Some(water), Valve::Unknown), "none that is known");
     }
 
     #[test]

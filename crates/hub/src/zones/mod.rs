@@ -13,6 +13,7 @@
 mod assign;
 pub mod fires;
 mod line;
+mod no;
 mod notes;
 pub mod orders;
 mod planning;
@@ -20,26 +21,22 @@ mod stored;
 pub mod view;
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::config::{ContactKind, Problem, Zone};
+use lafet_site::config::{Problem, Zone};
 use lafet_site::{
-    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Scope, Site, State,
-    ZoneState,
+    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
 };
-use tokio::sync::Notify;
+use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout};
 
 use crate::clock::ms;
-use crate::command::request::MonitorRequest;
 use crate::config::{Config, ZonesConfig};
 use crate::control::authority::{HTTP_LOST, Now};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
-use crate::monitor::station::Station;
 use crate::store::StoreError;
 use crate::sync::lock;
 use crate::text::Both;
@@ -60,6 +57,8 @@ const PUBLISH_NEWS: Duration = Duration::from_millis(100);
 const WORKS: Duration = Duration::from_secs(2);
 /// What is left of times is stored this often.
 const STORE: Duration = Duration::from_secs(5);
+/// An answer waits so long for the disk, as a command does for the audit log.
+const STORED: Duration = Duration::from_millis(50);
 /// Pause before what the disk did not take is tried again.
 const AGAIN: Duration = Duration::from_secs(1);
 /// A wind counts for so long after it was reported.
@@ -73,7 +72,9 @@ pub struct Zones {
     config: ZonesConfig,
     machine: Mutex<Machine>,
     /// Counts the orders of each monitor, outside the lock: a no does not wait for it.
-    latest: BTreeMap<String, Arc<AtomicU64>>,
+    latest: BTreeMap<String, line::Latest>,
+    /// What says no now.
+    nos: no::Nos,
     stored: Stored,
     /// Held while a plan is computed.
     planning: Mutex<()>,
@@ -81,6 +82,11 @@ pub struct Zones {
     wake: Notify,
     /// What survives has changed.
     changed: Notify,
+    /// Changes so far that have to survive, and those that are on the disk.
+    wanted: AtomicU64,
+    kept: watch::Sender<u64>,
+    /// The disk takes nothing.
+    failing: AtomicBool,
     /// The machine was last looked at, ms of the hub.
     turned_ms: AtomicU64,
 }
@@ -109,11 +115,13 @@ struct Machine {
     /// What waits for a plan.
     held: VecDeque<planning::Held>,
     /// What the start has recorded, until the hub is there to note it.
-    first: Option<Reaction>,
+    first: Option<(Reaction, Vec<Both>)>,
     looked: Now,
     published: Now,
     /// Something has happened since it was published.
     news: bool,
+    /// The disk takes nothing of it.
+    unstored: bool,
 }
 
 impl Zones {
@@ -130,9 +138,12 @@ impl Zones {
                     problems.iter().map(text).collect::<Vec<_>>().join(" ")
                 }))
             })?;
+        let said = persisted.as_ref().map(|it| notes::of_stored(&zones.site, it));
+        let said = said.unwrap_or_default();
         let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
         let lines: BTreeMap<String, Line> = lines.collect();
         let latest = lines.iter().map(|(id, line)| (id.clone(), line.latest.clone())).collect();
+        let nos = no::Nos::default();
         let machine = Machine {
             site,
             lines,
@@ -145,65 +156,31 @@ impl Zones {
             located: Now::ZERO,
             preferred: BTreeMap::new(),
             held: VecDeque::new(),
-            first: Some(first),
+            first: Some((first, said)),
             looked: Now::ZERO,
             published: Now::ZERO,
             news: true,
+            unstored: false,
         };
         let machine = Mutex::new(machine);
         let (wake, changed) = (Notify::new(), Notify::new());
+        let (wanted, kept) = (AtomicU64::new(0), watch::Sender::new(0));
         let turned_ms = AtomicU64::new(0);
         let planning = Mutex::new(());
         Ok(Some(Self {
             config: zones,
             machine,
             latest,
+            nos,
             stored,
             planning,
             wake,
             changed,
+            wanted,
+            kept,
+            failing: AtomicBool::new(false),
             turned_ms,
         }))
-    }
-
-    /// Makes every order void that opens or turns a monitor of this scope and is not sent yet.
-    fn void(&self, scope: &Scope) {
-        let site = &self.config.site;
-        let of = |zone: &String| site.zones.iter().find(|it| it.id == *zone);
-        let has = |id: &String| match scope {
-            Scope::Site => true,
-            Scope::Zone(zone) => of(zone).is_some_and(|it| it.monitors.contains(id)),
-            Scope::Monitor(monitor) => monitor == id,
-        };
-        for (_, latest) in self.latest.iter().filter(|it| has(it.0)) {
-            latest.fetch_add(1, Ordering::SeqCst);
-        }
-    }
-
-    /// A person's no makes void what waits to be sent, before it waits for the lock itself.
-    fn void_by_hand(&self, order: &Hand) {
-        match order {
-            Hand::Stop(scope) | Hand::Close(scope) => self.void(scope),
-            Hand::Abort { zone } => self.void(&Scope::Zone(zone.clone())),
-            Hand::Lockout { on: true } => self.void(&Scope::Site),
-            _ => {}
-        }
-    }
-
-    /// The same for a contact that says no.
-    fn void_by_contact(&self, input: &str, pressed: bool) {
-        let all = self.config.site.contacts.iter().filter(|it| pressed && it.id == input);
-        for contact in all {
-            match contact.kind {
-                ContactKind::Abort | ContactKind::Stop if !contact.zones.is_empty() => {
-                    contact.zones.iter().for_each(|zone| self.void(&Scope::Zone(zone.clone())));
-                }
-                ContactKind::Abort | ContactKind::Stop | ContactKind::Lockout => {
-                    self.void(&Scope::Site);
-                }
-                _ => {}
-            }
-        }
     }
 
     fn persisted(&self) -> Persisted {
@@ -231,17 +208,26 @@ pub async fn store(hub: Hub) {
     let (mut last, mut failing) = (None, false);
     let mut shutdown = hub.shutdown();
     loop {
+        // Before the state: what is counted is in it.
+        let wanted = zones.wanted.load(Ordering::SeqCst);
         let now = zones.persisted();
         if last.as_ref() != Some(&now) {
             let written = zones.stored.write(&now).await;
             if written.is_err() != failing {
                 failing = written.is_err();
+                zones.failing.store(failing, Ordering::SeqCst);
+                let mut machine = lock(&zones.machine);
+                (machine.unstored, machine.news) = (failing, true);
+                drop(machine);
                 hub.event(None, &notes::storing(failing));
             }
             match written {
-                Ok(()) => last = Some(now),
+                Ok(()) => last = Some(now.clone()),
                 Err(error) => tracing::error!(%error, "the state of the zones is not stored"),
             }
+        }
+        if last.as_ref() == Some(&now) {
+            zones.kept.send_replace(wanted);
         }
         tokio::select! {
             () = sleep(if failing { AGAIN } else { STORE }) => {}
@@ -304,9 +290,10 @@ impl Hub {
             _ => None,
         };
         let by = caller.principal.user.clone();
-        zones.void_by_hand(&order);
+        let no = zones.void_by_hand(&order);
         let mut machine = lock(&zones.machine);
         let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
+        self.no_is_over(zones, &mut machine, no);
         let refused = records.into_iter().find_map(|record| match record.entry {
             Entry::Refused { why, .. } => Some(why),
             _ => None,
@@ -319,6 +306,21 @@ impl Hub {
             (None, None) => {}
         }
         Ok(machine.view(self.now()))
+    }
+
+    /// Whether what was ordered so far is on the disk, or gets there soon.
+    pub async fn zones_are_stored(&self) -> bool {
+        let Some(zones) = self.zones() else { return true };
+        let wanted = zones.wanted.load(Ordering::SeqCst);
+        let failing = zones.failing.load(Ordering::SeqCst);
+        let patience = if failing { Duration::ZERO } else { STORED };
+        let mut kept = zones.kept.subscribe();
+        timeout(patience, kept.wait_for(|it| *it >= wanted)).await.is_ok_and(|it| it.is_ok())
+    }
+
+    /// Whether the disk takes nothing of the zones.
+    pub fn zones_fail_to_be_stored(&self) -> bool {
+        self.zones().is_some_and(|zones| zones.failing.load(Ordering::SeqCst))
     }
 
     /// Takes the report of a detector.
@@ -362,36 +364,6 @@ impl Hub {
         Ok(())
     }
 
-    /// Takes a contact as it is, or the fault of its path.
-    pub(crate) fn contact_reports(
-        &self,
-        caller: &Caller,
-        input: &str,
-        pressed: bool,
-        fault: Option<PathFault>,
-    ) {
-        let Some(zones) = self.zones() else { return };
-        zones.void_by_contact(input, pressed);
-        let mut machine = lock(&zones.machine);
-        let path = Event::Path { path: input.to_owned(), fault };
-        let contact = Event::Contact { input: input.to_owned(), pressed };
-        let mut contacts = zones.config.site.contacts.iter().filter(|it| it.id == input);
-        let refuses = contacts.any(|it| {
-            let kinds =
-                [ContactKind::Abort, ContactKind::Stop, ContactKind::Hold, ContactKind::Lockout];
-            kinds.contains(&it.kind)
-        });
-        let events = match fault {
-            None => vec![path, contact],
-            // What says no is heard on a path at fault too.
-            Some(PathFault::Open) if pressed && refuses => vec![contact, path],
-            Some(_) => vec![path],
-        };
-        for event in &events {
-            self.take(zones, &mut machine, caller, event);
-        }
-    }
-
     /// Takes what is read of an output or a pump, or the fault of its path; `None`: no news.
     pub(crate) fn output_reports(
         &self,
@@ -420,60 +392,6 @@ impl Hub {
             self.now().saturating_sub(turned) < WORKS
         };
         self.zones().is_none_or(turned)
-    }
-
-    /// A Stop, Close or Lockout of a person is a no for its monitor. Stop of a drive ends a motion by
-    /// hand and is none; nor is Stop by the client that holds the monitor and works with it.
-    pub fn refuse_for_zones(
-        &self,
-        caller: &Caller,
-        station: &Station,
-        request: &MonitorRequest,
-        news: bool,
-    ) {
-        let Some(zones) = self.zones() else { return };
-        let serves = zones.config.site.monitors.iter().any(|id| id == station.id());
-        if !serves || matches!(caller.via, "hub" | ZONES) {
-            return;
-        }
-        let scope = Scope::Monitor(station.id().to_owned());
-        let holds = || {
-            let authority = lock(&station.authority);
-            authority.holder().is_some_and(|(seat, _)| seat.seat == caller.seat.seat)
-        };
-        // Closing the foam valve by hand is no word about the water.
-        let mut aims = zones.config.aims.values().filter(|aim| aim.monitor == station.id());
-        let outlet = aims.any(|aim| aim.outlet() == request.to());
-        let whole = outlet || matches!(request.to(), SubsystemId::ALL | SubsystemId::CONTROL);
-        let order = match request.id() {
-            RequestId::CLOSE if outlet => Hand::Close(scope),
-            RequestId::LOCKOUT => Hand::Stop(scope),
-            RequestId::STOP if whole && !holds() => Hand::Stop(scope),
-            _ => return,
-        };
-        self.refuse(zones, caller, order, news);
-    }
-
-    /// Stop or Lockout of every monitor is a no for the whole site.
-    pub fn refuse_everywhere(&self, caller: &Caller, news: bool) {
-        if let Some(zones) = self.zones() {
-            self.refuse(zones, caller, Hand::Stop(Scope::Site), news);
-        }
-    }
-
-    /// A repetition (no `news`) is a no only where the one before does not last any more: a reset may have
-    /// come between.
-    fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
-        zones.void_by_hand(&order);
-        let mut machine = lock(&zones.machine);
-        if let Hand::Stop(scope) | Hand::Close(scope) = &order
-            && !news
-            && machine.site.is_refused(scope)
-        {
-            return;
-        }
-        let by = caller.principal.user.clone();
-        self.take(zones, &mut machine, caller, &Event::Hand { by, order });
     }
 
     /// Gives an event to the machine and carries out what follows from it.
@@ -506,6 +424,7 @@ impl Hub {
         records.iter().for_each(|record| self.note_entry(caller, record));
         machine.news |= !commands.is_empty() || !records.is_empty();
         if persist {
+            zones.wanted.fetch_add(1, Ordering::SeqCst);
             zones.changed.notify_one();
         }
         records
@@ -515,7 +434,8 @@ impl Hub {
     fn turn(&self, zones: &Zones) -> Duration {
         let mut guard = lock(&zones.machine);
         let (machine, caller) = (&mut *guard, Caller::zones());
-        if let Some(first) = machine.first.take() {
+        if let Some((first, said)) = machine.first.take() {
+            said.iter().for_each(|text| self.event(None, text));
             self.topics().set(CONFIGURED, &view::ZonesConfigured::from(&zones.config));
             self.carry(zones, machine, &caller, first);
         }

@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use lafet_site::{Cause, Entry, Mode, Record, Scope, Signal, Trouble, Why};
+use lafet_site::{Cause, Entry, Mode, Persisted, Record, Scope, Signal, Trouble, Why};
 use lafet_texts::{Text, hub as text};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::hub::{Caller, Hub};
+use crate::monitor::station::Station;
 use crate::store::Act;
 use crate::text::Both;
 
@@ -68,6 +69,51 @@ fn monitor_of(entry: &Entry) -> Option<&str> {
     }
 }
 
+impl Hub {
+    /// A monitor ends water by itself after so long, s, if no client confirms it: what a zone gives must
+    /// not run for longer when the hub fails.
+    pub fn water_timeout_is(&self, station: &Station, seconds: u32) {
+        let zones = self.zones().map(|it| &it.config.site.zones[..]).unwrap_or_default();
+        let of = zones.iter().filter(|it| it.monitors.iter().any(|id| id == station.id()));
+        let Some(longest) = of.max_by_key(|it| it.water_max_s) else { return };
+        if let Some(text) = endless(seconds, &longest.id, longest.water_max_s) {
+            self.event(Some(station.id()), &text);
+        }
+    }
+}
+
+/// What is wrong with WaterTimeout of a monitor that serves a zone.
+fn endless(seconds: u32, zone: &str, most: u32) -> Option<Both> {
+    match seconds {
+        0 => Some(text::WaterTimeoutOff { zone, most }.words()),
+        _ if seconds > most => Some(text::WaterTimeoutLonger { seconds, zone, most }.words()),
+        _ => None,
+    }
+}
+
+/// What people have to know of what was stored before the start.
+pub fn of_stored(config: &lafet_site::Config, stored: &Persisted) -> Vec<Both> {
+    let mut said = Vec::new();
+    for (id, stored) in &stored.zones {
+        match config.zones.iter().find(|it| it.id == *id) {
+            Some(zone) if zone.mode != stored.mode => {
+                let (stored, file) = (mode_words(stored.mode), mode_words(zone.mode));
+                said.push(text::ZoneStoredMode { zone: id, stored, file }.words());
+            }
+            None if stored.mode != Mode::Automatic || stored.ended.is_some() => {
+                said.push(text::ZoneStoredGone { what: id }.words());
+            }
+            _ => {}
+        }
+    }
+    let detectors =
+        stored.detectors.keys().filter(|id| !config.detectors.iter().any(|it| it.id == **id));
+    let refused = stored.monitors.iter().filter(|it| it.1.refused.is_some()).map(|it| it.0);
+    let monitors = refused.filter(|id| !config.monitors.contains(id));
+    said.extend(detectors.chain(monitors).map(|what| text::ZoneStoredGone { what }.words()));
+    said
+}
+
 /// That the disk takes the state of the zones, or does not.
 pub fn storing(failing: bool) -> Both {
     match failing {
@@ -126,6 +172,9 @@ fn words(record: &Record, by: &str) -> Option<Both> {
             let seconds = left_ms / 1000;
             text::ZoneWaterFound { monitor, seconds }.words()
         }
+        Entry::StationRefused { input, zone, why } => {
+            text::ZoneStationRefused { input, zone, why: why.text() }.words()
+        }
         Entry::Replaced { zone, monitor } => text::ZoneMonitorReplaced { zone, monitor }.words(),
         _ => return None,
     };
@@ -170,5 +219,71 @@ fn mode_words(mode: Mode) -> Both {
         Mode::Off => text::ModeOff.words(),
         Mode::TestDry => text::ModeTestDry.words(),
         Mode::TestOutlet => text::ModeTestOutlet.words(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_site::{Bypass, Refusal, StoredMonitor, StoredZone};
+
+    use super::*;
+
+    #[test]
+    fn what_was_stored_otherwise_than_the_file_has_it_is_said() {
+        let config: lafet_site::Config = toml::from_str(
+            r#"
+            monitors = ["M1"]
+            [[zone]]
+            id = "hall"
+            votes = "1oo1"
+            water_max_s = 60
+            monitors = ["M1"]
+            [[detector]]
+            id = "flame"
+            kind = "flame"
+            zones = ["hall"]
+            "#,
+        )
+        .unwrap();
+        let zone = |mode| StoredZone { mode, returns_in_ms: None, ended: None };
+        let refused = StoredMonitor { refused: Some(Why::Close), water_left_ms: None };
+        let stored = |hall, gone| Persisted {
+            version: lafet_site::VERSION,
+            lockout: false,
+            zones: [("hall".into(), zone(hall)), ("attic".into(), zone(gone))].into(),
+            detectors: [("flame".into(), Bypass::Masked)].into(),
+            monitors: [("M1".into(), refused.clone())].into(),
+        };
+        let said = |stored: &Persisted| {
+            let all = of_stored(&config, stored).into_iter();
+            all.map(|it| [it.en, it.ru].concat()).collect::<Vec<_>>()
+        };
+        assert!(said(&stored(Mode::Automatic, Mode::Automatic)).is_empty());
+        let told = said(&stored(Mode::Off, Mode::Automatic));
+        assert!(told.len() == 1 && told[0].contains("off. The file says: automatic"), "{told:?}");
+        let mut gone = stored(Mode::Automatic, Mode::Off);
+        gone.detectors.insert("smoke".into(), Bypass::Disabled);
+        gone.monitors.insert("M9".into(), refused.clone());
+        let told = said(&gone);
+        assert_eq!(told.len(), 3, "{told:?}");
+        for (said, name) in told.iter().zip(["attic", "smoke", "M9"]) {
+            assert!(said.contains(name) && said.contains("не действует"), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_release_point_that_was_refused_is_an_event() {
+        let (input, zone) = ("post".to_owned(), "hall".to_owned());
+        let entry = Entry::StationRefused { input, zone, why: Refusal::Lockout };
+        let record = Record { number: 1, at_ms: 0, entry, cause: Vec::new() };
+        let said = words(&record, "").expect("an event");
+        assert!(said.en.contains("post") && said.ru.contains("hall"), "{said:?}");
+    }
+
+    #[test]
+    fn water_that_a_monitor_would_not_end_is_an_event() {
+        assert!(endless(0, "hall", 60).is_some_and(|it| it.en.contains("is 0")));
+        assert!(endless(61, "hall", 60).is_some_and(|it| it.en.contains("61 s, more than")));
+        assert_eq!(endless(60, "hall", 60), None);
     }
 }

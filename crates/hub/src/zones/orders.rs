@@ -111,13 +111,15 @@ impl Hub {
             station,
             aim,
             opens,
-            latest: line.latest.clone(),
+            latest: line.latest.number.clone(),
             number,
             accepted: accepted.clone(),
             not_after: command.not_after_ms.map(Duration::from_millis),
         };
         line.order = Some(Aiming { fire: fire.map(|it| it.0), accepted });
-        line.engaged = opens.then(|| zone.clone());
+        if opens {
+            line.engage(zone, command, number);
+        }
         line.task = Some(tokio::spawn(opening.run()).abort_handle());
     }
 
@@ -386,7 +388,7 @@ mod tests {
         let zones = hub.zones().unwrap();
         let mut machine = lock(&zones.machine);
         hub.carry_order(zones, &mut machine, &command);
-        let latest = machine.lines["M1"].latest.clone();
+        let latest = machine.lines["M1"].latest.number.clone();
         let first = latest.load(Ordering::SeqCst);
         hub.carry_order(zones, &mut machine, &command);
         assert_ne!(latest.load(Ordering::SeqCst), first);
@@ -400,7 +402,7 @@ mod tests {
     #[tokio::test]
     async fn a_no_makes_orders_void_before_it_waits_for_the_machine() {
         let (hub, _) = hall();
-        let latest = lock(&hub.zones().unwrap().machine).lines["M1"].latest.clone();
+        let latest = lock(&hub.zones().unwrap().machine).lines["M1"].latest.number.clone();
         let before = latest.load(Ordering::SeqCst);
         let busy = hub.clone();
         let refuse = {

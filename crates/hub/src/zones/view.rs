@@ -33,6 +33,8 @@ pub struct ZonesView {
     pub wind: Option<WindReported>,
     /// The wind by which monitors are assigned.
     pub planned_wind: PlannedWind,
+    /// On the disk; false in the answer to an order: a restart would lose it.
+    pub stored: bool,
 }
 
 /// A monitor that votes do not open.
@@ -217,6 +219,7 @@ impl Machine {
             left_out: self.left_out(),
             wind: self.wind.clone().filter(|it| now.saturating_sub(it.heard) < WIND_COUNTS),
             planned_wind: PlannedWind::new(self.wind.as_ref()),
+            stored: !self.unstored,
         }
     }
 }

@@ -13,6 +13,7 @@ mod entry;
 mod jets;
 mod keep_out;
 mod kinds;
+mod late;
 mod modbus;
 mod packed;
 mod plugs;

@@ -1,6 +1,7 @@
 //! Zones, end to end: detectors report over HTTP, simulated monitors open, and who says no wins.
 
 mod planned;
+mod refused;
 
 use std::fs;
 use std::path::{Path, PathBuf};

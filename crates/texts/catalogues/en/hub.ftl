@@ -51,6 +51,9 @@ alarm-logins-remedy = Find the addresses in the audit log and cut them off from 
 alarm-revocations = Ended sessions and removed users are not stored.
 alarm-revocations-consequence = They are in effect. If the hub restarts before the disk takes them, they may be undone.
 alarm-revocations-remedy = Make room on the disk or repair it before the hub is restarted.
+alarm-zones = Modes, masks and refusals of the zones are not stored.
+alarm-zones-consequence = They are in effect. If the hub restarts before the disk takes them, zones that are off or locked are as they were stored last.
+alarm-zones-remedy = Make room on the disk or repair it before the hub is restarted; then repeat what the zones have lost.
 alarm-history = The history is not being stored.
 alarm-history-cause = The disk is full or faulty; or PostgreSQL, if it is used, does not answer or refuses the hub.
 alarm-history-consequence = Control is not affected. Values of this time are missing; PostgreSQL's wait in memory until there are too many.
@@ -163,6 +166,8 @@ check-own-feedback = { $id } writes { $bit } and reads it as its report: it says
 check-own-feedback-remedy = Name the bit of a limit switch or relay, or remove it: what was written is read back anyway.
 check-part-unread = { $id } writes a part of a register, whose rest cannot be left as it is without reading it.
 check-part-unread-remedy = Remove read_back = false, or give the output the whole register: holding:100=1/0.
+check-unconfirmed = Nothing shows whether { $id } is open or runs as ordered.
+check-unconfirmed-remedy = Remove read_back = false, or name the bit that reports it: on.
 check-single-reading = { $id } would release by a single reading.
 check-single-reading-remedy = Write debounce_ms = { $least } or more (1000 at most), or a smaller poll_ms of { $name }.
 check-bus-name = `{ $name }` is no name of a bus.
@@ -187,6 +192,10 @@ check-heartbeat = heartbeat without heartbeat_s.
 check-heartbeat-remedy = Write heartbeat_s: twice the time in which the bit changes, s.
 check-same-bit = { $id } and { $other } have the same alarm bit ({ $bit }): one device would vote twice.
 check-same-bit-remedy = Correct unit and bit, or remove one of them.
+check-one-unit = All votes that zone { $zone } needs can come from device { $unit } on { $bus }, whose faults nothing would show: if it writes wrong bits, water flows.
+check-one-unit-remedy = Give its detectors a heartbeat or a fault bit, or put some of them on another device.
+check-same-reading = { $id } and { $other } read the same bit ({ $bit }) of device { $unit } on { $bus }: one of them is not what it says.
+check-same-reading-remedy = Correct unit and bit, or remove one of them.
 check-silent-too-soon = { $id } is silent after { $silent } ms, but { $name } needs { $own } ms to try twice.
 check-silent-too-soon-remedy = Write a smaller poll_ms or timeout_ms of { $name }, or silent_after_s = { $least } or more.
 check-bus-unused = Nothing is on the bus { $name }: it would have no effect.
@@ -214,6 +223,8 @@ check-keep-out-name = The name of keep-out “{ $name }” cannot be used.
 check-keep-out-name-remedy = Give each keep-out a name of its own with 1…{ $most } characters.
 check-keep-out-angles = Keep-out “{ $name }” is no sector.
 check-keep-out-angles-remedy = Bearings are −360…360°, from and to, clockwise; elevations −90…90°, the lower one first.
+check-keep-out-narrow = Keep-out “{ $name }” has no width or no height: it would protect a line.
+check-keep-out-narrow-remedy = Give two different bearings, clockwise from the first to the second, and two different elevations; bearings = [0, 360] is the whole circle.
 check-keep-out-monitor = Keep-out “{ $name }” is for monitor { $monitor }, which is not configured.
 check-keep-out-monitor-remedy = Write the id of a [[monitor]], or leave monitor out: the sector then counts for all.
 check-keep-out-place = Keep-out “{ $name }” counts for { $monitor }, which has no place.
@@ -258,10 +269,13 @@ jog-unbounded = Limits are off, and this monitor would not end the motion by its
 
 # Errors of the API.
 no-monitor = There is no monitor { $id }.
+nothing-stopped = There is no monitor { $id }: nothing was stopped or closed. It may have another name now: reload the page. POST /api/stop stops every monitor.
 no-zones = No zones are configured. See docs/installation.md.
 no-detector = There is no detector { $id }. Add it to the configuration, or correct the name.
 detector-on-bus = Detector { $id } is read on the bus { $bus }. Remove `source` from hub.toml to report it here.
 order-void = The order was withdrawn before it was sent.
+request-late = The request was on its way for more than a second, and was not carried out. Send it again if it is still wanted; reload the page if that happens each time.
+beat-late = The signals of the held control arrive late: the network or the computer was busy. Release the control and hold it again.
 confirm-needed = This needs "confirm": "{ $id }", so that it is not done by mistake.
 nothing-here = There is nothing here. See /api/openapi.json.
 role-needed = This needs the role { $role }.
@@ -383,6 +397,8 @@ postgres-no-authority = This machine trusts no authority (Debian: apt install ca
 
 # Events of the zones.
 zones-not-stored = Modes, masks and refusals of the zones are not stored: a restart would lose them. Check the disk.
+water-timeout-off = WaterTimeout is 0: if the hub fails, the monitor does not end water of zone { $zone } by itself. Set it to { $most } s.
+water-timeout-longer = WaterTimeout is { $seconds } s, more than water_max_s of zone { $zone } ({ $most } s): if the hub fails, water runs for longer than the zone may give it. Set it to { $most } s.
 zones-stored = Modes, masks and refusals of the zones are stored again.
 zones-no-wind = The anemometer has reported nothing for { $minutes } min: monitors are assigned by the last wind.
 zones-wind-known = Monitors are assigned by the wind that was reported last: { $speed } m/s from { $from }°.
@@ -406,6 +422,9 @@ mode-off = off
 mode-test-dry = dry test
 mode-test-outlet = test of the outlet
 zone-news = Zone { $zone }: { $news }.
+zone-stored-mode = Zone { $zone } starts as it was stored: { $stored }. The file says: { $file }.
+zone-stored-gone = { $what } is not in the file any more; what was stored of it (a mode, a mask or a refusal) does not count.
+zone-station-refused = Release point { $input }: zone { $zone } is not released. { $why }
 zone-cancelled = Zone { $zone }: cancelled ({ $why }).
 zone-ended = Zone { $zone }: the release ended ({ $why }).
 zone-no = { $scope }: { $why }; it lasts until a reset.

@@ -22,6 +22,7 @@ use utoipa::IntoParams;
 use super::guard::Peer;
 use crate::access::Principal;
 use crate::api::network;
+use crate::control::beats::Delay;
 use crate::hub::{Caller, Hub};
 use crate::publish::broadcast::Own;
 use crate::publish::topics::Audience;
@@ -81,11 +82,12 @@ async fn serve(
     let talker = (caller.principal.key.clone(), network(from));
     let talk = hub.places().talks.take(hub.now(), &talker);
     let talk = talk.unwrap_or_else(|| Talk::new(hub.now()));
-    let (sink, stream) = socket.split();
+    let (sink, mut stream) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
     let heard = Arc::new(AtomicBool::new(true));
     let (audience, turning) = watch::channel(Audience::default());
-    let reader = Reader {
+    let has = key.has.clone();
+    let mut reader = Reader {
         hub: hub.clone(),
         caller: caller.clone(),
         answers,
@@ -96,6 +98,8 @@ async fn serve(
         told: HashMap::new(),
         audience,
         talk: talk.clone(),
+        has: has.clone(),
+        delay: Delay::default(),
     };
     let mut writer = Writer {
         hub: hub.clone(),
@@ -106,8 +110,9 @@ async fn serve(
         turning,
     };
     let close = tokio::select! {
-        close = reader.run(stream) => close,
+        close = reader.run(&mut stream) => close,
         close = writer.run(&mut key, waiting, &heard) => close,
+        () = has.clone().lost() => Some(RESUMED),
     };
     // Its motions end first; then the WebSocket is closed in order.
     hub.disconnect(&key);
@@ -115,9 +120,17 @@ async fn serve(
     hub.counts().sockets.fetch_sub(1, Ordering::Relaxed);
     if let Some((code, reason)) = close {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        _ = timeout(SLOW, writer.sink.send(Message::Close(Some(frame)))).await;
+        let closing = timeout(SLOW, writer.sink.send(Message::Close(Some(frame))));
+        match has.still() {
+            true => _ = closing.await,
+            // A Stop that is stuck in it is one all the same.
+            false => _ = tokio::join!(closing, timeout(SLOW, reader.run(&mut stream))),
+        }
     }
 }
+
+/// Another connection has resumed the seat.
+const RESUMED: (u16, &str) = (4409, "resumed elsewhere");
 
 /// Why a connection is closed; `None`: the other side has done it.
 type Close = Option<(u16, &'static str)>;

@@ -25,8 +25,9 @@ use crate::api::monitors::{self, JogBeat};
 use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
 use crate::command::request::MonitorRequest;
 use crate::command::urgent::{Joined, UNANSWERED};
+use crate::control::beats::Delay;
 use crate::error::{ApiError, shown};
-use crate::hub::{Caller, Hub};
+use crate::hub::{Caller, Has, Hub};
 use crate::monitor::station::Station;
 use crate::publish::messages::{Answer, Message, Progress, Subscribed};
 use crate::publish::topics::Audience;
@@ -41,6 +42,9 @@ pub const URGENT_MAX: usize = 16;
 
 /// Monitors to which a connection subscribes by name.
 const SUBSCRIBED_MAX: usize = 32;
+
+/// A request that was under way for so much longer than the quickest one is not carried out.
+const LATE: Duration = Duration::from_secs(1);
 
 const TOO_LARGE: (u16, &str) = (1009, "message too large");
 
@@ -58,10 +62,14 @@ pub struct Reader {
     pub audience: watch::Sender<Audience>,
     /// How much it may say.
     pub talk: Talk,
+    /// Whether the seat is still this connection's.
+    pub has: Has,
+    /// How long its requests are under way.
+    pub delay: Delay,
 }
 
 impl Reader {
-    pub async fn run(mut self, mut stream: SplitStream<WebSocket>) -> Close {
+    pub async fn run(&mut self, stream: &mut SplitStream<WebSocket>) -> Close {
         while let Some(message) = stream.next().await {
             let message = match message {
                 Ok(message) => message,
@@ -77,6 +85,10 @@ impl Reader {
             let said = understand(&text);
             let urgent =
                 matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
+            // What was on its way when another connection took the seat is not carried out.
+            if !urgent && !self.has.still() {
+                continue;
+            }
             if !urgent && lock(&self.talk.messages).take(self.hub.now()).is_err() {
                 return Some((4429, "too many messages"));
             }
@@ -118,8 +130,9 @@ impl Reader {
             Said::Lockout { id, monitor: Some(monitor) } => {
                 self.urgent(id, &monitor, |_| Ok(vec![MonitorRequest::lockout()?])).await;
             }
-            Said::Request { id, monitor, request, confirm, save } => {
-                self.request(id, &monitor, &request, confirm, save).await;
+            Said::Request { id, monitor, request, t, confirm, save } => {
+                let late = t.is_some_and(|t| !self.delay.is_within(LATE, self.hub.now(), t));
+                self.request(id, &monitor, (&request, late), confirm, save).await;
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
@@ -247,7 +260,7 @@ impl Reader {
         monitor: &str,
         requests: impl FnOnce(&Station) -> Result<Vec<MonitorRequest>, ApiError>,
     ) {
-        let known = self.hub.station(monitor);
+        let known = self.hub.station(monitor).map_err(|_| ApiError::nothing_stopped(monitor));
         let (station, requests) =
             match known.and_then(|station| Ok((station.clone(), requests(&station)?))) {
                 Ok(known) => known,
@@ -275,30 +288,34 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        request: &str,
+        (request, late): (&str, bool),
         confirm: Option<String>,
         save: bool,
     ) {
+        let request = MonitorRequest::parse(request);
+        if let Ok(request) = &request
+            && request.need().urgent
+        {
+            return self.urgent(id, monitor, |_| Ok(vec![request.clone()])).await;
+        }
         let known = self.hub.station(monitor);
-        let (station, request) =
-            match known.and_then(|station| Ok((station, MonitorRequest::parse(request)?))) {
-                Ok(known) => known,
-                Err(error) => return self.answer(id, Err(error)).await,
-            };
-        if request.need().urgent {
-            return self.urgent(id, monitor, |_| Ok(vec![request])).await;
+        let (station, request) = match known.and_then(|station| Ok((station, request?))) {
+            Ok(known) => known,
+            Err(error) => return self.answer(id, Err(error)).await,
+        };
+        if late {
+            return self.answer(id, Err(ApiError::late())).await;
         }
         let Ok(turn) = self.room.clone().try_acquire_owned() else {
             let error = ApiError::slow_down(Duration::from_millis(100));
             return self.answer(id, Err(error)).await;
         };
         let (hub, caller, answers) = (self.hub.clone(), self.caller.clone(), self.answers.clone());
+        let accepted = station.accepts(&request);
         tokio::spawn(async move {
             let _turn = turn;
-            let result = match save {
-                true => hub.save(&caller, &station, request).await,
-                false => hub.command(&caller, &station, request, confirm.as_deref()).await,
-            };
+            let how = (confirm.as_deref(), save);
+            let result = hub.command_accepted(&caller, &station, request, how, accepted).await;
             _ = answers.send(answered(id, result)).await;
         });
     }
@@ -364,6 +381,7 @@ mod tests {
         let hub = Hub::new(config, crate::Clock::System, Value::Null).unwrap();
         let (answers, _waiting) = mpsc::channel(1);
         let room = || Arc::new(Semaphore::new(1));
+        let key = hub.connect(&Caller::hub().principal, "", None);
         let mut reader = Reader {
             hub,
             caller: Caller::hub(),
@@ -375,6 +393,8 @@ mod tests {
             told: HashMap::new(),
             audience: watch::channel(Audience::default()).0,
             talk: Talk::new(std::time::Duration::ZERO),
+            has: key.has,
+            delay: Delay::default(),
         };
         for number in 0..1000 {
             let drive = format!("Drive{number}");

@@ -44,6 +44,8 @@ pub enum Said {
         id: Id,
         monitor: String,
         request: String,
+        /// When it was sent, by the client's monotonic clock, ms.
+        t: Option<f64>,
         confirm: Option<String>,
         /// A parameter is waited for until it is stored.
         #[serde(default)]

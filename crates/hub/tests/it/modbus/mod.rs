@@ -38,7 +38,7 @@ fn text(buses: &[(&str, String)], sources: &[String], votes: &str, keys: &str) -
     );
     for (name, url) in buses {
         text += &format!(
-            "[[modbus]]\nname = \"{name}\"\nurl = \"{url}\"\npoll_ms = 100\ntimeout_ms = 200\n"
+            "[[modbus]]\nname = \"{name}\"\nurl = \"{url}\"\npoll_ms = 100\ntimeout_ms = 200\nsettle_s = 0\n"
         );
     }
     for (number, source) in (1..).zip(sources) {

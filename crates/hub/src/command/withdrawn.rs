@@ -1,0 +1,142 @@
+//! What a Stop, Close or Lockout undoes that was accepted before it and is not sent yet.
+//!
+//! A command waits for its entry in the audit log before it goes to the client of its monitor; an urgent
+//! request does not. What arrives meanwhile is counted here, and compared right before the command is sent.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use lafet_client::RequestBuf;
+use lafet_proto::RequestId;
+
+use super::request::MonitorRequest;
+use crate::monitor::program::begins;
+use crate::monitor::station::Station;
+use crate::sync::lock;
+
+/// Urgent requests to a monitor so far, by their bytes: few, as they are the names of its subsystems.
+#[derive(Debug, Default)]
+pub struct Withdrawn(Mutex<BTreeMap<RequestBuf, u64>>);
+
+/// A request was accepted after so many urgent ones that undo its like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Accepted(u64);
+
+impl Station {
+    /// To be noted when a request is read, before anything is waited for.
+    pub fn accepts(&self, request: &MonitorRequest) -> Accepted {
+        let all = lock(&self.withdrawn.0);
+        let undo = all.iter().filter(|(urgent, _)| undoes(urgent, request.buf()));
+        Accepted(undo.map(|it| it.1).sum())
+    }
+
+    /// The same of a motion by hand, which any of them ends.
+    pub fn accepts_motion(&self) -> Accepted {
+        Accepted(lock(&self.withdrawn.0).values().sum())
+    }
+
+    /// Whether nothing has come since that undoes it. Asked while [`Station::sending`] is held.
+    pub(super) fn still_accepts(&self, request: &MonitorRequest, accepted: Accepted) -> bool {
+        self.accepts(request) == accepted
+    }
+
+    /// An urgent request has come. What is not in the queue of the client from here on never gets
+    /// there; what is in it is taken out by the client.
+    pub(super) fn withdraw(&self, urgent: &MonitorRequest) {
+        let _one = lock(&self.sending);
+        *lock(&self.withdrawn.0).entry(urgent.buf().clone()).or_default() += 1;
+    }
+}
+
+/// As the client has it; besides, a program opens the valve by itself after a Close.
+fn undoes(urgent: &RequestBuf, other: &RequestBuf) -> bool {
+    urgent.supersedes(other) || (urgent.id() == RequestId::CLOSE && begins(other.id()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::{Future as _, poll_fn};
+    use std::pin::pin;
+    use std::sync::Arc;
+    use std::task::Poll;
+
+    use lafet_proto::SubsystemId;
+    use serde_json::Value;
+
+    use super::*;
+    use crate::hub::{Caller, Hub};
+    use crate::text::both;
+    use crate::{Clock, Config, MonitorConfig};
+
+    fn stand() -> (Hub, Arc<Station>) {
+        let monitor = MonitorConfig {
+            id: "M1".into(),
+            name: both("M1", "M1"),
+            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
+            poll_ms: 200,
+        };
+        let config = Config { monitors: vec![monitor], ..Config::default() };
+        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+        let station = hub.station("M1").unwrap();
+        (hub, station)
+    }
+
+    fn request(text: &str) -> MonitorRequest {
+        MonitorRequest::parse(text).unwrap()
+    }
+
+    /// What was accepted before an urgent request, and what after it.
+    #[tokio::test]
+    async fn what_is_urgent_makes_void_what_was_accepted_before_it() {
+        let quench = "StartQuench Control centre=0,0 nozzle=60 sector=600,300 step=1 distance=30";
+        let (open, up) = ("Open Valve1", "Move Vertical 900");
+        for (urgent, undone, kept) in [
+            ("Stop All", &[open, up, quench][..], &["SetParam Vertical Speed 5"][..]),
+            ("Close Valve1", &[open, quench], &[up, "Open Valve2"]),
+            ("Stop Vertical", &[up], &[open, "Move Horizontal 900"]),
+            ("Lockout on", &[open, up, quench, "Lockout off"], &["GetStatus General"]),
+        ] {
+            for (what, code) in undone
+                .iter()
+                .map(|it| (it, "void"))
+                .chain(kept.iter().map(|it| (it, "not_connected")))
+            {
+                let (hub, station) = stand();
+                let accepted = station.accepts(&request(what));
+                drop(hub.overtake(&Caller::hub(), &station, &request(urgent)));
+                let caller = Caller::hub();
+                let sent = |accepted| {
+                    hub.command_accepted(&caller, &station, request(what), (None, false), accepted)
+                };
+                assert_eq!(sent(accepted).await.unwrap_err().code, code, "{what} before {urgent}");
+                let later = station.accepts(&request(what));
+                let code = sent(later).await.unwrap_err().code;
+                assert_eq!(code, "not_connected", "{what} after {urgent}");
+            }
+        }
+    }
+
+    #[tokio::test]
+    async fn any_of_them_ends_a_motion_by_hand() {
+        let (hub, station) = stand();
+        for urgent in ["Stop Nozzle", "Close Valve1", "Lockout on", "Stop Nozzle"] {
+            let before = station.accepts_motion();
+            assert_eq!(station.accepts_motion(), before);
+            drop(hub.overtake(&Caller::hub(), &station, &request(urgent)));
+            assert_ne!(station.accepts_motion(), before, "{urgent}");
+        }
+    }
+
+    /// It waits for its entry in the audit log when the Stop arrives.
+    #[tokio::test]
+    async fn a_stop_meets_a_command_that_waits_for_its_entry() {
+        let (hub, station) = stand();
+        let (caller, open) = (Caller::hub(), request("Open Valve1"));
+        let mut command = pin!(hub.command(&caller, &station, open, None));
+        let waits = poll_fn(|context| Poll::Ready(command.as_mut().poll(context).is_pending()));
+        assert!(waits.await);
+        let stop = MonitorRequest::stop(SubsystemId::ALL).unwrap();
+        drop(hub.overtake(&caller, &station, &stop));
+        assert_eq!(command.await.unwrap_err().code, "void");
+    }
+}

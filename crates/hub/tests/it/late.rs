@@ -1,0 +1,96 @@
+//! What was on its way when a person has said Stop, or when another connection has taken the seat.
+
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::support::{Site, stays, until};
+
+const VERTICAL: usize = 0;
+
+#[tokio::test]
+async fn a_connection_whose_seat_was_resumed_commands_nothing_any_more() {
+    let site = Site::open(1).await;
+    let mut old = site.ws("").await;
+    old.authority("M1", "take").await;
+    let resume = old.hello["resume"].as_str().unwrap().to_owned();
+    let mut new = site.ws_at("", &format!("/api/ws?resume={resume}")).await;
+    assert_eq!(new.seat(), old.seat());
+    // These were stuck in the network, and arrive now.
+    let up = json!({ "type": "request", "id": 1, "monitor": "M1", "request": "Move Vertical 900" });
+    old.send(up.clone()).await;
+    for _ in 0..10 {
+        old.beat("Vertical", "max").await;
+        tokio::time::sleep(Duration::from_millis(60)).await;
+    }
+    let rests = || site.bus.commanded(0, VERTICAL) == 0;
+    assert!(stays(Duration::from_millis(300), rests).await, "the old connection moves it");
+    // A Stop that was stuck with them is one all the same.
+    assert_eq!(new.ask(up).await["result"]["ok"], true);
+    until("it moves", || !rests()).await;
+    old.send(json!({ "type": "stop", "monitor": "M1" })).await;
+    until("it stops", rests).await;
+    assert!(site.bus.position(0, VERTICAL) < 900.0);
+    let closed = old.next_of("closed").await;
+    assert_eq!(closed["code"], 4409);
+}
+
+#[tokio::test]
+async fn a_request_that_was_on_its_way_for_too_long_is_refused() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let ask = |request: &str, t: f64| json!({ "type": "request", "monitor": "M1", "request": request, "t": t });
+    assert_eq!(operator.ask(ask("Move Vertical 300", 100_000.0)).await["result"]["ok"], true);
+    until("it is there", || site.bus.position(0, VERTICAL) > 299.0).await;
+    // Sent two seconds before the first one, by the client's clock.
+    let late = operator.ask(ask("Move Vertical 900", 98_000.0)).await;
+    assert_eq!(late["error"]["code"], "late", "{late}");
+    assert!(late["error"]["ru"].as_str().unwrap().contains("отправьте её снова"), "{late}");
+    let stop = operator.ask(ask("Stop All", 98_000.0)).await;
+    assert_eq!(stop["result"]["ok"], true, "what is urgent is never late: {stop}");
+    assert!(site.bus.position(0, VERTICAL) < 301.0);
+    assert_eq!(operator.ask(ask("Move Vertical 600", 200_000.0)).await["result"]["ok"], true);
+}
+
+#[tokio::test]
+async fn beats_that_come_late_say_why_nothing_moves() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let beat = |t: f64| json!({ "type": "jog", "monitor": "M1", "drive": "Vertical", "toward": "max", "t": t });
+    operator.send(beat(100_000.0)).await;
+    operator.next_where(|it| it["type"] == "jog" && it["state"] == "armed").await;
+    operator.send(json!({ "type": "jog_end", "monitor": "M1", "drive": "Vertical" })).await;
+    operator.send(beat(99_000.0)).await;
+    let ended = operator.next_where(|it| it["type"] == "jog" && it["state"] == "ended").await;
+    assert_eq!(ended["end"], "refused", "{ended}");
+    assert!(ended["text"]["en"].as_str().unwrap().contains("arrive late"), "{ended}");
+}
+
+/// A page from before a rename.
+#[tokio::test]
+async fn an_urgent_request_to_a_name_that_is_gone_says_that_nothing_was_stopped() {
+    let site = Site::open(1).await;
+    for path in ["stop", "close", "lockout"] {
+        let reply = site.post("", &format!("/api/monitors/OLD/{path}"), json!({})).await;
+        assert_eq!((reply.status, reply.code()), (404, "no_monitor"), "{path}");
+        let text = |lang: &str| reply.body["error"][lang].as_str().unwrap().to_owned();
+        assert!(text("en").contains("nothing was stopped"), "{path}: {}", text("en"));
+        assert!(text("ru").contains("ничего не остановлено"), "{path}: {}", text("ru"));
+        assert!(text("en").contains("/api/stop") && text("ru").contains("/api/stop"));
+    }
+    let mut operator = site.ws("").await;
+    for message in [
+        json!({ "type": "stop", "monitor": "OLD" }),
+        json!({ "type": "request", "monitor": "OLD", "request": "Stop All" }),
+    ] {
+        let answer = operator.ask(message).await;
+        assert_eq!(answer["error"]["code"], "no_monitor");
+        assert!(answer["error"]["en"].as_str().unwrap().contains("/api/stop"), "{answer}");
+    }
+    let read = operator
+        .ask(json!({ "type": "request", "monitor": "OLD", "request": "GetStatus All" }))
+        .await;
+    assert!(!read["error"]["en"].as_str().unwrap().contains("/api/stop"), "{read}");
+}

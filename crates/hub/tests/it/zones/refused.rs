@@ -1,0 +1,142 @@
+//! A no that stays, and a no that is none of a zone's business.
+
+use lafet_client::{Client, Endpoint};
+use lafet_hub::site::keep_out::{KeepOut, KeptFor};
+use lafet_proto::Request;
+use lafet_proto::request::Body;
+
+use super::*;
+
+/// Water that somebody turns into a keep-out is shut off, and the zone does not open it again.
+#[tokio::test]
+async fn what_a_keep_out_has_shut_off_stays_closed_until_a_reset() {
+    let zones = hall(1, "");
+    let place = Place { at: [0.0, 0.0], heading: 0.0, height: 2.0 };
+    let keep_out = KeepOut {
+        name: "stand".into(),
+        of: KeptFor::People,
+        monitor: None,
+        bearings: [30.0, 60.0],
+        elevations: [-90.0, 90.0],
+    };
+    let map = lafet_hub::site::Site {
+        monitors: [("M1".to_owned(), place)].into(),
+        keep_outs: vec![keep_out],
+        ..Default::default()
+    };
+    let site = Site::of((1, Composition::REMOTE), Clock::System, |config| {
+        (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
+    })
+    .await;
+    let released = order(&site, "hall/release", json!({ "confirm": "hall" })).await;
+    assert_eq!(released.status, 200, "{released:?}");
+    until("the valve opens", || is_open(&site, "M1")).await;
+    let endpoint: Endpoint = site.hub.config().monitors[0].endpoint.clone();
+    let other = Client::connect(&endpoint).await.unwrap();
+    for turn in [
+        Request::new(SubsystemId::CONTROL, Body::Stop),
+        Request::new(SubsystemId::HORIZONTAL, Body::Move { destination: -2700 }),
+    ] {
+        other.request(&turn).await.unwrap().accepted().unwrap();
+    }
+    until("it is shut", || is_closed(&site, "M1")).await;
+    assert!(
+        stays(Duration::from_secs(3), || is_closed(&site, "M1")).await,
+        "the zone opens it again"
+    );
+    let acts = acts(&site).await;
+    let engages = acts.iter().filter(|act| act["order"]["engage"].is_object()).count();
+    assert_eq!(engages, 1, "{acts:#?}");
+    let no = acts.iter().find(|act| act["entry"]["no"].is_object()).expect("the no is noted");
+    assert_eq!(no["entry"]["no"]["scope"]["monitor"], "M1", "{no:#}");
+    assert_eq!(no["cause"][0]["hand"]["by"], "keep-outs", "{no:#}");
+}
+
+/// `hall` is aborted while `store`, which shares its monitor, is opening it.
+#[tokio::test]
+async fn the_abort_of_one_zone_does_not_stop_the_water_of_another() {
+    let mut zones = hall(1, "");
+    let mut store = zones.site.zones[0].clone();
+    store.id = "store".into();
+    zones.site.zones.push(store);
+    let aim = zones.aims[&("hall".to_owned(), "M1".to_owned())].clone();
+    zones.aims.insert(("store".to_owned(), "M1".to_owned()), aim);
+    for detector in &mut zones.site.detectors {
+        detector.zones.push("store".into());
+    }
+    let site = Site::with(1, |config| {
+        (config.login, config.zones) = (false, Some(zones));
+    })
+    .await;
+    site.bus.keep_back(RequestId::START_QUENCH);
+    let released = order(&site, "store/release", json!({ "confirm": "store" })).await;
+    assert_eq!(released.status, 200, "{released:?}");
+    until("it is being ordered", || site.bus.waits()).await;
+    assert_eq!(order(&site, "hall/abort", json!({})).await.status, 200);
+    site.bus.let_through();
+    until("it opens for the other zone", || is_open(&site, "M1")).await;
+    let zone = state(&site).await["zones"][1].clone();
+    assert_eq!(zone["phase"]["released"]["wet"], true, "{zone:#}");
+}
+
+/// Many detectors report over the token of one gateway, and all alarm at once.
+#[tokio::test]
+async fn a_gateway_is_heard_when_all_of_its_detectors_alarm() {
+    let mut zones = hall(1, "");
+    let flame = zones.site.detectors[0].clone();
+    for number in 0..150 {
+        let id = format!("F{number}");
+        zones.site.detectors.push(lafet_site::config::Detector { id, ..flame.clone() });
+    }
+    let count = u16::try_from(zones.site.detectors.len()).unwrap();
+    zones.site.zones[0].votes = format!("{count}oo{count}").parse().unwrap();
+    let site = Site::with(1, |config| {
+        (config.login, config.zones) = (false, Some(zones));
+    })
+    .await;
+    // Twice as many as one token may change at once.
+    for number in 0..150 {
+        let reply = sees(&site, &format!("F{number}"), "alarm").await;
+        assert_eq!(reply.status, 204, "F{number}: {reply:?}");
+    }
+    let mut refused = 0;
+    for _ in 0..60 {
+        refused += usize::from(sees(&site, "flame", "alarm").await.status == 429);
+    }
+    assert!(refused > 0, "one detector has its own limit");
+    for _ in 0..200 {
+        refused += usize::from(sees(&site, "invented", "alarm").await.status == 429);
+    }
+    assert_eq!(sees(&site, "heat", "alarm").await.status, 204, "the others are still heard");
+}
+
+/// Somebody else keeps the file of the state locked.
+#[tokio::test]
+async fn an_order_that_is_not_on_the_disk_says_so() {
+    let folder = std::env::temp_dir().join(format!("lafet-unstored-{}", std::process::id()));
+    _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let zones = hall(1, "");
+    let own = folder.clone();
+    let site = Site::with(1, |config| {
+        (config.login, config.zones, config.data) = (false, Some(zones), Some(own));
+    })
+    .await;
+    let mode = |mode: &str| json!({ "mode": mode });
+    let kept = order(&site, "hall/mode", mode("manual")).await;
+    assert_eq!((kept.status, &kept.body["stored"]), (200, &json!(true)), "{kept:?}");
+    let other = rusqlite::Connection::open(folder.join("hub.db")).unwrap();
+    other.execute_batch("BEGIN EXCLUSIVE").unwrap();
+    let off = order(&site, "hall/mode", mode("off")).await;
+    assert_eq!((off.status, &off.body["stored"]), (200, &json!(false)), "{off:?}");
+    assert_eq!(off.body["state"]["zones"][0]["mode"], "off", "it is in effect all the same");
+    let alarm = || site.hub.alarms().list().iter().any(|it| it.id == "hub/Zones" && it.active);
+    until("there is an alarm", alarm).await;
+    assert_eq!(site.get("", "/api/zones").await.body["stored"], false);
+    other.execute_batch("ROLLBACK").unwrap();
+    until("the alarm is over", || !alarm()).await;
+    let kept = order(&site, "hall/mode", mode("manual")).await;
+    assert_eq!(kept.body["stored"], true, "{kept:?}");
+    drop(site);
+    _ = fs::remove_dir_all(&folder);
+}

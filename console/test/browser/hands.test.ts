@@ -46,11 +46,12 @@ async function ended(where = ''): Promise<void> {
 /** What is still held, and trembles, moves nothing. */
 async function stays(tremble: () => Promise<void>, where = ''): Promise<void> {
   await ended(where);
-  const stood = await site.position('M1');
+  const place = async () => [await site.position('M1'), await site.position('M1', 'Vertical')];
+  const stood = await place();
   await tremble();
   await passes(page, 900);
-  await ended(where);
-  expect(await site.position('M1'), where).toBe(stood);
+  expect(await site.moves('M1'), where).toBe(false);
+  expect(await place(), where).toEqual(stood);
 }
 
 async function turns(hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
@@ -285,9 +286,11 @@ describe('after an end that was no release', () => {
     await page.keyboard.press('F9');
     await stays(async () => {
       await page.keyboard.down('ArrowLeft');
-      await page.keyboard.down('F8');
-      await page.keyboard.up('F8');
     });
+    // The other key is pressed and released: the one that is still held does not take its place.
+    await page.keyboard.press('ArrowRight', { delay: 400 });
+    await ended();
+    await stays(async () => {});
     await page.keyboard.up('ArrowLeft');
   });
 
@@ -313,7 +316,17 @@ describe('after an end that was no release', () => {
     for (const [name, end] of ends) {
       await turns(() => pad([-1, 0]), rest);
       await end();
-      await stays(() => pad([-1, -1]), name);
+      const tremble = async () => {
+        for (const axes of [
+          [-1, -1],
+          [0, -1],
+          [-1, 0],
+        ]) {
+          await pad(axes);
+          await drawn(page);
+        }
+      };
+      await stays(tremble, name);
       await rest();
     }
     await expect.poll(() => page.locator('lf-hand .state svg').count(), SOON).toBe(1);

@@ -110,7 +110,7 @@ struct Count {
 
 fn attack(dice: &mut Dice, count: &mut Count) {
     // While the legal session goes on, what it has sent comes again.
-    let mut bench = Bench::new(TERMS);
+    let mut bench = Bench::of_seed(TERMS, dice.below(u64::MAX));
     let mut recorded: Vec<Sent> = Vec::new();
     let mut opened = 0;
     for command in ["take", "goto", "open", "goto", "release"] {
@@ -149,12 +149,8 @@ fn attack(dice: &mut Dice, count: &mut Count) {
     count.meant += opened;
     // After it, and in another session: all of it, in any order.
     if dice.below(2) == 0 {
-        bench = Bench::new(TERMS);
+        bench = Bench::of_seed(TERMS, dice.below(u64::MAX));
         bench.pass(dice.below(5000));
-        // Numbers of another session are others.
-        bench.skip(1 << 32);
-        bench.pass(4000);
-        bench.pass(1000);
     } else {
         bench.pass(dice.below(4000));
     }

@@ -24,12 +24,12 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(terms: Terms) -> Self {
-        let mut next = 100;
-        let mut random = || {
-            next += 1;
-            Some(next)
-        };
-        let desk = Desk::new(terms, 2, Now::ZERO, &mut random);
+        Self::of_seed(terms, 100)
+    }
+
+    /// With other random numbers.
+    pub fn of_seed(terms: Terms, mut next: u64) -> Self {
+        let desk = Desk::new(terms, 2, Now::ZERO, &mut Self::random(&mut next));
         let mut bench =
             Self { desk, now: Now::ZERO, holders: [Holder::Mine; 2], ticket: None, next, ids: 0 };
         bench.pass(0);
@@ -37,9 +37,13 @@ impl Bench {
     }
 
     fn random(next: &mut u64) -> impl FnMut() -> Option<u64> {
+        // SplitMix64: no number is near the one before it.
         move || {
-            *next += 1;
-            Some(*next)
+            *next = next.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut mixed = *next;
+            mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            Some(mixed ^ (mixed >> 31))
         }
     }
 
@@ -99,11 +103,6 @@ impl Bench {
     pub fn open(&mut self) -> Vec<Act> {
         let key = self.key(0);
         self.send("open", json!({ "valve": 1, "key": key }))
-    }
-
-    /// The next random numbers are others.
-    pub fn skip(&mut self, count: u64) {
-        self.next += count;
     }
 
     /// Answers that it is done.
@@ -204,8 +203,7 @@ fn a_ticket_lasts_three_seconds_whatever_the_clocks_of_clients_say() {
 fn a_ticket_of_another_session_is_none() {
     let mut first = Bench::new(TERMS);
     let old = first.text("take", json!({}));
-    let mut second = Bench::new(TERMS);
-    second.next = 1_000_000;
+    let mut second = Bench::of_seed(TERMS, 200);
     second.pass(3000);
     second.pass(1000);
     let acts = second.hear(Some(0), false, old.as_bytes());

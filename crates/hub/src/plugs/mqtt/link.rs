@@ -172,9 +172,10 @@ fn refused(code: ConnectReturnCode) -> Both {
 fn of_tls(config: &BrokerConfig, error: &TlsError) -> Both {
     let host = &config.host;
     match error {
-        TlsError::InvalidCertificate(CertificateError::UnknownIssuer) => {
-            text::MqttUnknownIssuer.words()
-        }
+        // The second one: another authority of the same name.
+        TlsError::InvalidCertificate(
+            CertificateError::UnknownIssuer | CertificateError::BadSignature,
+        ) => text::MqttUnknownIssuer.words(),
         TlsError::InvalidCertificate(
             CertificateError::NotValidForName | CertificateError::NotValidForNameContext { .. },
         ) => text::MqttOtherName { host }.words(),

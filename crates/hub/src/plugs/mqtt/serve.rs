@@ -13,7 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout, timeout_at};
 
 use super::desk::{Act, Around, Desk, Heard, Reply};
 use super::hand::{Answer, Hand};
@@ -32,8 +32,8 @@ const PAUSE_LAST: Duration = Duration::from_secs(30);
 const LASTED: Duration = Duration::from_secs(60);
 /// States are looked at this often.
 const LOOK_EACH: Duration = Duration::from_millis(100);
-/// Something goes over the line at least this often: see the keep-alive of [`link`].
-const STALLED: Duration = Duration::from_secs(12);
+/// The broker is heard at least this often: it confirms a ticket each second.
+const STALLED: Duration = Duration::from_secs(8);
 /// What is said last is taken within this time.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Messages that wait for the session.
@@ -124,8 +124,13 @@ async fn connect(
 
 /// Hears the broker until the connection ends.
 async fn poll(mut events: EventLoop, broker: Arc<Broker>, news: mpsc::Sender<News>) {
+    let mut heard = Instant::now();
     loop {
-        let polled = timeout(STALLED, events.poll()).await;
+        // What the hub sends is no sign of life of the broker, and keeps the library from asking for one.
+        let polled = timeout_at(heard + STALLED, events.poll()).await;
+        if let Ok(Ok(Event::Incoming(_))) = polled {
+            heard = Instant::now();
+        }
         let one = match polled {
             Err(_) => News::Lost(link::silent()),
             Ok(Err(error)) => News::Lost(link::said(&broker.config, &error)),
@@ -323,7 +328,7 @@ impl Session {
                 Act::Ticket(ticket) => {
                     let session = &self.number;
                     let ticket = Ticket { ticket: message::shown(ticket), session };
-                    self.letter("ticket", &ticket, false, false);
+                    self.letter("ticket", &ticket, false);
                 }
                 Act::Key(at) => self.put_key(at),
                 Act::Say(reply) => self.say(&reply),
@@ -408,13 +413,13 @@ impl Session {
     }
 
     fn put(&self, part: &str, value: &impl Serialize) {
-        self.letter(part, value, true, true);
+        self.letter(part, value, true);
     }
 
-    fn letter(&self, part: &str, value: &impl Serialize, retained: bool, confirmed: bool) {
+    fn letter(&self, part: &str, value: &impl Serialize, retained: bool) {
         let topic = self.broker.config.topic(part);
         let payload = serde_json::to_vec(value).unwrap_or_default();
-        self.outbox.put(Letter { topic, payload, retained, confirmed });
+        self.outbox.put(Letter { topic, payload, retained, confirmed: true });
     }
 
     fn put_key(&self, at: usize) {

@@ -190,8 +190,9 @@ async fn a_recorded_session_opens_nothing_in_the_next_one() {
     replay().await;
     assert!(stays(Duration::from_millis(500), || opening(&again) < 0.01).await, "in the next one");
     until_plug(&again, "it has heard them", |it| it["requests"].as_u64() >= Some(9)).await;
-    let noted = again.get("", "/api/audit?limit=1000").await.body.to_string();
-    assert!(noted.contains("not allowed") && !noted.contains("asked\""), "{noted}");
+    let noted = again.get("", "/api/audit?text=open%20valve1&limit=1000").await.body;
+    let outcomes = noted["entries"].as_array().unwrap().iter().map(|it| &it["outcome"]);
+    assert_eq!(outcomes.collect::<Vec<_>>(), [&json!("not allowed")], "{noted:#}");
 }
 
 #[tokio::test]
@@ -218,7 +219,6 @@ async fn observers_stop_close_and_lock_out_and_no_more() {
     broker.publish("lafet/M1/command", "nonsense", &[]).await;
     let unreadable = |it: &str| it.starts_with("lafet/M1/result ") && it.contains("\"id\":null");
     assert!(listener.until("a result", unreadable).await.contains("\"refusal\":25"));
-    listener.until("an event", |it| it.starts_with("lafet/event ") && it.contains("\"ru\"")).await;
 }
 
 #[tokio::test]

@@ -205,7 +205,7 @@ mod tests {
             Turn::Said(MotionWord::Ended | MotionWord::Armed)
         ));
         let Turn::Start(_, held) = beat(139_960, 134_960.0) else { panic!("it begins") };
-        // Whoever holds it is not learnt anew, however long nothing was heard.
+        // While a motion is held nothing is learnt anew, however long nothing was heard.
         assert!(matches!(beat(239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
         drop(held);
     }

@@ -372,7 +372,7 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     station.publish_progress(hub, None);
 }
 
-/// After how long the monitor ends water that nobody confirms, s, if it was read.
+/// After how long the monitor ends water that no client confirms, s, if it was read.
 fn water_timeout(params: &Params) -> Option<u32> {
     let param = Param::GeneralWaterTimeout;
     let of = params.values.get(&param.spec().subsystem.to_string())?.get(param.name())?;

@@ -7,7 +7,7 @@ use lafet_proto::request::Body;
 
 use super::*;
 
-/// Water that somebody turns into a keep-out is shut off, and the zone does not open it again.
+/// Water that another client turns into a keep-out is shut off, and the zone does not open it again.
 #[tokio::test]
 async fn what_a_keep_out_has_shut_off_stays_closed_until_a_reset() {
     let zones = hall(1, "");
@@ -99,18 +99,13 @@ async fn a_gateway_is_heard_when_all_of_its_detectors_alarm() {
         let reply = sees(&site, &format!("F{number}"), "alarm").await;
         assert_eq!(reply.status, 204, "F{number}: {reply:?}");
     }
-    let mut refused = 0;
-    for _ in 0..60 {
-        refused += usize::from(sees(&site, "flame", "alarm").await.status == 429);
-    }
-    assert!(refused > 0, "one detector has its own limit");
-    for _ in 0..200 {
-        refused += usize::from(sees(&site, "invented", "alarm").await.status == 429);
-    }
+    let all = (0..60).map(|_| sees(&site, "flame", "alarm"));
+    let replies = futures_util::future::join_all(all).await;
+    assert!(replies.iter().any(|it| it.status == 429), "one detector has its own limit");
     assert_eq!(sees(&site, "heat", "alarm").await.status, 204, "the others are still heard");
 }
 
-/// Somebody else keeps the file of the state locked.
+/// Another program keeps the file of the state locked.
 #[tokio::test]
 async fn an_order_that_is_not_on_the_disk_says_so() {
     let folder = std::env::temp_dir().join(format!("lafet-unstored-{}", std::process::id()));
@@ -123,8 +118,19 @@ async fn an_order_that_is_not_on_the_disk_says_so() {
     })
     .await;
     let mode = |mode: &str| json!({ "mode": mode });
-    let kept = order(&site, "hall/mode", mode("manual")).await;
-    assert_eq!((kept.status, &kept.body["stored"]), (200, &json!(true)), "{kept:?}");
+    // A disk that is busy may take longer than an answer waits for it.
+    let kept = async || {
+        let began = Instant::now();
+        loop {
+            let kept = order(&site, "hall/mode", mode("manual")).await;
+            assert_eq!(kept.status, 200, "{kept:?}");
+            if kept.body["stored"] == true {
+                break;
+            }
+            assert!(began.elapsed() < Duration::from_secs(20), "{kept:?}");
+        }
+    };
+    kept().await;
     let other = rusqlite::Connection::open(folder.join("hub.db")).unwrap();
     other.execute_batch("BEGIN EXCLUSIVE").unwrap();
     let off = order(&site, "hall/mode", mode("off")).await;
@@ -135,8 +141,7 @@ async fn an_order_that_is_not_on_the_disk_says_so() {
     assert_eq!(site.get("", "/api/zones").await.body["stored"], false);
     other.execute_batch("ROLLBACK").unwrap();
     until("the alarm is over", || !alarm()).await;
-    let kept = order(&site, "hall/mode", mode("manual")).await;
-    assert_eq!(kept.body["stored"], true, "{kept:?}");
+    kept().await;
     drop(site);
     _ = fs::remove_dir_all(&folder);
 }

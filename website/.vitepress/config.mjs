@@ -4,7 +4,7 @@ import { defineConfig } from 'vitepress';
 import { permalink, reader } from '../build/markdown.mjs';
 import { PLACE } from '../build/relative.mjs';
 import { PAGES, slug, sources, WEBSITE } from '../build/sources.mjs';
-import { groups, IN_ENGLISH, LANGUAGES, READERS } from '../site/navigation.mjs';
+import { GROUPS, IN_ENGLISH, LANGUAGES, READERS } from '../site/navigation.mjs';
 import { MINI_SEARCH, term } from '../site/search.mjs';
 import { WORDS } from '../site/words.mjs';
 
@@ -17,7 +17,6 @@ const pages = new Set(known.values());
 const made = new Set([...pages].map((page) => page.replace(/\.md$/, '')));
 /** Whether a page has a Russian form; the generated reference has one where `build` makes it. */
 const inRussian = (name) => made.has(`ru/${name}`) || ['cli/index', 'parameters'].includes(name);
-const GROUPS = groups((name) => made.has(name));
 const ALL_PAGES = GROUPS.flatMap((group) => group.pages);
 const hasPlayground = existsSync(path.join(PAGES, 'public/playground/index.html'));
 

@@ -2,7 +2,7 @@
 // no Russian form.
 import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
-import { groups } from '../site/navigation.mjs';
+import { GROUPS } from '../site/navigation.mjs';
 import { api } from './api.mjs';
 import { cli } from './cli.mjs';
 import { parameters } from './parameters.mjs';
@@ -22,7 +22,7 @@ function put(name, text) {
 
 for (const [source, page] of sources()) put(page, readFileSync(path.join(ROOT, source), 'utf8'));
 for (const [name, text] of [...cli(), ...api(), ...schema(), ...parameters()]) put(name, text);
-const listed = groups((name) => written.has(`${name}.md`)).flatMap((group) => group.pages);
+const listed = GROUPS.flatMap((group) => group.pages);
 for (const { path: name, title } of listed) {
   if (!written.has(`${name}.md`)) throw new Error(`site/navigation.mjs: there is no page ${name}`);
   if (!written.has(`ru/${name}.md`)) put(`ru/${name}.md`, inEnglish(name, title));

@@ -11,16 +11,13 @@ export const IN_ENGLISH = '(по-английски)';
 
 const page = (path, en, ru) => ({ path, title: { en, ru } });
 
-/** A page that a branch may be without: it has its place here, and is left out where it is missing. */
-const optional = (path, en, ru) => ({ ...page(path, en, ru), optional: true });
-
 /** The side bar. */
-const EVERY_GROUP = [
+export const GROUPS = [
   {
     title: { en: 'Start', ru: 'Начало' },
     pages: [
       page('tutorial', 'From the box to the first water', 'От распаковки до первой воды'),
-      optional('install', 'Installation packages', 'Установочные пакеты'),
+      page('install', 'Installation packages', 'Установочные пакеты'),
       page('overview', 'What there is', 'Что есть в lafet'),
     ],
   },
@@ -52,6 +49,7 @@ const EVERY_GROUP = [
       page('hub-api', 'The hub’s API', 'API сервера объекта'),
       page('installation', 'Zone controller', 'Контроллер зон'),
       page('modbus', 'Modbus server', 'Сервер Modbus'),
+      page('mqtt', 'MQTT', 'MQTT'),
       page('coverage', 'Coverage of a site', 'Покрытие объекта струями'),
       page('scenarios', 'Scenarios', 'Сценарии'),
       page('json', 'JSON of the commands', 'JSON командной строки'),
@@ -78,6 +76,8 @@ const EVERY_GROUP = [
       page('architecture', 'Architecture', 'Архитектура'),
       page('design', 'Why it is built this way', 'Почему построено так'),
       page('contributing', 'Contributing', 'Как вносить изменения'),
+      page('release', 'How to release', 'Как выпускать версию'),
+      page('playground', 'The playground', 'Протокол на странице'),
       page('client', 'The controlling side', 'Управляющая сторона'),
       page('physics', 'The physics of the simulator', 'Физика имитатора'),
       page('conformance-scenarios', 'Scenarios of the protocol', 'Сценарии протокола'),
@@ -109,14 +109,6 @@ const EVERY_GROUP = [
     ],
   },
 ];
-
-/** The groups with the pages that are there: `there` says whether a page has a source. */
-export function groups(there) {
-  return EVERY_GROUP.map((group) => ({
-    ...group,
-    pages: group.pages.filter((one) => !one.optional || there(one.path)),
-  }));
-}
 
 /** The start pages, in the order of the groups, for the first page and the navigation bar. */
 export const READERS = ['operator', 'service-engineer', 'integrator', 'firmware-engineer', 'developer'];

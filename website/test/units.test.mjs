@@ -8,7 +8,6 @@ import { PLACE, pageAt, program } from '../build/relative.mjs';
 import { between, slug, sources, target } from '../build/sources.mjs';
 import { structure, table, type } from '../build/structures.mjs';
 import { LABELS, labelled } from '../site/labels.mjs';
-import { groups } from '../site/navigation.mjs';
 import { term } from '../site/search.mjs';
 import { WORDS } from '../site/words.mjs';
 
@@ -142,13 +141,6 @@ test('parameters have words in both languages, or the build says which lack them
     },
   ];
   assert.throws(() => parameters({ params, subsystems: [{ name: 'S', en: 's' }] }), /`new` has no words/);
-});
-
-test('a page that a branch is without is left out, and no other', () => {
-  const names = (there) => groups(there).flatMap((group) => group.pages.map((page) => page.path));
-  assert.ok(names(() => true).includes('install'));
-  assert.ok(!names(() => false).includes('install'));
-  assert.equal(names(() => true).length, names(() => false).length + 1);
 });
 
 test('the frame has the same texts in both languages', () => {

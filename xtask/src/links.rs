@@ -5,9 +5,6 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::{run, source};
 
-/// Parts that a copy of the project may be without; links into them count where the part is there.
-const OPTIONAL: [&str; 3] = ["playground", "docs/install.md", "docs/install.ru.md"];
-
 /// Every broken relative link.
 pub fn broken() -> Result<Vec<String>, String> {
     let root = run::root();
@@ -31,13 +28,9 @@ fn resolve(from: &str, text: &str, target: &str, root: &Path) -> Result<(), Stri
     }
     let folder = Path::new(from).parent().unwrap_or(Path::new(""));
     let inside = plain(&folder.join(file)).ok_or("leads out of the project")?;
-    let path = root.join(&inside);
+    let path = root.join(inside);
     if !path.exists() {
-        let left_out = |part: &&str| inside.starts_with(part) && !root.join(part).exists();
-        return match OPTIONAL.iter().any(|part| left_out(&part)) {
-            true => Ok(()),
-            false => Err("no such file".into()),
-        };
+        return Err("no such file".into());
     }
     if anchor.is_empty() || path.extension().is_none_or(|extension| extension != "md") {
         return Ok(());
@@ -176,9 +169,6 @@ mod tests {
         let root = run::root();
         assert_eq!(resolve("docs/a.md", "", "../xtask/Cargo.toml", &root), Ok(()));
         assert_eq!(resolve("docs/a.md", "", "none.md", &root), Err("no such file".into()));
-        let there = root.join("docs");
-        assert_eq!(resolve("a.md", "", "playground/README.md", &there), Ok(()));
-        assert_eq!(resolve("a.md", "", "playgrounds/README.md", &there).is_err(), true);
         assert_eq!(resolve("docs/a.md", "# One\n", "#one", &root), Ok(()));
         assert_eq!(resolve("docs/a.md", "# One\n", "#two", &root), Err("no such heading".into()));
     }

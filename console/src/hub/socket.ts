@@ -25,9 +25,7 @@ const LISTEN_MS = 500;
 const RESUME_KEY = 'lafet.resume';
 const SESSION_ENDED = 4401;
 /** The seat was resumed by another window: this one has its secret no longer. */
-const SEAT_TAKEN = 4409;
-/** With this reason the same code says that the page reads too slowly. */
-const SLOW = 'too slow';
+const SEAT_TAKEN = 4410;
 
 class Socket {
   private ws: WebSocket | null = null;
@@ -101,7 +99,7 @@ class Socket {
       dead.onmessage = null;
       dead.close();
     }
-    this.closed(0, '');
+    this.closed(0);
     clearTimeout(this.retryTimer);
     this.retryTimer = window.setTimeout(() => this.open(), for_ms);
   }
@@ -140,7 +138,7 @@ class Socket {
     this.heard();
     ws.onmessage = (event) => this.hear(String(event.data));
     ws.onclose = (event) => {
-      if (this.ws === ws) this.closed(event.code, event.reason);
+      if (this.ws === ws) this.closed(event.code);
     };
   }
 
@@ -158,7 +156,7 @@ class Socket {
     this.ws = null;
     dead.onmessage = null;
     dead.close();
-    this.closed(0, '');
+    this.closed(0);
   }
 
   private heard(): void {
@@ -171,7 +169,7 @@ class Socket {
     return Math.max(performance.now() - this.heard_ms, Date.now() - this.heardAt_ms);
   }
 
-  private closed(code: number, reason: string): void {
+  private closed(code: number): void {
     this.ws = null;
     store.setLinked(false);
     for (const { reject } of this.waiting.values()) reject(new HubError(OUTCOME_UNKNOWN));
@@ -180,7 +178,7 @@ class Socket {
       this.wanted = false;
       this.onSessionEnded();
     }
-    if (code === SEAT_TAKEN && reason !== SLOW) {
+    if (code === SEAT_TAKEN) {
       sessionStorage.removeItem(RESUME_KEY);
       this.onSeatTaken();
     }

@@ -270,7 +270,7 @@ describe('what is not known', () => {
       if (seat) seats.push(seat);
       return message;
     });
-    link.close(4409, 'resumed elsewhere');
+    link.close(4410, 'resumed elsewhere');
     await toasts('Control is in the other window').waitFor();
     await until(() => seats.length === 2);
     expect(seats[1]).not.toBe(seats[0]);

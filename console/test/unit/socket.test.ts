@@ -63,7 +63,7 @@ test('a seat that another window has resumed is given up; a page that reads slow
   last().onclose({ code: 4409, reason: 'too slow' });
   expect(sessionStorage.getItem('lafet.resume')).toBe('secret');
   open();
-  last().onclose({ code: 4409, reason: 'resumed elsewhere' });
+  last().onclose({ code: 4410, reason: 'resumed elsewhere' });
   expect(sessionStorage.getItem('lafet.resume')).toBeNull();
   expect(taken).toHaveBeenCalledTimes(1);
 });

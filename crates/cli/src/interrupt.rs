@@ -18,13 +18,13 @@ pub enum Caught {
 /// Catches signals from its creation on, so that none is lost before it is awaited.
 pub struct Interrupt {
     #[cfg(unix)]
-    signals: [tokio::signal::unix::Signal; 3],
+    signals: [tokio::signal::unix::Signal; 4],
     #[cfg(test)]
     pressed: tokio::sync::broadcast::Receiver<()>,
 }
 
 impl Interrupt {
-    /// Starts to catch Ctrl-C, SIGTERM and SIGHUP.
+    /// Starts to catch Ctrl-C, Ctrl-\, SIGTERM and SIGHUP.
     #[cfg(unix)]
     pub fn catch() -> Result<Self, Failure> {
         use tokio::signal::unix::{SignalKind, signal};
@@ -33,6 +33,7 @@ impl Interrupt {
             catch(SignalKind::interrupt())?,
             catch(SignalKind::terminate())?,
             catch(SignalKind::hangup())?,
+            catch(SignalKind::quit())?,
         ];
         Ok(Self {
             signals,
@@ -50,7 +51,7 @@ impl Interrupt {
     /// Waits for the next signal.
     #[cfg(unix)]
     pub async fn next(&mut self) -> Caught {
-        let [interrupt, terminate, hangup] = &mut self.signals;
+        let [interrupt, terminate, hangup, quit] = &mut self.signals;
         #[cfg(test)]
         let pressed = self.pressed.recv();
         #[cfg(not(test))]
@@ -60,6 +61,7 @@ impl Interrupt {
             _ = interrupt.recv() => Caught::CtrlC,
             _ = terminate.recv() => Caught::End,
             _ = hangup.recv() => Caught::End,
+            _ = quit.recv() => Caught::End,
         }
     }
 

@@ -128,7 +128,11 @@ impl Client {
         if address == 0 || address == u8::MAX || address == own || alone {
             return Err(Error::Address { address, endpoint: self.endpoint.clone() });
         }
-        Ok(Self { address, ..self.clone() })
+        // Errors name the monitor that is meant. What is no URL is the name of a line.
+        let of_it =
+            self.endpoint.parse::<Endpoint>().map(|line| line.to(address).to_string().into());
+        let endpoint = of_it.unwrap_or_else(|_| self.endpoint.clone());
+        Ok(Self { address, endpoint, ..self.clone() })
     }
 
     /// The name of the link, as given.

@@ -85,6 +85,18 @@ impl Endpoint {
         }
     }
 
+    /// The same line to another monitor on it.
+    #[must_use]
+    pub fn to(mut self, monitor: u8) -> Self {
+        match &mut self {
+            Self::Tcp { addresses, .. }
+            | Self::Udp { addresses, .. }
+            | Self::Serial { addresses, .. }
+            | Self::Sim { addresses, .. } => addresses.monitor = monitor,
+        }
+        self
+    }
+
     /// Behaviour of this side.
     pub const fn behaviour(&self) -> Behaviour {
         match self {

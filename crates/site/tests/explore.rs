@@ -228,6 +228,10 @@ impl Run {
         self.event(world, &Event::Hand { by: "x".to_owned(), order })
     }
 
+    fn contact(&mut self, world: &mut World, input: &str, pressed: bool) -> Result<(), String> {
+        self.event(world, &Event::Contact { input: input.to_owned(), pressed })
+    }
+
     fn act(&mut self, world: &mut World, act: Act) -> Result<(), String> {
         let a = || "a".to_owned();
         match act {
@@ -260,21 +264,14 @@ impl Run {
             }
             Act::AbortContact => {
                 world.around.abort ^= true;
-                let (input, pressed) = ("abort".to_owned(), world.around.abort);
-                self.event(world, &Event::Contact { input, pressed })
+                self.contact(world, "abort", world.around.abort)
             }
             Act::StopContact => {
                 world.around.stop ^= true;
-                let (input, pressed) = ("stop".to_owned(), world.around.stop);
-                self.event(world, &Event::Contact { input, pressed })
+                self.contact(world, "stop", world.around.stop)
             }
             Act::PumpOff => self.hand(world, Hand::Pump { pump: "p1".to_owned(), on: false }),
             Act::PersonOpens if !world.around.person || world.around.lost => Ok(()),
-            Act::PersonOpens => {
-                world.around.open[0] ^= true;
-                let event = self.monitor(world, 0);
-                self.event(world, &event)
-            }
             Act::Stop => self.hand(world, Hand::Stop(Scope::Site)),
             Act::CloseMonitor => self.hand(world, Hand::Close(Scope::Monitor("m1".to_owned()))),
             Act::Release(zone) => self.hand(world, Hand::Release { zone: zone.to_owned() }),
@@ -293,7 +290,8 @@ impl Run {
                 self.hand(world, Hand::Lockout { on })
             }
             Act::Reset => self.hand(world, Hand::Reset(Scope::Site)),
-            Act::Lost | Act::Person | Act::OwnLockout => {
+            Act::Lost | Act::Person | Act::OwnLockout | Act::PersonOpens => {
+                world.around.open[0] ^= act == Act::PersonOpens;
                 world.around.lost ^= act == Act::Lost;
                 world.around.own ^= act == Act::OwnLockout;
                 world.around.person ^= act == Act::Person;
@@ -302,8 +300,7 @@ impl Run {
             }
             Act::Gauge => {
                 world.around.gauge ^= true;
-                let (input, pressed) = ("gauge".to_owned(), world.around.gauge);
-                self.event(world, &Event::Contact { input, pressed })
+                self.contact(world, "gauge", world.around.gauge)
             }
             Act::Restart => self.restart(world),
         }
@@ -349,7 +346,7 @@ impl Run {
         }
         let Around { abort, stop, gauge, .. } = world.around;
         for (input, pressed) in [("abort", abort), ("stop", stop), ("gauge", gauge)] {
-            self.event(world, &Event::Contact { input: input.to_owned(), pressed })?;
+            self.contact(world, input, pressed)?;
         }
         self.reports(world)
     }

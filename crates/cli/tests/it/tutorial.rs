@@ -117,7 +117,7 @@ impl Reader {
         let end = Instant::now() + PATIENCE;
         while TcpStream::connect(place).is_err() {
             assert!(Instant::now() < end, "{place} does not listen");
-            std::thread::sleep(Duration::from_millis(20));
+            std::thread::park_timeout(Duration::from_millis(20));
         }
     }
 
@@ -199,7 +199,7 @@ impl Browser {
         let end = Instant::now() + PATIENCE;
         while !so(self) {
             assert!(Instant::now() < end, "not within {PATIENCE:?}: {what}");
-            std::thread::sleep(Duration::from_millis(200));
+            std::thread::park_timeout(Duration::from_millis(200));
             // The control of a client over HTTP lapses without a command for 10 s; a page has a WebSocket.
             self.take_control();
         }
@@ -274,7 +274,7 @@ fn put_out(reader: &Reader) -> bool {
     let end = Instant::now() + PATIENCE;
     while Instant::now() < end {
         // A quarter of a minute and more, on the simulated clock.
-        std::thread::sleep(Duration::from_secs(8));
+        std::thread::park_timeout(Duration::from_secs(8));
         for words in ["close valve1", "stop control", "seek --from-az 0 --to-az 60"] {
             lafet(words);
         }

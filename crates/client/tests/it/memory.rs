@@ -405,3 +405,18 @@ async fn a_stream_that_ends_is_told() {
     let url = "sim:?seed=7".parse().unwrap();
     assert!(matches!(Client::connect(&url).await, Err(Error::NeedsStream)));
 }
+
+/// A user who reads the error looks for the monitor that was asked.
+#[tokio::test(start_paused = true)]
+async fn errors_name_the_monitor_that_was_asked() {
+    let (ours, theirs) = lafet_client::transport::memory::pair();
+    tokio::spawn(serve(theirs, Log::default(), |_| Vec::new()));
+    let first = Client::over("tcp://10.0.0.7:10485?addr=1", ours, Config::default());
+    let third = first.at(3).unwrap();
+    assert_eq!(third.endpoint(), "tcp://10.0.0.7:10485?addr=3");
+    let silent = third.request(&read(VERTICAL)).await.unwrap_err();
+    assert!(silent.to_string().contains("addr=3"), "{silent}");
+    assert_eq!(first.endpoint(), "tcp://10.0.0.7:10485?addr=1");
+    let refused = first.at(0).map(|it| it.endpoint().to_owned()).unwrap_err();
+    assert!(refused.to_string().contains("10.0.0.7"), "{refused}");
+}

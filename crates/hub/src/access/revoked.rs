@@ -5,10 +5,12 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use rusqlite::{Connection, params};
+use rusqlite::Connection;
 use serde::{Deserialize, Serialize};
 
+use super::Role;
 use super::known::Entry;
+use super::stored::change;
 use super::users::signed;
 use crate::store::{StoreError, private};
 
@@ -26,8 +28,14 @@ const WAITING_MAX: usize = 1000;
 pub enum Revocation {
     /// A user is removed.
     User { user: String },
-    /// The sessions of a user end, but for one.
-    SessionsOf { user: String, but: Option<String> },
+    /// Role or password of a user change, and the user's sessions end, but for one.
+    Change {
+        user: String,
+        role: Option<Role>,
+        /// Hash of the new password.
+        password: Option<String>,
+        but: Option<String>,
+    },
     /// A session ends.
     Session { id: String },
     /// A token is taken back.
@@ -45,10 +53,9 @@ impl Revocation {
     fn apply(&self, db: &Connection) -> Result<(), rusqlite::Error> {
         let done = match self {
             Self::User { user } => db.execute("DELETE FROM user WHERE name = ?1", [user]),
-            Self::SessionsOf { user, but } => db.execute(
-                "DELETE FROM session WHERE user = ?1 AND id <> ?2",
-                params![user, but.as_deref().unwrap_or_default()],
-            ),
+            Self::Change { user, role, password, but } => {
+                return change(db, user, *role, password.as_deref(), but.as_deref());
+            }
             Self::Session { id } => db.execute("DELETE FROM session WHERE id = ?1", [id]),
             Self::Token { id } => db.execute("DELETE FROM token WHERE id = ?1", [signed(*id)]),
         };
@@ -86,6 +93,25 @@ impl Revoked {
         self.waiting.iter().any(|it| matches!(it, Revocation::User { user } if user == name))
     }
 
+    /// The role that a user has got.
+    pub fn role_of(&self, name: &str) -> Option<Role> {
+        self.changes(name).filter_map(|(role, _)| role).last()
+    }
+
+    /// The hash of the password that a user has got.
+    pub fn password_of(&self, name: &str) -> Option<&str> {
+        self.changes(name).filter_map(|(_, password)| password).last()
+    }
+
+    fn changes(&self, name: &str) -> impl Iterator<Item = (Option<Role>, Option<&str>)> {
+        self.waiting.iter().filter_map(move |it| match it {
+            Revocation::Change { user, role, password, .. } if user == name => {
+                Some((*role, password.as_deref()))
+            }
+            _ => None,
+        })
+    }
+
     /// This token is taken back.
     pub fn has_token(&self, number: u64) -> bool {
         self.waiting.iter().any(|it| matches!(it, Revocation::Token { id } if *id == number))
@@ -96,7 +122,7 @@ impl Revoked {
         self.waiting.iter().any(|it| match it {
             Revocation::Session { id } => *id == entry.key,
             Revocation::User { user } => *user == entry.user,
-            Revocation::SessionsOf { user, but } => {
+            Revocation::Change { user, but, .. } => {
                 *user == entry.user && but.as_ref() != Some(&entry.key)
             }
             Revocation::Token { .. } => false,

@@ -25,10 +25,12 @@ pub fn read(db: &Connection, now_ms: u64, revoked: &Revoked) -> Result<Known, ru
     )?;
     let mut rows = query.query([])?;
     while let Some(row) = rows.next()? {
+        let user: String = row.get(2)?;
+        let new_role = revoked.role_of(&user);
         let entry = Entry {
             key: row.get(1)?,
-            user: row.get(2)?,
-            role: role(&row.get::<_, String>(3)?),
+            user,
+            role: new_role.unwrap_or(role(&row.get::<_, String>(3)?)),
             csrf: row.get(4)?,
             // The clock may have been set back in the meantime: nothing lasts longer for that.
             created_ms: unsigned(row.get(5)?).min(now_ms),
@@ -120,6 +122,18 @@ pub fn store_change(
     but: Option<&str>,
 ) -> Result<(), rusqlite::Error> {
     let transaction = db.transaction()?;
+    change(&transaction, user, role, hash, but)?;
+    transaction.commit()
+}
+
+/// Changes a user, within a transaction.
+pub fn change(
+    transaction: &Connection,
+    user: &str,
+    role: Option<Role>,
+    hash: Option<&str>,
+    but: Option<&str>,
+) -> Result<(), rusqlite::Error> {
     if let Some(role) = role {
         transaction.execute("UPDATE user SET role = ?2 WHERE name = ?1", [user, role.name()])?;
     }
@@ -128,8 +142,8 @@ pub fn store_change(
         transaction.execute("DELETE FROM device WHERE user = ?1", [user])?;
     }
     let but = but.unwrap_or_default();
-    transaction.execute("DELETE FROM session WHERE user = ?1 AND id <> ?2", [user, but])?;
-    transaction.commit()
+    let end = "DELETE FROM session WHERE user = ?1 AND id <> ?2";
+    transaction.execute(end, [user, but]).map(drop)
 }
 
 pub fn read_devices(db: &Connection) -> Result<HashMap<String, String>, rusqlite::Error> {

@@ -267,8 +267,8 @@ impl Access {
         Ok(insert(&db, now_ms, user, role, &hash)?)
     }
 
-    /// Changes role or password, and ends the user's sessions but one; these end also when the disk
-    /// does not take the change. Slow on purpose.
+    /// Changes role or password, and ends the user's sessions but one: at once, whatever the disk does. Slow on
+    /// purpose.
     pub fn change(
         &self,
         now_ms: u64,
@@ -285,18 +285,19 @@ impl Access {
             None => None,
         };
         let mut db = lock(&self.db);
+        // What waits is older than this.
+        if let Err(error) = lock(&self.revoked).flush(&db) {
+            tracing::warn!(%error, "revocations are not stored yet");
+        }
         self.must_be_there(&db, user)?;
         if role.is_some_and(|role| role != Role::Administrator) {
             self.keep_an_administrator(&db, user)?;
         }
         self.known.end(now_ms, |it| it.user == user && Some(it.key.as_str()) != but);
         let stored = store_change(&mut db, user, role, hash.as_deref(), but);
-        if let Err(error) = stored {
-            let but = but.map(str::to_owned);
-            let end = Revocation::SessionsOf { user: user.to_owned(), but };
-            lock(&self.revoked).note(end);
-            return Err(error.into());
-        }
+        let (user_name, but) = (user.to_owned(), but.map(str::to_owned));
+        let change = Revocation::Change { user: user_name, role, password: hash.clone(), but };
+        self.settle(stored, change)?;
         if hash.is_some() {
             lock(&self.devices).retain(|_, of| of != user);
         }
@@ -318,19 +319,26 @@ impl Access {
     }
 
     fn must_be_there(&self, db: &Connection, user: &str) -> Result<(), AccessError> {
-        match role_of(db, user)? {
-            Some(_) if !lock(&self.revoked).has_user(user) => Ok(()),
-            _ => Err(AccessError::Missing),
-        }
+        self.role_of(db, user)?.map(drop).ok_or(AccessError::Missing)
+    }
+
+    /// The role of a user, with what is not stored yet.
+    fn role_of(&self, db: &Connection, user: &str) -> Result<Option<Role>, rusqlite::Error> {
+        let (stored, revoked) = (role_of(db, user)?, lock(&self.revoked));
+        let there = stored.filter(|_| !revoked.has_user(user));
+        Ok(there.map(|role| revoked.role_of(user).unwrap_or(role)))
     }
 
     /// There has to be an administrator besides this user.
     fn keep_an_administrator(&self, db: &Connection, but: &str) -> Result<(), AccessError> {
-        let mut query = db.prepare("SELECT name FROM user WHERE role = 'administrator'")?;
+        let mut query = db.prepare("SELECT name FROM user")?;
         let names: Vec<String> =
             query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
-        let revoked = lock(&self.revoked);
-        match names.iter().any(|name| name != but && !revoked.has_user(name)) {
+        let is_one = |name: &String| {
+            let role = self.role_of(db, name).ok().flatten();
+            name != but && role == Some(Role::Administrator)
+        };
+        match names.iter().any(is_one) {
             true => Ok(()),
             false => Err(AccessError::Conflict),
         }
@@ -339,13 +347,13 @@ impl Access {
     /// What the disk has not taken of a revocation waits for it.
     fn settle(
         &self,
-        stored: Result<usize, rusqlite::Error>,
+        stored: Result<impl Sized, rusqlite::Error>,
         revocation: Revocation,
     ) -> Result<(), AccessError> {
         match stored {
             Ok(_) => Ok(()),
             Err(error) => {
-                tracing::error!(%error, ?revocation, "in effect, but not in hub.db yet");
+                tracing::error!(%error, "a revocation is in effect, but not in hub.db yet");
                 match lock(&self.revoked).note(revocation) {
                     true => Ok(()),
                     false => Err(error.into()),
@@ -370,6 +378,9 @@ impl Access {
         let mut users: Vec<User> = users.collect::<Result<_, _>>()?;
         let revoked = lock(&self.revoked);
         users.retain(|it| !revoked.has_user(&it.user));
+        for user in &mut users {
+            user.role = revoked.role_of(&user.user).unwrap_or(user.role);
+        }
         Ok(users)
     }
 
@@ -384,7 +395,7 @@ impl Access {
         let secret = random()?;
         let (id, csrf) = (format!("h{}", &random()?[..12]), random()?);
         let db = lock(&self.db);
-        let role = role_of(&db, user)?.ok_or(AccessError::Wrong)?;
+        let role = self.role_of(&db, user)?.ok_or(AccessError::Wrong)?;
         let entry = Entry {
             key: id,
             user: user.to_owned(),
@@ -423,7 +434,11 @@ impl Access {
         let find = "SELECT password FROM user WHERE name = ?1";
         let known: Option<String> =
             lock(&self.db).query_row(find, [user], |row| row.get(0)).optional()?;
-        let known = known.filter(|_| !lock(&self.revoked).has_user(user));
+        let known = {
+            let revoked = lock(&self.revoked);
+            let new = revoked.password_of(user).map(str::to_owned);
+            known.filter(|_| !revoked.has_user(user)).map(|stored| new.unwrap_or(stored))
+        };
         let right = match known {
             Some(hash) => self.hasher.verify(password, &hash),
             None => {

@@ -2,6 +2,7 @@ use super::super::known::{ENDED_MS, SESSION_MS, STALE_MS};
 use super::*;
 
 const PASSWORD: &str = "correct horse";
+const OTHER: &str = "wrong battery staple";
 
 fn set_up() -> Access {
     let access = Access::open(None, 1).unwrap();
@@ -137,6 +138,7 @@ fn revocation_needs_no_disk() {
     for user in ["anna", "boris"] {
         access.add(1, user, Role::Administrator, PASSWORD).unwrap();
     }
+    access.add(1, "viktor", Role::Operator, PASSWORD).unwrap();
     let anna = access.log_in(5, "anna", PASSWORD).unwrap();
     let boris = access.log_in(5, "boris", PASSWORD).unwrap();
     let (id, token) = access.add_token(5, "scada", Role::Operator).unwrap();
@@ -145,13 +147,20 @@ fn revocation_needs_no_disk() {
     };
     takes(&access, true);
     access.remove(6, "anna").unwrap();
+    access.change(6, "viktor", Some(Role::Observer), Some(OTHER), None).unwrap();
+    assert!(matches!(access.log_in(6, "viktor", PASSWORD), Err(AccessError::Wrong)));
+    let lower = access.log_in(6, "viktor", OTHER).unwrap();
+    assert_eq!(lower.principal.role, Role::Observer, "neither the old password nor the old role");
+    assert!(
+        access.users().unwrap().iter().all(|it| it.user != "viktor" || it.role == Role::Observer)
+    );
     access.remove_token(id).unwrap();
     access.end_session(6, &boris.principal.key).unwrap();
     assert!(access.revocations_wait());
     assert!(!access.is_valid(7, &anna.principal) && !access.is_valid(7, &boris.principal));
     assert_eq!(access.by_token(7, &token), None);
     assert!(matches!(access.log_in(7, "anna", PASSWORD), Err(AccessError::Wrong)));
-    assert_eq!(access.users().unwrap().len(), 2);
+    assert_eq!(access.users().unwrap().len(), 3);
     assert!(access.tokens().unwrap().is_empty());
     assert!(matches!(access.remove(7, "anna"), Err(AccessError::Missing)));
     assert!(access.remove(7, "boris").is_ok());
@@ -161,7 +170,9 @@ fn revocation_needs_no_disk() {
     // Killed before the disk had room: the list beside the database is what is left.
     let access = Access::open(Some(&folder), 8).unwrap();
     assert!(!access.revocations_wait(), "they are stored now");
-    assert_eq!(access.users().unwrap().len(), 1);
+    assert_eq!(access.users().unwrap().len(), 2);
+    assert_eq!(access.log_in(8, "viktor", OTHER).unwrap().principal.role, Role::Observer);
+    assert!(matches!(access.log_in(8, "viktor", PASSWORD), Err(AccessError::Wrong)));
     assert_eq!(access.by_session(8, &boris.secret), None);
     assert_eq!(access.by_token(8, &token), None);
     access.add(9, "anna", Role::Observer, PASSWORD).unwrap();

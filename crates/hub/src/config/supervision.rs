@@ -1,4 +1,4 @@
-//! Whether what is read of a device can be told from what a faulty one would say.
+//! Whether what is read of a device differs from what a faulty one would say.
 
 use std::collections::BTreeMap;
 

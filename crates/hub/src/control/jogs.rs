@@ -54,7 +54,7 @@ impl Jogs {
                 .retain(|_, slot| slot.is_held() || now.saturating_sub(slot.heard) < FORGOTTEN);
         }
         let slot = self.slots.entry(key).or_insert_with(|| Slot::new(now));
-        // A clock that has stood still, as that of a machine that slept, is learnt anew. The hand that holds
+        // A clock that has stood still, as that of a machine that slept, is learnt again. The hand that holds
         // a motion is heard.
         if !slot.is_held() && now.saturating_sub(slot.heard) >= FORGOTTEN {
             slot.delay = Delay::default();
@@ -205,7 +205,7 @@ mod tests {
             Turn::Said(MotionWord::Ended | MotionWord::Armed)
         ));
         let Turn::Start(_, held) = beat(139_960, 134_960.0) else { panic!("it begins") };
-        // While a motion is held nothing is learnt anew, however long nothing was heard.
+        // While a motion is held nothing is learnt again, however long nothing was heard.
         assert!(matches!(beat(239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
         drop(held);
     }

@@ -338,7 +338,7 @@ mod tests {
         condition(&mut late, 0, QUIET);
         assert_eq!(condition(&mut late, 1, QUIET), Some((Signal::Quiet, Condition::Starting)));
         assert_eq!(condition(&mut late, 2, ALARM), Some((Signal::Alarm, Condition::Starting)));
-        // Each loss begins anew, but an alarm of before it is none that has come with the start.
+        // Each loss begins again, but an alarm of before it is none that has come with the start.
         let mut lost = settling();
         for s in 0..40 {
             condition(&mut lost, s, QUIET);

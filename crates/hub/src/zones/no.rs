@@ -325,7 +325,7 @@ mod tests {
         report(&hub, true);
         let pressed = lafet_site::Refusal::AbortPressed.text().en;
         assert_eq!(release(&hub), Err(pressed.clone()));
-        // Whether it was let go is not known.
+        // Whether it was released is not known.
         report(&hub, false);
         assert_eq!(release(&hub), Err(pressed));
     }

@@ -253,6 +253,7 @@ mod tests {
             zones: [("hall".into(), zone(hall)), ("attic".into(), zone(gone))].into(),
             detectors: [("flame".into(), Bypass::Masked)].into(),
             monitors: [("M1".into(), refused.clone())].into(),
+            pressed: Default::default(),
         };
         let said = |stored: &Persisted| {
             let all = of_stored(&config, stored).into_iter();

@@ -32,7 +32,7 @@ async fn a_connection_whose_seat_was_resumed_commands_nothing_any_more() {
     until("it stops", rests).await;
     assert!(site.bus.position(0, VERTICAL) < 900.0);
     let closed = old.next_of("closed").await;
-    assert_eq!(closed["code"], 4409);
+    assert_eq!(closed["code"], 4410);
 }
 
 #[tokio::test]

@@ -27,7 +27,7 @@ pub(super) struct Monitor {
     /// Water of before the start, or that a person left on, ends at.
     pub found: Option<u64>,
     /// A person began the water that flows: an earlier no of the zone does not end it, nor does it end when the
-    /// person lets go.
+    /// person releases the button.
     pub by_person: bool,
     /// A person took it from this zone, whose water was to end at this time.
     pub lent: Option<(usize, Option<u64>)>,

@@ -1,4 +1,4 @@
-//! Sequences in which water came that nobody wanted, or went that somebody needed.
+//! Sequences in which unwanted water came, or needed water went.
 
 use super::*;
 
@@ -16,7 +16,7 @@ fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
     all.iter().map(|it| it.1.as_str()).filter(|it| it.starts_with(beginning)).collect()
 }
 
-/// A person at the monitor: an abort of before, the end of automatic water and a hand that lets go take neither
+/// A person at the monitor: an abort of before, the end of automatic water and a released button take neither
 /// pumps nor valve.
 #[test]
 fn water_of_a_person_keeps_its_pumps() {
@@ -27,7 +27,7 @@ fn water_of_a_person_keeps_its_pumps() {
     hall.monitor("north", person);
     let opened = hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
     assert_eq!(orders(&opened), ["Valve zone-valve on", "Pump p1 on"]);
-    // The hand lets go of the button, and nobody is in control any more.
+    // The button is released, and no client is in control any more.
     let left = hall.monitor("north", OPEN);
     assert!(orders(&left).is_empty(), "{left:?}");
     let later = hall.wait(300_000);

@@ -130,7 +130,7 @@ async fn serve(
 }
 
 /// Another connection has resumed the seat.
-const RESUMED: (u16, &str) = (4409, "resumed elsewhere");
+const RESUMED: (u16, &str) = (4410, "resumed elsewhere");
 
 /// Why a connection is closed; `None`: the other side has done it.
 type Close = Option<(u16, &'static str)>;

@@ -78,6 +78,8 @@ struct Entry {
     urgent: bool,
     /// The valve that opens or closes; 0: all.
     valve: u16,
+    /// The session had opened it before.
+    was_open: bool,
 }
 
 const ACCEPTED: u16 = 1;
@@ -308,7 +310,8 @@ impl Desk {
                 if entry.command == Command::Open.number() && !may_be_open {
                     let at = usize::from(entry.monitor).wrapping_sub(1);
                     let opened = self.opened.get_mut(at);
-                    opened.into_iter().for_each(|it| it[usize::from(entry.valve == 2)] = false);
+                    let valve = usize::from(entry.valve == 2);
+                    opened.into_iter().for_each(|it| it[valve] = entry.was_open);
                 }
             }
         }
@@ -500,7 +503,8 @@ impl Desk {
                     sent.for_each(|(sent, target)| *sent |= target.is_some());
                 }
                 if let What::Open(valve) = what {
-                    self.opened[at][usize::from(valve == 2)] = true;
+                    let opened = &mut self.opened[at][usize::from(valve == 2)];
+                    entry.was_open = std::mem::replace(opened, true);
                     entry.valve = valve;
                 }
                 self.accept(around.now, entry, Some(at), what, acts);

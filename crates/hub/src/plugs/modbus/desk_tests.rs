@@ -441,6 +441,17 @@ fn what_a_lost_master_has_sent_and_opened_ends() {
     assert_eq!(bench.wait(LIMIT), [Act::Lost]);
 }
 
+/// A second opening of the same valve that was refused leaves the first one in force.
+#[test]
+fn a_refused_opening_does_not_forget_the_one_before() {
+    let mut bench = Bench::live();
+    for result in [Ok(()), Err(Refusal::Refused.into())] {
+        let acts = bench.command(Command::Open, 2, [2, 0, 0, 0]);
+        bench.desk.answered(ticket(&acts), result);
+    }
+    assert_eq!(bench.wait(LIMIT), [Act::Shut { monitor: 1, valve: 2 }, Act::Lost]);
+}
+
 /// A hand that has asked for a drive and does not move it yet has not ended what the drive was sent to; nor
 /// has a Stop that has not arrived.
 #[test]

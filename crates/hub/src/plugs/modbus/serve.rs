@@ -531,7 +531,7 @@ fn session_number() -> u32 {
     getrandom::u32().map_or(0, |number| number.max(1))
 }
 
-/// What tells the sessions apart, also those of a hub that has no random numbers.
+/// What distinguishes the sessions, also those of a hub that has no random numbers.
 fn session_key(name: &str) -> String {
     static SESSIONS: AtomicU64 = AtomicU64::new(0);
     let count = SESSIONS.fetch_add(1, Ordering::Relaxed);

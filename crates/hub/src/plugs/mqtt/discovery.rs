@@ -30,81 +30,15 @@ const BINARY: [(&str, &str, Option<&str>); 3] = [
 pub fn of_monitor(config: &BrokerConfig, at: usize) -> Option<(String, Value)> {
     let prefix = config.homeassistant.as_ref()?;
     let id = config.monitors.get(at)?;
-    let node = node(&config.prefix);
-    let device = format!("{node}_{id}");
-    let topic = |part| config.topic_of(Some(at), part);
+    let device = format!("{}_{id}", node(&config.prefix));
     let hub = json!({
         "topic": config.topic("hub"),
         "value_template": "{{ 'online' if value_json.online else 'offline' }}",
     });
-    let both = json!([hub, { "topic": topic("available") }]);
+    let parts = Parts { config, at, device: &device, hub };
     let mut components = Map::new();
-    for (key, name, unit, class, value) in SENSORS {
-        let source = value.split(' ').next().unwrap_or_default();
-        let number = unit.is_some();
-        let shown = if number { format!("({value}) | round(2)") } else { source.to_owned() };
-        let shown = shown.replace(source, &format!("value_json.{source}"));
-        let mut component = json!({
-            "platform": "sensor",
-            "name": name,
-            "unique_id": format!("{device}_{key}"),
-            "state_topic": topic("state"),
-            "value_template":
-                format!("{{{{ {shown} if value_json.{source} is not none else None }}}}"),
-            "availability": both,
-            "availability_mode": "all",
-        });
-        put(&mut component, "unit_of_measurement", unit);
-        put(&mut component, "device_class", class);
-        put(&mut component, "state_class", number.then_some("measurement"));
-        components.insert(key.to_owned(), component);
-    }
-    for (key, name, class) in BINARY {
-        let mut component = json!({
-            "platform": "binary_sensor",
-            "name": name,
-            "unique_id": format!("{device}_{key}"),
-            "state_topic": topic("state"),
-            "value_template": format!(
-                "{{{{ 'None' if value_json.{key} is none else 'ON' if value_json.{key} else 'OFF' }}}}"
-            ),
-            "availability": both,
-            "availability_mode": "all",
-        });
-        put(&mut component, "device_class", class);
-        components.insert(key.to_owned(), component);
-    }
-    components.insert(
-        "connection".to_owned(),
-        json!({
-            "platform": "binary_sensor",
-            "name": "Connection",
-            "unique_id": format!("{device}_connection"),
-            "state_topic": topic("available"),
-            "payload_on": "online",
-            "payload_off": "offline",
-            "device_class": "connectivity",
-            "availability": [hub],
-            "availability_mode": "all",
-        }),
-    );
-    // Also of a monitor that is not heard: the hub sends them as soon as it can.
-    for (key, name, press) in
-        [("stop", "Stop", r#"{"command":"stop"}"#), ("close", "Close", r#"{"command":"close"}"#)]
-    {
-        components.insert(
-            key.to_owned(),
-            json!({
-                "platform": "button",
-                "name": name,
-                "unique_id": format!("{device}_{key}"),
-                "command_topic": topic("command"),
-                "payload_press": press,
-                "retain": false,
-                "availability": [hub],
-                "availability_mode": "all",
-            }),
-        );
+    for of_kind in [parts.sensors(), parts.binaries(), parts.connection(), parts.buttons()] {
+        components.extend(of_kind.into_iter().map(|(key, it)| (key.to_owned(), it)));
     }
     let text = json!({
         "device": {
@@ -118,6 +52,106 @@ pub fn of_monitor(config: &BrokerConfig, at: usize) -> Option<(String, Value)> {
         "qos": 1,
     });
     Some((format!("{prefix}/device/{device}/config"), text))
+}
+
+/// What the components of a monitor are made of.
+struct Parts<'a> {
+    config: &'a BrokerConfig,
+    at: usize,
+    device: &'a str,
+    /// Where the hub says that it is there.
+    hub: Value,
+}
+
+type Components = Vec<(&'static str, Value)>;
+
+impl Parts<'_> {
+    fn topic(&self, part: &str) -> String {
+        self.config.topic_of(Some(self.at), part)
+    }
+
+    fn id(&self, key: &str) -> String {
+        format!("{}_{key}", self.device)
+    }
+
+    /// What shows the state: there is one while the monitor is heard.
+    fn shown(&self, platform: &str, (key, name): (&str, &str), template: &str) -> Value {
+        json!({
+            "platform": platform,
+            "name": name,
+            "unique_id": self.id(key),
+            "state_topic": self.topic("state"),
+            "value_template": template,
+            "availability": [self.hub, { "topic": self.topic("available") }],
+            "availability_mode": "all",
+        })
+    }
+
+    fn sensors(&self) -> Components {
+        let one = |(key, name, unit, class, value): &(&'static str, &str, _, _, &str)| {
+            let source = value.split(' ').next().unwrap_or_default();
+            let number: Option<&str> = *unit;
+            let shown = match number {
+                Some(_) => format!("({value}) | round(2)"),
+                None => source.to_owned(),
+            };
+            let shown = shown.replace(source, &format!("value_json.{source}"));
+            let template =
+                format!("{{{{ {shown} if value_json.{source} is not none else None }}}}");
+            let mut component = self.shown("sensor", (key, name), &template);
+            put(&mut component, "unit_of_measurement", number);
+            put(&mut component, "device_class", *class);
+            put(&mut component, "state_class", number.map(|_| "measurement"));
+            (*key, component)
+        };
+        SENSORS.iter().map(one).collect()
+    }
+
+    fn binaries(&self) -> Components {
+        let one = |(key, name, class): (&'static str, &str, Option<&str>)| {
+            let value = format!("value_json.{key}");
+            let template =
+                format!("{{{{ 'None' if {value} is none else 'ON' if {value} else 'OFF' }}}}");
+            let mut component = self.shown("binary_sensor", (key, name), &template);
+            put(&mut component, "device_class", class);
+            (key, component)
+        };
+        BINARY.into_iter().map(one).collect()
+    }
+
+    fn connection(&self) -> Components {
+        let component = json!({
+            "platform": "binary_sensor",
+            "name": "Connection",
+            "unique_id": self.id("connection"),
+            "state_topic": self.topic("available"),
+            "payload_on": "online",
+            "payload_off": "offline",
+            "device_class": "connectivity",
+            "availability": [self.hub],
+            "availability_mode": "all",
+        });
+        vec![("connection", component)]
+    }
+
+    /// Also of a monitor that is not heard: the hub sends them as soon as it can.
+    fn buttons(&self) -> Components {
+        let one = |(key, name, press): (&'static str, &str, &str)| {
+            let component = json!({
+                "platform": "button",
+                "name": name,
+                "unique_id": self.id(key),
+                "command_topic": self.topic("command"),
+                "payload_press": press,
+                "retain": false,
+                "availability": [self.hub],
+                "availability_mode": "all",
+            });
+            (key, component)
+        };
+        let stop = ("stop", "Stop", r#"{"command":"stop"}"#);
+        [stop, ("close", "Close", r#"{"command":"close"}"#)].into_iter().map(one).collect()
+    }
 }
 
 /// Where Home Assistant says that it has started.

@@ -143,7 +143,7 @@ impl Hand {
     /// Whether it is so of any monitor, after all were asked.
     fn each(&self, what: impl Fn(&Station) -> bool) -> bool {
         let stations = self.ids.iter().filter_map(|id| self.hub.station(id).ok());
-        stations.fold(false, |any, it| what(&it) || any)
+        stations.filter(|it| what(it)).count() > 0
     }
 
     fn if_held(&self, monitor: usize, request: Result<MonitorRequest, ApiError>) {

@@ -27,6 +27,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use lafet_texts::{Text as _, hub as text};
 use tokio::task::JoinHandle;
 
 use super::view::{Counts, PlugView};
@@ -137,7 +138,7 @@ impl Brokers {
     pub fn new(configs: &[BrokerConfig]) -> Self {
         let one = |config: &BrokerConfig| {
             let counts = Counts::default();
-            counts.set_error(Some(lafet_texts::Text::words(&lafet_texts::hub::MqttNotYet)));
+            counts.set_error(Some(text::MqttNotYet.words()));
             Arc::new(Broker { config: config.clone(), counts })
         };
         Self { all: configs.iter().map(one).collect(), tasks: Mutex::default() }

@@ -281,8 +281,7 @@ impl Run {
                 self.hand(world, Hand::Hold { zone: a(), on })
             }
             Act::Mode(mode) => {
-                let for_s = mode.is_test().then_some(3);
-                self.hand(world, Hand::Mode { zone: a(), mode, for_s })
+                self.hand(world, Hand::Mode { zone: a(), mode, for_s: mode.is_test().then_some(3) })
             }
             Act::Lockout => {
                 world.around.locked ^= true;

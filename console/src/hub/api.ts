@@ -3519,7 +3519,7 @@ export interface components {
             withheld?: components["schemas"]["ZoneWithheld"] | null;
         };
         /** @description Why a zone with an alarm is not released. */
-        ZoneNotReleased: "lockout" | "abort_pressed" | {
+        ZoneNotReleased: "lockout" | "abort_pressed" | "stop_pressed" | {
             /** @description It was ended; a reset is needed. */
             ended: components["schemas"]["ZoneEnd"];
         } | {

@@ -26,7 +26,7 @@ import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
 import { OnPlan } from './operate/on-plan';
-import { exists, limits, position, posture, whyNotWork } from './operate/state';
+import { configured, exists, limits, position, posture, whyNotAim, whyNotWork } from './operate/state';
 import './operate/trends';
 import { readingOf } from './operate/value';
 import './operate/valves';
@@ -371,7 +371,7 @@ export class PageOperate extends LitElement {
           three
             ? nothing
             : html`${choice('look', 'map', t('operate.look'))}
-            ${choice('aim', 'target', t('operate.aim'), whyNotWork(monitor, 'Horizontal'))}`
+            ${choice('aim', 'target', t('operate.aim'), whyNotAim(monitor))}`
         }
         <lf-button icon=${three ? 'map' : 'cube'} kind="quiet" @click=${this.turnView}
           >${three ? t('operate.plan_view') : '3D'}</lf-button
@@ -459,7 +459,7 @@ export class PageOperate extends LitElement {
   private async aim(at: AimDetail): Promise<void> {
     const { monitor } = this;
     const turn = ++this.aims;
-    const why = whyNotWork(monitor, 'Horizontal');
+    const why = whyNotAim(monitor);
     if (why) return toast({ kind: 'info', text: why });
     const over = () => turn !== this.aims || monitor !== this.monitor;
     try {
@@ -540,8 +540,7 @@ const SCENES = import.meta.glob('../parts/lf-scene.ts');
 
 /** The site as configured; a monitor without a known place is alone in it. */
 function siteOf(): Site {
-  const site = (store.get('hub') ?? store.hello?.hub)?.site ?? null;
-  return standAlone(site, store.monitors());
+  return standAlone(configured(), store.monitors());
 }
 
 function showReadiness(monitor: string, told: Readiness): void {

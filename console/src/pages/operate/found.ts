@@ -11,7 +11,7 @@ import { icon } from '../../parts/icons';
 import { standAlone } from '../../parts/stand-alone';
 import { base, fields } from '../../theme/shared';
 import { fromWire, parse, show, unitText } from '../../units';
-import { limits } from './state';
+import { configured, limits } from './state';
 
 /** A fire spot looks smaller than the fire; the jet must also fall around it. */
 const LEAST_ARCMIN = 60;
@@ -225,11 +225,6 @@ export function hotbedsOf(monitor: string): HotbedBox[] {
 function siteNow(): Site {
   return standAlone(configured(), store.monitors());
 }
-
-function configured(): Site | null {
-  return (store.get('hub') ?? store.hello?.hub)?.site ?? null;
-}
-
 /** The monitor's parameter Height, which its own ballistics use, if it has been read. */
 function ownHeight_m(monitor: string): number | null {
   const cm = store.get(`monitors/${monitor}/params`)?.values.Control?.Height?.values?.[0];

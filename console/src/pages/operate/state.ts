@@ -2,7 +2,7 @@
 import { validOf } from '../../hub/readings';
 import { has, whyNot } from '../../hub/session';
 import { store } from '../../hub/store';
-import type { Range } from '../../hub/types';
+import type { Range, Site } from '../../hub/types';
 import { age, t } from '../../i18n';
 import type { QuenchSector } from '../../parts/geometry';
 import type { Holding } from '../../parts/hold';
@@ -62,6 +62,18 @@ export function whyNotWork(monitor: string, subsystem: string): string {
   const now = posture(monitor);
   if (now === 'deployed' || now === 'none' || now === 'unknown') return '';
   return t(now === 'wrapped' ? 'operate.why_wrapped' : 'operate.why_between');
+}
+
+/** The plan of the site, as far as the hub has one. */
+export function configured(): Site | null {
+  return (store.get('hub') ?? store.hello?.hub)?.site ?? null;
+}
+
+/** Among things with a place, a monitor without one would point elsewhere than the plan shows. */
+export function whyNotAim(monitor: string): string {
+  const site = configured();
+  if (site && !(monitor in site.monitors)) return t('operate.no_place', { monitor });
+  return whyNotWork(monitor, 'Horizontal');
 }
 
 /** The numbers of `StartQuench Control centre=… sector=… distance=…`; null: another request, or a stored program. */

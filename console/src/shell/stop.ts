@@ -207,6 +207,8 @@ export class LfStop extends LitElement {
   @property() monitor: string | null = null;
   /** LOCKOUT is being held; or was released too early, and says how to use it. */
   @state() private lockoutIs: 'idle' | 'held' | 'asks' = 'idle';
+  /** A first press without a pointer: only then is there a second one. */
+  private pressedOnce = false;
   private lockoutTimer = 0;
   private pressedAt = -Infinity;
   private endSight = () => {};
@@ -298,6 +300,7 @@ export class LfStop extends LitElement {
       @pointercancel=${this.leave}
       @lostpointercapture=${this.leave}
       @contextmenu=${(e: Event) => e.preventDefault()}
+      @keydown=${once}
       @click=${(e: MouseEvent) => this.clicked(e, () => this.again(monitor))}
     >
       ${icon('lock', 22)}<span aria-live="polite">${this.lockoutIs === 'asks' ? t('stop.lockout_hold') : text}</span>
@@ -325,16 +328,19 @@ export class LfStop extends LitElement {
 
   private readonly leave = (event: Event): void => {
     this.pressedAt = event.timeStamp;
-    if (this.lockoutIs === 'held') this.turnLockout('asks', ASKS_MS, () => this.turnLockout('idle'));
+    if (this.lockoutIs === 'held') this.ask(false);
   };
 
   /** The keyboard and assistive technology: the second press within the time. */
   private again(monitor: string | null): void {
-    if (this.lockoutIs !== 'asks') {
-      return this.turnLockout('asks', ASKS_MS, () => this.turnLockout('idle'));
-    }
+    if (this.lockoutIs !== 'asks' || !this.pressedOnce) return this.ask(true);
     this.turnLockout('idle');
     this.lockout(monitor);
+  }
+
+  private ask(pressed: boolean): void {
+    this.pressedOnce = pressed;
+    this.turnLockout('asks', ASKS_MS, () => this.turnLockout('idle'));
   }
 
   private turnLockout(to: 'idle' | 'held' | 'asks', after_ms = 0, then?: () => void): void {
@@ -407,6 +413,11 @@ export class LfStop extends LitElement {
     this.showPopover();
     focused?.focus();
   };
+}
+
+/** A key that is held repeats itself: that is one press. */
+function once(event: KeyboardEvent): void {
+  if (event.repeat) event.preventDefault();
 }
 
 /** Start and end distinguish monitors. */

@@ -345,6 +345,13 @@ async function tooShort(button: Locator, for_ms: number, limit_ms: number, undo:
 }
 
 describe('valves and lockout', () => {
+  const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
+  const unlock = async () => {
+    await site.send('M1', 'Lockout All off');
+    await until(async () => !(await locked()));
+    await page.locator('#lockout').waitFor();
+  };
+
   test('a valve opens after a second, not before; one press closes it', async () => {
     await take(page);
     const open = page.locator('#Valve1 .open-button');
@@ -361,7 +368,6 @@ describe('valves and lockout', () => {
 
   test('LOCKOUT is held, apart from STOP, and says its name on a phone; a touch does nothing', async () => {
     await take(page);
-    const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
     const lockout = page.locator('#lockout');
     for (const width of [360, 768, 1024, 1440]) {
       await page.setViewportSize({ width, height: 800 });
@@ -372,19 +378,32 @@ describe('valves and lockout', () => {
     }
     // It asks for three seconds.
     const asks = lockout.getByText('HOLD').waitFor();
-    await tooShort(lockout, 0, 500, async () => {
-      await site.send('M1', 'Lockout All off');
-      await until(async () => !(await locked()));
-      await lockout.waitFor();
-    });
+    await tooShort(lockout, 0, 500, unlock);
     await asks;
     await lockout.getByText('HOLD').waitFor({ state: 'detached' });
     expect(await locked()).toBe(false);
   });
 
+  test('a key that is held is one press, and a mouse before it is none', async () => {
+    await take(page);
+    const lockout = page.locator('#lockout');
+    const asks = lockout.getByText('HOLD');
+    await lockout.focus();
+    for (let times = 0; times < 4; times++) await page.keyboard.down('Enter');
+    await asks.waitFor();
+    await page.keyboard.up('Enter');
+    await asks.waitFor({ state: 'detached' });
+    expect(await locked()).toBe(false);
+    await tooShort(lockout, 0, 500, unlock);
+    await asks.waitFor();
+    await page.keyboard.press('Enter');
+    await passes(page, 500);
+    expect(await locked()).toBe(false);
+    await asks.waitFor({ state: 'detached' });
+  });
+
   test('lockout is held; its release requires the name typed and the button held', async () => {
     await take(page);
-    const locked = async () => (await site.outputs('M1')).General!.flags.includes('LockedOut');
     const lockOut = async () => {
       await pressUntil(page, page.locator('#lockout'), locked);
       await page.getByText('M1 is locked out').first().waitFor();

@@ -71,7 +71,7 @@ scan-arg-tries = How many times a silent address is probed (default 2)
 scan-arg-brief = Do not ask the monitors for their subsystems
 scan-arg-insist = Probe even when other devices talk on the line: probes may collide with their frames
 
-doctor = Find out what is wrong with a link and what to do about it; with --install, with the hub of this machine
+doctor = What is wrong with a link (or the hub here), and what to do
 doctor-arg-url = The link to examine; without it, that of -c
 doctor-arg-insist = Send requests even when other devices talk on the line: they may collide with their frames
 doctor-arg-listen = Seconds to listen before the first request (default 1.5)

@@ -118,7 +118,7 @@ impl Playground {
         self.step() >= STEPS_MAX
     }
 
-    /// Lets time pass, [`ADVANCE_MAX_MS`] at most; not beyond the end of a recorded session.
+    /// Lets time pass, two seconds at most; not beyond the end of a recorded session.
     pub fn advance(&mut self, ms: u32) {
         for _ in 0..ms.min(ADVANCE_MAX_MS) / STEP_MS {
             let repeating = self.replay.is_some();

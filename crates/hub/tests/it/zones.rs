@@ -326,7 +326,10 @@ async fn lockout_wins_against_votes_and_hands_until_it_is_released() {
     assert_eq!((refused.status, refused.code()), (409, "zone_refused"));
     assert!(stays(Duration::from_secs(1), || is_closed(&site, "M1")).await);
     assert_eq!(order(&site, "unlock", json!({})).await.status, 200);
-    until("votes that are there release then", || is_open(&site, "M1")).await;
+    assert!(stays(Duration::from_secs(1), || is_closed(&site, "M1")).await, "nor with the key");
+    assert_eq!(state(&site).await["zones"][0]["phase"], json!({ "ended": "lockout" }));
+    assert_eq!(order(&site, "reset", json!({})).await.status, 200);
+    until("votes that are there release after a reset", || is_open(&site, "M1")).await;
 }
 
 #[tokio::test]

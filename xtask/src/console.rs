@@ -65,7 +65,7 @@ fn with_browser(script: &str, arguments: &[&str]) -> StepResult {
     setup::program(CHROMIUM, CHROMIUM)?;
     let program = if script == "measure" { demo::optimised()? } else { demo::program()? };
     let words = [&["run", script, "--"], arguments].concat();
-    show(npm_command(&words).env("LAFET_BIN", program))
+    show(npm_command(&folder(), &words).env("LAFET_BIN", program))
 }
 
 /// Generates the types of the hub's API from its description: only the structures, as no page uses
@@ -79,7 +79,7 @@ fn api(options: &[&str]) -> StepResult {
     std::fs::write(&file, description.to_string())
         .map_err(|e| format!("{}: {e}", file.display()))?;
     let command = ["--prefix", "generator", "run", "--silent", "api", "--"];
-    show(npm_command(&command).arg(&file).args(options))
+    show(npm_command(&folder(), &command).arg(&file).args(options))
 }
 
 fn packages() -> StepResult {
@@ -94,7 +94,7 @@ pub fn packages_of(folder: &Path) -> StepResult {
     if installed.is_some() && lock <= installed {
         return Ok(());
     }
-    show(npm_command(&["ci", "--no-audit", "--no-fund"]).current_dir(folder))
+    show(&mut npm_command(folder, &["ci", "--no-audit", "--no-fund"]))
 }
 
 /// Checks that Node.js is there, or installs it.
@@ -112,12 +112,18 @@ pub fn node() -> StepResult {
 }
 
 fn npm(arguments: &[&str]) -> StepResult {
-    show(&mut npm_command(arguments))
+    npm_in(&folder(), arguments)
 }
 
-fn npm_command(arguments: &[&str]) -> Command {
+/// Runs npm in a folder; the user sees what it prints.
+pub fn npm_in(folder: &Path, arguments: &[&str]) -> StepResult {
+    show(&mut npm_command(folder, arguments))
+}
+
+/// npm in a folder.
+pub fn npm_command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("npm");
-    command.args(arguments).current_dir(folder());
+    command.args(arguments).current_dir(folder);
     command
 }
 

@@ -56,7 +56,7 @@ pub fn check() -> StepResult {
     let replies = run::example("lafet-play", "replies")?;
     build()?;
     lints()?;
-    show(npm_command(&["run", "check"]).env("LAFET_REPLIES", replies))?;
+    show(console::npm_command(&folder(), &["run", "check"]).env("LAFET_REPLIES", replies))?;
     setup::program(CHROMIUM, CHROMIUM)?;
     npm(&["run", "test:browser"])
 }
@@ -96,13 +96,7 @@ fn folder() -> PathBuf {
 }
 
 fn npm(arguments: &[&str]) -> StepResult {
-    show(&mut npm_command(arguments))
-}
-
-fn npm_command(arguments: &[&str]) -> Command {
-    let mut command = Command::new("npm");
-    command.args(arguments).current_dir(folder());
-    command
+    console::npm_in(&folder(), arguments)
 }
 
 /// All files below a folder.

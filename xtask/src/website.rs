@@ -1,7 +1,7 @@
 //! `cargo xtask website`: the documentation as a site, in website/dist.
 
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 use crate::run::{self, StepResult, root, show};
 use crate::{TaskResult, console, setup};
@@ -24,7 +24,7 @@ fn build() -> StepResult {
     console::node()?;
     console::packages_of(&folder())?;
     let program = run::program("lafet")?;
-    show(npm_command(&["run", "--silent", "build"]).env("LAFET_BIN", program))?;
+    show(console::npm_command(&folder(), &["run", "--silent", "build"]).env("LAFET_BIN", program))?;
     println!("   website/dist is the site; `cargo xtask website serve` shows it");
     Ok(())
 }
@@ -38,13 +38,7 @@ pub fn check() -> StepResult {
 }
 
 fn npm(arguments: &[&str]) -> StepResult {
-    show(&mut npm_command(arguments))
-}
-
-fn npm_command(arguments: &[&str]) -> Command {
-    let mut command = Command::new("npm");
-    command.args(arguments).current_dir(folder());
-    command
+    console::npm_in(&folder(), arguments)
 }
 
 fn folder() -> PathBuf {

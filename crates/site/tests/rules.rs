@@ -109,6 +109,13 @@ impl Hall {
         self.sees("heat", Signal::Alarm);
     }
 
+    /// It burns, the countdown passes, and both monitors give water.
+    fn extinguishes(&mut self) {
+        self.fire();
+        self.wait(15_000);
+        self.monitors(Valve::Open);
+    }
+
     /// Steps at every deadline.
     fn wait(&mut self, time_ms: u64) -> Vec<(u64, String)> {
         let end = self.now + time_ms;
@@ -223,9 +230,7 @@ fn hold_is_limited_and_only_before_the_release() {
 #[test]
 fn close_is_repeated_until_it_is_reported_and_nothing_opens_again() {
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     let closed = hall.hand(Hand::Close(Scope::Zone(zone())));
     let valves = ["Valve zone-valve off", "Valve outlet off"];
     assert_eq!(orders(&closed), [&["Close north", "Close south"][..], &valves].concat());
@@ -333,16 +338,12 @@ fn a_silence_that_a_report_ends_starts_the_coincidence_again() {
 #[test]
 fn automatic_water_ends_and_a_quiet_fire_ends_it_earlier() {
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     let end = hall.wait(60_000);
     assert!(end.contains(&(75_000, "Close north".to_owned())), "{end:?}");
     assert_eq!(hall.phase(), Phase::Ended(Why::Duration));
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.sees("flame", Signal::Quiet);
     hall.sees("heat", Signal::Quiet);
     let end = hall.wait(30_000);
@@ -369,9 +370,7 @@ fn the_mode_returns_by_itself_also_over_a_restart() {
 #[test]
 fn a_start_acts_on_nothing_and_ends_found_water_in_its_time() {
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.wait(20_000);
     let stored = hall.site.persisted();
     let config: Config = toml::from_str(HALL).unwrap();

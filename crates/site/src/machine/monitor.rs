@@ -82,7 +82,7 @@ impl Site {
             // Found water that a person takes over keeps its end.
             let zone = self.plan.monitor_zones[index].first().copied();
             let found = zone.zip(monitor.found).map(|(zone, until)| (zone, Some(until)));
-            monitor.lent = lent.or(found);
+            monitor.lent = lent.or(found).or(monitor.lent);
             self.out.persist = true;
             monitor.engaged = None;
             monitor.prepared = None;
@@ -110,7 +110,7 @@ impl Site {
             if acts(old) && monitor.engaged.is_some() {
                 monitor.engaged_at = now;
             }
-        } else if person && monitor.acts() && !acts(old) {
+        } else if person && report.reachable && monitor.acts() && !(old.reachable && acts(old)) {
             // What a person has taken over before the start ends in its time.
             monitor.by_person = monitor.lent.is_none();
         }

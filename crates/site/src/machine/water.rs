@@ -226,6 +226,8 @@ impl Site {
             self.pumps_idle_since = Some(self.now);
         }
         let cause = cause.unwrap_or_default();
+        // Water that was found running, or is running out its time, keeps the pumps that run.
+        let found = self.monitors.iter().any(|monitor| monitor.found.is_some());
         let mut previous = None;
         let mut waiting = false;
         // Pumps that failed before it in the row.
@@ -243,7 +245,7 @@ impl Site {
                 self.watch(index);
                 if asked {
                     previous = Some(self.pumps[index].started);
-                } else {
+                } else if !found || self.pumps[index].hand == Some(false) {
                     self.stop_pump(index);
                 }
             } else if asked && !waiting {

@@ -1,5 +1,7 @@
 //! A zone: from votes to a release, and from a release to its end.
 
+use std::collections::BTreeSet;
+
 use super::{Site, ms};
 use crate::config::{ContactKind, Mode};
 use crate::event::Scope;
@@ -44,7 +46,7 @@ pub(super) struct Release {
     pub quiet_since: Option<u64>,
     pub cause: Vec<Cause>,
     /// Detectors that have voted for it.
-    pub voters: Vec<usize>,
+    pub voters: BTreeSet<usize>,
     /// Its first monitors have been chosen.
     pub chosen: bool,
 }
@@ -274,7 +276,7 @@ impl Site {
         let mut cause = cause;
         cause.push(Cause::Release { record });
         let quiet_since = None;
-        let voters = Vec::new();
+        let voters = BTreeSet::new();
         let release = Release { automatic, wet, until, quiet_since, cause, voters, chosen: false };
         self.zones[zone].release = Some(release);
         self.silenced = false;
@@ -301,14 +303,10 @@ impl Site {
         };
         let (alarm, now) = (self.zones[zone].alarmed, self.now);
         let votes = self.tally(zone).votes;
-        let Some(release) = &mut self.zones[zone].release else { return };
-        for vote in votes.into_iter().filter(|it| !release.voters.contains(it)).collect::<Vec<_>>()
-        {
-            release.voters.push(vote);
-        }
+        self.zones[zone].release.iter_mut().for_each(|it| it.voters.extend(&votes));
         // One that has seen the fire and cannot see now does not say that it is out.
-        let voters = release.voters.clone();
-        let blind = voters.into_iter().any(|voter| self.unable(voter).is_some());
+        let blind = |voter: &usize| self.unable(*voter).is_some();
+        let blind = self.zones[zone].release.iter().any(|it| it.voters.iter().any(blind));
         let Some(release) = &mut self.zones[zone].release else { return };
         if alarm || blind {
             release.quiet_since = None;

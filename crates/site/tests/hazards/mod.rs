@@ -37,9 +37,7 @@ fn water_of_a_person_keeps_its_pumps() {
     assert!(orders(&hall.hand(Hand::Abort { zone: zone() })).contains(&"Close north".to_owned()));
     // Taken over from votes: pumps go on when the greatest duration has passed.
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.monitor("north", MonitorReport { authority: Authority::Person, ..OPEN });
     let end = hall.wait(70_000);
     assert!(of(&end, "Close north").is_empty(), "{end:?}");
@@ -68,9 +66,7 @@ fn a_stop_that_stays_pressed_keeps_everything_back() {
 #[test]
 fn a_monitor_locked_out_during_its_work_needs_a_reset() {
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     let locked = hall.monitor("north", MonitorReport { lockout: true, ..OPEN });
     assert_eq!(orders(&locked), ["Close north"]);
     hall.wait(1000);
@@ -88,9 +84,7 @@ fn a_monitor_locked_out_during_its_work_needs_a_reset() {
 #[test]
 fn water_that_was_closed_unseen_does_not_come_back_at_once() {
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.wait(40_000);
     hall.monitor("north", SHUT);
     let within = i64::from(Hall::within_s()) * 1000;
@@ -131,9 +125,7 @@ fn a_pump_that_is_kept_off_is_replaced_and_none_is_a_trouble() {
 fn a_close_without_an_end_gives_way_to_people_and_to_the_next_fire() {
     let mut hall = Hall::new();
     let between = MonitorReport { valve: Valve::Moving, ..OPEN };
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.hand(Hand::Abort { zone: zone() });
     hall.monitor("north", between);
     assert!(!of(&hall.wait(5000), "Close north").is_empty());
@@ -144,9 +136,7 @@ fn a_close_without_an_end_gives_way_to_people_and_to_the_next_fire() {
     assert!(of(&hall.wait(5000), "Close north").is_empty());
     // The next fire, ten seconds after a Close whose end was never reported.
     let mut hall = Hall::new();
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.sees("flame", Signal::Quiet);
     hall.sees("heat", Signal::Quiet);
     hall.wait(31_000);
@@ -159,9 +149,7 @@ fn a_close_without_an_end_gives_way_to_people_and_to_the_next_fire() {
 #[test]
 fn who_is_blind_does_not_say_that_the_fire_is_out() {
     let mut hall = Hall::with(|config| config.zones[0].water_max_s = 600);
-    hall.fire();
-    hall.wait(15_000);
-    hall.monitors(Valve::Open);
+    hall.extinguishes();
     hall.sees("heat", Signal::Quiet);
     let (detector, signal) = ("flame".to_owned(), Signal::Quiet);
     let blind = Event::Detector { detector, signal, condition: Condition::Fault };
@@ -242,4 +230,29 @@ fn a_line_that_is_well_again_gets_its_command_again() {
         hall.event(path(line, Some(PathFault::Lost)));
         assert_eq!(orders(&hall.event(path(line, None))), [order]);
     }
+}
+
+/// Taken over from votes before a restart: it still ends in its time when the person has left, and has its pumps
+/// until then.
+#[test]
+fn water_taken_over_before_a_restart_ends_in_its_time_and_keeps_its_pumps() {
+    let mut hall = Hall::new();
+    hall.extinguishes();
+    let person = MonitorReport { authority: Authority::Person, ..OPEN };
+    hall.monitor("north", person);
+    hall.wait(20_000);
+    let stored = hall.site.persisted();
+    let (site, _) = Site::new(toml::from_str(HALL).unwrap(), 0, Some(&stored)).unwrap();
+    let mut hall = Hall { site, now: 0 };
+    let taken = hall.monitor("north", person);
+    assert!(orders(&taken).contains(&"Pump p1 on".to_owned()), "{taken:?}");
+    hall.wait(10_000);
+    let left = hall.monitor("north", OPEN);
+    assert!(orders(&left).is_empty(), "{left:?}");
+    assert_eq!(hall.site.state().monitors[0].found_left_ms, Some(30_000));
+    let flows = hall.wait(29_999);
+    assert!(!flows.iter().any(|(_, order)| order.ends_with("off")), "{flows:?}");
+    let end = hall.wait(10_000);
+    assert_eq!(end[0], (40_000, "Close north".to_owned()));
+    assert_eq!(of(&end, "Pump p1"), ["Pump p1 off"]);
 }

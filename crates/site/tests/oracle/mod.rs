@@ -51,8 +51,10 @@ struct Barrel {
     closing: Option<u64>,
     /// Water that was ordered by votes or before the start, and works for no zone now, for so long.
     found: Option<u64>,
-    /// Its water is not a person's.
+    /// Its water was ordered by votes.
     ours: bool,
+    /// Its water was ordered, by votes or for a release by hand.
+    given: bool,
     /// A person began its water.
     hand: bool,
     /// The zone from which a person took it.
@@ -118,7 +120,8 @@ impl Oracle {
         }
         for barrel in &mut self.barrels {
             let refused = barrel.refused.map(|_| 0);
-            *barrel = Barrel { refused, ours: barrel.ours, ..Barrel::default() };
+            *barrel =
+                Barrel { refused, ours: barrel.ours, given: barrel.given, ..Barrel::default() };
         }
         self.motors.fill(Motor::default());
         self.pressure = false;
@@ -159,11 +162,8 @@ impl Oracle {
                 age.iter_mut().for_each(|age| old(age, by));
             }
         }
-        let wet = self.areas.iter().any(|area| area.force.is_some_and(|(_, _, wet)| wet));
         for motor in &mut self.motors {
-            if let Some(age) = &mut motor.off {
-                if wet { old(age, by) } else { *age = 0 }
-            }
+            motor.off.iter_mut().for_each(|age| old(age, by));
             if let Some(age) = &mut motor.on {
                 old(age, by);
                 if self.pressure { motor.dry = 0 } else { old(&mut motor.dry, by) }
@@ -202,8 +202,8 @@ impl Oracle {
                 let flowed = before.valve == Valve::Open || before.extinguishing;
                 if report.reachable && !water {
                     barrel.hand = false;
-                } else if person && water && !flowed {
-                    barrel.hand = !barrel.ours;
+                } else if person && report.reachable && water && !(before.reachable && flowed) {
+                    barrel.hand = !barrel.given;
                 }
                 let opens = before.reachable && before.valve != Valve::Open;
                 let locked = self.lockout || report.lockout;
@@ -232,6 +232,8 @@ impl Oracle {
                 }
                 if report.reachable && !water {
                     (barrel.ours, barrel.lent) = (false, None);
+                    // Before it flows for the first time it is ordered all the same.
+                    barrel.given &= !(before.reachable && flowed);
                 }
                 let works = barrel.works_for.is_some() || barrel.closing.is_some();
                 let found = water && !person && !works && barrel.ours;
@@ -500,7 +502,7 @@ impl Oracle {
                 if kept && !must.contains(&index) && !self.lockout && !barrel.report.lockout {
                     return Err(format!("a person's water is closed ({})", config.monitors[index]));
                 }
-                barrel.hand = false;
+                (barrel.hand, barrel.given) = (false, false);
                 (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
                 barrel.lent = None;
             }
@@ -517,6 +519,9 @@ impl Oracle {
             if barrel.found.is_some_and(|age| age > longest) {
                 return Err(format!("water found at {} never ends", config.monitors[index]));
             }
+        }
+        if !self.is_wet() {
+            self.motors.iter_mut().flat_map(|motor| &mut motor.off).for_each(|age| *age = 0);
         }
         self.supplied(config, &stopped, seen)?;
         self.lapse(config);
@@ -554,7 +559,7 @@ impl Oracle {
         }
         let barrel = &mut self.barrels[monitor];
         (barrel.works_for, barrel.found, barrel.ours) = (Some(zone), None, automatic);
-        (barrel.hand, barrel.closing) = (false, None);
+        (barrel.given, barrel.hand, barrel.closing) = (true, false, None);
         Ok(())
     }
 
@@ -634,8 +639,12 @@ impl Oracle {
         Ok(())
     }
 
+    fn is_wet(&self) -> bool {
+        self.areas.iter().any(|area| area.force.is_some_and(|(_, _, wet)| wet))
+    }
+
     fn pumped(&self, config: &Config) -> Result<(), String> {
-        let wet = self.areas.iter().any(|area| area.force.is_some_and(|(_, _, wet)| wet));
+        let wet = self.is_wet();
         let failed = self.motors.iter().zip(&config.pumps).any(|(motor, it)| {
             // The standby pump waits for its turn in the row.
             let timeout = s(it.start_timeout_s + 1);

@@ -113,7 +113,7 @@ impl Hub {
         let path = Event::Path { path: input.to_owned(), fault };
         let contact = Event::Contact { input: input.to_owned(), pressed };
         let mut contacts = zones.config.site.contacts.iter().filter(|it| it.id == input);
-        let refuses = contacts.any(|it| refuses(it.kind));
+        let refuses = contacts.any(|it| it.kind.acts_at_once());
         let events = match fault {
             None => vec![path, contact],
             // What says no is heard on a path at fault too.
@@ -215,18 +215,6 @@ impl Hub {
         let again: Vec<Command> = machine.lines.iter().filter_map(kept).collect();
         again.iter().for_each(|command| self.carry_order(zones, machine, command));
     }
-}
-
-/// A contact that is heard on a path at fault too.
-const fn refuses(kind: ContactKind) -> bool {
-    matches!(
-        kind,
-        ContactKind::Abort
-            | ContactKind::Stop
-            | ContactKind::Hold
-            | ContactKind::Lockout
-            | ContactKind::ManualSwitch
-    )
 }
 
 #[cfg(test)]

@@ -211,7 +211,7 @@ pub enum ContactKind {
 
 impl ContactKind {
     /// Its press counts at once, without waiting for the contact to come to rest.
-    pub(crate) fn acts_at_once(self) -> bool {
+    pub fn acts_at_once(self) -> bool {
         matches!(self, Self::Abort | Self::Stop | Self::Hold | Self::Lockout | Self::ManualSwitch)
     }
 

@@ -120,8 +120,6 @@ struct Machine {
     published: Now,
     /// Something has happened since it was published.
     news: bool,
-    /// The disk takes nothing of it.
-    unstored: bool,
 }
 
 impl Zones {
@@ -160,7 +158,6 @@ impl Zones {
             looked: Now::ZERO,
             published: Now::ZERO,
             news: true,
-            unstored: false,
         };
         let machine = Mutex::new(machine);
         let (wake, changed) = (Notify::new(), Notify::new());
@@ -181,6 +178,10 @@ impl Zones {
             failing: AtomicBool::new(false),
             turned_ms,
         }))
+    }
+
+    fn is_failing(&self) -> bool {
+        self.failing.load(Ordering::SeqCst)
     }
 
     fn persisted(&self) -> Persisted {
@@ -205,7 +206,7 @@ pub async fn run(hub: Hub) {
 /// Stores what has to survive until the hub ends.
 pub async fn store(hub: Hub) {
     let Some(zones) = hub.zones() else { return };
-    let (mut last, mut failing) = (None, false);
+    let mut last = None;
     let mut shutdown = hub.shutdown();
     loop {
         // Before the state: what is counted is in it.
@@ -213,12 +214,9 @@ pub async fn store(hub: Hub) {
         let now = zones.persisted();
         if last.as_ref() != Some(&now) {
             let written = zones.stored.write(&now).await;
-            if written.is_err() != failing {
-                failing = written.is_err();
-                zones.failing.store(failing, Ordering::SeqCst);
-                let mut machine = lock(&zones.machine);
-                (machine.unstored, machine.news) = (failing, true);
-                drop(machine);
+            let failing = written.is_err();
+            if zones.failing.swap(failing, Ordering::SeqCst) != failing {
+                lock(&zones.machine).news = true;
                 hub.event(None, &notes::storing(failing));
             }
             match written {
@@ -229,6 +227,7 @@ pub async fn store(hub: Hub) {
         if last.as_ref() == Some(&now) {
             zones.kept.send_replace(wanted);
         }
+        let failing = zones.is_failing();
         tokio::select! {
             () = sleep(if failing { AGAIN } else { STORE }) => {}
             () = zones.changed.notified(), if !failing => {}
@@ -255,7 +254,7 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
         let zones = self.known_zones()?;
-        Ok(lock(&zones.machine).view(self.now()))
+        Ok(lock(&zones.machine).view(self.now(), !zones.is_failing()))
     }
 
     /// What belongs to each zone.
@@ -305,22 +304,21 @@ impl Hub {
             (None, Some((zone, false))) => _ = machine.holds.remove(&zone),
             (None, None) => {}
         }
-        Ok(machine.view(self.now()))
+        Ok(machine.view(self.now(), !zones.is_failing()))
     }
 
     /// Whether what was ordered so far is on the disk, or gets there soon.
     pub async fn zones_are_stored(&self) -> bool {
         let Some(zones) = self.zones() else { return true };
         let wanted = zones.wanted.load(Ordering::SeqCst);
-        let failing = zones.failing.load(Ordering::SeqCst);
-        let patience = if failing { Duration::ZERO } else { STORED };
+        let patience = if zones.is_failing() { Duration::ZERO } else { STORED };
         let mut kept = zones.kept.subscribe();
         timeout(patience, kept.wait_for(|it| *it >= wanted)).await.is_ok_and(|it| it.is_ok())
     }
 
     /// Whether the disk takes nothing of the zones.
     pub fn zones_fail_to_be_stored(&self) -> bool {
-        self.zones().is_some_and(|zones| zones.failing.load(Ordering::SeqCst))
+        self.zones().is_some_and(Zones::is_failing)
     }
 
     /// Takes the report of a detector.
@@ -467,7 +465,7 @@ impl Hub {
         if looks {
             self.give_back(machine);
         }
-        self.publish_zones(machine, now);
+        self.publish_zones(machine, now, !zones.is_failing());
         zones.turned_ms.store(ms(now), Ordering::Relaxed);
         let due = machine.site.next_deadline().map(Duration::from_millis);
         let due = due.map_or(LOOK, |due| due.saturating_sub(self.now()));
@@ -497,12 +495,12 @@ impl Hub {
         }
     }
 
-    fn publish_zones(&self, machine: &mut Machine, now: Now) {
+    fn publish_zones(&self, machine: &mut Machine, now: Now, stored: bool) {
         let pause = if machine.news { PUBLISH_NEWS } else { PUBLISH };
         if now < machine.published + pause {
             return;
         }
-        let view = machine.view(now);
+        let view = machine.view(now, stored);
         let runs = runs(&view.state);
         if std::mem::take(&mut machine.news) || runs {
             self.topics().set(ZONES, &view);

@@ -315,7 +315,7 @@ async fn a_wind_that_is_old_is_kept_and_none_is_said_in_words() {
     let mut machine = lock(&zones.machine);
     let later = hub.now() + super::super::WIND_COUNTS;
     hub.end_wind(&mut machine, later);
-    let view = machine.view(later);
+    let view = machine.view(later, true);
     assert!(view.wind.is_none());
     assert_eq!((view.planned_wind.at_ms, view.planned_wind.speed_mps), (Some(7), 6.5));
     assert!(view.planned_wind.text.ru.contains("6,5"), "{view:?}");

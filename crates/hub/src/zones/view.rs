@@ -210,7 +210,7 @@ impl Machine {
             .collect()
     }
 
-    pub(super) fn view(&self, now: Now) -> ZonesView {
+    pub(super) fn view(&self, now: Now, stored: bool) -> ZonesView {
         ZonesView {
             state: self.site.state(),
             reported: self.reported.clone(),
@@ -219,7 +219,7 @@ impl Machine {
             left_out: self.left_out(),
             wind: self.wind.clone().filter(|it| now.saturating_sub(it.heard) < WIND_COUNTS),
             planned_wind: PlannedWind::new(self.wind.as_ref()),
-            stored: !self.unstored,
+            stored,
         }
     }
 }

@@ -1,6 +1,8 @@
-//! Openings that a plug refuses without a question to the monitor, in the audit log.
+//! What plugs report of clients that try again and again: seldom, and openings that are refused without a
+//! question to the monitor in the audit log.
 
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_proto::Request;
@@ -12,19 +14,31 @@ use super::seat::PlugSeat;
 use crate::command::request::MonitorRequest;
 use crate::sync::lock;
 
-/// A client that tries again and again has an entry in this time, with the number of its tries.
+/// What happens again and again is reported once in this time.
 const EACH: Duration = Duration::from_secs(10);
+
+/// When something was reported last.
+#[derive(Clone, Debug, Default)]
+pub struct Seldom(Arc<Mutex<Option<Duration>>>);
+
+impl Seldom {
+    /// Whether it is time to report it; if so, it counts as reported.
+    pub fn is_due(&self, now: Duration) -> bool {
+        let mut last = lock(&self.0);
+        let due = last.is_none_or(|at| now.saturating_sub(at) >= EACH);
+        if due {
+            *last = Some(now);
+        }
+        due
+    }
+}
 
 /// Refused openings of a session.
 #[derive(Debug, Default)]
-pub struct Noted(Mutex<Latest>);
-
-#[derive(Debug, Default)]
-struct Latest {
-    /// The latest entry.
-    at: Option<Duration>,
-    /// Since that entry.
-    count: u32,
+pub struct Noted {
+    /// Since the latest entry.
+    count: AtomicU32,
+    entries: Seldom,
 }
 
 /// Details of an entry.
@@ -41,15 +55,12 @@ impl Noted {
     /// Notes that an opening was refused.
     pub fn refused(&self, seat: PlugSeat<'_>, monitor: &str, valve: u16, why: (Refusal, String)) {
         let Ok(request) = MonitorRequest::new(&Request::open(valve_of(valve))) else { return };
-        let now = seat.hub.now();
-        let mut latest = lock(&self.0);
-        latest.count = latest.count.saturating_add(1);
-        if latest.at.is_some_and(|at| now.saturating_sub(at) < EACH) {
+        self.count.fetch_add(1, Ordering::Relaxed);
+        if !self.entries.is_due(seat.hub.now()) {
             return;
         }
         let (code, text) = (why.0.number(), why.1);
-        let details = RefusedDetails { code, text, count: latest.count };
-        *latest = Latest { at: Some(now), count: 0 };
+        let details = RefusedDetails { code, text, count: self.count.swap(0, Ordering::Relaxed) };
         let record = seat.hub.record(seat.caller, monitor, request.text(), "not allowed");
         drop(seat.hub.audit().note(record.with(&details).about(&request.act())));
     }

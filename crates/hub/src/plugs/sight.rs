@@ -3,12 +3,14 @@
 use std::time::Duration;
 
 use lafet_proto::SubsystemId;
+use serde::Serialize;
 
 use crate::alarms::{Priority, State};
 use crate::monitor::status::Status;
 
 /// The authority over a monitor, as this session sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Holder {
     /// No client holds it.
     #[default]
@@ -56,8 +58,8 @@ pub struct Tally {
     pub count: u16,
     /// Of these, those that are not acknowledged.
     pub waiting: u16,
-    /// 0 none, 1 fire, 2 high, 3 medium, 4 low.
-    pub worst: u16,
+    /// The most urgent of them.
+    pub worst: Option<Priority>,
     /// A fire is seen, or its alarm waits.
     pub fire: bool,
 }
@@ -79,15 +81,15 @@ impl Tally {
         if state != State::Ack {
             self.waiting = self.waiting.saturating_add(1);
         }
-        let rank = match priority {
-            Priority::Fire => 1,
-            Priority::High => 2,
-            Priority::Medium => 3,
-            Priority::Low => 4,
-        };
-        self.worst = if self.worst == 0 { rank } else { self.worst.min(rank) };
+        self.worst = Some(self.worst.map_or(priority, |worst| worst.min(priority)));
         self.fire |= priority == Priority::Fire;
     }
+}
+
+/// Whether a valve reports that it is not well.
+pub fn is_faulty(status: &Status, valve: SubsystemId) -> bool {
+    let faults = ["OpenSensorFault", "CloseSensorFault", "AmperageOverload"];
+    faults.into_iter().any(|flag| status.is_set(valve, flag))
 }
 
 /// What the monitor does: its number, and its word.
@@ -106,4 +108,34 @@ pub fn mode(status: &Status) -> (u16, &'static str) {
     ];
     let found = modes.into_iter().find(|(id, flag, _)| is_set(*id, flag));
     found.map_or((4, "by_hand"), |(.., mode)| mode)
+}
+
+/// A monitor that is there, for the tests of what plugs show.
+#[cfg(test)]
+pub mod fixture {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::monitor::status::Subsystem;
+
+    /// It turns, extinguishes and sees a fire; it has no deployer and one valve.
+    pub fn status() -> Status {
+        let subsystem = |id: SubsystemId, bits: u32, fields: &[(&'static str, i64)]| {
+            let mut state = Subsystem::default();
+            state.set_bits(id, bits);
+            state.fields = fields.iter().copied().collect();
+            (id.name().unwrap(), Arc::new(state))
+        };
+        let general = [("pressure", 80), ("flowrate", 20), ("main_voltage", 24)];
+        let subsystems = [
+            subsystem(SubsystemId::GENERAL, 0, &general),
+            subsystem(SubsystemId::HORIZONTAL, 1 << 16, &[("position", -605)]),
+            subsystem(SubsystemId::VERTICAL, 1 << 25, &[("position", 1203)]),
+            subsystem(SubsystemId::NOZZLE, 0, &[("position", 60)]),
+            subsystem(SubsystemId::VALVE1, 1 << 22, &[]),
+            subsystem(SubsystemId::CONTROL, 1 << 16, &[]),
+            subsystem(SubsystemId::DETECTOR, 1 << 17, &[]),
+        ];
+        Status { at_ms: Some(1), subsystems: subsystems.into(), ..Status::default() }
+    }
 }

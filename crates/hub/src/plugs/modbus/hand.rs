@@ -1,8 +1,7 @@
 //! Orders of a desk, carried out by the hub: with a seat of its own, through the same entries as a console.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, hub as text};
@@ -18,15 +17,12 @@ use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
-use crate::plugs::noted::Noted;
+use crate::plugs::noted::{Noted, Seldom};
 use crate::plugs::orders::valve_of;
 use crate::plugs::seat::{PlugSeat, results};
-use crate::sync::lock;
 
 /// A period of the hub's sign of life, ms.
 const LIFE_MS: u128 = 100;
-/// The heartbeat that comes and goes is reported once in this time.
-const SAID_EACH: Duration = Duration::from_secs(10);
 /// A generation that no command has.
 const VOID: u64 = u64::MAX;
 
@@ -46,7 +42,7 @@ pub struct Hand {
     /// The generation of the desk, as commands that wait are compared with.
     generation: Arc<AtomicU64>,
     /// When the loss of the heartbeat was reported.
-    said: Arc<Mutex<Option<Duration>>>,
+    said: Seldom,
     noted: Arc<Noted>,
 }
 
@@ -66,7 +62,7 @@ impl Hand {
             ids: ids.into(),
             answers: answers.clone(),
             generation: Arc::new(AtomicU64::new(VOID)),
-            said: Arc::default(),
+            said: Seldom::default(),
             noted: Arc::default(),
         }
     }
@@ -141,11 +137,9 @@ impl Hand {
     }
 
     fn report_lost(&self) {
-        let (now, mut said) = (self.hub.now(), lock(&self.said));
-        if said.is_some_and(|at| now.saturating_sub(at) < SAID_EACH) {
+        if !self.said.is_due(self.hub.now()) {
             return;
         }
-        *said = Some(now);
         let (master, from) = (&self.caller.principal.user, &self.caller.seat.from);
         self.hub.event(None, &text::PlugHeartbeatLost { master, from }.words());
     }

@@ -8,9 +8,10 @@ use super::layout::{
     AXES, DETAIL_LEN, DETAILED, HEADER_LEN, MONITORS, NAME_LEN, SUMMARY_LEN, UNKNOWN,
     UNKNOWN_SIGNED, halves,
 };
+use crate::alarms::Priority;
 use crate::monitor::status::Status;
-use crate::plugs::sight::mode;
 pub use crate::plugs::sight::{Control, Holder, Known, Tally};
+use crate::plugs::sight::{is_faulty, mode};
 
 /// A monitor in words.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +58,14 @@ pub mod quality {
 impl Tally {
     /// The word: the worst priority, and the number of alarms.
     pub fn word(&self) -> u16 {
-        self.worst << 8 | self.count.min(255)
+        let worst = match self.worst {
+            None => 0,
+            Some(Priority::Fire) => 1,
+            Some(Priority::High) => 2,
+            Some(Priority::Medium) => 3,
+            Some(Priority::Low) => 4,
+        };
+        worst << 8 | self.count.min(255)
     }
 }
 
@@ -169,8 +177,7 @@ fn valves(status: &Status, fresh: bool) -> u16 {
             return 1 << 6 | 1 << 7;
         }
         let is_set = |number, flag| bit(number, status.is_set(valve, flag));
-        let fault = ["OpenSensorFault", "CloseSensorFault", "AmperageOverload"];
-        let fault = fault.iter().any(|flag| status.is_set(valve, flag));
+        let fault = is_faulty(status, valve);
         let moves = is_set(0, "Open") | is_set(1, "Closed") | is_set(2, "Opening");
         moves | is_set(3, "Closing") | is_set(4, "Blocked") | bit(5, fault) | 1 << 6
     };
@@ -219,28 +226,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::alarms::{Priority, State};
+    use crate::alarms::State;
     use crate::monitor::status::Subsystem;
-
-    fn status() -> Status {
-        let subsystem = |id: SubsystemId, bits: u32, fields: &[(&'static str, i64)]| {
-            let mut state = Subsystem::default();
-            state.set_bits(id, bits);
-            state.fields = fields.iter().copied().collect();
-            (id.name().unwrap(), Arc::new(state))
-        };
-        let general = [("pressure", 80), ("flowrate", 20), ("main_voltage", 24)];
-        let subsystems = [
-            subsystem(SubsystemId::GENERAL, 0, &general),
-            subsystem(SubsystemId::HORIZONTAL, 1 << 16, &[("position", -605)]),
-            subsystem(SubsystemId::VERTICAL, 1 << 25, &[("position", 1203)]),
-            subsystem(SubsystemId::NOZZLE, 0, &[("position", 60)]),
-            subsystem(SubsystemId::VALVE1, 1 << 22, &[]),
-            subsystem(SubsystemId::CONTROL, 1 << 16, &[]),
-            subsystem(SubsystemId::DETECTOR, 1 << 17, &[]),
-        ];
-        Status { at_ms: Some(1), subsystems: subsystems.into(), ..Status::default() }
-    }
+    use crate::plugs::sight::fixture::status;
 
     fn seen(status: &Status, age: Option<u64>, up: bool) -> Seen {
         let control = Control { holder: Holder::Mine, ..Control::default() };

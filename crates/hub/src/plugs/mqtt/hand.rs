@@ -1,8 +1,7 @@
 //! Orders of a desk, carried out by the hub: with a seat of its own, through the same entries as a console.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 use lafet_texts::{Text as _, hub as text};
 use tokio::sync::mpsc;
@@ -15,15 +14,12 @@ use crate::command::urgent::Joined;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
-use crate::plugs::noted::Noted;
+use crate::plugs::noted::{Noted, Seldom};
 use crate::plugs::orders::{AXES, What, valve_of};
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::seat::{PlugSeat, results};
 use crate::plugs::sight::Holder;
-use crate::sync::lock;
 
-/// Clients that come and go are reported once in this time.
-const SAID_EACH: Duration = Duration::from_secs(10);
 /// A generation that no command has.
 const VOID: u64 = u64::MAX;
 
@@ -40,7 +36,7 @@ pub struct Hand {
     /// The generations of the desk, as commands that wait are compared with.
     generations: Arc<[AtomicU64]>,
     /// When the silence of the clients was reported.
-    said: Arc<Mutex<Option<Duration>>>,
+    said: Seldom,
     noted: Arc<Noted>,
 }
 
@@ -51,7 +47,7 @@ impl Hand {
         caller: &Caller,
         ids: &[String],
         answers: mpsc::Sender<Answer>,
-        said: Arc<Mutex<Option<Duration>>>,
+        said: Seldom,
     ) -> Self {
         Self {
             hub: hub.clone(),
@@ -126,11 +122,9 @@ impl Hand {
     }
 
     fn report_lost(&self) {
-        let (now, mut said) = (self.hub.now(), lock(&self.said));
-        if said.is_some_and(|at| now.saturating_sub(at) < SAID_EACH) {
+        if !self.said.is_due(self.hub.now()) {
             return;
         }
-        *said = Some(now);
         let (client, from) = (&self.caller.principal.user, &self.caller.seat.from);
         self.hub.event(None, &text::MqttSilent { client, from }.words());
     }

@@ -1,6 +1,6 @@
 //! The lines: connects to a broker, publishes, hears commands. What is decided is in [`super::desk`].
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_texts::{Text as _, hub as text};
@@ -22,6 +22,7 @@ use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
 use super::{Broker, VIA, discovery, link, message};
 use crate::access::{Kind, Principal, Role, Standing};
 use crate::hub::{Caller, Hub, SeatKey};
+use crate::plugs::noted::Seldom;
 use crate::plugs::view::PlugClient;
 use crate::text::Both;
 
@@ -44,7 +45,7 @@ const RESULTS_MAX: usize = 64;
 /// Connects until the hub ends.
 pub async fn run(hub: Hub, broker: Arc<Broker>) {
     let mut shutdown = hub.shutdown();
-    let (said, mut pause) = (Arc::default(), PAUSE_FIRST);
+    let (said, mut pause) = (Seldom::default(), PAUSE_FIRST);
     loop {
         let began = Instant::now();
         let connected = connect(&hub, &broker, &said);
@@ -81,11 +82,7 @@ impl Drop for Tasks {
 }
 
 /// A connection, from its beginning to its end. Why it has ended; `None`: the hub ends.
-async fn connect(
-    hub: &Hub,
-    broker: &Arc<Broker>,
-    said: &Arc<Mutex<Option<Duration>>>,
-) -> Option<Both> {
+async fn connect(hub: &Hub, broker: &Arc<Broker>, said: &Seldom) -> Option<Both> {
     let options = match link::options(&broker.config) {
         Ok(options) => options,
         Err(why) => return Some(why),
@@ -201,12 +198,7 @@ struct Session {
 }
 
 impl Session {
-    fn begin(
-        hub: &Hub,
-        broker: &Arc<Broker>,
-        outbox: Arc<Outbox>,
-        said: &Arc<Mutex<Option<Duration>>>,
-    ) -> Self {
+    fn begin(hub: &Hub, broker: &Arc<Broker>, outbox: Arc<Outbox>, said: &Seldom) -> Self {
         let config = &broker.config;
         let number = message::shown(random().unwrap_or_default());
         let operates = config.terms.operates;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use lafet_ballistics::DATM_MPA;
 use lafet_proto::SubsystemId;
 use serde::Serialize;
 
@@ -11,13 +12,11 @@ use crate::alarms::{Alarm, Priority, State as AlarmState};
 use crate::clock::ms;
 use crate::monitor::status::Status;
 use crate::plugs::orders::AXES;
-use crate::plugs::sight::{Holder, Known, mode};
+use crate::plugs::sight::{Holder, Known, is_faulty, mode};
 use crate::text::Both;
 
 /// Alarms that are listed; of more there is the number.
 const ALARMS_MAX: usize = 64;
-/// The unit of the pressure in the state of a monitor, MPa: a tenth of an atmosphere.
-const PRESSURE_MPA: f64 = 0.010_132_5;
 
 /// The state of a monitor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,7 +25,7 @@ pub struct State {
     age_ms: Option<u64>,
     quality: &'static str,
     mode: Option<&'static str>,
-    holder: &'static str,
+    holder: Holder,
     traverse: Option<f64>,
     elevation: Option<f64>,
     nozzle: Option<i64>,
@@ -56,7 +55,7 @@ struct Valve {
 struct Alarms {
     count: u16,
     waiting: u16,
-    worst: Option<&'static str>,
+    worst: Option<Priority>,
     fire: bool,
 }
 
@@ -95,8 +94,6 @@ impl State {
         let degrees = |arcmin: i64| round(arcmin as f64 / 60.0, 3);
         let [moves_traverse, moves_elevation, moves_nozzle] =
             AXES.map(|axis| status.is_set(axis, "Move"));
-        let worst = [Priority::Fire, Priority::High, Priority::Medium, Priority::Low];
-        let worst = usize::from(known.alarms.worst).checked_sub(1).and_then(|it| worst.get(it));
         Self {
             at_ms: status.at_ms,
             age_ms: known.age.map(ms),
@@ -107,15 +104,11 @@ impl State {
                 (Some(_), true) => "stale",
             },
             mode: fresh.then(|| mode(status).1),
-            holder: match known.control.holder {
-                Holder::Free => "free",
-                Holder::Mine => "mine",
-                Holder::Other => "other",
-            },
+            holder: known.control.holder,
             traverse: traverse.map(degrees),
             elevation: elevation.map(degrees),
             nozzle,
-            pressure_mpa: general("pressure").map(|it| round(it as f64 * PRESSURE_MPA, 4)),
+            pressure_mpa: general("pressure").map(|it| round(it as f64 * DATM_MPA, 4)),
             flow_lps: general("flowrate"),
             voltage_v: general("main_voltage"),
             valves: valves(status, fresh),
@@ -126,7 +119,7 @@ impl State {
             alarms: Alarms {
                 count: known.alarms.count,
                 waiting: known.alarms.waiting,
-                worst: worst.map(|it| priority(*it)),
+                worst: known.alarms.worst,
                 fire: known.alarms.fire,
             },
             motion: fresh.then_some(Motion {
@@ -153,27 +146,17 @@ impl State {
 fn valves(status: &Status, fresh: bool) -> BTreeMap<&'static str, Option<Valve>> {
     let one = |valve: SubsystemId| {
         let is_set = |flag| status.is_set(valve, flag);
-        let fault = ["OpenSensorFault", "CloseSensorFault", "AmperageOverload"];
         fresh.then(|| Valve {
             open: is_set("Open"),
             closed: is_set("Closed"),
             opening: is_set("Opening"),
             closing: is_set("Closing"),
             blocked: is_set("Blocked"),
-            fault: fault.into_iter().any(is_set),
+            fault: is_faulty(status, valve),
         })
     };
     let name = |valve| if valve == SubsystemId::VALVE2 { "valve2" } else { "valve1" };
     status.valves().into_iter().map(|valve| (name(valve), one(valve))).collect()
-}
-
-const fn priority(priority: Priority) -> &'static str {
-    match priority {
-        Priority::Fire => "fire",
-        Priority::High => "high",
-        Priority::Medium => "medium",
-        Priority::Low => "low",
-    }
 }
 
 /// The alarms that are not normal.
@@ -188,7 +171,7 @@ pub struct AlarmList<'a> {
 struct Listed<'a> {
     id: &'a str,
     monitor: Option<&'a str>,
-    priority: &'static str,
+    priority: Priority,
     state: &'static str,
     active: bool,
     since_ms: u64,
@@ -203,7 +186,7 @@ impl<'a> AlarmList<'a> {
         let one = |it: &&'a Alarm| Listed {
             id: &it.id,
             monitor: Some(it.monitor.as_str()).filter(|it| !it.is_empty()),
-            priority: priority(it.priority),
+            priority: it.priority,
             state: AlarmState::word(Some(it.state)),
             active: it.active,
             since_ms: it.since_ms,
@@ -297,26 +280,8 @@ mod tests {
 
     use super::*;
     use crate::monitor::status::Subsystem;
+    use crate::plugs::sight::fixture::status;
     use crate::plugs::sight::{Control, Tally};
-
-    fn status() -> Status {
-        let subsystem = |id: SubsystemId, bits: u32, fields: &[(&'static str, i64)]| {
-            let mut state = Subsystem::default();
-            state.set_bits(id, bits);
-            state.fields = fields.iter().copied().collect();
-            (id.name().unwrap(), Arc::new(state))
-        };
-        let general = [("pressure", 80), ("flowrate", 20), ("main_voltage", 24)];
-        let subsystems = [
-            subsystem(SubsystemId::GENERAL, 0, &general),
-            subsystem(SubsystemId::HORIZONTAL, 1 << 16, &[("position", -605)]),
-            subsystem(SubsystemId::VERTICAL, 0, &[("position", 1203)]),
-            subsystem(SubsystemId::NOZZLE, 0, &[("position", 60)]),
-            subsystem(SubsystemId::VALVE1, 1 << 22, &[]),
-            subsystem(SubsystemId::DETECTOR, 1 << 17, &[]),
-        ];
-        Status { at_ms: Some(7), subsystems: subsystems.into(), ..Status::default() }
-    }
 
     fn shown(status: &Status, age: Option<u64>, up: bool) -> Value {
         let mut alarms = Tally::default();

@@ -246,30 +246,7 @@ impl Check<'_> {
     }
 
     fn unit_and_monitors(&mut self, read: &File, written: &ModbusServer) -> (Vec<String>, u8) {
-        let known: Vec<&str> =
-            read.monitor.iter().map(|it| it.get_ref().id.get_ref().as_str()).collect();
-        let monitors: Vec<String> = match &written.monitors {
-            None => known.iter().map(|id| (*id).to_owned()).collect(),
-            Some(ids) => {
-                if ids.is_empty() {
-                    let what = text::CheckServerEmpty { name: written.name.get_ref() }.words();
-                    let at = written.name.span().start;
-                    self.say(at, what, text::CheckServerEmptyRemedy.words());
-                }
-                let mut seen = BTreeSet::new();
-                for id in ids {
-                    let (id, at) = (id.get_ref(), id.span().start);
-                    if !known.contains(&id.as_str()) && !self.lacks("monitor", known.len()) {
-                        let what = text::CheckServerMonitor { id }.words();
-                        self.say(at, what, text::CheckServerMonitorRemedy.words());
-                    } else if !seen.insert(id) {
-                        let what = text::CheckBusTwice { name: id }.words();
-                        self.say(at, what, text::CheckServerMonitorRemedy.words());
-                    }
-                }
-                ids.iter().map(|id| id.get_ref().clone()).collect()
-            }
-        };
+        let monitors = self.plug_monitors(read, &written.name, written.monitors.as_deref());
         let unit = value(written.unit.as_ref(), 1);
         if let Some(written) = &written.unit {
             self.range(written, UNITS, "unit");
@@ -281,6 +258,34 @@ impl Check<'_> {
             self.say(at, what, text::CheckServerUnitsRemedy.words());
         }
         (monitors, u8::try_from(unit).unwrap_or(1))
+    }
+
+    /// The monitors that a plug of this name shows: all, or those of its list.
+    pub(super) fn plug_monitors(
+        &mut self,
+        read: &File,
+        name: &Spanned<String>,
+        listed: Option<&[Spanned<String>]>,
+    ) -> Vec<String> {
+        let known: Vec<&str> =
+            read.monitor.iter().map(|it| it.get_ref().id.get_ref().as_str()).collect();
+        let Some(ids) = listed else { return known.into_iter().map(str::to_owned).collect() };
+        if ids.is_empty() {
+            let what = text::CheckServerEmpty { name: name.get_ref() }.words();
+            self.say(name.span().start, what, text::CheckServerEmptyRemedy.words());
+        }
+        let mut seen = BTreeSet::new();
+        for id in ids {
+            let (id, at) = (id.get_ref(), id.span().start);
+            if !known.contains(&id.as_str()) && !self.lacks("monitor", known.len()) {
+                let what = text::CheckServerMonitor { id }.words();
+                self.say(at, what, text::CheckServerMonitorRemedy.words());
+            } else if !seen.insert(id) {
+                let what = text::CheckBusTwice { name: id }.words();
+                self.say(at, what, text::CheckServerMonitorRemedy.words());
+            }
+        }
+        ids.iter().map(|id| id.get_ref().clone()).collect()
     }
 
     fn grant(&mut self, client: &Client, units: RangeInclusive<u8>, serial: bool) -> Grant {

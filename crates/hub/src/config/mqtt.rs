@@ -1,6 +1,5 @@
 //! Brokers of MQTT: what a file may say of them.
 
-use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -291,30 +290,8 @@ impl Check<'_> {
     }
 
     fn broker_monitors(&mut self, read: &File, written: &Mqtt) -> Vec<String> {
-        let known: Vec<&str> =
-            read.monitor.iter().map(|it| it.get_ref().id.get_ref().as_str()).collect();
         let at = written.name.span().start;
-        let ids = match &written.monitors {
-            None => known.iter().map(|id| (*id).to_owned()).collect(),
-            Some(ids) => {
-                if ids.is_empty() {
-                    let what = text::CheckServerEmpty { name: written.name.get_ref() }.words();
-                    self.say(at, what, text::CheckServerEmptyRemedy.words());
-                }
-                let mut seen = BTreeSet::new();
-                for id in ids {
-                    let (id, at) = (id.get_ref(), id.span().start);
-                    if !known.contains(&id.as_str()) && !self.lacks("monitor", known.len()) {
-                        let what = text::CheckServerMonitor { id }.words();
-                        self.say(at, what, text::CheckServerMonitorRemedy.words());
-                    } else if !seen.insert(id) {
-                        let what = text::CheckBusTwice { name: id }.words();
-                        self.say(at, what, text::CheckServerMonitorRemedy.words());
-                    }
-                }
-                ids.iter().map(|id| id.get_ref().clone()).collect::<Vec<_>>()
-            }
-        };
+        let ids = self.plug_monitors(read, &written.name, written.monitors.as_deref());
         if ids.len() > MONITORS_MAX {
             self.say(
                 at,

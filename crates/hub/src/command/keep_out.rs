@@ -532,14 +532,11 @@ fn stored(station: &Station, of: &str, number: u8) -> Option<Vec<i32>> {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::Value;
 
     use super::*;
     use crate::monitor::status::Subsystem;
     use crate::site::keep_out::KeptFor;
     use crate::site::{Place, Site};
-    use crate::text::both;
-    use crate::{Clock, Config, MonitorConfig};
 
     const CLOSED: &[(&str, &str)] = &[("Valve1", "Closed")];
     const QUENCH: &str =
@@ -556,19 +553,7 @@ mod tests {
             elevations: [-90.0, 90.0],
         };
         let (monitors, keep_outs) = ([("M1".to_owned(), place)].into(), vec![keep_out]);
-        let monitor = MonitorConfig {
-            id: "M1".into(),
-            name: both("M1", "M1"),
-            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
-            poll_ms: 200,
-        };
-        let config = Config {
-            monitors: vec![monitor],
-            site: Some(Site { monitors, keep_outs, ..Site::default() }),
-            ..Config::default()
-        };
-        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
-        let station = hub.station("M1").unwrap();
+        let (hub, station) = Hub::of_one(Some(Site { monitors, keep_outs, ..Site::default() }));
         report(&hub, &station, CLOSED);
         (hub, station)
     }

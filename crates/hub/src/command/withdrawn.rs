@@ -57,29 +57,12 @@ fn undoes(urgent: &RequestBuf, other: &RequestBuf) -> bool {
 mod tests {
     use std::future::{Future as _, poll_fn};
     use std::pin::pin;
-    use std::sync::Arc;
     use std::task::Poll;
 
     use lafet_proto::SubsystemId;
-    use serde_json::Value;
 
     use super::*;
     use crate::hub::{Caller, Hub};
-    use crate::text::both;
-    use crate::{Clock, Config, MonitorConfig};
-
-    fn stand() -> (Hub, Arc<Station>) {
-        let monitor = MonitorConfig {
-            id: "M1".into(),
-            name: both("M1", "M1"),
-            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
-            poll_ms: 200,
-        };
-        let config = Config { monitors: vec![monitor], ..Config::default() };
-        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
-        let station = hub.station("M1").unwrap();
-        (hub, station)
-    }
 
     fn request(text: &str) -> MonitorRequest {
         MonitorRequest::parse(text).unwrap()
@@ -101,7 +84,7 @@ mod tests {
                 .map(|it| (it, "void"))
                 .chain(kept.iter().map(|it| (it, "not_connected")))
             {
-                let (hub, station) = stand();
+                let (hub, station) = Hub::of_one(None);
                 let accepted = station.accepts(&request(what));
                 drop(hub.overtake(&Caller::hub(), &station, &request(urgent)));
                 let caller = Caller::hub();
@@ -118,7 +101,7 @@ mod tests {
 
     #[tokio::test]
     async fn any_of_them_ends_a_motion_by_hand() {
-        let (hub, station) = stand();
+        let (hub, station) = Hub::of_one(None);
         for urgent in ["Stop Nozzle", "Close Valve1", "Lockout on", "Stop Nozzle"] {
             let before = station.accepts_motion();
             assert_eq!(station.accepts_motion(), before);
@@ -130,7 +113,7 @@ mod tests {
     /// It waits for its entry in the audit log when the Stop arrives.
     #[tokio::test]
     async fn a_stop_meets_a_command_that_waits_for_its_entry() {
-        let (hub, station) = stand();
+        let (hub, station) = Hub::of_one(None);
         let (caller, open) = (Caller::hub(), request("Open Valve1"));
         let mut command = pin!(hub.command(&caller, &station, open, None));
         let waits = poll_fn(|context| Poll::Ready(command.as_mut().poll(context).is_pending()));

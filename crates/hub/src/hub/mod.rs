@@ -449,3 +449,20 @@ fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, 
     let one = |it: &MonitorConfig| (it.id.clone(), Arc::new(Station::new(it.clone(), lost)));
     monitors.iter().map(one).collect()
 }
+
+#[cfg(test)]
+impl Hub {
+    /// A hub with one monitor, M1, that no connection reaches.
+    pub fn of_one(site: Option<Site>) -> (Self, Arc<Station>) {
+        let monitor = MonitorConfig {
+            id: "M1".into(),
+            name: crate::text::both("M1", "M1"),
+            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
+            poll_ms: 200,
+        };
+        let config = Config { monitors: vec![monitor], site, ..Config::default() };
+        let hub = Self::new(config, Clock::System, Value::Null).unwrap();
+        let station = hub.station("M1").unwrap();
+        (hub, station)
+    }
+}

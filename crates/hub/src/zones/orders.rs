@@ -312,20 +312,11 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::text::both;
-    use crate::{Clock, Config, MonitorConfig, Overrides};
+    use crate::{Clock, Config, Overrides};
 
     #[tokio::test]
     async fn an_order_that_is_void_is_not_sent() {
-        let monitor = MonitorConfig {
-            id: "M1".into(),
-            name: both("M1", "M1"),
-            endpoint: "tcp://127.0.0.1:1?addr=1".parse().unwrap(),
-            poll_ms: 200,
-        };
-        let config = Config { monitors: vec![monitor], ..Config::default() };
-        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
-        let station = hub.station("M1").unwrap();
+        let (hub, station) = Hub::of_one(None);
         for (is_valid, code) in [(false, "void"), (true, "not_connected")] {
             let request = MonitorRequest::parse("Open Valve1").unwrap();
             let valid: Valid = Arc::new(move || is_valid);
@@ -336,12 +327,7 @@ mod tests {
 
     #[tokio::test]
     async fn the_zone_controller_commands_nothing_that_it_does_not_hold() {
-        let name = both("M1", "M1");
-        let endpoint = "tcp://127.0.0.1:1?addr=1".parse().unwrap();
-        let monitor = MonitorConfig { id: "M1".into(), name, endpoint, poll_ms: 200 };
-        let config = Config { monitors: vec![monitor], ..Config::default() };
-        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
-        let station = hub.station("M1").unwrap();
+        let (hub, station) = Hub::of_one(None);
         let open = || MonitorRequest::parse("Open Valve1").unwrap();
         let refused = hub.command(&Caller::zones(), &station, open(), None).await;
         assert_eq!(refused.unwrap_err().code, "no_authority");

@@ -2,12 +2,10 @@
 
 use std::time::Duration;
 
-use crate::support::{Reply, Site, hold, hold_until, stays, until};
+use crate::support::{Reply, Site, hold, hold_until, stand_for_people, stays, until};
 use lafet_client::{Client, Endpoint};
 use lafet_device::composition::Composition;
 use lafet_hub::Clock;
-use lafet_hub::site::Place;
-use lafet_hub::site::keep_out::{KeepOut, KeptFor};
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, SubsystemId};
@@ -18,19 +16,7 @@ const BORDER: i64 = -1710;
 
 /// A monitor that looks north, and a stand for people in the north-east. The monitor is held by `""`.
 async fn stand() -> Site {
-    let place = Place { at: [0.0, 0.0], heading: 0.0, height: 2.0 };
-    let keep_out = KeepOut {
-        name: "stand".into(),
-        of: KeptFor::People,
-        monitor: None,
-        bearings: [30.0, 60.0],
-        elevations: [-90.0, 90.0],
-    };
-    let map = lafet_hub::site::Site {
-        monitors: [("M1".to_owned(), place)].into(),
-        keep_outs: vec![keep_out],
-        ..Default::default()
-    };
+    let map = stand_for_people();
     let site = Site::of((1, Composition::REMOTE), Clock::System, |config| {
         (config.login, config.site) = (false, Some(map));
     })

@@ -11,6 +11,8 @@ use lafet_device::Source;
 use lafet_device::composition::Composition;
 use lafet_device::port::Port;
 use lafet_hub::access::Role;
+use lafet_hub::site::Place;
+use lafet_hub::site::keep_out::{KeepOut, KeptFor};
 use lafet_hub::{Clock, Config, Hub, MonitorConfig, Server, text};
 use lafet_proto::RequestId;
 use lafet_proto::link::{BODY_MAX, Decoder};
@@ -408,6 +410,23 @@ impl Socket {
     pub async fn beat(&mut self, drive: &str, toward: &str) {
         let message = json!({ "type": "jog", "monitor": "M1", "drive": drive, "toward": toward });
         self.send(message).await;
+    }
+}
+
+/// A map on which M1 looks north and has a stand for people in the north-east: azimuths −30° … −60° are kept clear.
+pub fn stand_for_people() -> lafet_hub::site::Site {
+    let place = Place { at: [0.0, 0.0], heading: 0.0, height: 2.0 };
+    let keep_out = KeepOut {
+        name: "stand".into(),
+        of: KeptFor::People,
+        monitor: None,
+        bearings: [30.0, 60.0],
+        elevations: [-90.0, 90.0],
+    };
+    lafet_hub::site::Site {
+        monitors: [("M1".to_owned(), place)].into(),
+        keep_outs: vec![keep_out],
+        ..Default::default()
     }
 }
 

@@ -1,29 +1,17 @@
 //! A no that stays, and a no that is none of a zone's business.
 
 use lafet_client::{Client, Endpoint};
-use lafet_hub::site::keep_out::{KeepOut, KeptFor};
 use lafet_proto::Request;
 use lafet_proto::request::Body;
 
 use super::*;
+use crate::support::stand_for_people;
 
 /// Water that another client turns into a keep-out is shut off, and the zone does not open it again.
 #[tokio::test]
 async fn what_a_keep_out_has_shut_off_stays_closed_until_a_reset() {
     let zones = hall(1, "");
-    let place = Place { at: [0.0, 0.0], heading: 0.0, height: 2.0 };
-    let keep_out = KeepOut {
-        name: "stand".into(),
-        of: KeptFor::People,
-        monitor: None,
-        bearings: [30.0, 60.0],
-        elevations: [-90.0, 90.0],
-    };
-    let map = lafet_hub::site::Site {
-        monitors: [("M1".to_owned(), place)].into(),
-        keep_outs: vec![keep_out],
-        ..Default::default()
-    };
+    let map = stand_for_people();
     let site = Site::of((1, Composition::REMOTE), Clock::System, |config| {
         (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
     })

@@ -5,7 +5,6 @@ import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } fr
 import { able, drawn, middle, passes, placed, SOON, shown, take, until } from './page';
 import { Site } from './site';
 
-const AWAY_ARCMIN = 10_000;
 const SHORT_ARCMIN = 60;
 
 let site: Site;
@@ -20,27 +19,7 @@ beforeEach(async () => {
   page = await site.open('#/m/M1/operate');
 });
 
-afterEach(async () => {
-  site.way.mend();
-  for (const link of site.links) link.mend();
-  await page.context().close();
-  await until(async () => (await site.holder('M1')) === null);
-  await site.send('M1', 'Lockout All off');
-  await site.send('M1', 'Stop All');
-  if (Math.abs(await site.position('M1')) > 3000) {
-    await site.send('M1', 'Move Horizontal 0');
-    await until(async () => Math.abs(await site.position('M1')) < 60, 60_000);
-  }
-  await until(async () => !(await site.moves('M1')));
-});
-
-/** Moves it far away without the console; returns to where. */
-async function sentAway(): Promise<number> {
-  const target = (await site.position('M1')) > 0 ? -AWAY_ARCMIN : AWAY_ARCMIN;
-  await site.send('M1', `Move Horizontal ${target}`);
-  await until(() => site.moves('M1'));
-  return target;
-}
+afterEach(() => site.rest([page]));
 
 async function stoppedShortOf(target: number): Promise<void> {
   expect(await site.stands('M1')).toBe(true);
@@ -52,7 +31,7 @@ const locked = async () => (await site.outputs('M1')).General!.flags.includes('L
 
 describe('STOP', () => {
   test('is the click of an assistive technology too, whatever else that says', async () => {
-    const target = await sentAway();
+    const target = await site.sentAway();
     await page.locator('#stop').evaluate((it) => {
       it.dispatchEvent(new MouseEvent('click', { bubbles: true, composed: true, detail: 1 }));
     });
@@ -60,7 +39,7 @@ describe('STOP', () => {
   });
 
   test('has its keys without its bar, and gets its bar back', async () => {
-    const target = await sentAway();
+    const target = await site.sentAway();
     await page.evaluate(() => {
       const bar = document.querySelector('lf-app')!.shadowRoot!.querySelector('lf-stop')!;
       bar.remove();
@@ -69,7 +48,7 @@ describe('STOP', () => {
     });
     await stoppedShortOf(target);
     await page.locator('#stop').waitFor();
-    const again = await sentAway();
+    const again = await site.sentAway();
     await page.locator('#stop').click();
     await stoppedShortOf(again);
   });
@@ -83,7 +62,7 @@ describe('STOP', () => {
     expect(await toasts('NOT CONFIRMED').count()).toBe(1);
     // What has not reached the hub is lost with its connections: only what is sent again can stop it.
     site.way.cut();
-    const target = await sentAway();
+    const target = await site.sentAway();
     site.way.mend();
     await toasts('NOT CONFIRMED').waitFor({ state: 'detached' });
     await stoppedShortOf(target);

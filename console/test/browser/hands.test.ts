@@ -19,20 +19,7 @@ beforeEach(async () => {
   began = await site.position('M1');
 });
 
-afterEach(async () => {
-  site.way.mend();
-  for (const one of [page, ...others.splice(0)]) await one.context().close();
-  await until(async () => (await site.holder('M1')) === null);
-  await site.send('M1', 'Lockout All off');
-  await site.send('M1', 'Stop All');
-  await site.send('M1', 'Close Valve1');
-  await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Closed'));
-  if (Math.abs(await site.position('M1')) > 3000) {
-    await site.send('M1', 'Move Horizontal 0');
-    await until(async () => Math.abs(await site.position('M1')) < 60, 60_000);
-  }
-  await until(async () => !(await site.moves('M1')));
-});
+afterEach(() => site.rest([page, ...others.splice(0)]));
 
 const why = (text: string) => page.locator('.lf-why', { hasText: text });
 const opens = async () => (await site.outputs('M1')).Valve1!.flags.some((flag) => flag.startsWith('Open'));

@@ -20,9 +20,6 @@ import {
 import { Site } from './site';
 
 const PAD_STOP = 1;
-const FAR_ARCMIN = 3000;
-/** A motion to there takes eight seconds or more from where a test begins: whatever stops it comes before its end. */
-const AWAY_ARCMIN = 10_000;
 const LIMIT_ARCMIN = 10_800;
 /** A drive that something has stopped is at least this far from its target. */
 const SHORT_ARCMIN = 60;
@@ -43,33 +40,7 @@ beforeEach(async () => {
   began = await site.position('M1');
 });
 
-afterEach(async () => {
-  site.way.mend();
-  for (const link of site.links) link.mend();
-  for (const one of [page, ...others.splice(0)]) await one.context().close();
-  for (const id of ['M1', 'M2']) {
-    await until(async () => (await site.holder(id)) === null);
-    await site.send(id, 'Lockout All off');
-    await site.send(id, 'Stop All');
-    await site.send(id, 'SwitchLimits Horizontal reject');
-    await site.send(id, 'Close Valve1');
-    await until(async () => (await site.outputs(id)).Valve1!.flags.includes('Closed'));
-    // Back, where the next motion would meet a limit.
-    if (Math.abs(await site.position(id)) > FAR_ARCMIN) {
-      await site.send(id, 'Move Horizontal 0');
-      await until(async () => Math.abs(await site.position(id)) < 60, 60_000);
-    }
-    await until(async () => !(await site.moves(id)));
-  }
-});
-
-/** Moves it far away without the console, as another client would; returns to where. */
-async function sentAway(id = 'M1'): Promise<number> {
-  const target = (await site.position(id)) > 0 ? -AWAY_ARCMIN : AWAY_ARCMIN;
-  await site.send(id, `Move Horizontal ${target}`);
-  await until(() => site.moves(id));
-  return target;
-}
+afterEach(() => site.rest([page, ...others.splice(0)], ['M1', 'M2']));
 
 /** Holds until the barrel moves and has turned. */
 async function begun(hold: () => Promise<void>, leave: () => Promise<void>): Promise<void> {
@@ -260,7 +231,7 @@ describe('STOP', () => {
         ['F9', () => page.keyboard.press('F9')],
         ['Shift+Escape', () => page.keyboard.press('Shift+Escape')],
       ] as const) {
-        const target = await sentAway();
+        const target = await site.sentAway();
         await stop();
         await stoppedShortOf(target, 'M1', `${n} ${href} ${way}`);
       }
@@ -275,7 +246,7 @@ describe('STOP', () => {
       () => page.keyboard.press('F9'),
       () => page.keyboard.press('Pause'),
     ]) {
-      const target = await sentAway();
+      const target = await site.sentAway();
       await stop();
       await stoppedShortOf(target);
     }
@@ -289,25 +260,25 @@ describe('STOP', () => {
       document.body.append(cover);
       cover.showPopover();
     });
-    const target = await sentAway();
+    const target = await site.sentAway();
     await page.locator('#stop').click();
     await stoppedShortOf(target);
   });
 
   test('is what the first Tab reaches', async () => {
     await page.keyboard.press('Tab');
-    const target = await sentAway();
+    const target = await site.sentAway();
     await page.keyboard.press('Enter');
     await stoppedShortOf(target);
   });
 
   test('of all stops them all, of one leaves the others alone', async () => {
-    const [one, other] = [await sentAway('M1'), await sentAway('M2')];
+    const [one, other] = [await site.sentAway('M1'), await site.sentAway('M2')];
     await page.locator('#stop').click();
     await stoppedShortOf(one);
     // It continues to its target.
     await until(async () => (await site.position('M2')) === other);
-    const back = await sentAway('M2');
+    const back = await site.sentAway('M2');
     await page.locator('#stop-all').click();
     await stoppedShortOf(back, 'M2');
   });
@@ -324,7 +295,7 @@ describe('STOP', () => {
 
   test('goes by HTTP when the WebSocket is dead', async () => {
     await page.evaluate(() => (WebSocket.prototype.send = () => {}));
-    const target = await sentAway();
+    const target = await site.sentAway();
     await page.locator('#stop').click();
     await stoppedShortOf(target);
   });
@@ -562,7 +533,7 @@ describe('other input devices', () => {
   });
 
   test('a button of the gamepad is STOP, without any control', async () => {
-    const target = await sentAway();
+    const target = await site.sentAway();
     await pad([0, 0], [PAD_STOP]);
     await stoppedShortOf(target);
     await pad([0, 0]);

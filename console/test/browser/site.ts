@@ -20,6 +20,10 @@ export type Outputs = Record<string, Output>;
 
 /** How far a barrel may turn after its drive was switched off. */
 const RUN_OUT_ARCMIN = 60;
+/** A barrel farther from its middle is brought back: the next motion would meet a limit. */
+const FAR_ARCMIN = 3000;
+/** A motion to there takes eight seconds or more from where a test begins: whatever stops it comes before its end. */
+const AWAY_ARCMIN = 10_000;
 
 export class Site {
   private readonly children: ChildProcess[] = [];
@@ -167,6 +171,34 @@ export class Site {
       last = now;
     }
     return true;
+  }
+
+  /** Moves it far away without the console, as another client would; returns to where. */
+  async sentAway(id = 'M1'): Promise<number> {
+    const target = (await this.position(id)) > 0 ? -AWAY_ARCMIN : AWAY_ARCMIN;
+    await this.send(id, `Move Horizontal ${target}`);
+    await until(() => this.moves(id));
+    return target;
+  }
+
+  /** After a test: its pages are closed, no client is in control, nothing moves or flows, and no line is cut. */
+  async rest(pages: Page[], ids = ['M1']): Promise<void> {
+    this.way.mend();
+    for (const link of this.links) link.mend();
+    for (const page of pages) await page.context().close();
+    for (const id of ids) {
+      await until(async () => (await this.holder(id)) === null);
+      await this.send(id, 'Lockout All off');
+      await this.send(id, 'Stop All');
+      await this.send(id, 'SwitchLimits Horizontal reject');
+      await this.send(id, 'Close Valve1');
+      await until(async () => (await this.outputs(id)).Valve1!.flags.includes('Closed'));
+      if (Math.abs(await this.position(id)) > FAR_ARCMIN) {
+        await this.send(id, 'Move Horizontal 0');
+        await until(async () => Math.abs(await this.position(id)) < 60, 60_000);
+      }
+      await until(async () => !(await this.moves(id)));
+    }
   }
 
   /** The holder of control, as reported by the hub. */

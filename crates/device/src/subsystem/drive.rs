@@ -84,6 +84,8 @@ pub struct Drive {
     online: bool,
     unit_flags: DriveFlags,
     faulty_config: bool,
+    /// §3.3.1/2 It may be another monitor's that is addressed.
+    unsure: bool,
     trv: bool,
     limits: Limits,
 }
@@ -133,6 +135,7 @@ impl Drive {
             online: true,
             unit_flags: DriveFlags::empty(),
             faulty_config: false,
+            unsure: false,
             trv: false,
             limits: Limits { min: 0, max: 0 },
         }
@@ -188,7 +191,7 @@ impl Drive {
             .union(DriveFlags::INTERNAL_FAULT)
             .union(DriveFlags::CONFIG_INVALID)
             .union(DriveFlags::CONN_LOST);
-        self.flags().intersects(FAULTS)
+        self.unsure || self.flags().intersects(FAULTS)
     }
 
     /// §3.3.4/1 It cannot go up/left (true) or down/right: after an overload the same direction is
@@ -593,6 +596,7 @@ impl Drive {
     #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &DriveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = config_invalid(self.axis, params);
+        self.unsure = params.is_stand_in();
         self.online = self.kind != DriveKind::Remote || unit.online;
         if self.kind == DriveKind::Remote {
             self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(dt_ms, unit));

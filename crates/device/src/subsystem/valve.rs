@@ -72,6 +72,8 @@ pub struct Valve {
     unit_flags: ValveFlags,
     online: bool,
     faulty_config: bool,
+    /// §3.3.1/2 It may be another monitor's that is addressed.
+    unsure: bool,
 }
 
 impl Valve {
@@ -106,6 +108,7 @@ impl Valve {
             unit_flags: ValveFlags::empty(),
             online: true,
             faulty_config: false,
+            unsure: false,
         }
     }
 
@@ -245,6 +248,7 @@ impl Valve {
     #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &ValveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = params.is_incomplete(self.no.id());
+        self.unsure = params.is_stand_in();
         self.online = !self.remote || unit.online;
         if self.remote {
             self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
@@ -320,7 +324,7 @@ impl Valve {
             .union(ValveFlags::INTERNAL_FAULT)
             .union(ValveFlags::CONFIG_INVALID)
             .union(ValveFlags::CONN_LOST);
-        self.own_flags().intersects(FAULTS)
+        self.unsure || self.own_flags().intersects(FAULTS)
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {

@@ -131,8 +131,10 @@ impl Device {
         // A request may come before the first step: each subsystem has its inputs by then.
         self.general.step(0, inputs, params);
         self.climatics.power_up(inputs);
+        let chain = self.chain;
         for ((drive, axis), input) in self.drives.iter_mut().zip(&Axis::ALL).zip(&inputs.drives) {
-            drive.power_up(params, *input, unit_of(&inputs.units, axis.unit()));
+            let unit = unit_of(&inputs.units, axis.unit());
+            drive.power_up(params, *input, unit, chain.contains(axis.id()));
         }
         for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
             let unit = unit_of(&inputs.units, no.unit());

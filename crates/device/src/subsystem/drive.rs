@@ -47,6 +47,8 @@ struct Staged {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     axis: Axis,
+    /// The monitor has none: it is at rest, never faulty and never driven.
+    absent: bool,
     kind: DriveKind,
     goal: Goal,
     /// Of the motion, or of its end.
@@ -105,6 +107,7 @@ impl Drive {
     pub(crate) fn new(axis: Axis) -> Self {
         Self {
             axis,
+            absent: false,
             kind: DriveKind::Encoder,
             goal: Goal::Hold,
             cause: Cause::Rule(Rule::Inert),
@@ -142,9 +145,19 @@ impl Drive {
     }
 
     /// Takes what memory, sensors and a remote unit say at the start.
-    pub(crate) fn power_up(&mut self, params: &Params, input: DriveInput, unit: &UnitInput) {
-        self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
+    pub(crate) fn power_up(
+        &mut self,
+        params: &Params,
+        input: DriveInput,
+        unit: &UnitInput,
+        present: bool,
+    ) {
+        self.absent = !present;
         self.limits = stored_limits(self.axis, params);
+        if self.absent {
+            return;
+        }
+        self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
         self.homing = Homing::starting(self.axis, self.kind, params, &input);
         self.input = input;
         self.position = self.sensed(params);
@@ -159,6 +172,11 @@ impl Drive {
     /// Position, arc-minutes or mm from the zero point.
     pub fn position(&self) -> i32 {
         self.position
+    }
+
+    /// The monitor has none.
+    pub(crate) const fn is_absent(&self) -> bool {
+        self.absent
     }
 
     /// Neither moving nor about to move.
@@ -191,7 +209,7 @@ impl Drive {
             .union(DriveFlags::INTERNAL_FAULT)
             .union(DriveFlags::CONFIG_INVALID)
             .union(DriveFlags::CONN_LOST);
-        self.unsure || self.flags().intersects(FAULTS)
+        !self.absent && (self.unsure || self.flags().intersects(FAULTS))
     }
 
     /// §3.3.4/1 It cannot go up/left (true) or down/right: after an overload the same direction is
@@ -223,6 +241,8 @@ impl Drive {
     /// A target brought inside the limits, if there are any.
     pub fn clamp(&self, target: i32) -> i32 {
         match self.limits() {
+            // What cannot be turned points where it points; of a nozzle any position may be asked for.
+            _ if self.absent && self.axis != Axis::Nozzle => self.position,
             Some(Limits { min, max }) => target.min(max).max(min),
             None => target,
         }
@@ -418,6 +438,9 @@ impl Drive {
         unit: &UnitInput,
         params: &Params,
     ) {
+        if self.absent {
+            return;
+        }
         self.sense(dt_ms, input, unit, params);
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
@@ -501,7 +524,7 @@ impl Drive {
             }
             Goal::Position(target) => target > self.position,
         };
-        if self.refuses(up) || self.is_at_end(up) {
+        if self.absent || self.refuses(up) || self.is_at_end(up) {
             return self.stop(cause);
         }
         self.end_times();

@@ -119,7 +119,7 @@ impl Approach {
 pub(crate) fn can_aim(drives: &[Drive; AXES], axes: &[Axis]) -> bool {
     axes.iter().all(|axis| {
         let drive = of_axis(drives, *axis);
-        drive.limits().is_some() || drive.is_remote()
+        drive.is_absent() || drive.limits().is_some() || drive.is_remote()
     })
 }
 

@@ -23,6 +23,8 @@ use lafet_proto::status::DeployerStatus;
 
 /// Direction of the barrel in which it can be folded (ours): straight ahead, level.
 const REST_ARCMIN: i32 = 0;
+/// A drive comes to rest within this of its target, '.
+const NEAR_ARCMIN: u32 = 2;
 /// The drives that go there.
 const RESTING: [Axis; 2] = [Axis::Horizontal, Axis::Vertical];
 
@@ -147,6 +149,8 @@ impl Deployer {
             // §D/7 Where its rest is, is not known.
             Position::Deployed if !can_rest(drives) => return Status::DENIED,
             Position::Deployed => self.begin(now, Position::Resting, params),
+            // Nothing brings it to its rest here.
+            _ if !is_straight(drives) => return Status::DENIED,
             Position::Deploying | Position::Between => self.begin(now, Position::Folding, params),
         }
         for drive in drives {
@@ -273,7 +277,7 @@ impl Deployer {
             if off && drive.is_idle() {
                 drive.go(rest, None, self.cause);
             }
-            there &= !off && drive.is_idle();
+            there &= !off && drive.is_idle() && drive.knows_position();
         }
         if there {
             self.begin(now, Position::Folding, params);
@@ -293,6 +297,15 @@ impl Deployer {
 
 fn can_rest(drives: &[Drive; AXES]) -> bool {
     RESTING.iter().all(|axis| of_axis(drives, *axis).is_homed())
+}
+
+/// The barrel is where it can be folded, as far as that is known.
+pub(crate) fn is_straight(drives: &[Drive; AXES]) -> bool {
+    RESTING.iter().all(|axis| {
+        let drive = of_axis(drives, *axis);
+        let off = drive.position().abs_diff(drive.clamp(REST_ARCMIN));
+        drive.knows_position() && off <= NEAR_ARCMIN && !drive.is_moving()
+    })
 }
 
 fn at_rest(input: &DriveInput) -> Position {

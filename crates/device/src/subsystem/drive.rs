@@ -194,6 +194,15 @@ impl Drive {
         self.driven
     }
 
+    /// §3.11/1 What its sensor says of its position can be relied on.
+    pub(crate) fn knows_position(&self) -> bool {
+        const DOUBTS: DriveFlags = DriveFlags::POSITION_WAY_FAULT
+            .union(DriveFlags::POS_ENCODER_FAULT)
+            .union(DriveFlags::CONFIG_INVALID)
+            .union(DriveFlags::CONN_LOST);
+        self.absent || self.is_homed() && !self.flags().intersects(DOUBTS)
+    }
+
     /// Connected as a remote unit.
     pub fn is_remote(&self) -> bool {
         self.kind == DriveKind::Remote

@@ -13,6 +13,7 @@
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis, DriveInput};
 use crate::params::Params;
+use crate::subsystem::control::approach::PATIENCE_MS;
 use crate::subsystem::drive::Drive;
 use crate::subsystem::{by_axis, of_axis};
 use crate::time::{Millis, Timer};
@@ -51,7 +52,10 @@ pub struct Deployer {
     position: Position,
     /// Of what it moves.
     cause: Cause,
+    /// For the motion of its drive; for a barrel that goes to its rest, until it has come nearer.
     travel: Timer,
+    /// How far the barrel was from its rest when it last came nearer, '.
+    nearest: u32,
     failed: bool,
     internal_fault: bool,
 }
@@ -62,6 +66,7 @@ impl Default for Deployer {
             position: Position::Between,
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
+            nearest: u32::MAX,
             failed: false,
             internal_fault: false,
         }
@@ -201,7 +206,8 @@ impl Deployer {
         }
         let late = self.travel.poll(now);
         if late || self.is_hindered(drives) {
-            self.internal_fault |= late;
+            // That the barrel comes no nearer says nothing of Deployer's own drive.
+            self.internal_fault |= late && self.position != Position::Resting;
             self.failed = true;
             let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
             self.end(drives, input, Cause::Rule(why));
@@ -248,6 +254,7 @@ impl Deployer {
 
     fn begin(&mut self, now: Millis, position: Position, params: &Params) {
         self.position = position;
+        self.nearest = u32::MAX;
         self.travel.start(now, params.get(Param::DeployerTravelTime).unsigned_abs());
     }
 
@@ -267,17 +274,24 @@ impl Deployer {
         self.travel.stop();
     }
 
-    /// The barrel goes to its rest; then folding begins, with the time it is given.
+    /// The barrel goes to its rest, as long as it comes nearer: how long that takes is a matter of its own
+    /// drives. Then folding begins, with the time it is given.
     fn rest(&mut self, now: Millis, drives: &mut [Drive; AXES], params: &Params) {
-        let mut there = true;
+        let (mut there, mut far) = (true, 0_u32);
         for axis in RESTING {
             let drive = by_axis(drives, axis);
             let rest = drive.clamp(REST_ARCMIN);
-            let off = drive.position().saturating_sub(rest).unsigned_abs() > 1;
+            let way = drive.position().abs_diff(rest);
+            far = far.saturating_add(way);
+            let off = way > 1;
             if off && drive.is_idle() {
                 drive.go(rest, None, self.cause);
             }
             there &= !off && drive.is_idle() && drive.knows_position();
+        }
+        if far < self.nearest {
+            self.nearest = far;
+            self.travel.start(now, PATIENCE_MS);
         }
         if there {
             self.begin(now, Position::Folding, params);

@@ -561,6 +561,32 @@ fn a_barrel_that_cannot_rest() {
     rig.run_until(20_000, |rig| position(rig) == F::WRAPPED);
 }
 
+/// §3.11/1 How long the barrel takes to its rest is not TravelTime's business; one that comes no nearer ends the
+/// wrapping, deployed, and is no fault of Deployer.
+#[test]
+fn a_long_way_to_rest() {
+    let mut rig = Rig::deployed();
+    rig.set(Param::HorizontalSpeed, 3);
+    rig.plant.place(Axis::Horizontal, 10_000);
+    rig.run(100);
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run(50);
+    rig.run_while(50_000, |rig| position(rig) == F::WRAPPING && rig.speed(Axis::Horizontal) < 0);
+    let mut held = rig.clone();
+    rig.run_until(40_000, |rig| position(rig) == F::WRAPPED);
+    // Its end switch is closed by a stone: the drive is at rest, and says nothing.
+    held.plant.drive(Axis::Horizontal).switches = (9000, 90_000);
+    held.run(9000);
+    assert_eq!(position(&mut held), F::WRAPPING);
+    held.run(2000);
+    assert_eq!(held.deployer() & (WHERE | F::INTERNAL_FAULT), F::DEPLOYED);
+    assert_eq!(held.speed(Axis::Deployer), 0);
+    held.plant.drive(Axis::Horizontal).switches = (-90_000, 90_000);
+    held.run(50);
+    held.accepts(DEPLOYER, Body::Wrap);
+    held.run_until(40_000, |rig| position(rig) == F::WRAPPED);
+}
+
 /// §3.11/1 A minute beside its rest the barrel has arrived; two, and it is turned.
 #[test]
 fn how_near_the_rest_is() {

@@ -56,6 +56,8 @@ pub struct Deployer {
     travel: Timer,
     /// How far the barrel was from its rest when it last came nearer, '.
     nearest: u32,
+    /// Water in the barrel holds it: for TravelTime at most.
+    held: bool,
     failed: bool,
     internal_fault: bool,
 }
@@ -67,6 +69,7 @@ impl Default for Deployer {
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
             nearest: u32::MAX,
+            held: false,
             failed: false,
             internal_fault: false,
         }
@@ -196,7 +199,14 @@ impl Deployer {
                 self.arrive(Position::Wrapped, drives);
             }
             Position::Deploying => self.drive_to(DriveParam::MaxLimit, drives, params),
-            Position::Folding => self.drive_to(DriveParam::MinLimit, drives, params),
+            Position::Folding => {
+                let held = by_axis(drives, Axis::Deployer).is_held_dry();
+                // Neither is the time to wait for it that of the drive, nor the other way round.
+                if held != core::mem::replace(&mut self.held, held) {
+                    self.travel.start(now, travel_ms(params));
+                }
+                self.drive_to(DriveParam::MinLimit, drives, params);
+            }
             Position::Resting => self.rest(now, drives, params),
             Position::Wrapped | Position::Deployed | Position::Between => {
                 if by_axis(drives, Axis::Deployer).is_idle() {
@@ -206,8 +216,8 @@ impl Deployer {
         }
         let late = self.travel.poll(now);
         if late || self.is_hindered(drives) {
-            // That the barrel comes no nearer says nothing of Deployer's own drive.
-            self.internal_fault |= late && self.position != Position::Resting;
+            // That the barrel comes no nearer, or is not dry, says nothing of Deployer's own drive.
+            self.internal_fault |= late && self.position != Position::Resting && !self.held;
             self.failed = true;
             let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
             self.end(drives, input, Cause::Rule(why));
@@ -254,8 +264,8 @@ impl Deployer {
 
     fn begin(&mut self, now: Millis, position: Position, params: &Params) {
         self.position = position;
-        self.nearest = u32::MAX;
-        self.travel.start(now, params.get(Param::DeployerTravelTime).unsigned_abs());
+        (self.nearest, self.held) = (u32::MAX, false);
+        self.travel.start(now, travel_ms(params));
     }
 
     fn arrive(&mut self, position: Position, drives: &mut [Drive; AXES]) {
@@ -311,6 +321,10 @@ impl Deployer {
 
 fn can_rest(drives: &[Drive; AXES]) -> bool {
     RESTING.iter().all(|axis| of_axis(drives, *axis).is_homed())
+}
+
+fn travel_ms(params: &Params) -> u32 {
+    params.get(Param::DeployerTravelTime).unsigned_abs()
 }
 
 /// The barrel is where it can be folded, as far as that is known.

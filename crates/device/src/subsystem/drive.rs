@@ -72,6 +72,8 @@ pub struct Drive {
     overload: Timer,
     overload_up: bool,
     cut_off: bool,
+    /// The guard holds it for water in the barrel.
+    held_dry: bool,
     timeout: Timer,
     /// MoveHold set since the last step, for a Move in the same frame, ms.
     next_hold_ms: u32,
@@ -127,6 +129,7 @@ impl Drive {
             overload: Timer::default(),
             overload_up: false,
             cut_off: false,
+            held_dry: false,
             timeout: Timer::default(),
             next_hold_ms: 0,
             hold_ms: 0,
@@ -450,6 +453,8 @@ impl Drive {
         if self.absent {
             return;
         }
+        // Otherwise the guard had stopped it.
+        self.held_dry &= self.output().speed_tenths == 0;
         self.sense(dt_ms, input, unit, params);
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
@@ -471,6 +476,12 @@ impl Drive {
         self.speed_milli = 0;
         self.arrival.begin();
         self.cut_off = matches!(why, Cause::Rule(Rule::CutOff));
+        self.held_dry |= matches!(why, Cause::Rule(Rule::Water));
+    }
+
+    /// The guard holds it for water in the barrel: it has not been fed since.
+    pub(crate) const fn is_held_dry(&self) -> bool {
+        self.held_dry
     }
 
     /// What the drive wants of its motor.
@@ -537,6 +548,7 @@ impl Drive {
             return self.stop(cause);
         }
         self.end_times();
+        self.held_dry = false;
         self.arrival.begin();
         self.missed = false;
         self.staged.zero = None;

@@ -580,7 +580,7 @@ impl Device {
     /// §3.12/2, §3.19/1
     fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
         // Flash stops the program while it is written or erased: nothing may run on meanwhile.
-        self.outputs = Passed::default();
+        self.outputs = self.outputs.inert();
         hal.write(&self.outputs);
         self.causes = Causes::all(Rule::Inert);
         // §3.3.1/4

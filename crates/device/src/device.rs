@@ -277,7 +277,8 @@ impl Device {
         if self.detector.is_saturated() {
             bits |= bit::SATURATED;
         }
-        if self.valves.iter().any(Valve::is_unconfirmed) {
+        let mut valves = self.valves.iter().zip(ValveNo::ALL);
+        if valves.any(|(valve, no)| self.has(no.id()) && valve.is_unconfirmed()) {
             bits |= bit::UNCONFIRMED;
         }
         for (axis, drive) in self.drives.iter().enumerate() {

@@ -50,6 +50,8 @@ pub struct Valve {
     tried: Motion,
     /// A request, not a rule, is its cause.
     asked: bool,
+    /// The rule for which it is to close, until it has or a request says something else: no client repeats that.
+    owed: Option<Rule>,
     /// It could not be closed: it rests.
     rest: Timer,
     /// Its time for closing was over, and no Close has come since.
@@ -93,6 +95,7 @@ impl Valve {
             travel: Timer::default(),
             tried: Motion::Still,
             asked: false,
+            owed: None,
             rest: Timer::default(),
             spent: false,
             leaving: Timer::default(),
@@ -168,6 +171,9 @@ impl Valve {
     pub(crate) const fn confirm(&mut self) {
         self.water = Timer::STOPPED;
         self.unconfirmed = false;
+        if matches!(self.owed, Some(Rule::Unconfirmed)) {
+            self.owed = None;
+        }
     }
 
     /// §D/8 It was closed because no client did.
@@ -197,6 +203,9 @@ impl Valve {
         let goes_on = self.motion == Motion::Closing && why == Cause::Rule(Rule::Overload);
         self.motion = Motion::Still;
         self.leaving.stop();
+        if !matches!(why, Cause::Rule(_)) {
+            self.owed = None;
+        }
         if !goes_on {
             self.end_attempt();
         }
@@ -235,11 +244,15 @@ impl Valve {
             self.rest.stop();
             self.spent = false;
         }
+        if self.is_at(Motion::Closing) {
+            self.owed = None;
+        }
         if freed && self.tried == Motion::Closing && self.travel.is_running() {
             self.travel.start(now, self.limit_ms(params));
         }
         self.rest.poll(now);
         self.watch_current(now, dt_ms, params);
+        self.take_up(now, params);
         self.watch_leaving(now, params);
         self.watch_travel(now, params);
         self.watch_water(now, params);
@@ -344,6 +357,25 @@ impl Valve {
         self.latched = ValveFlags::empty();
         self.spent = false;
         self.asked |= !matches!(cause, Cause::Rule(_));
+        self.owed = match (motion, cause) {
+            (Motion::Closing, Cause::Rule(rule @ (Rule::PowerUp | Rule::Unconfirmed))) => {
+                Some(rule)
+            }
+            _ => None,
+        };
+    }
+
+    /// What a rule closes goes on after an overload, in the time that it has: ice or grit must not leave it open
+    /// with no client there to repeat a Close.
+    fn take_up(&mut self, now: Millis, params: &Params) {
+        let tried = self.tried == Motion::Closing && self.travel.is_running();
+        if let Some(rule) = self.owed
+            && tried
+            && self.motion == Motion::Still
+            && !self.overload.is_running()
+        {
+            self.start(now, Motion::Closing, params, Cause::Rule(rule));
+        }
     }
 
     /// A valve in the cold is slower than its nameplate: half as much again is allowed, ms.

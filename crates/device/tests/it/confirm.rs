@@ -121,6 +121,17 @@ fn what_it_concerns() {
     rig.run_while(20_000, |rig| rig.valve_output(0) == ValveOutput::Off);
 }
 
+/// §3.3.5 The closing of what no client confirms goes on after an overload.
+#[test]
+fn an_overload_does_not_end_it() {
+    let mut rig = limited(0);
+    rig.run_until(LIMIT_MS + 100, |rig| closes(rig));
+    rig.plant.valves[0].current_da = 80;
+    rig.run_until(1000, |rig| rig.valve(VALVE).contains(ValveFlags::AMPERAGE_OVERLOAD));
+    rig.plant.valves[0].current_da = 20;
+    rig.run_until(8000, |rig| rig.valve(VALVE) == ValveFlags::CLOSED);
+}
+
 /// §1/3 A valve that the monitor does not have has no water to confirm, whatever its contacts say.
 #[test]
 fn an_absent_valve() {

@@ -360,6 +360,43 @@ fn closing_an_overloaded_valve() {
     rig.run_until(5000, |rig| rig.valve(VALVE) == F::CLOSED);
 }
 
+/// §D/1, §3.3.5 What closes without being asked goes on after an overload, within its one attempt; a Stop, an Open or a
+/// Close of a client ends that.
+#[test]
+fn an_overload_does_not_leave_it_open() {
+    let overloaded = || {
+        let mut rig = open();
+        rig.plant.valves[0].current_da = 80;
+        rig.power_cycle();
+        rig.run_until(2000, |rig| rig.valve(VALVE).contains(F::AMPERAGE_OVERLOAD));
+        assert_eq!(rig.valve_output(0), ValveOutput::Off);
+        rig.plant.valves[0].current_da = 20;
+        rig
+    };
+    let mut rig = overloaded();
+    rig.run_while(2900, |rig| rig.valve_output(0) == ValveOutput::Off);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::CLOSED);
+    rig.accepts(VALVE, OPEN);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN);
+    rig.run_while(60_000, |rig| rig.valve(VALVE) == F::OPEN);
+    for (body, output) in [(OPEN, ValveOutput::Opening), (Body::Stop, ValveOutput::Off)] {
+        let mut rig = overloaded();
+        rig.accepts(VALVE, body);
+        rig.run_while(1000, |rig| {
+            rig.valve_output(0) == output || rig.valve(VALVE).contains(F::OPEN)
+        });
+        rig.run_while(10_000, |rig| rig.valve_output(0) != ValveOutput::Closing);
+    }
+    // Overloaded for ever, it is one attempt.
+    let mut rig = open();
+    rig.plant.valves[0].current_da = 80;
+    rig.plant.valves[0].jammed = true;
+    rig.power_cycle();
+    let fed_ms = fed_ms(&mut rig, 120_000, 1_000_000, |_| {});
+    assert!((1500..3000).contains(&fed_ms), "{fed_ms}");
+    assert!(rig.valve(VALVE).contains(F::INTERNAL_FAULT));
+}
+
 /// §3.3.5/1 A faulty "open" sensor: Open is refused, and Open never believed.
 #[test]
 fn faulty_open_sensor() {

@@ -67,6 +67,8 @@ pub struct Ledger {
     pub valve_over_ms: [u64; VALVES],
     /// How each valve is being closed.
     closings: [Closing; VALVES],
+    /// It has not closed since power-up, and no request has said what it is to do.
+    pub owed: [bool; VALVES],
     /// §D/8 When a client has last confirmed the water of each valve, or it was last closed.
     confirmed_ms: [u64; VALVES],
     /// Its closing for want of that has started.
@@ -117,6 +119,7 @@ impl Ledger {
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
+            owed: [true; VALVES],
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],
             broken_ms: [None; AXES],
@@ -343,6 +346,7 @@ impl Ledger {
         }
         if valves {
             self.works = Default::default();
+            self.owed = [false; VALVES];
         }
     }
 
@@ -354,6 +358,7 @@ impl Ledger {
             SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
                 let index = usize::from(id == SubsystemId::VALVE2);
                 self.works[index].clear();
+                self.owed[index] = false;
                 self.closings[index].stop(self.now_ms);
             }
             _ => {}
@@ -377,6 +382,7 @@ impl Ledger {
         let works = &mut self.works[index];
         works.retain(|work| work.output == output);
         works.push(Work { output, cause, at_ms, travel_ms });
+        self.owed[index] = false;
         match output {
             ValveOutput::Opening => {
                 self.closings[index].open();

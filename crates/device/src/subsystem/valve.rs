@@ -247,8 +247,8 @@ impl Valve {
         if self.is_at(Motion::Closing) {
             self.owed = None;
         }
-        if freed && self.tried == Motion::Closing && self.travel.is_running() {
-            self.travel.start(now, self.limit_ms(params));
+        if freed {
+            self.give_chance(now, params);
         }
         self.rest.poll(now);
         self.watch_current(now, dt_ms, params);
@@ -363,6 +363,18 @@ impl Valve {
             }
             _ => None,
         };
+    }
+
+    /// Its unit is back, or its block is gone: a closing that runs has all its time again, and what a rule
+    /// has closed in vain is closed now.
+    fn give_chance(&mut self, now: Millis, params: &Params) {
+        if self.tried == Motion::Closing && self.travel.is_running() {
+            self.travel.start(now, self.limit_ms(params));
+        } else if let Some(rule) = self.owed
+            && self.motion == Motion::Still
+        {
+            self.start(now, Motion::Closing, params, Cause::Rule(rule));
+        }
     }
 
     /// What a rule closes goes on after an overload, in the time that it has: ice or grit must not leave it open

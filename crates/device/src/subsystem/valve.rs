@@ -56,6 +56,8 @@ pub struct Valve {
     rest: Timer,
     /// Its time for closing was over, and no Close has come since.
     spent: bool,
+    /// A lockout has come while it rested: it closes when it has.
+    due: bool,
     /// Runs while the valve is driven away from the end where it is.
     leaving: Timer,
     input: ValveInput,
@@ -98,6 +100,7 @@ impl Valve {
             owed: None,
             rest: Timer::default(),
             spent: false,
+            due: false,
             leaving: Timer::default(),
             input: ValveInput::default(),
             doubted: false,
@@ -159,7 +162,7 @@ impl Valve {
     /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder), or has been in vain
     /// and rests.
     pub(crate) fn close(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
-        let rests = self.rest.is_running() && !self.is_at(Motion::Closing);
+        let rests = self.rests();
         let driven = self.online && !self.overload.is_running() && !rests;
         if !rests {
             self.start(now, Motion::Closing, params, cause);
@@ -181,9 +184,20 @@ impl Valve {
         self.unconfirmed
     }
 
-    /// §3.18/1 Locked out it is closed again, should it leave its switch.
+    /// It is open, was closed in vain, and is not driven now.
+    pub(crate) fn rests(&self) -> bool {
+        self.rest.is_running() && !self.is_at(Motion::Closing)
+    }
+
+    /// §3.18/1 Locked out while it rests, it closes when it has.
+    pub(crate) fn note_lockout(&mut self) {
+        self.due = self.rests();
+    }
+
+    /// §3.18/1 Locked out it is closed again, should it leave its switch, and driven on through an overload, as
+    /// the guard does: keeping the water off is more important than the motor.
     pub(crate) fn keep_closed(&mut self, now: Millis, params: &Params) {
-        let waits = self.travel.is_running() || self.spent;
+        let waits = self.spent && (!self.due || self.rests());
         if self.motion == Motion::Still && !waits && !self.is_at(Motion::Closing) {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::Lockout));
         }
@@ -355,7 +369,7 @@ impl Valve {
         self.motion = motion;
         self.cause = cause;
         self.latched = ValveFlags::empty();
-        self.spent = false;
+        (self.spent, self.due) = (false, false);
         self.asked |= !matches!(cause, Cause::Rule(_));
         self.owed = match (motion, cause) {
             (Motion::Closing, Cause::Rule(rule @ (Rule::PowerUp | Rule::Unconfirmed))) => {

@@ -509,6 +509,48 @@ fn lockout_ends_too() {
     }
 }
 
+/// §3.18/1, §3.3.5 A lockout in the rest after a Close in vain: the valve says ModuleFault, and is driven for one
+/// attempt when it has rested; not if the lockout is released before.
+#[test]
+fn lockout_while_it_rests() {
+    let resting = || {
+        let mut rig = open();
+        rig.plant.valves[0].jammed = true;
+        rig.accepts(VALVE, CLOSE);
+        rig.run(20_000);
+        assert_eq!(rig.status(VALVE, CLOSE), Status::MODULE_FAULT);
+        let answers = rig.ask(SubsystemId::ALL, Body::Lockout { key: key::ENABLE });
+        let valve = answers.iter().find(|answer| answer.from == VALVE).unwrap();
+        assert_eq!(valve.status, Status::MODULE_FAULT);
+        rig.run_while(15_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        rig
+    };
+    let mut rig = resting();
+    let mut loose = rig.clone();
+    let mut released = rig.clone();
+    let fed_ms = fed_ms(&mut rig, 600_000, 1_000_000, |_| {});
+    assert!((17_900..18_200).contains(&fed_ms), "{fed_ms}");
+    loose.plant.valves[0].jammed = false;
+    loose.run_until(10_000, |rig| rig.valve(VALVE) == F::CLOSED);
+    let answers = released.ask(SubsystemId::ALL, Body::Lockout { key: key::DISABLE });
+    assert!(answers.iter().all(|answer| answer.status.is_success()), "{answers:?}");
+    released.run_while(20_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+}
+
+/// §3.18/1, §3.3.5 Under lockout an overloaded motor is fed on, and the valve says so.
+#[test]
+fn what_an_overloaded_valve_says_under_lockout() {
+    let mut rig = open();
+    rig.plant.valves[0].jammed = true;
+    rig.plant.valves[0].current_da = 80;
+    rig.all_accept(Body::Lockout { key: key::ENABLE });
+    rig.run(500);
+    let driven = F::CLOSING | F::AMPERAGE_OVERLOAD;
+    rig.run_while(10_000, |rig| {
+        rig.valve_output(0) == ValveOutput::Closing && rig.valve(VALVE).contains(driven)
+    });
+}
+
 /// §3.18/1 What could not be closed behind a block is closed when that is gone.
 #[test]
 fn lockout_behind_a_block() {

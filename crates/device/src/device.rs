@@ -394,7 +394,7 @@ impl Device {
     #[inline(never)]
     fn end_aims(&mut self) {
         for valve in &mut self.valves {
-            valve.end_opening(Rule::NotDeployed);
+            valve.end_opening(Cause::Rule(Rule::NotDeployed));
         }
         self.end_moves(Cause::Rule(Rule::NotDeployed));
     }

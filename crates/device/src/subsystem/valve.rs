@@ -118,7 +118,8 @@ impl Valve {
         }
     }
 
-    /// §D/2 Closes at the start, unless it is to be kept as it is.
+    /// §D/2 Closes at the start, unless it is open and to be kept so: half-way it was on its way, and of a lost
+    /// unit that is known when it is back.
     pub(crate) fn power_up(
         &mut self,
         now: Millis,
@@ -129,8 +130,11 @@ impl Valve {
         self.remote = param(self.no, ValveParam::ValveType, params) == 1;
         self.input = *input;
         self.sense(0, input, unit, params);
-        if !keep {
+        let rests = self.is_at(Motion::Opening) || self.is_at(Motion::Closing);
+        if !keep || self.online && !rests {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
+        } else if !self.online {
+            self.owed = Some(Rule::PowerUp);
         }
     }
 
@@ -251,7 +255,7 @@ impl Valve {
         let freed = unit.online && !self.online || self.input.blocked && !input.blocked;
         self.sense(dt_ms, input, unit, params);
         if self.input.blocked {
-            self.end_opening(Rule::Blocked);
+            self.end_opening(Cause::Rule(Rule::Blocked));
         }
         // What was in vain without a unit or behind a block says nothing of the motor.
         if freed || self.is_at(Motion::Closing) {
@@ -293,9 +297,9 @@ impl Valve {
 
     /// What forbids Open also ends it: an opening that waits behind a block, or for the working
     /// position, would come by itself when it is not expected any more.
-    pub(crate) fn end_opening(&mut self, why: Rule) {
+    pub(crate) fn end_opening(&mut self, why: Cause) {
         if self.motion == Motion::Opening {
-            self.stop(Cause::Rule(why));
+            self.stop(why);
         }
     }
 
@@ -387,7 +391,12 @@ impl Valve {
         } else if let Some(rule) = self.owed
             && self.motion == Motion::Still
         {
-            self.start(now, Motion::Closing, params, Cause::Rule(rule));
+            let keeps = rule == Rule::PowerUp && params.get(Param::GeneralResetValves) != 0;
+            if keeps && self.is_at(Motion::Opening) {
+                self.owed = None;
+            } else {
+                self.start(now, Motion::Closing, params, Cause::Rule(rule));
+            }
         }
     }
 

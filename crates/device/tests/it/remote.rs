@@ -224,6 +224,25 @@ fn a_valve_that_comes_late_is_closed() {
     }
 }
 
+/// §D/2 With ResetValves a valve whose unit is lost at power-up is judged when the unit is back: open it stays so.
+#[test]
+fn a_lost_valve_is_kept() {
+    for (opening_ms, stays) in [(4000, true), (2000, false)] {
+        let mut rig = rig();
+        rig.set(Param::GeneralResetValves, 1);
+        rig.run(100);
+        rig.plant.valves[0].opening_ms = opening_ms;
+        rig.plant.units[4].offline = true;
+        rig.run(20);
+        rig.power_cycle();
+        rig.run_while(30_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        rig.plant.units[4].offline = false;
+        rig.run(6000);
+        let expected = if stays { ValveFlags::OPEN } else { ValveFlags::CLOSED };
+        assert_eq!(rig.valve(SubsystemId::VALVE1), expected);
+    }
+}
+
 /// §3.3.1/3, §3.10/3 The Deployer's unit is lost on the way: it stops in between.
 #[test]
 fn a_lost_deployer() {

@@ -251,6 +251,34 @@ fn restart() {
     }
 }
 
+/// §D/2 With ResetValves a valve that is open stays so; one that was on its way, either way, closes: a Close under
+/// way is not forgotten.
+#[test]
+fn a_close_goes_on_behind_the_reset() {
+    let on_its_way = |body| {
+        let mut rig = if matches!(body, Body::Close { .. }) { open() } else { rig() };
+        rig.set(Param::GeneralResetValves, 1);
+        rig.accepts(VALVE, body);
+        rig.run(2000);
+        rig
+    };
+    for body in [OPEN, CLOSE] {
+        let mut rig = on_its_way(body);
+        rig.power_cycle();
+        rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
+    }
+    let mut rig = on_its_way(CLOSE);
+    rig.plant.valves[0].opening_ms = 3500;
+    let answers = rig.ask(SubsystemId::ALL, Body::Restart);
+    let valve = answers.iter().find(|answer| answer.from == VALVE).unwrap();
+    assert_eq!(valve.status, Status::ACCEPTED);
+    rig.run_while(150, |rig| rig.valve_output(0) == ValveOutput::Closing);
+    rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
+    let mut rig = on_its_way(OPEN);
+    rig.all_accept(Body::Restart);
+    rig.run_while(150, |rig| rig.valve_output(0) == ValveOutput::Off);
+}
+
 /// §D/1 A valve found open at power-up with nothing stored is closed all the same.
 #[test]
 fn power_up_without_parameters() {

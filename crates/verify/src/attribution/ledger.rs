@@ -273,7 +273,13 @@ impl Ledger {
                 }
             }
             Body::Restart | Body::CleanFlash { .. } => {
+                // With ResetValves what closes goes on for the reason it had.
+                let mut closing = self.works.clone();
                 self.close_everything(asked);
+                for (works, before) in self.works.iter_mut().zip(&mut closing) {
+                    before.retain(|work| work.output == ValveOutput::Closing);
+                    works.append(before);
+                }
                 self.restart_ms = Some(self.now_ms);
             }
             _ => {}

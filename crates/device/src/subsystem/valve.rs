@@ -30,6 +30,13 @@ const LEAVING_PART: u32 = 15;
 /// Least time for it: motors start, units answer late.
 const LEAVING_MIN_MS: u32 = 400;
 
+/// With any of these it is faulty.
+const FAULTS: ValveFlags = ValveFlags::OPEN_SENSOR_FAULT
+    .union(ValveFlags::CLOSE_SENSOR_FAULT)
+    .union(ValveFlags::INTERNAL_FAULT)
+    .union(ValveFlags::CONFIG_INVALID)
+    .union(ValveFlags::CONN_LOST);
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
     Still,
@@ -64,6 +71,9 @@ pub struct Valve {
     /// Water flows though its switch says closed.
     doubted: bool,
     latched: ValveFlags,
+    /// What is latched was found while it opened; and it rests.
+    opened_in_vain: bool,
+    opening_rest: Timer,
     overload_ms: u32,
     overload: Timer,
     /// It was opening.
@@ -105,6 +115,8 @@ impl Valve {
             input: ValveInput::default(),
             doubted: false,
             latched: ValveFlags::empty(),
+            opened_in_vain: false,
+            opening_rest: Timer::default(),
             overload_ms: 0,
             overload: Timer::default(),
             overload_opening: false,
@@ -151,7 +163,7 @@ impl Valve {
     /// §3.8/3 Open; its key has been checked.
     pub(crate) fn open(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
         self.confirm();
-        if self.is_faulty() || self.overload.is_running() && self.overload_opening {
+        if self.hinders_opening() || self.overload.is_running() && self.overload_opening {
             return Status::MODULE_FAULT;
         }
         // §3.3.5 Blocked is a state of the valve, not a fault of it.
@@ -269,6 +281,7 @@ impl Valve {
             self.give_chance(now, params);
         }
         self.rest.poll(now);
+        self.opening_rest.poll(now);
         self.watch_current(now, dt_ms, params);
         self.take_up(now, params);
         self.watch_leaving(now, params);
@@ -323,9 +336,14 @@ impl Valve {
     }
 
     fn own_flags(&self) -> ValveFlags {
+        self.latched | self.present_flags()
+    }
+
+    /// Those that show now, whatever an attempt has found.
+    fn present_flags(&self) -> ValveFlags {
         let input = &self.input;
         let both = input.open_switch && input.close_switch;
-        let mut flags = self.latched | self.unit_flags;
+        let mut flags = self.unit_flags;
         flags.set(ValveFlags::OPENING, self.motion == Motion::Opening);
         flags.set(ValveFlags::CLOSING, self.motion == Motion::Closing);
         flags.set(ValveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
@@ -348,14 +366,21 @@ impl Valve {
         ValveStatus { flags: self.flags() }
     }
 
-    /// ModuleFault is the answer to Open (§3.8/3).
+    /// Something is wrong with it.
     pub fn is_faulty(&self) -> bool {
-        const FAULTS: ValveFlags = ValveFlags::OPEN_SENSOR_FAULT
-            .union(ValveFlags::CLOSE_SENSOR_FAULT)
-            .union(ValveFlags::INTERNAL_FAULT)
-            .union(ValveFlags::CONFIG_INVALID)
-            .union(ValveFlags::CONN_LOST);
         self.unsure || self.own_flags().intersects(FAULTS)
+    }
+
+    /// ModuleFault is the answer to Open (§3.8/3). What an opening has found is tried again once it has rested.
+    fn hinders_opening(&self) -> bool {
+        let again = self.opened_in_vain && !self.opening_rest.is_running();
+        let flags = if again { self.present_flags() } else { self.own_flags() };
+        self.unsure || flags.intersects(FAULTS)
+    }
+
+    fn opens_in_vain(&mut self, now: Millis, params: &Params) {
+        self.opened_in_vain = true;
+        self.opening_rest.start(now, self.limit_ms(params));
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {
@@ -373,6 +398,8 @@ impl Valve {
         self.motion = motion;
         self.cause = cause;
         self.latched = ValveFlags::empty();
+        self.opened_in_vain = false;
+        self.opening_rest.stop();
         (self.spent, self.due) = (false, false);
         self.asked |= !matches!(cause, Cause::Rule(_));
         self.owed = match (motion, cause) {
@@ -472,6 +499,7 @@ impl Valve {
         } else if self.leaving.poll(now) {
             if self.motion == Motion::Opening {
                 self.stop(Cause::Rule(Rule::Fault));
+                self.opens_in_vain(now, params);
             }
             self.latched |= ValveFlags::INTERNAL_FAULT;
         } else if !self.leaving.is_running() && self.latched.is_empty() {
@@ -503,6 +531,9 @@ impl Valve {
         // It has left the one end and not shown at the other: the sensor there; otherwise the valve itself
         // has not moved.
         self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+        if way == Motion::Opening {
+            self.opens_in_vain(now, params);
+        }
         if way == Motion::Closing {
             self.spent = true;
             // The first Close after a power-up that could not close it is not a repetition.

@@ -119,6 +119,32 @@ fn time_over() {
     }
 }
 
+/// §3.3.5, §3.8/3 An opening in vain is tried again with the next Open behind a rest; what a sensor says now, or what
+/// a closing has found, still refuses it.
+#[test]
+fn an_opening_in_vain_can_be_repeated() {
+    let mut rig = rig();
+    rig.plant.valves[0].jammed = true;
+    rig.accepts(VALVE, OPEN);
+    rig.run_until(1000, |rig| rig.valve(VALVE).contains(F::INTERNAL_FAULT));
+    let fed_ms = fed_ms(&mut rig, 17_900, 100, |rig| {
+        assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
+    });
+    assert_eq!(fed_ms, 0);
+    rig.run(200);
+    let mut doubtful = rig.clone();
+    doubtful.plant.inputs.valves[0].open_sensor_fault = true;
+    doubtful.run(20);
+    assert_eq!(doubtful.status(VALVE, OPEN), Status::MODULE_FAULT);
+    rig.plant.valves[0].jammed = false;
+    assert_eq!(rig.status(VALVE, OPEN), Status::ACCEPTED);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN);
+    rig.plant.valves[0].jammed = true;
+    rig.accepts(VALVE, CLOSE);
+    rig.run(60_000);
+    assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
+}
+
 /// §3.3.5 A valve that does not leave "open": InternalFault, and closing is tried to the end; when
 /// the plug comes loose it closes.
 #[test]

@@ -589,7 +589,8 @@ impl Device {
         match reset {
             Reset::Restart if bad => self.params.flush_lockout(now, hal),
             Reset::Restart => self.params.flush_all(now, hal),
-            Reset::CleanFlash if bad || hal.erase().is_err() => {
+            // A lockout that has come meanwhile is not erased with the rest (§3.18/6).
+            Reset::CleanFlash if bad || self.general.is_locked() || hal.erase().is_err() => {
                 self.general.erase_failed();
                 return;
             }

@@ -219,6 +219,61 @@ fn restart() {
     }
 }
 
+/// §3.12/2 While a reset is awaited Stop, Close and Lockout are carried out; a release, or anything that begins, is
+/// Busy. With ResetValves the water would run on over the reset.
+#[test]
+fn what_ends_is_carried_out_before_a_reset() {
+    let restarting = || {
+        let mut rig = Rig::deployed();
+        rig.set(Param::GeneralResetValves, 1);
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+        rig.all_accept(Body::Restart);
+        rig.run(20);
+        rig
+    };
+    let mut closed = restarting();
+    let close = Body::Close { key: key::CLOSE };
+    assert_eq!(closed.status(SubsystemId::VALVE1, close), Status::ACCEPTED);
+    let release = Body::Lockout { key: key::DISABLE };
+    for (to, body) in [
+        (SubsystemId::ALL, release),
+        (SubsystemId::ALL, Body::Restart),
+        (SubsystemId::VALVE2, Body::Open { key: key::OPEN }),
+        (SubsystemId::VERTICAL, Body::Move { destination: 60 }),
+    ] {
+        assert_eq!(closed.one(to, body), (SubsystemId::GENERAL, Status::BUSY), "{body:?}");
+    }
+    closed.all_accept(Body::Stop);
+    let mut locked = restarting();
+    let mut full = locked.clone();
+    locked.all_accept(Body::Lockout { key: key::ENABLE });
+    // Behind more than the answers have room for.
+    let mut frame = payload(&[Request::new(SubsystemId::ALL, Body::GetStatus); 8]);
+    frame.extend(payload(&[Request::lockout(true)]));
+    full.handle(&frame);
+    for rig in [&mut locked, &mut full] {
+        rig.run(500);
+        assert_eq!(rig.plant.resets, 1);
+        assert!(rig.general().flags.contains(GeneralFlags::LOCKED_OUT));
+        rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    }
+}
+
+/// §3.19/1, §3.18/6 A lockout that comes before the memory is erased is not erased with it.
+#[test]
+fn a_lockout_before_the_memory_is_erased() {
+    let mut rig = Rig::deployed();
+    rig.accepts(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
+    rig.run(50);
+    rig.all_accept(Body::Lockout { key: key::ENABLE });
+    rig.run(500);
+    let flags = GeneralFlags::LOCKED_OUT | GeneralFlags::CONFIG_WRITE_FAULT;
+    assert_eq!((rig.plant.resets, rig.general().flags), (0, flags));
+    rig.power_cycle_and_settle();
+    assert!(rig.general().flags.contains(GeneralFlags::LOCKED_OUT));
+}
+
 /// §3.12 Before the reset everything is driven inert once more.
 #[test]
 fn the_reset_leaves_nothing_driven() {

@@ -191,7 +191,7 @@ impl Ledger {
             matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
                 && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
         // §1/9 Stop All and Lockout on take effect though their answers find no room.
-        if full && as_a_whole && !self.refuses(record.request) {
+        if full && as_a_whole && !self.refuses(record.request, &body) {
             if self.lock == Lock::Unknown {
                 // Carried out or refused: it depends on a lockout that is not reported yet.
                 return self.recent.push((*asked, Status::OK));
@@ -218,8 +218,10 @@ impl Ledger {
         }
     }
 
-    fn refuses(&self, request: RequestId) -> bool {
-        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some()
+    fn refuses(&self, request: RequestId, body: &Body<'_>) -> bool {
+        // §3.12/2 What ends something is carried out before a reset, too.
+        let ends = matches!(body, Body::Stop | Body::Lockout { key: key::ENABLE });
+        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some() && !ends
     }
 
     /// What an accepted request permits and ends.

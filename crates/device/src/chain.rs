@@ -418,7 +418,7 @@ impl Device {
     }
 
     /// Searching or justifying.
-    fn busy_detector(&self) -> Option<SubsystemId> {
+    pub(crate) fn busy_detector(&self) -> Option<SubsystemId> {
         (self.detector.is_searching() || self.detector.is_justifying())
             .then_some(SubsystemId::DETECTOR)
     }

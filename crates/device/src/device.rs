@@ -447,10 +447,17 @@ impl Device {
     ) {
         // §3.3.1/4 What is held may go on, and not begin.
         let goes_on = matches!(of_axis(&self.drives, axis).mover(), Some(Cause::Button(_)));
-        let allowed = self.chain.contains(axis.id())
-            && self.refusal_of_work().is_none()
-            && (goes_on || !self.general.is_weak())
-            && !of_axis(&self.drives, axis).is_faulty();
+        let weak = !goes_on && self.general.is_weak();
+        let busy = self.busy_detector().is_some();
+        let faulty = of_axis(&self.drives, axis).is_faulty();
+        let refused = self.refusal_of_work().is_some() || weak || faulty;
+        let allowed = self.chain.contains(axis.id()) && !refused;
+        // What was pressed while its drive could not run is not to start when that ends by itself: a
+        // repaired wire, an E-stop pulled out. Held through a deployment or an overload it acts on purpose.
+        if direction.is_some() && (weak || busy || faulty) {
+            self.buttons.disarm(axis);
+            self.ext_buttons.disarm(axis);
+        }
         let drive = by_axis(&mut self.drives, axis);
         match direction {
             Some((up, post)) if allowed => {

@@ -182,6 +182,12 @@ impl Params {
         stored.points.get(..usize::from(stored.len)).unwrap_or_default()
     }
 
+    /// §3.3.1/1 A program or a trajectory whose stored values could not be read, and were not set since.
+    pub(crate) fn is_lost(&self, param: Param) -> bool {
+        let bit = Group::of(param).bit();
+        self.unread & !(self.dirty | self.unwritten) & bit != 0
+    }
+
     /// §3.6 Degrees to add to the elevation at a pressure; `None` when the table is damaged.
     pub fn correction(&self, pressure_datm: u16) -> Option<i8> {
         let last = self.correction.len() - 1;

@@ -15,6 +15,7 @@ const KEY_GENERAL: u16 = 1;
 const KEY_VERTICAL: u16 = 3;
 const KEY_CONTROL: u16 = 8;
 const KEY_PROGRAM0: u16 = 15;
+const KEY_TRAJECTORY0: u16 = 23;
 const KEY_CORRECTION: u16 = 31;
 const KEY_LOCKOUT: u16 = 32;
 
@@ -427,6 +428,46 @@ fn damaged_program() {
     assert_eq!(rig.get(Param::ControlProgram0), Ok(vec![0; 7]));
     assert_eq!(rig.get(Param::ControlProgram1), Ok(vec![7, 6, 5, 4, 3, 2, 1]));
     assert_eq!(common(&mut rig, SubsystemId::CONTROL), CommonFlags::CONFIG_FAULT);
+}
+
+/// §3.14/2, §3.15/2, §3.3.1/1 A stored program or trajectory that is lost is refused with ModuleFault, until it is set
+/// again; one that was never set is a direct aim, or InvalidId, and the others run.
+#[test]
+fn a_lost_program_is_not_run() {
+    const CONTROL: SubsystemId = SubsystemId::CONTROL;
+    let mut rig = rig();
+    rig.deploy();
+    let program = [0, 0, 30, 600, 300, 2, 0];
+    set_values(&mut rig, Param::ControlProgram0, &program);
+    set_values(&mut rig, Param::ControlProgram1, &program);
+    set_values(&mut rig, Param::ControlTrajectory0, &[60, 60, 0, 5]);
+    set_values(&mut rig, Param::ControlTrajectory1, &[60, 60, 0, 5]);
+    rig.run(500);
+    rig.plant.damage(KEY_PROGRAM0);
+    rig.plant.damage(KEY_TRAJECTORY0);
+    rig.power_cycle_and_settle();
+    let quench = |program| {
+        Body::StartQuench(Quench::Program { program, centre_h: 60, centre_v: 60, nozzle: 30 })
+    };
+    let trajectory =
+        |rig: &mut Rig, number: u8| rig.handle(&[0x5C, CONTROL.0, 0, 4, 1, 0, 1, number])[0].status;
+    assert_eq!(rig.status(CONTROL, quench(0)), Status::MODULE_FAULT);
+    assert_eq!(trajectory(&mut rig, 0), Status::MODULE_FAULT);
+    rig.run_while(100, |rig| rig.is_still());
+    for number in [1, 2] {
+        assert_eq!(rig.status(CONTROL, quench(number)), Status::ACCEPTED);
+    }
+    assert_eq!(trajectory(&mut rig, 1), Status::ACCEPTED);
+    assert_eq!(trajectory(&mut rig, 2), Status::INVALID_ID);
+    // Set again it holds at once, though nothing is stored while the barrel moves.
+    set_values(&mut rig, Param::ControlProgram0, &program);
+    set_values(&mut rig, Param::ControlTrajectory0, &[60, 60, 0, 5]);
+    assert_eq!(rig.status(CONTROL, quench(0)), Status::ACCEPTED);
+    assert_eq!(trajectory(&mut rig, 0), Status::ACCEPTED);
+    rig.accepts(CONTROL, Body::Stop);
+    rig.run(500);
+    assert_eq!(rig.status(CONTROL, quench(0)), Status::ACCEPTED);
+    assert!(common(&mut rig, CONTROL).is_empty());
 }
 
 /// §3.3.1/1 A memory that cannot be read at all: nothing moves, the lockout is assumed, and it is reported.

@@ -659,6 +659,41 @@ fn a_port_answers_its_own_frames() {
     }
 }
 
+/// §L/4 A frame whose end is lost is not carried out by noise that looks like one, a second later or at any time; a
+/// pause within a frame that is shorter, also while the clock wraps, takes nothing, and the next frame is heard.
+#[test]
+fn an_unfinished_frame_gets_stale() {
+    let request = Request::new(SubsystemId::VERTICAL, Body::Move { destination: 600 });
+    let wire = frame(ADDRESS, 0x80, &payload(&[request]));
+    let (most, end) = wire.split_at(wire.len() - 1);
+    for (pause_ms, heard) in [(10, true), (999, true), (1000, false), (600_000, false)] {
+        for now_ms in [5000, u32::MAX - 300] {
+            for bytewise in [false, true] {
+                let mut rig = Rig::at(Composition::REMOTE, now_ms);
+                let mut port = Port::new(Source::ExternalConn);
+                let mut hear = |rig: &mut Rig, after_ms: u32, bytes: &[u8]| {
+                    let now_ms = now_ms.wrapping_add(after_ms);
+                    let mut answer = vec![];
+                    if bytewise {
+                        port.serve(now_ms, &mut rig.device, bytes, &mut |byte| answer.push(byte));
+                        return !answer.is_empty();
+                    }
+                    let mut out = [0; WIRE_MAX];
+                    let (taken, len) = port.receive(now_ms, &mut rig.device, bytes, &mut out);
+                    assert_eq!(taken, bytes.len());
+                    len > 0
+                };
+                assert!(!hear(&mut rig, 0, most));
+                assert!(!hear(&mut rig, pause_ms - 1, &[]), "no bytes are no sign of life");
+                assert_eq!(hear(&mut rig, pause_ms, end), heard, "{pause_ms}");
+                rig.run(100);
+                assert_eq!(rig.speed(Axis::Vertical) != 0, heard, "{pause_ms}");
+                assert!(hear(&mut rig, pause_ms + 10, &wire));
+            }
+        }
+    }
+}
+
 /// §L/7 A frame is answered in the form in which it came; an interface that wants a CRC-32C takes
 /// nothing else, and the other interface is not concerned.
 #[test]

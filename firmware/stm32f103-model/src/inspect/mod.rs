@@ -1,6 +1,7 @@
 //! Whether a board is as it should be: what is looked at before one is let near a motor, in the model.
 
 mod busy;
+mod closing;
 mod starts;
 
 use lafet_device::image::{Axis, Inputs};
@@ -20,7 +21,7 @@ use starts::{blank, crystal, memory, position, record};
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 20] = [
+pub const CHECKS: [(&str, Check); 22] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -32,6 +33,8 @@ pub const CHECKS: [(&str, Check); 20] = [
     ("supply", supply),
     ("stop", stop),
     ("valves", valves),
+    ("closing", closing::whatever_fails),
+    ("a jammed valve", closing::beside_a_jam),
     ("heaters", heaters),
     ("flow", flow),
     ("memory", memory),

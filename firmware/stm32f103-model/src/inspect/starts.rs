@@ -112,7 +112,7 @@ pub(super) fn record(wrong: Wrong) -> Result<(), String> {
 }
 
 /// Switches on with this record, with or without the jumper.
-fn restart(rig: &mut Rig, record: &[u8], parked: bool) {
+pub(super) fn restart(rig: &mut Rig, record: &[u8], parked: bool) {
     rig.parts(|parts| {
         parts.chip.program(START, record);
         parts.plant.parked = parked;

@@ -496,7 +496,8 @@ impl Drive {
         flags.set(DriveFlags::MOVE, self.is_moving());
         flags.set(DriveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
         flags.set(DriveFlags::MOTOR_BROKEN, self.input.motor_open);
-        if self.input.position_sensor_fault {
+        let lost = self.input.unreferenced && !self.homing.is_used();
+        if self.input.position_sensor_fault || lost {
             flags |= DriveFlags::POS_ENCODER_FAULT;
         }
         if self.input.speed_sensor_fault {

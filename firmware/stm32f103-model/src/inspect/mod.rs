@@ -15,13 +15,13 @@ use lafet_sim::fire::FireSpec;
 use crate::chip::Reset;
 use crate::plant::{DEPLOYER_AT, ENDS, RELAYS};
 use crate::rig::{Rig, Wrong};
-use starts::{blank, crystal, memory, position, record};
+use starts::{blank, crystal, homing, memory, position, record};
 
 /// A look at a board: what is wrong, if anything is.
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 22] = [
+pub const CHECKS: [(&str, Check); 23] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -39,6 +39,7 @@ pub const CHECKS: [(&str, Check); 22] = [
     ("flow", flow),
     ("memory", memory),
     ("position", position),
+    ("homing", homing),
     ("record", record),
     ("crystal", crystal),
     ("blank flash", blank),

@@ -34,6 +34,16 @@ enum Goal {
     Run(bool),
 }
 
+/// Whether the monitor has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Presence {
+    Sure,
+    /// §3.3.1/2 It may be another monitor's that is addressed: it is not driven.
+    Unsure,
+    /// It is at rest, never faulty and never driven.
+    Absent,
+}
+
 /// Taken while limits are off (§3.17): limits, in force after SwitchLimits On, and the zero point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Staged {
@@ -48,8 +58,7 @@ struct Staged {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     axis: Axis,
-    /// The monitor has none: it is at rest, never faulty and never driven.
-    absent: bool,
+    presence: Presence,
     kind: DriveKind,
     goal: Goal,
     /// Of the motion, or of its end.
@@ -89,8 +98,6 @@ pub struct Drive {
     online: bool,
     unit_flags: DriveFlags,
     faulty_config: bool,
-    /// §3.3.1/2 It may be another monitor's that is addressed.
-    unsure: bool,
     trv: bool,
     limits: Limits,
 }
@@ -110,7 +117,7 @@ impl Drive {
     pub(crate) fn new(axis: Axis) -> Self {
         Self {
             axis,
-            absent: false,
+            presence: Presence::Sure,
             kind: DriveKind::Encoder,
             goal: Goal::Hold,
             cause: Cause::Rule(Rule::Inert),
@@ -142,7 +149,6 @@ impl Drive {
             online: true,
             unit_flags: DriveFlags::empty(),
             faulty_config: false,
-            unsure: false,
             trv: false,
             limits: Limits { min: 0, max: 0 },
         }
@@ -156,9 +162,9 @@ impl Drive {
         unit: &UnitInput,
         present: bool,
     ) {
-        self.absent = !present;
         self.limits = stored_limits(self.axis, params);
-        if self.absent {
+        if !present {
+            self.presence = Presence::Absent;
             return;
         }
         self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
@@ -180,7 +186,7 @@ impl Drive {
 
     /// The monitor has none.
     pub(crate) const fn is_absent(&self) -> bool {
-        self.absent
+        matches!(self.presence, Presence::Absent)
     }
 
     /// Neither moving nor about to move.
@@ -204,7 +210,7 @@ impl Drive {
             .union(DriveFlags::POS_ENCODER_FAULT)
             .union(DriveFlags::CONFIG_INVALID)
             .union(DriveFlags::CONN_LOST);
-        self.absent || self.is_homed() && !self.flags().intersects(DOUBTS)
+        self.is_absent() || self.is_homed() && !self.flags().intersects(DOUBTS)
     }
 
     /// Connected as a remote unit.
@@ -222,7 +228,7 @@ impl Drive {
             .union(DriveFlags::INTERNAL_FAULT)
             .union(DriveFlags::CONFIG_INVALID)
             .union(DriveFlags::CONN_LOST);
-        !self.absent && (self.unsure || self.flags().intersects(FAULTS))
+        !self.is_absent() && (self.presence == Presence::Unsure || self.flags().intersects(FAULTS))
     }
 
     /// §3.3.4/1 It cannot go up/left (true) or down/right: after an overload the same direction is
@@ -255,7 +261,7 @@ impl Drive {
     pub fn clamp(&self, target: i32) -> i32 {
         match self.limits() {
             // What cannot be turned points where it points; of a nozzle any position may be asked for.
-            _ if self.absent && self.axis != Axis::Nozzle => self.position,
+            _ if self.is_absent() && self.axis != Axis::Nozzle => self.position,
             Some(Limits { min, max }) => target.min(max).max(min),
             None => target,
         }
@@ -362,7 +368,7 @@ impl Drive {
         unit: &UnitInput,
         params: &Params,
     ) {
-        if self.absent {
+        if self.is_absent() {
             return;
         }
         // Otherwise the guard had stopped it.
@@ -457,7 +463,7 @@ impl Drive {
             }
             Goal::Position(target) => target > self.position,
         };
-        if self.absent || self.refuses(up) || self.is_at_end(up) {
+        if self.is_absent() || self.refuses(up) || self.is_at_end(up) {
             return self.stop(cause);
         }
         self.end_times();
@@ -477,7 +483,7 @@ impl Drive {
     #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &DriveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = config_invalid(self.axis, params);
-        self.unsure = params.is_stand_in();
+        self.presence = if params.is_stand_in() { Presence::Unsure } else { Presence::Sure };
         self.online = self.kind != DriveKind::Remote || unit.online;
         if self.kind == DriveKind::Remote {
             self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(dt_ms, unit));

@@ -65,15 +65,14 @@ pub struct Valve {
     spent: bool,
     /// A lockout has come while it rested: it closes when it has.
     due: bool,
-    /// Runs while the valve is driven away from the end where it is.
+    /// Runs while the valve is driven away from the end where it is; of one at rest, after an opening in vain.
     leaving: Timer,
     input: ValveInput,
     /// Water flows though its switch says closed.
     doubted: bool,
     latched: ValveFlags,
-    /// What is latched was found while it opened; and it rests.
+    /// What is latched was found while it opened.
     opened_in_vain: bool,
-    opening_rest: Timer,
     overload_ms: u32,
     overload: Timer,
     /// It was opening.
@@ -116,7 +115,6 @@ impl Valve {
             doubted: false,
             latched: ValveFlags::empty(),
             opened_in_vain: false,
-            opening_rest: Timer::default(),
             overload_ms: 0,
             overload: Timer::default(),
             overload_opening: false,
@@ -229,10 +227,10 @@ impl Valve {
     pub(crate) fn stop(&mut self, why: Cause) {
         if self.motion != Motion::Still {
             self.cause = why;
+            self.leaving.stop();
         }
         let goes_on = self.motion == Motion::Closing && why == Cause::Rule(Rule::Overload);
         self.motion = Motion::Still;
-        self.leaving.stop();
         if !matches!(why, Cause::Rule(_)) {
             self.owed = None;
         }
@@ -281,7 +279,6 @@ impl Valve {
             self.give_chance(now, params);
         }
         self.rest.poll(now);
-        self.opening_rest.poll(now);
         self.watch_current(now, dt_ms, params);
         self.take_up(now, params);
         self.watch_leaving(now, params);
@@ -373,14 +370,14 @@ impl Valve {
 
     /// ModuleFault is the answer to Open (§3.8/3). What an opening has found is tried again once it has rested.
     fn hinders_opening(&self) -> bool {
-        let again = self.opened_in_vain && !self.opening_rest.is_running();
+        let again = self.opened_in_vain && !self.leaving.is_running();
         let flags = if again { self.present_flags() } else { self.own_flags() };
         self.unsure || flags.intersects(FAULTS)
     }
 
     fn opens_in_vain(&mut self, now: Millis, params: &Params) {
         self.opened_in_vain = true;
-        self.opening_rest.start(now, self.limit_ms(params));
+        self.leaving.start(now, self.limit_ms(params));
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {
@@ -399,7 +396,6 @@ impl Valve {
         self.cause = cause;
         self.latched = ValveFlags::empty();
         self.opened_in_vain = false;
-        self.opening_rest.stop();
         (self.spent, self.due) = (false, false);
         self.asked |= !matches!(cause, Cause::Rule(_));
         self.owed = match (motion, cause) {
@@ -490,7 +486,10 @@ impl Valve {
     /// gear is broken. Opening ends here; closing, the safe direction, is tried to the end.
     fn watch_leaving(&mut self, now: Millis, params: &Params) {
         let from = match self.motion {
-            Motion::Still => return,
+            Motion::Still => {
+                self.leaving.poll(now);
+                return;
+            }
             Motion::Opening => Motion::Closing,
             Motion::Closing => Motion::Opening,
         };

@@ -14,6 +14,7 @@ use crate::deviation::Deviation;
 use crate::engine::{Ended, Engine, Handle, Job, Reply};
 use crate::error::{Cause, Error};
 use crate::exchange::Exchange;
+use crate::ports::Adapters;
 use crate::session::{Config, Outcome, QueueFull, Stats, Ticket, Traced};
 use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::task::{Redial, Task};
@@ -58,14 +59,15 @@ impl Client {
             return Err(Error::NeedsStream);
         }
         let name: Arc<str> = endpoint.to_string().into();
-        let link = Link::open(endpoint)
+        let adapters = Arc::new(Adapters::default());
+        let link = Link::open_same(endpoint, &adapters)
             .await
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
         let config = config.of(endpoint);
         let endpoint = endpoint.clone();
         let redial = Redial::new(move || {
-            let endpoint = endpoint.clone();
-            Box::pin(async move { Link::open(&endpoint).await })
+            let (endpoint, adapters) = (endpoint.clone(), adapters.clone());
+            Box::pin(async move { Link::open_same(&endpoint, &adapters).await })
         });
         Ok(Self::start(name, link, Some(redial), config))
     }

@@ -480,7 +480,11 @@ impl Engine {
     #[cold]
     fn lost(&mut self, now: Now, error: io::Error) {
         let error = Arc::new(error);
-        self.link = None;
+        let link = self.link.take();
+        if self.redials {
+            // What it still holds must not arrive after what the next one sends.
+            link.iter().for_each(Link::abandon);
+        }
         self.unsent = None;
         self.error = Some(error.clone());
         self.line.handle_disconnected(now);

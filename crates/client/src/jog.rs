@@ -61,7 +61,7 @@ impl Jog {
             end: watch::Sender::new(None),
         });
         replace(client, &held);
-        tokio::spawn(run(client.clone(), held.clone()));
+        tokio::spawn(run(client.clone(), Served(held.clone())));
         Ok(Self { held })
     }
 
@@ -144,7 +144,21 @@ fn replace(client: &Client, new: &Arc<Held>) {
     jogs.push(Arc::downgrade(new));
 }
 
-async fn run(client: Client, held: Arc<Held>) {
+/// Ends the wait of a motion's callers when its task is gone: its runtime was dropped.
+struct Served(Arc<Held>);
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.0.end.send_if_modified(|end| {
+            let gone = end.is_none();
+            end.get_or_insert(JogEnd::Unknown(Error::Closed));
+            gone
+        });
+    }
+}
+
+async fn run(client: Client, served: Served) {
+    let held = &served.0;
     let mut link = client.link_state();
     let losses = link.borrow_and_update().losses;
     loop {
@@ -166,7 +180,7 @@ async fn run(client: Client, held: Arc<Held>) {
             core.poll_next(now)
         });
         match next {
-            Some(next) => exchange(&client, &held, &mut link, next).await,
+            Some(next) => exchange(&client, held, &mut link, next).await,
             None => {
                 let timeout = held.with(|core, _| core.poll_timeout());
                 tokio::select! {

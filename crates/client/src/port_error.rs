@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use lafet_texts::{Argument, Lang, Shown, Text, client as text};
 
+use crate::ports::Usb;
+
 /// Why a port cannot be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -33,6 +35,15 @@ pub enum PortError {
     NotSerial {
         /// What was named as a port.
         path: PathBuf,
+    },
+    /// Another adapter has the name of the one that was used before.
+    OtherAdapter {
+        /// The port.
+        path: PathBuf,
+        /// The adapter that was used.
+        was: Usb,
+        /// The one that is there.
+        now: Option<Usb>,
     },
 }
 
@@ -89,6 +100,11 @@ impl Argument for PortError {
             Self::NotSerial { path } => {
                 text::PortNotSerial { port: Shown(path.display()) }.write(lang, out)
             }
+            Self::OtherAdapter { path, was, now } => {
+                let port = Shown(path.display());
+                let now = now.as_ref().map_or_else(|| "—".to_owned(), ToString::to_string);
+                text::PortOtherAdapter { port, was: Shown(was), now }.write(lang, out)
+            }
         }
     }
 }
@@ -110,6 +126,7 @@ impl From<PortError> for io::Error {
             PortError::Permission { .. } => io::ErrorKind::PermissionDenied,
             PortError::Missing { .. } => io::ErrorKind::NotFound,
             PortError::NotSerial { .. } => io::ErrorKind::InvalidInput,
+            PortError::OtherAdapter { .. } => io::ErrorKind::NotConnected,
         };
         Self::new(kind, error)
     }
@@ -144,7 +161,8 @@ mod tests {
             ),
             (PortError::Permission { path: path.clone(), group: None }, "/dev/ttyUSB7"),
             (PortError::Missing { path: path.clone() }, "lafet ports"),
-            (PortError::NotSerial { path }, "lafet ports"),
+            (PortError::NotSerial { path: path.clone() }, "lafet ports"),
+            (PortError::OtherAdapter { path, was: Usb::default(), now: None }, "by-id"),
         ];
         for (error, remedy) in errors {
             for lang in [Lang::En, Lang::Ru] {

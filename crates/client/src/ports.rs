@@ -1,9 +1,13 @@
 //! Serial ports of this computer and their properties.
 
-use std::fs;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::{fmt, fs, io};
 
-use crate::transport::port::{Holder, holders, may_open};
+use crate::shared::lock;
+use crate::transport::port::{Holder, PortError, holders, may_open};
+use crate::url::Endpoint;
 
 /// A serial port.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,13 +43,73 @@ pub struct Usb {
     pub serial: Option<String>,
 }
 
+impl Usb {
+    /// Whether it is the same adapter, as far as the system shows: adapters without a serial number
+    /// are alike.
+    fn is_same(&self, other: &Self) -> bool {
+        let told = |it: &Self| (it.vendor_id.clone(), it.product_id.clone(), it.serial.clone());
+        told(self) == told(other)
+    }
+}
+
+impl fmt::Display for Usb {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(product) = &self.product {
+            write!(f, "{product} ")?;
+        }
+        write!(f, "{}:{}", self.vendor_id, self.product_id)?;
+        self.serial.iter().try_for_each(|serial| write!(f, " {serial}"))
+    }
+}
+
+/// The adapters behind the ports that were opened: a port that is opened again must lead to the same
+/// line.
+#[derive(Debug, Default)]
+pub(crate) struct Adapters(Mutex<BTreeMap<PathBuf, Usb>>);
+
+impl Adapters {
+    /// Remembers the adapter of a port that was opened for the first time.
+    ///
+    /// # Errors
+    ///
+    /// [`PortError::OtherAdapter`] if there was another one before.
+    pub fn check(&self, endpoint: &Endpoint) -> io::Result<()> {
+        let Endpoint::Serial { path, .. } = endpoint else { return Ok(()) };
+        self.compare(path, adapter(Path::new(CLASS), path))
+    }
+
+    fn compare(&self, path: &Path, now: Option<Usb>) -> io::Result<()> {
+        let mut known = lock(&self.0);
+        match (known.get(path), now) {
+            (Some(was), Some(now)) if was.is_same(&now) => Ok(()),
+            (Some(was), now) => {
+                Err(PortError::OtherAdapter { path: path.into(), was: was.clone(), now }.into())
+            }
+            (None, Some(now)) => {
+                known.insert(path.into(), now);
+                Ok(())
+            }
+            // Not an adapter, or the system does not show it.
+            (None, None) => Ok(()),
+        }
+    }
+}
+
+/// The adapter of a port, which may be named by a link.
+fn adapter(class: &Path, path: &Path) -> Option<Usb> {
+    let path = fs::canonicalize(path).ok()?;
+    usb(&fs::canonicalize(class.join(path.file_name()?).join("device")).ok()?)
+}
+
+/// The kernel's list of ports.
+const CLASS: &str = "/sys/class/tty";
 /// Levels of sysfs between a port and its USB device.
 const LEVELS_MAX: usize = 8;
 
 /// The serial ports of this computer, ordered by name, without pseudo-terminals.
 pub fn ports() -> Vec<Port> {
     #[cfg(target_os = "linux")]
-    let mut ports = found(Path::new("/sys/class/tty"), Path::new("/dev"));
+    let mut ports = found(Path::new(CLASS), Path::new("/dev"));
     #[cfg(not(target_os = "linux"))]
     let mut ports: Vec<Port> = serial2_tokio::SerialPort::available_ports()
         .unwrap_or_default()
@@ -133,6 +197,7 @@ mod tests {
             fs::write(usb.join(name), format!("{text}\n")).unwrap();
         }
         let ports = found(&class, &dev);
+        let by_id = adapter(&class, &dev.join("serial/by-id/usb-FTDI-if00"));
         fs::remove_dir_all(&root).unwrap();
         let [port] = &ports[..] else { panic!("{ports:?}") };
         assert_eq!(port.path, dev.join("ttyUSB0"));
@@ -141,5 +206,29 @@ mod tests {
         let usb = port.usb.as_ref().expect("it is on USB");
         assert_eq!((&usb.vendor_id[..], &usb.product_id[..]), ("0403", "6001"));
         assert_eq!((usb.serial.as_deref(), usb.vendor.as_deref()), (Some("A1"), None));
+        assert_eq!(by_id.as_ref(), Some(usb));
+    }
+
+    /// A port that comes back is the same line only with the same adapter.
+    #[test]
+    fn another_adapter_is_no_substitute() {
+        let adapter = |serial: &str| Usb {
+            vendor_id: "0403".into(),
+            product_id: "6001".into(),
+            serial: Some(serial.into()),
+            ..Usb::default()
+        };
+        let (known, path) = (Adapters::default(), Path::new("/dev/ttyUSB0"));
+        known.compare(path, Some(adapter("A1"))).unwrap();
+        known.compare(path, Some(adapter("A1"))).unwrap();
+        known.compare(Path::new("/dev/ttyUSB1"), Some(adapter("B2"))).unwrap();
+        let error = known.compare(path, Some(adapter("B2"))).unwrap_err();
+        let text = PortError::of(&error).unwrap().localized(crate::Lang::En);
+        assert!(text.contains("0403:6001 B2 in place of 0403:6001 A1"), "{text}");
+        known.compare(path, None).unwrap_err();
+        known.compare(path, Some(adapter("A1"))).unwrap();
+        // A pseudo-terminal has none.
+        known.compare(Path::new("/dev/pts/0"), None).unwrap();
+        known.compare(Path::new("/dev/pts/0"), None).unwrap();
     }
 }

@@ -13,6 +13,8 @@ use crate::transport::Link;
 /// Frames and bytes that are kept from one call; the rest is only counted.
 const FRAMES_MAX: usize = 256;
 const SAMPLE_MAX: usize = 64;
+/// Longest time in which a link takes a frame.
+const SEND_MAX: Duration = Duration::from_secs(1);
 
 /// A received frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,7 +100,8 @@ impl Prober {
     ///
     /// # Errors
     ///
-    /// The error of the link when it is lost; `InvalidInput` for more than 512 bytes of payload.
+    /// The error of the link when it is lost; `TimedOut` when it takes no bytes for a second;
+    /// `InvalidInput` for more than 512 bytes of payload.
     pub async fn ask(
         &mut self,
         dst: u8,
@@ -112,7 +115,7 @@ impl Prober {
         let len = encode_with(check, &frame, &mut wire).ok_or(io::ErrorKind::InvalidInput)?;
         let payload = payload.to_vec();
         self.sent = Some(HeardFrame { dst, src, payload, check, after: Duration::ZERO });
-        self.link.send(wire.get(..len).unwrap_or_default()).await?;
+        self.send(wire.get(..len).unwrap_or_default()).await?;
         self.hear(time, |frame| (frame.src, frame.dst) == (dst, src)).await
     }
 
@@ -123,8 +126,14 @@ impl Prober {
     /// The error of the link when it is lost.
     pub async fn say(&mut self, bytes: &[u8], time: Duration) -> io::Result<Heard> {
         self.sent = None;
-        self.link.send(bytes).await?;
+        self.send(bytes).await?;
         self.listen(time).await
+    }
+
+    /// A port may take no bytes: an adapter that hangs.
+    async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let sent = timeout(SEND_MAX, self.link.send(bytes)).await;
+        sent.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
     async fn hear(
@@ -178,4 +187,25 @@ impl Prober {
 
 fn is_same(one: &HeardFrame, other: &HeardFrame) -> bool {
     (one.dst, one.src, &one.payload) == (other.dst, other.src, &other.payload)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The other side takes no bytes.
+    #[tokio::test(start_paused = true)]
+    async fn a_link_that_takes_nothing() {
+        let (ours, _theirs) = crate::transport::memory::pair();
+        let mut prober =
+            Prober::new(Link::Memory(crate::transport::memory::Memory::new(ours)), 129);
+        let start = Instant::now();
+        let full = loop {
+            if let Err(error) = prober.say(&[0x55; WIRE_MAX], Duration::ZERO).await {
+                break error;
+            }
+            assert!(start.elapsed() < 60 * SEND_MAX, "it takes everything");
+        };
+        assert_eq!(full.kind(), io::ErrorKind::TimedOut);
+    }
 }

@@ -284,7 +284,9 @@ impl Session {
         }
         self.next_ticket += 1;
         let stop = urgent.then(|| operation.requests.clone());
-        queue.push_back(operation);
+        // Urgent ones that have been sent take turns behind those that have not.
+        let place = queue.iter().position(|other| urgent && other.sent).unwrap_or(queue.len());
+        queue.insert(place, operation);
         if let Some(stop) = stop {
             self.note_stop(ticket, stop);
         }
@@ -328,14 +330,19 @@ impl Session {
         self.input.reset();
         // A Stop behind a frame that the peer did not take goes out over the next connection: its
         // time without one starts now.
-        self.urgent.iter_mut().for_each(|urgent| urgent.submitted = now);
+        for urgent in &mut self.urgent {
+            (urgent.submitted, urgent.silent_from) = (now, None);
+        }
         if let Some(outstanding) = self.outstanding.take() {
             let Outstanding { mut operation, .. } = self.give_up(outstanding);
             if operation.cancelled && !operation.is_urgent() {
                 return;
             }
-            let again = operation.is_repeatable() && operation.tries < self.config.tries;
-            operation.first_sent = None;
+            let again = match operation.is_urgent() {
+                true => self.may_try_again(now, &operation),
+                false => operation.is_repeatable() && operation.tries < self.config.tries,
+            };
+            (operation.first_sent, operation.silent_from) = (None, None);
             if again || !operation.sent {
                 operation.submitted = now;
                 self.requeue(operation);

@@ -16,6 +16,7 @@ use crate::batch::{fits, well_formed};
 use crate::client::{failure, probed};
 use crate::engine::{Ended, Reply, SILENT_TRIES_MAX};
 use crate::error::Error;
+use crate::ports::Adapters;
 use crate::session::line::Line;
 use crate::session::{Config, Now, Outcome, Slot, Stats, Terms, Ticket};
 use crate::url::Endpoint;
@@ -48,6 +49,7 @@ const LOOKS_MAX: u32 = 64;
 #[derive(Debug)]
 pub struct Direct {
     endpoint: Endpoint,
+    adapters: Adapters,
     name: Arc<str>,
     line: Line,
     link: Option<Link>,
@@ -79,13 +81,16 @@ impl Direct {
             return Err(Error::NeedsStream);
         }
         let name: Arc<str> = endpoint.to_string().into();
+        let adapters = Adapters::default();
         let link = Link::open(endpoint)
+            .and_then(|link| adapters.check(endpoint).map(|()| link))
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
         let mut line = Line::new(config.of(endpoint));
         line.handle_connected(Now::ZERO);
         let start = Instant::now();
         Ok(Self {
             endpoint: endpoint.clone(),
+            adapters,
             name,
             line,
             link: Some(link),
@@ -158,6 +163,15 @@ impl Direct {
                 return Ok(ended);
             }
             self.line.handle_timeout(now);
+            self.replace_half_open();
+        }
+    }
+
+    /// A connection that may be half open is replaced before anything is sent again.
+    fn replace_half_open(&mut self) {
+        let half_open = self.link.as_ref().is_some_and(Link::can_be_half_open);
+        if half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
+            self.lose(io::ErrorKind::TimedOut.into());
         }
     }
 
@@ -200,12 +214,7 @@ impl Direct {
         let now = self.now();
         match received {
             Ok(Some(count)) => self.received(now, count),
-            Ok(None) => {
-                let half_open = self.link.as_ref().is_some_and(Link::can_be_half_open);
-                if half_open && self.line.silent_tries() >= SILENT_TRIES_MAX {
-                    self.lose(io::ErrorKind::TimedOut.into());
-                }
-            }
+            Ok(None) => {}
             Err(error) => self.lose(error),
         }
         now
@@ -233,13 +242,14 @@ impl Direct {
     }
 
     fn lose(&mut self, error: io::Error) {
-        self.link = None;
+        self.link.take().iter().for_each(Link::abandon);
         self.lost = Some(Arc::new(error));
         self.line.handle_disconnected(self.now());
     }
 
     fn dial(&mut self, now: Now) {
-        match Link::open(&self.endpoint) {
+        let same = |link| self.adapters.check(&self.endpoint).map(|()| link);
+        match Link::open(&self.endpoint).and_then(same) {
             Ok(link) => {
                 self.link = Some(link);
                 self.line.handle_connected(now);

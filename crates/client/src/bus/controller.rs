@@ -117,8 +117,12 @@ pub struct Controller {
     journal: Journal,
     turn: Turn,
     deadline: Option<Now>,
+    /// Latest time for `deadline`, however many bytes come.
+    deadline_most: Now,
     /// Earliest time to transmit on each line.
     free_from: [Now; 2],
+    /// On each line, the latest byte, and the first one after a frame or a pause.
+    heard_bytes: [(Now, Now); 2],
     /// Start of the present pause on each line.
     silent_since: [Now; 2],
     /// Until then the bus counts as busy, because of a recent request.
@@ -152,6 +156,8 @@ impl Controller {
             journal: Journal::default(),
             turn: Turn::Nobody,
             deadline: None,
+            deadline_most: Now::ZERO,
+            heard_bytes: [(Now::ZERO, Now::ZERO); 2],
             free_from: [Now::ZERO; 2],
             silent_since: [Now::ZERO; 2],
             busy_until: Now::ZERO,
@@ -221,10 +227,12 @@ impl Controller {
     /// Takes received bytes.
     pub fn handle_bytes(&mut self, now: Now, port: Port, bytes: &[u8]) {
         let index = self.index(port);
-        self.free_from[index] = self.free_from[index].max(now + self.config.turnaround);
+        self.wait_for_end(now, index);
         self.silent_since[index] = self.silent_since[index].max(now);
-        if let Some(deadline) = &mut self.deadline {
-            *deadline = (*deadline).max(now + PAUSE);
+        if self.index(self.awaited()) == index
+            && let Some(deadline) = &mut self.deadline
+        {
+            *deadline = (*deadline).max((now + PAUSE).min(self.deadline_most));
         }
         let mut rest = bytes;
         while !rest.is_empty() {
@@ -233,6 +241,7 @@ impl Controller {
             if let Some(Frame { dst, src, payload }) = frame {
                 let payload = payload.to_vec();
                 let check = self.decoders[index].check();
+                self.heard_bytes[index] = (now, now);
                 self.handle_frame(now, check, dst, src, &payload);
             }
         }
@@ -268,6 +277,34 @@ impl Controller {
             Turn::Own { tells_nothing: true, .. } => {}
             Turn::Own { monitor, .. } => self.missed(monitor, now),
         }
+    }
+
+    /// Nothing is sent while a frame comes. Bytes that last longer than a frame are noise: a line
+    /// that is never quiet must not hold back a Stop.
+    fn wait_for_end(&mut self, now: Now, index: usize) {
+        let turnaround = self.config.turnaround;
+        let (latest, first) = self.heard_bytes[index];
+        let first = if now > latest + turnaround { now } else { first };
+        self.heard_bytes[index] = (now, first);
+        let end = first + self.config.sending(WIRE_MAX) + PAUSE + turnaround;
+        self.free_from[index] = self.free_from[index].max((now + turnaround).min(end));
+    }
+
+    /// The line on which an answer is awaited.
+    const fn awaited(&self) -> Port {
+        match self.turn {
+            Turn::Granted { .. } => Port::Consoles,
+            Turn::Probed(address) if address > CONTROLLER => Port::Consoles,
+            Turn::Nobody | Turn::Probed(_) | Turn::Asked { .. } | Turn::Own { .. } => {
+                Port::Monitors
+            }
+        }
+    }
+
+    /// An answer is awaited until then; while it comes, for the duration of a frame at most.
+    fn await_until(&mut self, deadline: Now) {
+        self.deadline = Some(deadline);
+        self.deadline_most = deadline + self.config.sending(WIRE_MAX) + PAUSE;
     }
 
     /// Repeats a console's request.
@@ -402,7 +439,7 @@ impl Controller {
         self.stats.sent += 1;
         let sent = now + self.config.sending(transmit.bytes.len());
         match answer_in {
-            Some(time) => self.deadline = Some(sent + time),
+            Some(time) => self.await_until(sent + time),
             None => self.free_from[self.index(transmit.port)] = sent,
         }
         self.silent_since[self.index(transmit.port)] = sent;
@@ -524,7 +561,7 @@ impl Controller {
             };
             match self.config.ports {
                 // The monitor has received it directly.
-                Ports::One => self.deadline = Some(now + self.config.reply_timeout),
+                Ports::One => self.await_until(now + self.config.reply_timeout),
                 Ports::Two => {
                     self.stats.passed_on += 1;
                     self.pass_on(&request, self.config.reply_timeout);

@@ -14,6 +14,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::{Change, Controller, ControllerConfig, Entry, Gateway, Port, Ports};
+use crate::ports::Adapters;
 use crate::session::Now;
 use crate::session::echo::EchoFilter;
 use crate::transport::Link;
@@ -94,9 +95,6 @@ struct Wire {
     link: Option<Link>,
     dialing: Option<Dialing>,
     echo: EchoFilter,
-    /// Earliest time to transmit.
-    free: Now,
-    turnaround: Duration,
     heard: Now,
 }
 
@@ -117,7 +115,11 @@ enum Happened {
 impl Driver {
     /// A controller whose lines are not open yet.
     pub fn new(config: DriverConfig) -> Self {
-        Self::opening(config, |endpoint| async move { Link::open(&endpoint).await })
+        let adapters = Arc::new(Adapters::default());
+        Self::opening(config, move |endpoint| {
+            let adapters = adapters.clone();
+            async move { Link::open_same(&endpoint, &adapters).await }
+        })
     }
 
     /// A controller on links of the caller's: a test, a tunnel. `open` is called again for a lost
@@ -132,6 +134,8 @@ impl Driver {
         let open: Open = Arc::new(move |endpoint| Box::pin(open(endpoint)));
         let DriverConfig { mut controller, monitors, consoles, programs } = config;
         controller.ports = if consoles.is_some() { Ports::Two } else { Ports::One };
+        let pauses = std::iter::once(&monitors).chain(&consoles).map(turnaround);
+        controller.turnaround = pauses.fold(controller.turnaround, Duration::max);
         let mut lines = vec![Wire::new(Port::Monitors, monitors, open.clone())];
         lines.extend(consoles.map(|endpoint| Wire::new(Port::Consoles, endpoint, open)));
         let (said, heard) = mpsc::channel(INBOX);
@@ -209,13 +213,7 @@ impl Driver {
         }
         let now = self.start.elapsed();
         let own = self.controller.own_from(now).filter(|_| self.gateway.waits());
-        let free = self.lines.iter().map(|line| line.free).max().unwrap_or_default();
-        let controller = self.controller.poll_timeout(now);
-        let due = controller.into_iter().chain(own).min().map(|due| match due > now {
-            true => due,
-            // A frame that was due and not sent waits for the turnaround of the line.
-            false => due.max(free),
-        });
+        let due = self.controller.poll_timeout(now).into_iter().chain(own).min();
         let silent = self.lines.iter().filter_map(Wire::half_open_at);
         due.into_iter().chain(silent).min()
     }
@@ -223,9 +221,6 @@ impl Driver {
     async fn transmit(&mut self, tell: &mut impl FnMut(Event)) {
         while self.is_up() {
             let now = self.start.elapsed();
-            if self.lines.iter().any(|line| now < line.free) {
-                return;
-            }
             self.controller.set_urgent(self.gateway.is_urgent());
             let gateway = &mut self.gateway;
             let transmit = self.controller.poll_transmit(now, || gateway.poll_transmit(now));
@@ -245,7 +240,6 @@ impl Driver {
     fn received(&mut self, now: Now, index: usize, bytes: &[u8]) {
         let line = &mut self.lines[index];
         line.heard = now;
-        line.free = now + line.turnaround;
         let bytes = line.echo.received(bytes);
         self.controller.handle_bytes(now, line.port, &bytes);
         if line.port == Port::Monitors {
@@ -328,15 +322,14 @@ impl Driver {
 
 impl Wire {
     fn new(port: Port, endpoint: Endpoint, open: Open) -> Self {
-        let (echo, turnaround) = match &endpoint {
-            Endpoint::Serial { line, .. } => (line.echo, line.turnaround),
-            _ => (Echo::Off, Duration::ZERO),
+        let echo = match &endpoint {
+            Endpoint::Serial { line, .. } => line.echo,
+            _ => Echo::Off,
         };
-        let echo = EchoFilter::new(echo);
-        let (free, heard) = (Now::ZERO, Now::ZERO);
+        let (echo, heard) = (EchoFilter::new(echo), Now::ZERO);
         // The first attempt is immediate.
         let dialing = Some(open(endpoint.clone()));
-        Self { port, endpoint, open, link: None, dialing, echo, free, turnaround, heard }
+        Self { port, endpoint, open, link: None, dialing, echo, heard }
     }
 
     fn dial(&mut self) {
@@ -363,6 +356,14 @@ impl Wire {
             Some(link) => Happened::Read(index, link.recv(buffer).await),
             None => pending().await,
         }
+    }
+}
+
+/// Pause of a line between the last received byte and a frame.
+fn turnaround(line: &Endpoint) -> Duration {
+    match line {
+        Endpoint::Serial { line, .. } => line.turnaround,
+        _ => Duration::ZERO,
     }
 }
 

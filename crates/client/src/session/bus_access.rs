@@ -88,7 +88,7 @@ impl Line {
     /// Replaces the contents of `wire` by our frame for the controller's grant or probe, or by the
     /// empty one.
     pub(super) fn answer_controller(&mut self, now: Now, word: Word, wire: &mut Vec<u8>) -> bool {
-        if self.quiet_until().is_some_and(|until| now < until) {
+        if self.word_due().is_some_and(|until| now < until) {
             return false;
         }
         self.bus.word = None;
@@ -106,8 +106,14 @@ impl Line {
         true
     }
 
-    fn quiet_until(&self) -> Option<Now> {
-        self.heard.map(|heard| heard + self.config.turnaround)
+    /// When the controller's grant or probe is answered. Other bytes after it hold back nothing
+    /// urgent.
+    fn word_due(&self) -> Option<Now> {
+        let since = match self.bus.word {
+            Some((_, since)) if self.is_urgent() => Some(since),
+            _ => self.heard,
+        };
+        since.map(|since| since + self.config.turnaround)
     }
 
     /// Ends operations that wait for a grant in vain.
@@ -151,7 +157,7 @@ impl Line {
 
     /// Time of the next call of [`Line::end_vain_waits`] or answer to the controller.
     pub(super) fn bus_timeout(&self, now: Now) -> Option<Now> {
-        let word = self.bus.word.map(|_| self.quiet_until().unwrap_or(now).max(now));
+        let word = self.bus.word.map(|_| self.word_due().unwrap_or(now).max(now));
         word.into_iter().chain(self.patience_until()).min()
     }
 }

@@ -38,7 +38,7 @@ use lafet_proto::{Ints, ParamId, Request, RequestId, Status, SubsystemId};
 
 use super::Now;
 use crate::answers::{Answers, RequestBuf};
-use crate::error::Error;
+use crate::error::{Cause, Error};
 use steps::Steps;
 
 /// A destination far away, as in the document (§3.1).
@@ -506,7 +506,11 @@ impl JogCore {
             let reason = if expired { Reason::Lapsed } else { Reason::LinkLost };
             return self.stop(now, reason);
         }
-        if matches!(error, Error::Closed) || now >= self.heard + SILENCE_MAX {
+        // Stop is answered, and a check cannot be sent: a controller has appeared on the line.
+        let unconnected = matches!(&error, Error::NotSent { cause: Cause::Link(_), .. });
+        let refused = expired && !unconnected && now >= self.stopping_since + STOPPING_MAX;
+        let silent = now >= self.heard + SILENCE_MAX;
+        if matches!(error, Error::Closed) || refused || silent {
             return self.finish(JogEnd::Unknown(error));
         }
         // A Stop without answer is followed by another Stop.

@@ -334,13 +334,24 @@ impl Line {
             let overtaken = sent + self.config.patience;
             Some(if haste == Haste::Usual { until } else { until.min(overtaken) })
         });
-        let quiet = self.heard.map(|heard| heard + self.config.turnaround);
+        // Before a grant was used, the pause has passed.
+        let heard = self.heard.filter(|_| !self.granted);
+        let quiet = heard.map(|heard| heard + self.config.turnaround);
+        // Bytes without end must not hold back a Stop.
+        let at_most = self.urgent_since().filter(|_| haste == Haste::Urgent);
+        let longest = self.config.patience.max(self.config.turnaround);
+        let quiet = quiet.map(|until| at_most.map_or(until, |since| until.min(since + longest)));
         // A console waits for its grant anyway; the controller itself does not wait.
         let listens = self.config.role == Role::Direct
             && self.config.addresses.source != CONTROLLER
             && haste == Haste::Usual;
         let listened = listens.then_some(self.listen_until);
         Some(free.chain(quiet).chain(listened).fold(now, Now::max))
+    }
+
+    /// Since when the first urgent frame waits for the line.
+    fn urgent_since(&self) -> Option<Now> {
+        self.sessions.iter().filter_map(Session::urgent_since).min()
     }
 
     /// All absent monitors share one part of the line's time, however many they are.

@@ -23,6 +23,10 @@ pub struct Operation {
     pub sent: bool,
     /// Time of the first transmission over this connection whose answer can be accepted.
     pub first_sent: Option<Now>,
+    /// Urgent: time of the first transmission over any connection whose answer can be accepted.
+    pub began: Option<Now>,
+    /// Urgent: start of the time without answer that does not count as silence yet.
+    pub silent_from: Option<Now>,
     /// Time after which it must not be sent.
     pub expires: Option<Now>,
     /// The caller does not wait for the outcome any more.
@@ -103,6 +107,8 @@ impl Operation {
             tries: 0,
             sent: false,
             first_sent: None,
+            began: None,
+            silent_from: None,
             expires,
             cancelled: false,
             odd: None,

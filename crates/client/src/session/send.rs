@@ -53,7 +53,10 @@ impl Session {
         outstanding.operation.tries += u32::from(believable);
         outstanding.operation.sent = true;
         if believable {
-            outstanding.operation.first_sent.get_or_insert(now);
+            let operation = &mut outstanding.operation;
+            operation.first_sent.get_or_insert(now);
+            operation.began.get_or_insert(now);
+            operation.silent_from.get_or_insert(now);
         }
         outstanding.tries += 1;
         outstanding.forms.add(form);

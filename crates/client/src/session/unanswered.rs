@@ -65,22 +65,22 @@ impl Session {
         self.stats.timeouts += 1;
         self.misses = self.misses.saturating_add(1);
         self.missed_at = Some(outstanding.sent);
-        // An urgent frame is repeated before a missing answer proves anything.
-        let long = now >= outstanding.sent + self.config.timeout;
-        if long {
-            self.note_silence(outstanding.sent);
-        }
+        self.count_silence(now, &mut outstanding);
         self.check.silence(now);
         let again = self.may_try_again(now, &outstanding.operation);
         self.note_untagged(&mut outstanding, !again);
         let hopeless = outstanding.tag.is_some() && !self.tags_work();
-        if again && !hopeless {
+        // Urgent ones take turns: one that is never answered does not hold back the others.
+        let others = outstanding.operation.is_urgent() && !self.urgent.is_empty();
+        if again && !hopeless && !others {
             outstanding.due = true;
             self.outstanding = Some(outstanding);
             return;
         }
         let Outstanding { mut operation, .. } = self.give_up(outstanding);
-        if again {
+        if again && others {
+            self.urgent.push_back(operation);
+        } else if again {
             self.requeue(operation);
         } else if operation.ticket == Ticket::QUESTION {
             self.question_failed(hopeless, operation.tries);
@@ -93,6 +93,17 @@ impl Session {
         }
         self.end_vain_reads();
         self.overtake(now);
+    }
+
+    /// Counts a frame that was not answered in all the time for it. An urgent one is repeated before
+    /// a missing answer proves anything: all its frames in that time count as one.
+    fn count_silence(&mut self, now: Now, outstanding: &mut Outstanding) {
+        let (sent, operation) = (outstanding.sent, &mut outstanding.operation);
+        let since = operation.silent_from.filter(|_| operation.is_urgent()).unwrap_or(sent);
+        if now >= since + self.config.timeout {
+            operation.silent_from = None;
+            self.note_silence(sent);
+        }
     }
 
     /// Remembers a frame that was not answered in all the time for it.

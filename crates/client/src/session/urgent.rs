@@ -61,6 +61,13 @@ impl Session {
         wait.min(self.config.timeout)
     }
 
+    /// Since when an urgent frame waits to be sent.
+    pub(super) fn urgent_since(&self) -> Option<Now> {
+        let due = self.outstanding.as_ref().filter(|it| it.due && it.operation.is_urgent());
+        let again = due.map(|it| if it.tries == 0 { it.operation.submitted } else { it.deadline });
+        again.or_else(|| self.urgent.front().map(|operation| operation.submitted))
+    }
+
     /// Whether the last frames were not answered.
     pub(super) const fn is_absent(&self) -> bool {
         self.misses >= ABSENT_MISSES
@@ -143,7 +150,7 @@ impl Session {
     pub(super) fn may_try_again(&self, now: Now, operation: &Operation) -> bool {
         if operation.is_urgent() {
             let all = self.config.timeout * self.config.tries;
-            return operation.first_sent.is_none_or(|first| now < first + all);
+            return operation.began.is_none_or(|began| now < began + all);
         }
         let absent = self.is_absent() && self.others.is_some();
         let tries = if absent { 1 } else { self.config.tries };
@@ -172,13 +179,12 @@ impl Session {
     }
 
     /// Time for which waiting operations let an outstanding frame wait for its answer; `None`:
-    /// until its deadline. Urgent operations replace any other, those of a held motion replace a
-    /// read.
+    /// until its deadline. An urgent operation replaces any other one; one that has been sent before
+    /// waits for another urgent one. Those of a held motion replace a read.
     pub(super) fn patience(&self, outstanding: &Outstanding) -> Option<Duration> {
         let operation = &outstanding.operation;
         if let Some(urgent) = self.urgent.front() {
-            let blind = outstanding.sent < outstanding.believe_from;
-            let overtakes = !operation.is_urgent() || (blind && !urgent.sent);
+            let overtakes = !operation.is_urgent() || !urgent.sent;
             return overtakes.then_some(self.config.patience);
         }
         if !self.queue.iter().any(Operation::is_held) {

@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
+use crate::ports::Adapters;
 use crate::url::Endpoint;
 
 /// Longest time for opening a connection.
@@ -58,6 +59,17 @@ impl Link {
         tokio::time::timeout(CONNECT_TIMEOUT, opening)
             .await
             .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+    }
+
+    /// Opens the connection of an endpoint again: a serial port must have the same adapter.
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::open`], and [`PortError::OtherAdapter`](port::PortError::OtherAdapter).
+    pub(crate) async fn open_same(endpoint: &Endpoint, adapters: &Adapters) -> io::Result<Self> {
+        let link = Self::open(endpoint).await?;
+        adapters.check(endpoint)?;
+        Ok(link)
     }
 
     /// Sends a whole frame.
@@ -115,6 +127,14 @@ impl Link {
             Self::Udp(link) => link.poll_recv(cx, buffer),
             Self::Serial(link) => link.poll_recv(cx, buffer),
             Self::Memory(link) => link.poll_recv(cx, buffer),
+        }
+    }
+
+    /// Gives up what has been sent and not confirmed: it is not delivered after a connection that
+    /// replaces this one.
+    pub fn abandon(&self) {
+        if let Self::Tcp(link) = self {
+            link.abandon();
         }
     }
 

@@ -4,7 +4,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use crate::fake::plant::{Fate, Plant, SOON, Shared, plant, serve};
-use lafet_client::{Client, Config, Error, Hold, JogEnd, LinkEvent, Monitor, Reason, Toward};
+use lafet_client::session::Now;
+use lafet_client::session::jog::JogCore;
+use lafet_client::{
+    Cause, Client, Config, Error, Hold, JogEnd, LinkEvent, Monitor, Reason, Toward,
+};
 use lafet_proto::{RequestId, SubsystemId};
 use tokio::time::{Instant, advance, sleep_until};
 
@@ -301,6 +305,56 @@ async fn refusals() {
     pass(10 * MS).await;
     let end = jog.release().await;
     assert!(matches!(end, JogEnd::StillMoving(_) | JogEnd::Stopped { .. }), "{end:?}");
+}
+
+/// A controller has appeared on the line: Stop still goes out, and nothing can be read. The caller
+/// learns so in 30 s.
+#[test]
+fn a_drive_that_cannot_be_read_is_given_up() {
+    let mut core = JogCore::new(Now::ZERO, VERTICAL, Toward::UP, Hold::default(), true);
+    core.stop(Now::ZERO, Reason::Released);
+    let mut now = Now::ZERO;
+    let end = loop {
+        let refused = Error::NotSent {
+            request: RequestId::GET_STATUS,
+            to: VERTICAL,
+            cause: Cause::ControllerPresent,
+        };
+        if core.poll_next(now).is_some() {
+            core.handle_result(now, vec![Err(refused)]);
+        }
+        if let Some(end) = core.poll_end() {
+            break end;
+        }
+        now = core.poll_timeout().unwrap().max(now + MS);
+        assert!(now < 31_000 * MS, "it goes on without end");
+    };
+    assert!(matches!(end, JogEnd::Unknown(Error::NotSent { .. })), "{end:?}");
+    assert!(now >= 30_000 * MS, "{now:?}");
+}
+
+/// The runtime of a motion ends before its handle: a caller that waits for the end gets it.
+#[test]
+fn a_motion_whose_runtime_is_gone_has_ended() {
+    let runtime = || {
+        let mut builder = tokio::runtime::Builder::new_current_thread();
+        builder.enable_time().build().unwrap()
+    };
+    for polled in [false, true] {
+        let first = runtime();
+        let mut jog = first.block_on(async {
+            let monitor = start(&plant());
+            let jog = monitor.vertical().jog(Toward::UP).unwrap();
+            if polled {
+                tokio::task::yield_now().await;
+            }
+            jog
+        });
+        drop(first);
+        let waiting = async { tokio::time::timeout(10_000 * MS, jog.ended()).await };
+        let end = runtime().block_on(waiting).expect("it does not wait without end");
+        assert!(matches!(end, JogEnd::Unknown(Error::Closed)), "{end:?}");
+    }
 }
 
 #[tokio::test(start_paused = true)]

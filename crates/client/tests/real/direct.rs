@@ -1,7 +1,7 @@
 //! The client without a thread, over TCP to a small monitor.
 
 use std::io::{Read, Write};
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
@@ -21,17 +21,21 @@ fn monitor(mut behave: impl FnMut(&[u8]) -> Option<Vec<u8>> + Send + 'static) ->
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = listener.local_addr().unwrap();
     thread::spawn(move || {
-        for mut stream in listener.incoming().map_while(Result::ok) {
-            let mut decoder: Decoder = Decoder::new();
-            let mut byte = [0];
-            while let Ok(1) = stream.read(&mut byte) {
-                let Some(asked) = decoder.push(byte[0]) else { continue };
-                let Some(bytes) = behave(asked.payload) else { break };
-                stream.write_all(&bytes).unwrap();
-            }
+        for stream in listener.incoming().map_while(Result::ok) {
+            serve(stream, &mut behave);
         }
     });
     format!("tcp://{place}?addr=1").parse().unwrap()
+}
+
+fn serve(mut stream: TcpStream, behave: &mut impl FnMut(&[u8]) -> Option<Vec<u8>>) {
+    let mut decoder: Decoder = Decoder::new();
+    let mut byte = [0];
+    while let Ok(1) = stream.read(&mut byte) {
+        let Some(asked) = decoder.push(byte[0]) else { continue };
+        let Some(bytes) = behave(asked.payload) else { break };
+        stream.write_all(&bytes).unwrap();
+    }
 }
 
 fn config(timeout: Duration) -> Config {
@@ -96,6 +100,21 @@ fn silence_ends() {
     assert!(matches!(error, Error::NotSent { .. } | Error::OutcomeUnknown { .. }), "{error}");
     let serial = "serial:///dev/null".parse().unwrap();
     assert!(matches!(Direct::connect(&serial), Err(Error::Link { .. })));
+}
+
+/// The first connection takes frames and never answers: a Stop goes out over the next one.
+#[test]
+fn a_stop_survives_a_half_open_connection() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let endpoint = format!("tcp://{}?addr=1", listener.local_addr().unwrap()).parse().unwrap();
+    thread::spawn(move || {
+        let (_half_open, _) = listener.accept().unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        serve(stream, &mut |payload| Some(frame(&answer(payload))));
+    });
+    let mut client = Direct::connect_with(&endpoint, config(Duration::from_millis(100))).unwrap();
+    client.request(&Request::new(SubsystemId::ALL, Body::Stop)).unwrap();
+    assert_eq!(client.stats().reconnects, 1);
 }
 
 /// What is answered late is not believed for the next request.

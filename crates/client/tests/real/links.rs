@@ -83,6 +83,30 @@ async fn a_half_open_connection_is_made_anew() {
     assert_eq!(client.stats().reconnects, 1);
 }
 
+/// The same with a Stop: it goes out over the next connection, and what the first one still holds is
+/// not delivered any more.
+#[tokio::test]
+async fn a_stop_survives_a_half_open_connection() {
+    let (listener, endpoint) = listen().await;
+    let first = tokio::spawn(async move {
+        let (mut half_open, _) = listener.accept().await.unwrap();
+        let (stream, _) = listener.accept().await.unwrap();
+        tokio::spawn(serve(stream, Log::default(), |payload| frame(&answer(payload))));
+        let mut buffer = [0; 256];
+        loop {
+            match half_open.read(&mut buffer).await {
+                Ok(0) => return None,
+                Ok(_) => {}
+                Err(error) => return Some(error.kind()),
+            }
+        }
+    });
+    let client = Client::connect_with(&endpoint, quick()).await.unwrap();
+    client.request(&Request::new(SubsystemId::ALL, Body::Stop)).await.unwrap();
+    assert_eq!(client.stats().reconnects, 1);
+    assert_eq!(first.await.unwrap(), Some(std::io::ErrorKind::ConnectionReset));
+}
+
 /// A monitor that goes away and comes back: the client finds it again by itself.
 #[tokio::test]
 async fn a_lost_connection_is_made_anew() {

@@ -47,6 +47,7 @@ program-with-id = программой { $program } ({ $pid })
 port-not-permitted = Нет прав на открытие { $port }. Вступите в группу { $group } (`sudo usermod -aG { $group } $USER`) и войдите в систему заново.
 port-of-owner = Нет прав на открытие { $port }: их может дать владелец.
 port-missing = Порта { $port } нет. Проверьте, подключён ли адаптер; `lafet ports` покажет имеющиеся порты.
+port-other-adapter = { $port } — теперь другой адаптер: { $now } вместо { $was }. В него ничего не передаётся: за ним может быть другой ствол. Подключите прежний адаптер; путь из /dev/serial/by-id указывает адаптер, а не гнездо (`lafet ports`).
 port-not-serial = { $port } — не последовательный порт, или за ним нет оборудования. `lafet ports` покажет имеющиеся порты.
 
 # os_text.rs: errors of the system. In English the system words them itself.

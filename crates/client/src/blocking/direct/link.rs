@@ -7,6 +7,7 @@ use std::time::Duration;
 use serial2::SerialPort;
 
 use crate::transport::serial::Port;
+use crate::transport::tcp::{abandon, limit_delivery};
 use crate::transport::udp::nobody_listens;
 use crate::transport::{CONNECT_TIMEOUT, not_ended};
 use crate::url::Endpoint;
@@ -44,6 +45,7 @@ impl Link {
     fn tcp(peer: SocketAddr) -> io::Result<Self> {
         let stream = TcpStream::connect_timeout(&peer, CONNECT_TIMEOUT)?;
         stream.set_nodelay(true)?;
+        limit_delivery(&stream)?;
         Ok(Self::Tcp { stream, waits: Duration::ZERO })
     }
 
@@ -62,6 +64,13 @@ impl Link {
     /// Whether a peer without answers may be a half-open connection.
     pub const fn can_be_half_open(&self) -> bool {
         matches!(self, Self::Tcp { .. })
+    }
+
+    /// See [`crate::transport::Link::abandon`].
+    pub fn abandon(&self) {
+        if let Self::Tcp { stream, .. } = self {
+            abandon(stream);
+        }
     }
 
     /// Sends a frame; waits at most `longest` for a peer that does not read.

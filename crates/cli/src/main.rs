@@ -35,6 +35,7 @@ mod texts;
 mod top;
 mod undo;
 mod version;
+mod whole;
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -7,7 +7,7 @@
 //!       │  Ctrl-C, line cut │
 //!       ▼                   ▼
 //!   Stop (or Close) ◀──▶ look        until it is seen at rest,
-//!       │ no answer          │       or REACH has passed, or Ctrl-C once more
+//!       │ no answer          │       or REACH has passed, or Ctrl-C once more, a second later
 //!       ▼                    ▼
 //!   try again            at rest | still moving | not known
 //! ```
@@ -197,16 +197,18 @@ impl Undo {
         interrupt: &mut Interrupt,
         because: Because,
     ) -> Failure {
+        let mut since = None;
         match &because {
             Because::Interrupted => {
-                out.progress(text::InterruptedWhile { words: self.words() }.of(current()))
+                since = Some(Instant::now());
+                out.progress(text::InterruptedWhile { words: self.words() }.of(current()));
             }
             Because::Lost(error) => out.warn(&self.trying(error)),
         }
         let told = matches!(because, Because::Lost(_));
         let end = tokio::select! {
             end = self.bring_to_rest(connection, out, told) => end,
-            () = interrupt.wait() => End::GivenUp,
+            () = interrupt.give_up(since) => End::GivenUp,
         };
         out.end_progress();
         Failure::BrokenOff(Box::new(BrokenOff { because, end, undo: self.clone() }))

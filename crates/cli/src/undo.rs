@@ -150,6 +150,7 @@ impl Undo {
             Body::Open { .. } | Body::Close { .. } if to.is_valve() => Some(Self {
                 requests: vec![Request::close(to)],
                 flowing: vec![to],
+                wanted: matches!(request.body, Body::Close { .. }),
                 ..Self::default()
             }),
             Body::StartQuench(_) | Body::StartTrajectory(_) => Some(program(SubsystemId::CONTROL)),
@@ -239,17 +240,55 @@ impl Undo {
         }
     }
 
-    /// Sends the undo once, and polls until it is at rest.
-    async fn attempt(&self, connection: &Connection) -> Result<End, Error> {
-        for request in &self.requests {
-            let answers = connection.client.request(request).await?;
-            let is_stop = matches!(request.body, Body::Stop) && request.to != SubsystemId::ALL;
-            if is_stop && answers.refusal().is_some() {
-                // Another subsystem has taken over (§3.2/2–4): Stop All, which is never denied.
-                let all = Request::new(SubsystemId::ALL, Body::Stop);
-                connection.client.request(&all).await?;
+    /// Sends the requests of the undo, all of them whatever becomes of one; returns the first
+    /// error after which it is worth trying again.
+    ///
+    /// What stops valves goes first, because it would stop a Close halfway; then what closes them,
+    /// then the rest.
+    async fn send(&self, connection: &Connection) -> Result<(), Error> {
+        let order = |request: &&Request<'_>| match request.body {
+            Body::Stop if request.to == SubsystemId::ALL || request.to.is_valve() => 0,
+            Body::Close { .. } => 1,
+            _ => 2,
+        };
+        let mut requests: Vec<&Request<'_>> = self.requests.iter().collect();
+        requests.sort_by_key(order);
+        let mut first = Ok(());
+        let mut send = async |request: &Request<'_>| match connection.client.request(request).await
+        {
+            Ok(answers) => answers.refusal().is_some(),
+            Err(error) => {
+                // After an answer that is not valid, the state shows what has become of it.
+                if first.is_ok() && is_of_the_line(&error) {
+                    first = Err(error);
+                }
+                false
+            }
+        };
+        let mut again = false;
+        for request in &requests {
+            let refused = send(request).await;
+            match request.body {
+                Body::Stop if refused && request.to != SubsystemId::ALL => {
+                    // Another subsystem has taken over (§3.2/2–4): Stop All, which is never denied.
+                    send(&Request::new(SubsystemId::ALL, Body::Stop)).await;
+                    again = true;
+                }
+                // A program that works the valve itself is stopped behind the Close (§3.2/2).
+                Body::Stop => again |= request.to == SubsystemId::CONTROL,
+                Body::Close { .. } => again |= refused,
+                _ => {}
             }
         }
+        for close in requests.iter().filter(|it| again && matches!(it.body, Body::Close { .. })) {
+            send(close).await;
+        }
+        first
+    }
+
+    /// Sends the undo once, and polls until it is at rest.
+    async fn attempt(&self, connection: &Connection) -> Result<End, Error> {
+        self.send(connection).await?;
         let mut whose = self.moving.clone();
         whose.extend(self.flowing.iter().chain(&self.limitless));
         let until = Instant::now() + self.settle();
@@ -444,7 +483,7 @@ impl Undo {
 }
 
 /// Whether a request that ended with this error may have been executed.
-pub const fn may_be_executed(error: &Error) -> bool {
+const fn may_be_executed(error: &Error) -> bool {
     matches!(error, Error::OutcomeUnknown { .. } | Error::Protocol { .. })
 }
 

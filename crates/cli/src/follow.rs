@@ -121,9 +121,9 @@ impl Follow<'_> {
             let states = states.map_err(|error| Broken::Off(Because::Lost(error)))?;
             let progress = match judge(&states) {
                 Step::Done => return Ok(states),
-                Step::Ended(why) => return Err(Broken::Over(Failure::Ended(why))),
+                Step::Ended(why) => return Err(self.over(why, running)),
                 Step::Idle(why) if running || began.elapsed() > START => {
-                    return Err(Broken::Over(Failure::Ended(why)));
+                    return Err(self.over(why, running));
                 }
                 Step::Idle(_) => None,
                 Step::Running(progress) => {
@@ -136,6 +136,14 @@ impl Follow<'_> {
                 shown = progress;
             }
             sleep(POLL).await;
+        }
+    }
+
+    /// What ended is over. What was not seen to begin may begin later, so it is undone.
+    fn over(&self, why: String, began: bool) -> Broken {
+        match began || self.undo.is_wanted() {
+            true => Broken::Over(Failure::Ended(why)),
+            false => Broken::Off(Because::NotBegun(why)),
         }
     }
 

@@ -684,6 +684,7 @@ undo-tries =
     { $error }
     { $risk }. Trying for up to { $seconds } s to reach the monitor and send { $words }; Ctrl-C gives up. If you see danger, use the emergency stop now.
 undo-done = { $words } was sent; at rest now.{ $state }
+undo-leaves-open = { $valve } is not closed, and water may flow. To close it: lafet close { $name }
 undo-not-at-rest = { $words } was answered, but it is not at rest: { $state }. { $emergency }
 undo-not-seen = { $risk }: it was not seen at rest after { $words }. { $emergency }{ $why }
 undo-gave-up = Gave up before it was seen at rest. { $risk }. { $emergency }

@@ -684,6 +684,7 @@ undo-tries =
     { $error }
     { $risk }. До { $seconds } с продолжаются попытки связаться со стволом и послать { $words }; Ctrl-C прекращает их. При опасности сразу нажмите аварийный останов.
 undo-done = Послано: { $words }; теперь всё в покое.{ $state }
+undo-leaves-open = { $valve } не закрыт, вода, возможно, течёт. Чтобы закрыть: lafet close { $name }
 undo-not-at-rest = { $words }: ответ получен, но покоя нет: { $state }. { $emergency }
 undo-not-seen = { $risk }: покоя после { $words } не видно. { $emergency }{ $why }
 undo-gave-up = Попытки прекращены до того, как наступил покой. { $risk }. { $emergency }

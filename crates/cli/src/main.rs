@@ -7,6 +7,8 @@
 //!
 //! The language is chosen first ([`lang`]), because help and errors need it; every command then
 //! returns an [`failure::Outcome`], from which `main` derives the exit code.
+// `println!` and `eprintln!` panic where the reader is gone, in the middle of a motion.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod angle;
 mod cli;
@@ -37,13 +39,12 @@ mod undo;
 mod version;
 mod whole;
 
-use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::FromArgMatches;
 use cli::{Cli, Command, Global};
 use failure::{Failure, Outcome};
-use out::Out;
+use out::{Out, complain};
 
 /// A hub runs for months beside short floods of requests. The allocator of glibc keeps what such a
 /// flood has freed in the arenas of its threads; this one gives it back to the system within
@@ -79,7 +80,7 @@ fn report(failure: &Failure, out: &mut Out) -> ExitCode {
     let message = failure.message();
     if !message.is_empty() {
         // If standard error is closed, the exit code still reports the failure.
-        let _ = writeln!(io::stderr(), "{message}");
+        complain(&message);
         if out.json() {
             let _ = out.value(&failure.json());
         }

@@ -120,6 +120,12 @@ impl Out {
     }
 }
 
+/// Prints a line to standard error. A command must not end, least of all by a panic, because the
+/// terminal is gone.
+pub fn complain(text: impl Display) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
 impl Drop for Out {
     fn drop(&mut self) {
         self.end_progress();

@@ -27,7 +27,7 @@ use crate::connect::{link, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
-use crate::out::Out;
+use crate::out::{Out, complain};
 
 /// Interval at which the file is flushed: the most that a power cut can lose.
 const FLUSH: Duration = Duration::from_secs(1);
@@ -126,7 +126,7 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
             if matches!(asked, Err(Error::NotSent { cause: Cause::ControllerPresent, .. }))
                 && !told.swap(true, Ordering::Relaxed)
             {
-                eprintln!("{}", controller_present());
+                complain(controller_present());
             }
         }
     };

@@ -11,6 +11,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod angle;
+mod aside;
 mod cli;
 mod cmd;
 mod connect;

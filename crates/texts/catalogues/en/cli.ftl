@@ -672,6 +672,9 @@ scene-stale = stale
 unit-min = min
 unit-h = h
 
+# aside.rs
+lines-left-out = Lines left out here, because they were not read in time: { $count }
+
 # undo.rs
 interrupted-while = Interrupted: { $words }
 risk-barrel = the barrel may still move

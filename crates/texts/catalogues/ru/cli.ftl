@@ -672,6 +672,9 @@ scene-stale = устарело
 unit-min = мин
 unit-h = ч
 
+# aside.rs
+lines-left-out = Здесь пропущены строки, которые не успели прочитать: { $count }
+
 # undo.rs
 interrupted-while = Прервано: { $words }
 risk-barrel = ствол, возможно, ещё движется

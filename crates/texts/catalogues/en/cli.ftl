@@ -202,6 +202,7 @@ polls-withheld = A controller gives access on this line, so no requests are sent
 cannot-listen-tap = cannot listen on { $address }
 connect-tap = Connect the program to tcp://{ $bound } instead of { $url }.
 reconnecting = { $url }: { $error }; reconnecting
+tap-goes-on = Nothing more is recorded; the tap goes on passing everything.
 
 # cmd/replay.rs
 cannot-read-recording = cannot read { $name }

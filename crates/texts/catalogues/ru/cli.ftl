@@ -202,6 +202,7 @@ polls-withheld = На этой линии доступ даёт контролл
 cannot-listen-tap = нельзя слушать { $address }
 connect-tap = Подключите программу к tcp://{ $bound } вместо { $url }.
 reconnecting = { $url }: { $error }; соединяюсь снова
+tap-goes-on = Запись больше не ведётся; отвод по-прежнему передаёт всё.
 
 # cmd/replay.rs
 cannot-read-recording = не удаётся прочитать { $name }

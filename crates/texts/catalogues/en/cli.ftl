@@ -311,6 +311,7 @@ top-needs-terminal = top needs a terminal. `lafet top --once` prints one picture
 state-not-known = the state is not known
 cannot-draw = cannot draw on this terminal
 stop-not-sent = Stop All NOT sent: no link
+stop-not-answered = Stop All was sent and not answered. If you see danger, use the emergency stop now.
 
 # cmd/tune.rs
 tune-not-deployer = Deployer goes from switch to switch: there is nothing to tune.

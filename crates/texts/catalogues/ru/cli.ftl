@@ -311,6 +311,7 @@ top-needs-terminal = Для top нужен терминал. `lafet top --once` 
 state-not-known = о состоянии ничего не известно
 cannot-draw = терминал
 stop-not-sent = Stop All НЕ послан: нет связи
+stop-not-answered = Stop All послан, ответа нет. При опасности сразу нажмите аварийный останов.
 
 # cmd/tune.rs
 tune-not-deployer = Deployer движется между датчиками крайних положений: настраивать нечего.

@@ -57,15 +57,27 @@ impl Follow<'_> {
         start: impl Future<Output = Result<T, Failure>>,
         judge: impl FnMut(&States) -> Step,
     ) -> Result<States, Failure> {
-        let mut interrupt = Interrupt::catch()?;
+        self.run_until(&mut Interrupt::catch()?, out, start, judge).await
+    }
+
+    /// Like [`Self::run`], for one motion of several: a signal that came before it, since
+    /// `interrupt` exists, keeps it from starting.
+    pub async fn run_until<T>(
+        &self,
+        interrupt: &mut Interrupt,
+        out: &mut Out,
+        start: impl Future<Output = Result<T, Failure>>,
+        judge: impl FnMut(&States) -> Step,
+    ) -> Result<States, Failure> {
         let broken = tokio::select! {
+            biased;
+            () = interrupt.wait() => Broken::Off(Because::Interrupted),
             ended = self.watch(out, start, judge) => match ended {
                 Ok(states) => return Ok(states),
                 Err(broken) => broken,
             },
-            () = interrupt.wait() => Broken::Off(Because::Interrupted),
         };
-        Err(self.end(out, &mut interrupt, broken).await)
+        Err(self.end(out, interrupt, broken).await)
     }
 
     /// Runs `start` alone: what it starts continues without the command.
@@ -109,9 +121,9 @@ impl Follow<'_> {
             let states = states.map_err(|error| Broken::Off(Because::Lost(error)))?;
             let progress = match judge(&states) {
                 Step::Done => return Ok(states),
-                Step::Ended(why) => return Err(Broken::Over(Failure::Ended(why))),
+                Step::Ended(why) => return Err(self.over(why, running)),
                 Step::Idle(why) if running || began.elapsed() > START => {
-                    return Err(Broken::Over(Failure::Ended(why)));
+                    return Err(self.over(why, running));
                 }
                 Step::Idle(_) => None,
                 Step::Running(progress) => {
@@ -124,6 +136,14 @@ impl Follow<'_> {
                 shown = progress;
             }
             sleep(POLL).await;
+        }
+    }
+
+    /// What ended is over. What was not seen to begin may begin later, so it is undone.
+    fn over(&self, why: String, began: bool) -> Broken {
+        match began || self.undo.is_wanted() {
+            true => Broken::Over(Failure::Ended(why)),
+            false => Broken::Off(Because::NotBegun(why)),
         }
     }
 

@@ -1,10 +1,23 @@
 //! Ctrl-C and the signals that end a program.
 
+use std::cell::Cell;
+use std::time::Duration;
+
 use lafet_texts::cli as text;
+use tokio::time::Instant;
 
 use crate::failure::Failure;
 #[cfg(unix)]
 use crate::lang::current;
+
+/// A Ctrl-C within this time after a signal belongs to it: keys bounce, and a terminal that closes
+/// sends several signals.
+const DELIBERATE: Duration = Duration::from_secs(1);
+
+thread_local! {
+    /// How many commands of this thread watch for signals; all of a program run on one.
+    static WATCHING: Cell<usize> = const { Cell::new(0) };
+}
 
 /// The signal caught.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,15 +28,48 @@ pub enum Caught {
     End,
 }
 
+impl Caught {
+    /// Whether this signal, after the one caught `since`, is meant to give up.
+    pub fn gives_up(self, since: Option<Instant>) -> bool {
+        self == Self::CtrlC && since.is_some_and(|since| !is_together_with(since))
+    }
+}
+
+fn is_together_with(since: Instant) -> bool {
+    since.elapsed() < DELIBERATE
+}
+
 /// Catches signals from its creation on, so that none is lost before it is awaited.
 pub struct Interrupt {
+    _watching: Watching,
     #[cfg(unix)]
     signals: [tokio::signal::unix::Signal; 4],
     #[cfg(test)]
     pressed: tokio::sync::broadcast::Receiver<()>,
 }
 
+/// Counts in [`WATCHING`] while it exists.
+struct Watching;
+
+impl Watching {
+    fn start() -> Self {
+        WATCHING.set(WATCHING.get() + 1);
+        Self
+    }
+}
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        WATCHING.set(WATCHING.get().saturating_sub(1));
+    }
+}
+
 impl Interrupt {
+    /// Whether another one exists on this thread, which then reacts to signals by itself.
+    pub fn is_shared(&self) -> bool {
+        WATCHING.get() > 1
+    }
+
     /// Starts to catch Ctrl-C, Ctrl-\, SIGTERM and SIGHUP.
     #[cfg(unix)]
     pub fn catch() -> Result<Self, Failure> {
@@ -36,6 +82,7 @@ impl Interrupt {
             catch(SignalKind::quit())?,
         ];
         Ok(Self {
+            _watching: Watching::start(),
             signals,
             #[cfg(test)]
             pressed: tests::listen(),
@@ -45,7 +92,7 @@ impl Interrupt {
     /// Starts to catch Ctrl-C.
     #[cfg(not(unix))]
     pub fn catch() -> Result<Self, Failure> {
-        Ok(Self {})
+        Ok(Self { _watching: Watching::start() })
     }
 
     /// Waits for the next signal.
@@ -88,6 +135,12 @@ impl Interrupt {
     /// Waits for any signal.
     pub async fn wait(&mut self) {
         self.next().await;
+    }
+
+    /// Waits for a Ctrl-C that is meant to give up what has to be brought to rest: no signal that
+    /// ends the program is, nor any that comes together with the one caught `since`.
+    pub async fn give_up(&mut self, since: Option<Instant>) {
+        while self.next().await != Caught::CtrlC || since.is_some_and(is_together_with) {}
     }
 }
 

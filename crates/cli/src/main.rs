@@ -7,8 +7,11 @@
 //!
 //! The language is chosen first ([`lang`]), because help and errors need it; every command then
 //! returns an [`failure::Outcome`], from which `main` derives the exit code.
+// `println!` and `eprintln!` panic where the reader is gone, in the middle of a motion.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod angle;
+mod aside;
 mod cli;
 mod cmd;
 mod connect;
@@ -35,14 +38,19 @@ mod texts;
 mod top;
 mod undo;
 mod version;
+mod whole;
 
-use std::io::{self, Write};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::FromArgMatches;
 use cli::{Cli, Command, Global};
 use failure::{Failure, Outcome};
-use out::Out;
+use out::{Out, complain};
+use tokio::runtime::{Builder, Runtime};
+
+/// How long the end of the program waits for the system, which may look up a name meanwhile.
+const LAST: Duration = Duration::from_secs(1);
 
 /// A hub runs for months beside short floods of requests. The allocator of glibc keeps what such a
 /// flood has freed in the arenas of its threads; this one gives it back to the system within
@@ -66,10 +74,23 @@ fn main() -> ExitCode {
         Err(error) => return help::show(&error),
     };
     let mut out = Out::new(cli.global.json);
-    match run(cli.command, &cli.global, &mut out) {
+    // No command needs more than this thread.
+    let runtime = match Builder::new_current_thread().enable_all().build() {
+        Ok(runtime) => runtime,
+        Err(error) => return report(&error.into(), &mut out),
+    };
+    let code = match runtime.block_on(dispatch(cli.command, &cli.global, &mut out)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => report(&failure, &mut out),
-    }
+    };
+    drop(out);
+    end(runtime);
+    code
+}
+
+/// Ends what is left of a command.
+fn end(runtime: Runtime) {
+    runtime.shutdown_timeout(LAST);
 }
 
 /// Reports a failure: as text on standard error, as JSON on standard output.
@@ -78,18 +99,12 @@ fn report(failure: &Failure, out: &mut Out) -> ExitCode {
     let message = failure.message();
     if !message.is_empty() {
         // If standard error is closed, the exit code still reports the failure.
-        let _ = writeln!(io::stderr(), "{message}");
+        complain(&message);
         if out.json() {
             let _ = out.value(&failure.json());
         }
     }
     ExitCode::from(failure.exit_code())
-}
-
-/// Runs a command on this thread; no command needs more.
-fn run(command: Command, global: &Global, out: &mut Out) -> Outcome {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(dispatch(command, global, out))
 }
 
 async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
@@ -137,5 +152,24 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Restart(_) => cmd::service::run_restart(global, out).await,
         Command::Crash(_) => cmd::service::run_crash(global, out).await,
         Command::Send(args) => cmd::send::run(args, global, out).await,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+
+    /// A lookup of a name goes on for half a minute where no server of names answers.
+    #[test]
+    fn a_call_of_the_system_that_hangs_does_not_hold_up_the_end() {
+        let runtime = Builder::new_current_thread().enable_all().build().unwrap();
+        let began = Instant::now();
+        runtime.block_on(async {
+            tokio::task::spawn_blocking(|| std::thread::park_timeout(Duration::from_secs(600)));
+        });
+        end(runtime);
+        assert!(began.elapsed() < Duration::from_secs(300), "{:?}", began.elapsed());
     }
 }

@@ -7,7 +7,8 @@ use std::time::Duration;
 use serde_json::Value;
 use tokio::time::Instant;
 
-use crate::failure::Outcome;
+use crate::aside::Aside;
+use crate::failure::{Failure, Outcome};
 
 /// Least time between two lines of progress that do not overwrite each other.
 const SELDOM: Duration = Duration::from_secs(5);
@@ -18,6 +19,8 @@ pub struct Out {
     progress: Progress,
     /// When a line of progress that may be left out was last shown.
     shown: Option<Instant>,
+    /// Writes everything, if nothing may wait for it.
+    aside: Option<Aside>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -38,7 +41,15 @@ impl Out {
             () if io::stderr().is_terminal() => Progress::Line { width: 0 },
             () => Progress::Lines,
         };
-        Self { json, progress, shown: None }
+        Self { json, progress, shown: None, aside: None }
+    }
+
+    /// An output of the same form for which nothing waits: lines are left out rather than held up,
+    /// and no failure to print is returned.
+    pub fn aside(&self) -> Result<Self, Failure> {
+        let mut out = Self::new(self.json);
+        out.aside = Some(Aside::start()?);
+        Ok(out)
     }
 
     /// Whether the output is JSON.
@@ -68,6 +79,10 @@ impl Out {
 
     fn line(&mut self, text: impl Display) -> Outcome {
         self.end_progress();
+        if let Some(aside) = &self.aside {
+            aside.out(format!("{text}\n"));
+            return Ok(());
+        }
         let mut stdout = io::stdout().lock();
         writeln!(stdout, "{text}")?;
         stdout.flush()?;
@@ -76,19 +91,28 @@ impl Out {
 
     /// Shows progress. On a terminal the line replaces the previous one.
     pub fn progress(&mut self, text: impl Display) {
-        // A failure to show progress must not end the command.
-        let _ = match &mut self.progress {
-            Progress::Silent => Ok(()),
-            Progress::Lines => writeln!(io::stderr(), "{text}"),
+        match &mut self.progress {
+            Progress::Silent => {}
+            Progress::Lines => self.error(format!("{text}\n")),
             Progress::Line { width } => {
                 let text = text.to_string();
                 let now = text.chars().count();
                 let rest = width.saturating_sub(now);
                 *width = now;
-                let mut stderr = io::stderr().lock();
-                write!(stderr, "\r{text}{:rest$}", "").and_then(|()| stderr.flush())
+                self.error(format!("\r{text}{:rest$}", ""));
             }
-        };
+        }
+    }
+
+    /// Writes to standard error. A failure to print must not end the command.
+    fn error(&self, text: String) {
+        match &self.aside {
+            Some(aside) => aside.err(text),
+            None => {
+                let mut stderr = io::stderr().lock();
+                let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
+            }
+        }
     }
 
     /// Shows progress of which each line supersedes the previous one: in a pipe or a file, only now
@@ -106,8 +130,7 @@ impl Out {
         self.end_progress();
         #[cfg(test)]
         tests::note(text);
-        // A failure to print must not end the command.
-        let _ = writeln!(io::stderr(), "{text}");
+        self.error(format!("{text}\n"));
     }
 
     /// Ends the line of progress and leaves it on the screen.
@@ -115,9 +138,15 @@ impl Out {
         if let Progress::Line { width } = &mut self.progress
             && std::mem::take(width) > 0
         {
-            let _ = writeln!(io::stderr());
+            self.error("\n".into());
         }
     }
+}
+
+/// Prints a line to standard error. A command must not end, least of all by a panic, because the
+/// terminal is gone.
+pub fn complain(text: impl Display) {
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 impl Drop for Out {

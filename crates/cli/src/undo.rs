@@ -7,7 +7,7 @@
 //!       │  Ctrl-C, line cut │
 //!       ▼                   ▼
 //!   Stop (or Close) ◀──▶ look        until it is seen at rest,
-//!       │ no answer          │       or REACH has passed, or Ctrl-C once more
+//!       │ no answer          │       or REACH has passed, or Ctrl-C once more, a second later
 //!       ▼                    ▼
 //!   try again            at rest | still moving | not known
 //! ```
@@ -97,8 +97,13 @@ pub struct Undo {
 /// How an undo ended.
 #[derive(Clone, Debug)]
 pub enum End {
-    /// It was seen at rest; the state as text.
-    AtRest(String),
+    /// It was seen at rest.
+    AtRest {
+        /// The state as text.
+        state: String,
+        /// Valves that are not closed, which Stop All leaves as they are (§3.2).
+        open: Vec<SubsystemId>,
+    },
     /// The monitor answers, and is not at rest.
     StillActive(String),
     /// The state is not known; the error says why.
@@ -114,6 +119,9 @@ pub enum Because {
     Interrupted,
     /// The monitor does not answer, or its answer is not valid.
     Lost(Error),
+    /// The request was accepted and nothing was seen to begin; the text says why. It may begin
+    /// later, where a remote unit is slow.
+    NotBegun(String),
 }
 
 impl Undo {
@@ -150,6 +158,7 @@ impl Undo {
             Body::Open { .. } | Body::Close { .. } if to.is_valve() => Some(Self {
                 requests: vec![Request::close(to)],
                 flowing: vec![to],
+                wanted: matches!(request.body, Body::Close { .. }),
                 ..Self::default()
             }),
             Body::StartQuench(_) | Body::StartTrajectory(_) => Some(program(SubsystemId::CONTROL)),
@@ -163,7 +172,7 @@ impl Undo {
         let moving = SubsystemId::TABLE.into_iter().filter(|who| active_bits(*who) != 0);
         Self {
             requests: vec![Request::new(SubsystemId::ALL, Body::Stop)],
-            moving: moving.filter(|who| !who.is_valve()).collect(),
+            moving: moving.collect(),
             ..Self::default()
         }
     }
@@ -197,16 +206,19 @@ impl Undo {
         interrupt: &mut Interrupt,
         because: Because,
     ) -> Failure {
+        let mut since = None;
         match &because {
             Because::Interrupted => {
-                out.progress(text::InterruptedWhile { words: self.words() }.of(current()))
+                since = Some(Instant::now());
+                out.progress(text::InterruptedWhile { words: self.words() }.of(current()));
             }
             Because::Lost(error) => out.warn(&self.trying(error)),
+            Because::NotBegun(_) => {}
         }
         let told = matches!(because, Because::Lost(_));
         let end = tokio::select! {
             end = self.bring_to_rest(connection, out, told) => end,
-            () = interrupt.wait() => End::GivenUp,
+            () = interrupt.give_up(since) => End::GivenUp,
         };
         out.end_progress();
         Failure::BrokenOff(Box::new(BrokenOff { because, end, undo: self.clone() }))
@@ -237,24 +249,62 @@ impl Undo {
         }
     }
 
-    /// Sends the undo once, and polls until it is at rest.
-    async fn attempt(&self, connection: &Connection) -> Result<End, Error> {
-        for request in &self.requests {
-            let answers = connection.client.request(request).await?;
-            let is_stop = matches!(request.body, Body::Stop) && request.to != SubsystemId::ALL;
-            if is_stop && answers.refusal().is_some() {
-                // Another subsystem has taken over (§3.2/2–4): Stop All, which is never denied.
-                let all = Request::new(SubsystemId::ALL, Body::Stop);
-                connection.client.request(&all).await?;
+    /// Sends the requests of the undo, all of them whatever becomes of one; returns the first
+    /// error after which it is worth trying again.
+    ///
+    /// What stops valves goes first, because it would stop a Close halfway; then what closes them,
+    /// then the rest.
+    async fn send(&self, connection: &Connection) -> Result<(), Error> {
+        let order = |request: &&Request<'_>| match request.body {
+            Body::Stop if request.to == SubsystemId::ALL || request.to.is_valve() => 0,
+            Body::Close { .. } => 1,
+            _ => 2,
+        };
+        let mut requests: Vec<&Request<'_>> = self.requests.iter().collect();
+        requests.sort_by_key(order);
+        let mut first = Ok(());
+        let mut send = async |request: &Request<'_>| match connection.client.request(request).await
+        {
+            Ok(answers) => answers.refusal().is_some(),
+            Err(error) => {
+                // After an answer that is not valid, the state shows what has become of it.
+                if first.is_ok() && is_of_the_line(&error) {
+                    first = Err(error);
+                }
+                false
+            }
+        };
+        let mut again = false;
+        for request in &requests {
+            let refused = send(request).await;
+            match request.body {
+                Body::Stop if refused && request.to != SubsystemId::ALL => {
+                    // Another subsystem has taken over (§3.2/2–4): Stop All, which is never denied.
+                    send(&Request::new(SubsystemId::ALL, Body::Stop)).await;
+                    again = true;
+                }
+                // A program that works the valve itself is stopped behind the Close (§3.2/2).
+                Body::Stop => again |= request.to == SubsystemId::CONTROL,
+                Body::Close { .. } => again |= refused,
+                _ => {}
             }
         }
+        for close in requests.iter().filter(|it| again && matches!(it.body, Body::Close { .. })) {
+            send(close).await;
+        }
+        first
+    }
+
+    /// Sends the undo once, and polls until it is at rest.
+    async fn attempt(&self, connection: &Connection) -> Result<End, Error> {
+        self.send(connection).await?;
         let mut whose = self.moving.clone();
         whose.extend(self.flowing.iter().chain(&self.limitless));
         let until = Instant::now() + self.settle();
         loop {
             let states = States::read(connection, &whose).await?;
             if self.is_at_rest(&states) {
-                return Ok(End::AtRest(self.told(&states)));
+                return Ok(End::AtRest { state: self.told(&states), open: self.open(&states) });
             }
             if Instant::now() >= until {
                 return Ok(End::StillActive(self.told(&states)));
@@ -267,13 +317,15 @@ impl Undo {
         if self.flowing.is_empty() { SETTLE } else { SETTLE_VALVE }
     }
 
+    /// The valves among those stopped that are not closed.
+    fn open(&self, states: &States) -> Vec<SubsystemId> {
+        let valves = self.moving.iter().filter(|who| who.is_valve());
+        valves.filter(|who| !is_closed(states, **who)).copied().collect()
+    }
+
     fn is_at_rest(&self, states: &States) -> bool {
         let stands = |who: &SubsystemId| states.flags(*who) & active_bits(*who) == 0;
-        let closed = |who: &SubsystemId| {
-            let flags = ValveFlags::from_bits_retain(states.flags(*who));
-            let moves = ValveFlags::OPENING | ValveFlags::CLOSING | ValveFlags::OPEN;
-            states.of(*who).is_none() || flags & (moves | ValveFlags::CLOSED) == ValveFlags::CLOSED
-        };
+        let closed = |who: &SubsystemId| is_closed(states, *who);
         let limited = |who: &SubsystemId| states.flags(*who) & DriveFlags::LIMITLESS.bits() == 0;
         self.moving.iter().all(stands)
             && self.flowing.iter().all(closed)
@@ -363,22 +415,22 @@ impl BrokenOff {
     /// flow.
     pub const fn exit_code(&self) -> u8 {
         match (&self.end, &self.because) {
-            (End::AtRest(_), Because::Interrupted) => 130,
-            (End::AtRest(_), Because::Lost(_)) => 1,
+            (End::AtRest { .. }, Because::Interrupted) => 130,
+            (End::AtRest { .. }, _) => 1,
             _ => 4,
         }
     }
 
     /// Whether everything was seen at rest.
     pub const fn is_at_rest(&self) -> bool {
-        matches!(self.end, End::AtRest(_))
+        matches!(self.end, End::AtRest { .. })
     }
 
     /// Whether a command that undoes itself (Stop, Close) has succeeded in spite of the line: it
     /// was seen at rest, not only answered.
     pub fn is_done(&self) -> bool {
         let seen = match &self.end {
-            End::AtRest(state) => self.undo.flowing.is_empty() || !state.is_empty(),
+            End::AtRest { state, .. } => self.undo.flowing.is_empty() || !state.is_empty(),
             _ => false,
         };
         seen && matches!(self.because, Because::Lost(_))
@@ -391,11 +443,19 @@ impl BrokenOff {
         let began = match because {
             Because::Interrupted => text::Interrupted.str(current()).to_owned(),
             Because::Lost(error) => error.localized(current()),
+            Because::NotBegun(why) => why.clone(),
         };
         let ended = match end {
-            End::AtRest(state) => {
+            End::AtRest { state, open } => {
                 let state = if state.is_empty() { String::new() } else { format!(" {state}.") };
-                text::UndoDone { words, state }.of(current())
+                let mut ended = text::UndoDone { words, state }.of(current());
+                for valve in open {
+                    let name = valve.to_string().to_lowercase();
+                    let valve = Shown(valve);
+                    ended.push('\n');
+                    ended.push_str(&text::UndoLeavesOpen { valve, name }.of(current()));
+                }
+                ended
             }
             End::StillActive(state) => {
                 text::UndoNotAtRest { words, state, emergency: emergency() }.of(current())
@@ -421,6 +481,13 @@ fn emergency() -> &'static str {
     text::UseEmergencyStop.str(current())
 }
 
+/// Whether a valve is closed, or does not exist.
+fn is_closed(states: &States, valve: SubsystemId) -> bool {
+    let flags = ValveFlags::from_bits_retain(states.flags(valve));
+    let moves = ValveFlags::OPENING | ValveFlags::CLOSING | ValveFlags::OPEN;
+    states.of(valve).is_none() || flags & (moves | ValveFlags::CLOSED) == ValveFlags::CLOSED
+}
+
 /// Whether another attempt may help.
 fn is_of_the_line(error: &Error) -> bool {
     matches!(
@@ -434,6 +501,11 @@ fn is_of_the_line(error: &Error) -> bool {
 }
 
 impl Undo {
+    /// Whether the command is itself the undo.
+    pub const fn is_wanted(&self) -> bool {
+        self.wanted
+    }
+
     /// Whether a request that ended with this error has to be undone: it may have been executed, or
     /// is itself the undo.
     pub fn is_needed_after(&self, error: &Error) -> bool {
@@ -442,7 +514,7 @@ impl Undo {
 }
 
 /// Whether a request that ended with this error may have been executed.
-pub const fn may_be_executed(error: &Error) -> bool {
+const fn may_be_executed(error: &Error) -> bool {
     matches!(error, Error::OutcomeUnknown { .. } | Error::Protocol { .. })
 }
 

@@ -405,6 +405,26 @@ fn conform_restores_everything() {
     while !running.line().contains("Ctrl-C twice gives up") {}
     running.signal("INT");
     while !running.line().contains("Interrupted: restoring") {}
+    // Not one that bounces.
+    thread::park_timeout(Duration::from_millis(1200));
     running.signal("INT");
     assert_eq!(running.code(), Some(4));
+}
+
+/// A terminal that closes sends SIGHUP once more when its shell ends: the valve is closed for all
+/// that.
+#[test]
+fn a_terminal_that_closes_does_not_give_up_the_close() {
+    let sim = monitor();
+    for second in ["HUP", "TERM"] {
+        let mut command = lafet();
+        command.args(["-c", sim.url(), "--lang", "en", "open"]);
+        let mut running = Running::stderr(&mut command);
+        while !running.line().contains("Opening") {}
+        running.signal("HUP");
+        while !running.line().contains("Interrupted: Close Valve1") {}
+        running.signal(second);
+        assert_eq!(running.code(), Some(130), "{second}");
+        at_rest(&sim);
+    }
 }

@@ -18,9 +18,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
 use crate::out::{Out, columns};
-
-/// Extension of the file while it is being written.
-const NEW: &str = "new";
+use crate::whole::Whole;
 
 /// Arguments of `lafet param backup`.
 #[derive(Debug, Args)]
@@ -66,23 +64,17 @@ pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Out
         let name = args.file.display();
         return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
     }
-    if !to_stdout {
-        reserve(&args.file)?;
-    }
-    let backup = match Connection::open(global).await {
-        Ok(connection) => read(&connection, args.firmware, out).await,
-        Err(failure) => Err(failure),
+    // Makes sure that the file can be written, before the monitor is asked anything.
+    let reserved = match to_stdout {
+        true => None,
+        false => Some(Whole::beside(&args.file).map_err(|e| cannot_write(&args.file, e))?),
     };
-    if backup.is_err() && !to_stdout {
-        // A backup that failed leaves no partial file.
-        let _ = fs::remove_file(beside(&args.file, NEW));
-    }
-    let backup = backup?;
+    let backup = read(&Connection::open(global).await?, args.firmware, out).await?;
     let text = backup.to_toml();
-    if to_stdout {
+    let Some(reserved) = reserved else {
         return out.show(text.trim_end(), || json!({ "toml": text }));
-    }
-    write_whole(&args.file, &text)?;
+    };
+    reserved.place(text.as_bytes()).map_err(|error| cannot_write(&args.file, error))?;
     let (name, count) = (args.file.display().to_string(), backup.values.len());
     let unread: Vec<String> = backup.unread.iter().map(|(param, _)| title(*param)).collect();
     let mut told = text::ParametersSaved { name: &name, count }.of(current());
@@ -305,17 +297,6 @@ fn load(file: &Path) -> Result<Backup, Failure> {
         .map_err(|error| Failure::Usage(format!("{name}: {}", error.localized(current()))))
 }
 
-/// Makes sure that the file can be written, before the monitor is asked anything.
-fn reserve(file: &Path) -> Outcome {
-    fs::write(beside(file, NEW), "").map_err(|error| cannot_write(file, error))
-}
-
-fn write_whole(file: &Path, text: &str) -> Outcome {
-    let beside = beside(file, NEW);
-    let written = fs::write(&beside, text).and_then(|()| fs::rename(&beside, file));
-    written.map_err(|error| cannot_write(file, error))
-}
-
 fn cannot_write(file: &Path, error: io::Error) -> Failure {
     let name = file.display();
     let what = text::CannotWriteFile { name: Shown(name) }.of(current());
@@ -329,56 +310,69 @@ fn beside(file: &Path, ending: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Progress of a restore, kept in a file beside the backup: which writes began and which the
+/// Progress of restores, kept in a file beside the backup: which writes began and which the
 /// monitor reported as stored. A value that was accepted but not stored still reads back as
-/// correct.
+/// correct. Lines of several monitors, which may be restored from the same backup, stand in any
+/// order; a line `monitor URL` precedes those of each.
 struct Journal {
     path: PathBuf,
+    endpoint: String,
     unfinished: Vec<Param>,
 }
 
 impl Journal {
     fn open(file: &Path, endpoint: &str) -> Result<Self, Failure> {
         let path = beside(file, "restoring");
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
-            Err(error) => return Err(Failure::io(path.display().to_string(), error)),
-        };
+        // It can be written, which is made sure of before anything is changed.
+        let opened = OpenOptions::new().create(true).append(true).open(&path);
+        let text = opened.and_then(|_| fs::read_to_string(&path));
+        let text = text.map_err(|error| Failure::io(path.display().to_string(), error))?;
         let unfinished = unfinished(&text, endpoint);
-        let mut start = format!("monitor {endpoint}\n");
-        for param in &unfinished {
-            start.push_str(&format!("started {}\n", title(*param)));
-        }
-        fs::write(&path, start).map_err(|error| Failure::io(path.display().to_string(), error))?;
-        Ok(Self { path, unfinished })
+        Ok(Self { path, endpoint: endpoint.into(), unfinished })
     }
 
     fn note(&self, step: Step) {
         let line = match step {
-            Step::Begun(param) => format!("started {}\n", title(param)),
-            Step::Stored(param) => format!("stored {}\n", title(param)),
+            Step::Begun(param) => format!("started {}", title(param)),
+            Step::Stored(param) => format!("stored {}", title(param)),
             _ => return,
         };
+        let lines = format!("monitor {}\n{line}\n", self.endpoint);
         // A restore continues without its journal; only resuming it knows less.
         let file = OpenOptions::new().append(true).open(&self.path);
-        let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
+        let _ = file.and_then(|mut file| file.write_all(lines.as_bytes()));
     }
 
+    /// The restore of this monitor is complete: its lines are of no further use.
     fn remove(self) {
-        // The restore is complete: the journal is of no further use, wherever it is.
-        let _ = fs::remove_file(&self.path);
+        let text = fs::read_to_string(&self.path).unwrap_or_default();
+        let others = of_others(&text, &self.endpoint);
+        let _ = match others.is_empty() {
+            true => fs::remove_file(&self.path),
+            false => Whole::beside(&self.path).and_then(|file| file.place(others.as_bytes())),
+        };
     }
+}
+
+/// The lines of a journal, each with whether it belongs to this monitor.
+fn lines<'a>(journal: &'a str, endpoint: &str) -> impl Iterator<Item = (bool, &'a str)> {
+    let mut own = false;
+    journal.lines().map(move |line| {
+        if let Some(name) = line.strip_prefix("monitor ") {
+            own = name == endpoint;
+        }
+        (own, line)
+    })
+}
+
+fn of_others(journal: &str, endpoint: &str) -> String {
+    lines(journal, endpoint).filter(|(own, _)| !own).map(|(_, line)| format!("{line}\n")).collect()
 }
 
 /// Parameters whose write to this monitor began but is not known to be stored.
 fn unfinished(journal: &str, endpoint: &str) -> Vec<Param> {
     let mut all: Vec<Param> = Vec::new();
-    let mut lines = journal.lines();
-    if lines.next() != Some(&format!("monitor {endpoint}")) {
-        return all;
-    }
-    for line in lines {
+    for (_, line) in lines(journal, endpoint).filter(|(own, _)| *own) {
         match line.split_once(' ').and_then(|(word, name)| Some((word, of_title(name)?))) {
             Some(("started", param)) if !all.contains(&param) => all.push(param),
             Some(("stored", param)) => all.retain(|one| *one != param),
@@ -399,5 +393,17 @@ mod tests {
         assert_eq!(unfinished(journal, "a"), [Param::NozzleSpeed]);
         assert_eq!(unfinished(journal, "b"), []);
         assert_eq!(unfinished("", "a"), []);
+    }
+
+    #[test]
+    fn monitors_restored_from_one_backup_share_its_journal() {
+        let journal = "monitor a\nstarted Nozzle.Speed\nmonitor b\nstarted Vertical.Speed\n\
+                       monitor a\nstarted Horizontal.Speed\nmonitor b\nstored Vertical.Speed\n";
+        assert_eq!(unfinished(journal, "a"), [Param::NozzleSpeed, Param::HorizontalSpeed]);
+        assert_eq!(unfinished(journal, "b"), []);
+        let others = of_others(journal, "b");
+        assert_eq!(unfinished(&others, "a"), unfinished(journal, "a"));
+        assert!(!others.contains("Vertical"), "{others}");
+        assert_eq!(of_others(&others, "a"), "");
     }
 }

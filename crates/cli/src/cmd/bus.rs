@@ -102,6 +102,9 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
         Some(BusCommand::Log(args)) => return bus_ask::log(&args, global, out).await,
         None => {}
     }
+    // A full disk or a reader that pauses must not keep others from their turns.
+    let mut aside = out.aside()?;
+    let out = &mut aside;
     let mut interrupt = Interrupt::catch()?;
     let urls = match &args.urls[..] {
         [] => vec![url_of(global)?.to_owned()],

@@ -11,7 +11,8 @@ use lafet_conform::line::{Cut, LinkLine};
 use lafet_conform::{Level, Options, Progress, Report, report};
 use lafet_texts::{Text as _, cli as text};
 use serde_json::{Value, json};
-use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
+use tokio::time::Instant;
 
 use crate::cli::Global;
 use crate::connect::{link, url_of};
@@ -128,11 +129,17 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     if options.level >= Level::Full {
         out.progress(text::ConformTakesLong.str(current()));
     }
-    let mut report = tested(&args, &endpoint, &options, &url, out).await?;
+    let (mut report, shown) = tested(&args, &endpoint, &options, &url, out).await?;
     report.url = url;
-    write(&args, &report)?;
-    out.show(report::summary(&report, current()), || report::json(&report, current()))?;
-    outcome(&report, &options)
+    let written = write(&args, &report);
+    let shown = shown.and_then(|()| {
+        out.show(report::summary(&report, current()), || report::json(&report, current()))
+    });
+    match outcome(&report, &options) {
+        // No error of a file may hide that something still moves.
+        Err(failure @ Failure::NotAtRest(_)) => Err(failure),
+        outcome => written.and(shown).and(outcome),
+    }
 }
 
 /// Lists the tests up to a level; needs no monitor.
@@ -150,13 +157,15 @@ fn list(level: Level, out: &mut Out) -> Outcome {
     })
 }
 
+/// Runs the tests; returns the report, and whether all of it could be shown. A reader that is gone
+/// ends the tests like Ctrl-C: everything is restored.
 async fn tested(
     args: &ConformArgs,
     endpoint: &Endpoint,
     options: &Options,
     url: &str,
     out: &mut Out,
-) -> Result<Report, Failure> {
+) -> Result<(Report, Outcome), Failure> {
     let mut interrupt = Interrupt::catch()?;
     let open = link(url, endpoint).await?;
     let handle = tokio::runtime::Handle::current();
@@ -173,28 +182,28 @@ async fn tested(
     let mut running = tokio::task::spawn_blocking(move || {
         lafet_conform::run(&mut line, &of_thread, &mut |progress| tell(&told, progress))
     });
-    loop {
+    let mut all = Ok(());
+    let mut since = None;
+    let report = loop {
         tokio::select! {
             biased;
-            Some(told) = hear.recv() => show(told, args.quiet, out)?,
-            () = interrupt.wait() => {
-                let again = options.interrupt.swap(true, Ordering::Relaxed);
-                give_up.fetch_or(again, Ordering::Relaxed);
+            Some(told) = hear.recv() => {
+                all = all.and(show(told, args.quiet, out));
+                options.interrupt.fetch_or(all.is_err(), Ordering::Relaxed);
+            }
+            caught = interrupt.next() => {
+                give_up.fetch_or(caught.gives_up(since), Ordering::Relaxed);
+                since.get_or_insert_with(Instant::now);
+                options.interrupt.store(true, Ordering::Relaxed);
                 out.progress(text::InterruptedRestoring.str(current()));
             }
-            report = &mut running => {
-                drain(&mut hear, args.quiet, out)?;
-                return report.map_err(|error| Failure::Ended(error.to_string()));
-            }
+            report = &mut running => break report,
         }
-    }
-}
-
-fn drain(hear: &mut UnboundedReceiver<Told>, quiet: bool, out: &mut Out) -> Outcome {
+    };
     while let Ok(told) = hear.try_recv() {
-        show(told, quiet, out)?;
+        all = all.and(show(told, args.quiet, out));
     }
-    Ok(())
+    report.map(|report| (report, all)).map_err(|error| Failure::Ended(error.to_string()))
 }
 
 /// Sends a message; the receiver may be gone when the command is about to end.

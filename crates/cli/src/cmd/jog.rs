@@ -138,6 +138,7 @@ async fn let_go(
     let drives = drives.join(", ");
     let mut release = pin!(hands.release());
     let (mut slow, mut end) = (pin!(sleep(SLOW)), pin!(sleep(REACH)));
+    let since = Some(Instant::now());
     let mut told = false;
     loop {
         tokio::select! {
@@ -147,7 +148,7 @@ async fn let_go(
                 note(out, &stopping(&drives));
             }
             () = &mut end => break,
-            () = interrupt.wait() => break,
+            () = interrupt.give_up(since) => break,
             key = keys.next() => match key {
                 Some(key) if key.modifiers.contains(KeyModifiers::CONTROL) && told => break,
                 Some(_) => {}

@@ -12,7 +12,7 @@ use crate::cli::{Global, subsystem};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
 use crate::lang::{current, of};
-use crate::out::{Out, columns};
+use crate::out::{Out, columns, complain};
 
 /// Subcommands of `lafet param`.
 #[derive(Debug, Subcommand)]
@@ -162,7 +162,7 @@ fn explain(failure: Failure, param: Option<Param>) -> Failure {
         }
         .of(current());
         // The error itself describes the refusal; the hint precedes it.
-        eprintln!("{hint}");
+        complain(hint);
     }
     failure
 }

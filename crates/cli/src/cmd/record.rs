@@ -12,22 +12,22 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use clap::Args;
 use lafet_capture::{Captured, Direction, Format, Recorder, Splitter};
 use lafet_client::transport::Link;
-use lafet_client::{Cause, Client, Config, Endpoint, Error, SystemError};
+use lafet_client::{Cause, Client, Config, Endpoint, Error, Framing, SystemError};
 use lafet_proto::link::WIRE_MAX;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
-use tokio::net::TcpListener;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
 
 use crate::cli::{Global, seconds};
 use crate::connect::{link, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
-use crate::out::Out;
+use crate::out::{Out, complain};
 
 /// Interval at which the file is flushed: the most that a power cut can lose.
 const FLUSH: Duration = Duration::from_secs(1);
@@ -35,6 +35,10 @@ const FLUSH: Duration = Duration::from_secs(1);
 const REDIAL: Duration = Duration::from_secs(1);
 /// Capacity of a pipe to the client in this process, bytes.
 const PIPE: usize = 4096;
+/// A program that does not take answers for this long is disconnected: its requests would wait.
+const SIDE_WRITE: Duration = Duration::from_secs(3);
+/// Pause after a failed accept, for example when no file descriptor is left.
+const ACCEPT_REST: Duration = Duration::from_millis(100);
 /// How long the line is listened to before the first request.
 const LISTEN: Duration = Duration::from_millis(100);
 
@@ -80,12 +84,14 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
         return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
     }
     let mut tape = Tape::new(&args.file)?;
+    // Standard output and error must not hold up what a tap passes on.
+    let mut aside = out.aside()?;
     let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
     let recording = async {
         match args.tap {
-            Some(address) => tap(address, global, &mut tape, out).await,
-            None if args.listen => listen(global, &mut tape, out).await,
-            None => poll(args.interval, global, &mut tape, out).await,
+            Some(address) => tap(address, global, &mut tape, &mut aside).await,
+            None if args.listen => listen(global, &mut tape, &mut aside).await,
+            None => poll(args.interval, global, &mut tape, &mut aside).await,
         }
     };
     let ended = tokio::select! {
@@ -93,6 +99,7 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
         () = sleep(duration) => Ok(()),
         () = interrupt.wait() => Ok(()),
     };
+    drop(aside);
     let (frames, bytes) = (tape.frames, tape.bytes);
     let finished = tape.finish();
     let name = args.file.display().to_string();
@@ -108,9 +115,9 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
 async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
-    let timeout = Duration::from_secs_f64(global.timeout);
+    let answer = Duration::from_secs_f64(global.timeout);
     // Other clients may use this bus, behind a serial server too: listen first.
-    let config = Config { timeout, listen: LISTEN, ..Config::default() }.of(&endpoint);
+    let config = Config { timeout: answer, listen: LISTEN, ..Config::default() }.of(&endpoint);
     let mut link = link(url, &endpoint).await?;
     let (ours, theirs) = tokio::io::duplex(PIPE);
     let client = Client::over(url, ours, config);
@@ -126,7 +133,7 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
             if matches!(asked, Err(Error::NotSent { cause: Cause::ControllerPresent, .. }))
                 && !told.swap(true, Ordering::Relaxed)
             {
-                eprintln!("{}", controller_present());
+                complain(controller_present());
             }
         }
     };
@@ -147,10 +154,12 @@ async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     bridge_again::<tokio::io::DuplexStream>(url, &endpoint, &mut link, None, tape, out).await
 }
 
-/// Serves programs, one after another.
+/// Serves programs, one after another. A further one is disconnected at once: what it sent would
+/// wait, and reach the monitor when nobody expects it any more.
 async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+    let framing = endpoint.framing();
     let what = || text::CannotListenTap { address: Shown(address) }.of(current());
     let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
     let mut link = link(url, &endpoint).await?;
@@ -159,10 +168,52 @@ async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Ou
         text::ConnectTap { bound: Shown(bound), url }.of(current()),
         || json!({ "url": format!("tcp://{bound}"), "to": url }),
     )?;
+    tape.passes_on = true;
     loop {
-        let (stream, _) = listener.accept().await?;
-        stream.set_nodelay(true)?;
-        bridge_again(url, &endpoint, &mut link, Some(stream), tape, out).await?;
+        // Late answers to one program are not for the next: the line is read between them.
+        let side = tokio::select! {
+            biased;
+            ended = bridge::<TcpStream>(&mut link, None, framing, tape, out) => Err(ended?),
+            stream = accepted(&listener) => Ok(stream),
+        };
+        // Without a link the program is disconnected: what it sends would be passed on later.
+        let ended = match side {
+            Ok(mut stream) => tokio::select! {
+                biased;
+                ended = bridge(&mut link, Some(&mut stream), framing, tape, out) => ended?,
+                never = turn_away(&listener) => never,
+            },
+            Err(ended) => ended,
+        };
+        if let Ended::Link(error) = ended {
+            out.progress(text::Reconnecting { url, error: SystemError(&error) }.of(current()));
+            link = tokio::select! {
+                biased;
+                again = redial(url, &endpoint) => again,
+                never = turn_away(&listener) => never,
+            };
+        }
+    }
+}
+
+/// The next program.
+async fn accepted(listener: &TcpListener) -> TcpStream {
+    loop {
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                // Only slower without.
+                let _ = stream.set_nodelay(true);
+                return stream;
+            }
+            Err(_) => sleep(ACCEPT_REST).await,
+        }
+    }
+}
+
+/// Disconnects every program that comes.
+async fn turn_away<T>(listener: &TcpListener) -> T {
+    loop {
+        drop(accepted(listener).await);
     }
 }
 
@@ -176,19 +227,32 @@ async fn bridge_again<S: AsyncRead + AsyncWrite + Unpin>(
     out: &mut Out,
 ) -> Outcome {
     loop {
-        let error = match bridge(on, side.as_mut(), tape).await? {
+        let error = match bridge(on, side.as_mut(), endpoint.framing(), tape, out).await? {
             Ended::Side => return Ok(()),
             Ended::Link(error) => error,
         };
         out.progress(text::Reconnecting { url, error: SystemError(&error) }.of(current()));
-        loop {
-            sleep(REDIAL).await;
-            if let Ok(again) = link(url, endpoint).await {
-                *on = again;
-                break;
-            }
+        *on = tokio::select! {
+            again = redial(url, endpoint) => again,
+            () = discard(side.as_mut()) => return Ok(()),
+        };
+    }
+}
+
+/// Opens a lost link again.
+async fn redial(url: &str, endpoint: &Endpoint) -> Link {
+    loop {
+        sleep(REDIAL).await;
+        if let Ok(again) = link(url, endpoint).await {
+            return again;
         }
     }
+}
+
+/// Reads what a side sends without a link, until it ends: it would be stale with the next one.
+async fn discard<S: AsyncRead + Unpin>(mut side: Option<&mut S>) {
+    let mut buffer = [0; WIRE_MAX];
+    while let Ok(1..) = read_side(&mut side, &mut buffer).await {}
 }
 
 /// Which end of a bridge was lost.
@@ -197,17 +261,43 @@ enum Ended {
     Link(io::Error),
 }
 
+/// Cuts a stream into the pieces that are passed on and recorded.
+enum Cutter {
+    /// Each ends with a link frame.
+    Frames(Splitter),
+    /// As they were received: nothing in bare records shows where a request ends.
+    AsReceived,
+}
+
+impl Cutter {
+    fn new(framing: Framing) -> Self {
+        match framing {
+            Framing::Records => Self::AsReceived,
+            _ => Self::Frames(Splitter::new()),
+        }
+    }
+
+    fn push(&mut self, bytes: &[u8]) -> Vec<Vec<u8>> {
+        match self {
+            Self::Frames(splitter) => splitter.push(bytes),
+            Self::AsReceived => vec![bytes.to_vec()],
+        }
+    }
+}
+
 /// Passes bytes on between a link and a stream, and records them.
 async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
     link: &mut Link,
     mut side: Option<&mut S>,
+    framing: Framing,
     tape: &mut Tape,
+    out: &mut Out,
 ) -> Result<Ended, Failure> {
     let mut from_link = [0; 2 * WIRE_MAX];
     let mut from_side = [0; 2 * WIRE_MAX];
     let heard = if side.is_some() { Direction::FromMonitor } else { Direction::Heard };
-    let mut answers = Splitter::new();
-    let mut requests = Splitter::new();
+    let mut answers = Cutter::new(framing);
+    let mut requests = Cutter::new(framing);
     let mut flush = interval(FLUSH);
     flush.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -217,8 +307,10 @@ async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
                     Ok(len) => &from_link[..len],
                     Err(error) => return Ok(Ended::Link(error)),
                 };
-                tape.pieces(heard, answers.push(bytes))?;
-                if let Some(side) = &mut side && side.write_all(bytes).await.is_err() {
+                tape.pieces(heard, answers.push(bytes), out)?;
+                if let Some(side) = &mut side
+                    && !matches!(timeout(SIDE_WRITE, side.write_all(bytes)).await, Ok(Ok(())))
+                {
                     return Ok(Ended::Side);
                 }
             }
@@ -231,10 +323,10 @@ async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
                     if let Err(error) = link.send(&piece).await {
                         return Ok(Ended::Link(error));
                     }
-                    tape.pieces(Direction::ToMonitor, vec![piece])?;
+                    tape.pieces(Direction::ToMonitor, vec![piece], out)?;
                 }
             }
-            _ = flush.tick() => tape.flush()?,
+            _ = flush.tick() => tape.flush(out)?,
         }
     }
 }
@@ -257,6 +349,10 @@ struct Tape {
     start_ns: u64,
     frames: u64,
     bytes: u64,
+    /// The traffic goes on without the recording.
+    passes_on: bool,
+    /// Why nothing more is recorded.
+    broken: Option<Failure>,
 }
 
 impl Tape {
@@ -266,28 +362,48 @@ impl Tape {
         let recorder = File::create(file)
             .and_then(|file| Recorder::new(format, file))
             .map_err(|error| cannot_write(&name, error))?;
-        let (frames, bytes) = (0, 0);
-        Ok(Self { recorder, name, start: Instant::now(), start_ns: wall_ns(), frames, bytes })
+        let (start, start_ns) = (Instant::now(), wall_ns());
+        let (frames, bytes, passes_on, broken) = (0, 0, false, None);
+        Ok(Self { recorder, name, start, start_ns, frames, bytes, passes_on, broken })
     }
 
-    fn pieces(&mut self, direction: Direction, pieces: Vec<Vec<u8>>) -> Outcome {
+    fn pieces(&mut self, direction: Direction, pieces: Vec<Vec<u8>>, out: &mut Out) -> Outcome {
         for bytes in pieces {
+            if self.broken.is_some() {
+                return Ok(());
+            }
             // The wall clock may jump; time within a recording must not.
             let at_ns = self.start_ns + self.start.elapsed().as_nanos() as u64;
             self.frames += 1;
             self.bytes += bytes.len() as u64;
-            let captured = Captured { at_ns, direction, bytes };
-            self.recorder.write(&captured).map_err(|e| cannot_write(&self.name, e))?;
+            let written = self.recorder.write(&Captured { at_ns, direction, bytes });
+            self.after(written, out)?;
         }
         Ok(())
     }
 
-    fn flush(&mut self) -> Outcome {
-        self.recorder.flush().map_err(|error| cannot_write(&self.name, error))
+    fn flush(&mut self, out: &mut Out) -> Outcome {
+        if self.broken.is_some() {
+            return Ok(());
+        }
+        let written = self.recorder.flush();
+        self.after(written, out)
+    }
+
+    /// A full disk ends the recording, and not what a tap passes on.
+    fn after(&mut self, written: io::Result<()>, out: &mut Out) -> Outcome {
+        let failure = match written.map_err(|error| cannot_write(&self.name, error)) {
+            Err(failure) if self.passes_on => failure,
+            written => return written,
+        };
+        out.warn(&format!("{} {}", failure.message(), text::TapGoesOn.str(current())));
+        self.broken = Some(failure);
+        Ok(())
     }
 
     fn finish(self) -> Outcome {
-        self.recorder.finish().map_err(|error| cannot_write(&self.name, error))
+        let finished = self.recorder.finish().map_err(|error| cannot_write(&self.name, error));
+        self.broken.map_or(finished, Err)
     }
 }
 

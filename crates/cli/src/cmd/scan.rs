@@ -102,11 +102,8 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         Endpoint::Serial { .. } | Endpoint::Sim { .. } => bus::PROBE_TIMEOUT_MS.into(),
         _ => NETWORK_WAIT_MS,
     };
-    let listen = match endpoint {
-        Endpoint::Serial { .. } | Endpoint::Tcp { .. } if !args.insist => LISTEN,
-        _ => Duration::ZERO,
-    };
-    let options = ScanOptions { listen, ..options(args, usual) };
+    let shared = matches!(endpoint, Endpoint::Serial { .. } | Endpoint::Tcp { .. });
+    let options = options(args, usual, shared);
     let probing = text::ProbingAddresses.str(current());
     let source = endpoint.addresses().source;
     let link = link(url, &endpoint).await?;
@@ -163,14 +160,20 @@ fn why_held_back(scan: &Scan) -> String {
 
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let hosts: Vec<String> = args.hosts.iter().flat_map(|hosts| hosts.0.clone()).collect();
-    let options = options(args, NETWORK_WAIT_MS);
+    let options = options(args, NETWORK_WAIT_MS, !args.udp);
     let places = places(&hosts, args, &options, out).await;
     let mut rows = Vec::new();
     let mut all = Vec::new();
     let mut any = false;
+    let mut held_back = None;
     for place in &places {
         let endpoint = endpoint(place, args.udp, Framing::Link);
         match &place.told {
+            Told::Bus(scan) if scan.held_back => {
+                rows.push(vec![endpoint.to_string(), why_held_back(scan)]);
+                all.push(json!({ "url": endpoint.to_string(), "others": scan.speakers }));
+                held_back = Some(why_held_back(scan));
+            }
             Told::Bus(scan) => {
                 for present in &scan.present {
                     let at = at_address(&endpoint, present.address);
@@ -199,7 +202,10 @@ async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     } else {
         out.show(columns(&rows), || Value::Array(all))?;
     }
-    found(any)
+    match held_back {
+        Some(why) if !any => Err(Failure::Ended(why)),
+        _ => found(any),
+    }
 }
 
 /// Examines each port; shows progress.
@@ -227,13 +233,14 @@ async fn places(
     }
 }
 
-fn options(args: &ScanArgs, usual_ms: u64) -> ScanOptions {
+/// `shared`: others may be on the line, behind a serial server too.
+fn options(args: &ScanArgs, usual_ms: u64, shared: bool) -> ScanOptions {
     ScanOptions {
         addresses: args.addresses.clone(),
         wait: Duration::from_millis(args.wait.unwrap_or(usual_ms)),
         tries: args.tries,
         crc32c: true,
-        listen: Duration::ZERO,
+        listen: if shared && !args.insist { LISTEN } else { Duration::ZERO },
         // A timeout chosen by the user is kept.
         adapt: args.wait.is_none() && !args.hosts.is_empty(),
     }

@@ -18,7 +18,7 @@ use crate::interrupt::Interrupt;
 use crate::lang::current;
 use crate::out::Out;
 use crate::texts;
-use crate::undo::{Because, Undo, may_be_executed};
+use crate::undo::{Because, Undo};
 
 /// Arguments of `lafet send`.
 #[derive(Debug, Args)]
@@ -86,10 +86,11 @@ async fn exchanged(
     };
     let (undo, because) = tokio::select! {
         results = connection.client.batch(requests) => {
-            let unknown = |result: &Result<Answers, _>| {
-                result.as_ref().err().is_some_and(may_be_executed)
+            let unknown = |index: usize| {
+                let error = results.get(index)?.as_ref().err()?;
+                Some(Undo::of(requests.get(index)?)?.is_needed_after(error))
             };
-            let undo = undo(&|index| results.get(index).is_some_and(unknown));
+            let undo = undo(&|index| unknown(index).unwrap_or(false));
             let first = results.iter().find_map(|result| result.as_ref().err());
             match (undo, first) {
                 (Some(undo), Some(error)) => (undo, Because::Lost(error.clone())),

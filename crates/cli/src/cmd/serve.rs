@@ -81,10 +81,11 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
             || json!({ "file": file, "warnings": warnings, "monitors": count, "listen": config.listen.to_string() }),
         );
     }
-    log(out.json(), "info");
+    let _log = log(out.json(), "info")?;
     let login = config.login;
     let running = Running::start(config).await?;
-    running.announce(out, login)?;
+    // A full disk or a closed pipe must not keep the hub from its work.
+    running.announce(&mut out.aside()?, login)?;
     if !args.no_browser {
         browse(running.url());
     }

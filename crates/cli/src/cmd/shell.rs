@@ -15,6 +15,7 @@ use lafet_client::Endpoint;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Text as _, cli as text};
+use tokio::join;
 use tokio::time::{Instant, interval, timeout};
 
 use super::program::ProgramCommand;
@@ -26,7 +27,7 @@ use crate::help;
 use crate::input;
 use crate::interrupt::{Caught, Interrupt};
 use crate::lang::current;
-use crate::out::Out;
+use crate::out::{Out, complain};
 use crate::shell::ahead::Ahead;
 use crate::shell::complete::FIXED;
 use crate::shell::editor::{Editor, Input, Notices};
@@ -114,7 +115,7 @@ impl Shell {
         self.feed = Some(feed.clone());
         let mut editor = Editor::start(feed.clone(), remember);
         let changes = tokio::spawn(tell_changes(feed, editor.notices()));
-        eprintln!("{}", greeting());
+        complain(greeting());
         loop {
             let line = match self.ahead.pop_front() {
                 Some(line) => line,
@@ -132,7 +133,7 @@ impl Shell {
         }
         changes.abort();
         if self.moves() {
-            eprintln!("{}", text::MotionContinues.str(current()));
+            complain(text::MotionContinues.str(current()));
         }
         Ok(())
     }
@@ -184,7 +185,7 @@ impl Shell {
             if code == 0 {
                 continue;
             }
-            eprintln!("{}", text::ScriptLine { number, line }.of(current()));
+            complain(text::ScriptLine { number, line }.of(current()));
             first = if first == 0 { code } else { first };
             // An interrupt ends the whole script, even with --keep-going.
             if !keep_going || code == Failure::Interrupted.exit_code() {
@@ -213,7 +214,7 @@ impl Shell {
         let mut words = match words(line) {
             Ok(words) => words,
             Err(why) => {
-                eprintln!("{why}");
+                complain(why);
                 return Wish::Told(2);
             }
         };
@@ -239,16 +240,16 @@ impl Shell {
         };
         let given = |name: &&str| matches.value_source(name) == Some(ValueSource::CommandLine);
         if let Some(name) = FIXED.iter().find(|name| given(name)) {
-            eprintln!("{}", fixed(name));
+            complain(fixed(name));
             return Wish::Told(2);
         }
         match Cli::from_arg_matches_mut(&mut matches) {
             Ok(Cli { command: Command::Shell(_), .. }) => {
-                eprintln!("{}", text::ShellInShell.str(current()));
+                complain(text::ShellInShell.str(current()));
                 Wish::Told(2)
             }
             Ok(cli) if needs_line(&cli.command) && self.is_alone() => {
-                eprintln!("{}", taken());
+                complain(taken());
                 Wish::Told(2)
             }
             Ok(cli) => Wish::Run(Box::new(cli.command), cli.global.json),
@@ -276,20 +277,29 @@ impl Shell {
             let mut work = Box::pin(crate::dispatch(command, &global, &mut out));
             loop {
                 tokio::select! {
-                    // On an interrupt everything is stopped before the command reacts to it.
+                    // On an interrupt everything is stopped before the command reacts to it: its Close
+                    // comes behind this Stop.
                     biased;
                     caught = self.interrupt.next() => {
                         self.ending = caught == Caught::End;
-                        if acts || self.moves() {
-                            self.stop_all().await;
-                        }
+                        let stop = async {
+                            if acts || self.moves() {
+                                self.stop_all().await;
+                            }
+                        };
                         // A command that follows its motion also stops it and reports how that
-                        // ended; its own time limits apply, and another Ctrl-C ends it.
-                        if follows {
-                            break work.await;
+                        // ended; its own time limits apply, and another Ctrl-C ends it. It does not
+                        // wait for the answer to this Stop, which may never come.
+                        if follows && self.interrupt.is_shared() {
+                            break join!(biased; stop, &mut work).1;
                         }
-                        let outcome = timeout(GRACE, &mut work).await;
-                        break outcome.unwrap_or(Err(Failure::Interrupted));
+                        // One that still prepares its motion must not begin it.
+                        if follows {
+                            stop.await;
+                            break Err(Failure::Interrupted);
+                        }
+                        let rest = timeout(GRACE, &mut work);
+                        break join!(biased; stop, rest).1.unwrap_or(Err(Failure::Interrupted));
                     }
                     line = ahead.next() => {
                         if is_stop(&line) {
@@ -338,7 +348,7 @@ impl Shell {
         let failure = stop.carry_out(connection, &mut out, interrupt, Because::Interrupted).await;
         self.interrupt.forget().await;
         if self.feed.is_some() {
-            eprintln!("{}", failure.message());
+            complain(failure.message());
         }
         failure
     }
@@ -353,7 +363,7 @@ impl Shell {
         };
         // A command may have printed its progress on this line.
         let clear = if self.feed.is_some() { "\r\x1b[K" } else { "" };
-        eprintln!("{clear}{text}");
+        complain(format_args!("{clear}{text}"));
     }
 }
 

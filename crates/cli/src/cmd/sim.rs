@@ -1,6 +1,6 @@
 //! `lafet sim`: a simulated monitor that others can connect to.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -23,6 +23,7 @@ use crate::out::Out;
 use crate::serve::{Air, Listen, Paced, Shared};
 use crate::simulator;
 use crate::surroundings::Surroundings;
+use crate::whole::Whole;
 
 /// Interval at which changed memory is written to its file.
 const KEEP: Duration = Duration::from_millis(500);
@@ -252,13 +253,6 @@ async fn keep(sim: Shared, path: PathBuf) -> io::Result<()> {
     }
 }
 
-/// Replaces the file atomically: it is never half written.
 fn store(path: &Path, image: &[u8]) -> io::Result<()> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".new");
-    let beside = PathBuf::from(name);
-    let mut file = std::fs::File::create(&beside)?;
-    file.write_all(image)?;
-    file.sync_all()?;
-    std::fs::rename(&beside, path)
+    Whole::beside(path)?.place(image)
 }

@@ -73,8 +73,10 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
     let mut all = Vec::new();
     for drive in drives {
         let taught = tokio::select! {
-            taught = teach(drive, &connection, &mut hand, out) => taught,
+            // A signal between two drives keeps the limits of the next one on.
+            biased;
             () = interrupt.wait() => Err(Failure::Interrupted),
+            taught = teach(drive, &connection, &mut hand, out) => taught,
         };
         match taught {
             Ok(value) => all.push(value),

@@ -11,8 +11,8 @@ use lafet_proto::request::Body;
 use lafet_texts::cli as text;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
-use tokio::sync::mpsc;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+use tokio::task::JoinSet;
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
 
 use super::status;
 use crate::cli::{Global, seconds};
@@ -22,7 +22,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::keyboard::Keys;
 use crate::lang::current;
-use crate::out::Out;
+use crate::out::{Out, complain};
 use crate::top::feed::Feed;
 use crate::top::scene::{Connected, Page, Scene, Seen};
 use crate::top::{plain, render};
@@ -85,8 +85,11 @@ pub async fn run(args: TopArgs, global: &Global, out: &mut Out) -> Outcome {
     if args.once {
         return once(&args, &feeds, global, out).await;
     }
-    let mut top = Top { feeds, scene: Scene { page: args.page, ..Scene::default() }, noted: None };
-    top.run().await
+    let scene = Scene { page: args.page, ..Scene::default() };
+    let mut top = Top { feeds, scene, noted: None, stops: JoinSet::new() };
+    let outcome = top.run().await;
+    let patience = Duration::from_secs_f64(global.timeout) * TRIES;
+    top.see_stops_through(patience).await.and(outcome)
 }
 
 fn endpoints(args: &TopArgs, global: &Global) -> Result<Vec<Endpoint>, Failure> {
@@ -157,6 +160,14 @@ struct Top {
     scene: Scene,
     /// When the notice was set.
     noted: Option<Instant>,
+    /// Stops that were sent, each with the notice of its outcome.
+    stops: JoinSet<Stopped>,
+}
+
+/// The outcome of a Stop.
+struct Stopped {
+    notice: String,
+    answered: bool,
 }
 
 impl Top {
@@ -166,7 +177,6 @@ impl Top {
         let mut terminal = ratatui::try_init().map_err(cannot)?;
         let restore = Restore;
         let mut keys = Keys::listen();
-        let (tell, mut told) = mpsc::unbounded_channel();
         let mut draw = interval(DRAW);
         draw.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -179,10 +189,10 @@ impl Top {
             tokio::select! {
                 () = interrupt.wait() => return Ok(()),
                 _ = draw.tick() => {}
-                Some(notice) = told.recv() => self.note(notice),
+                Some(Ok(stopped)) = self.stops.join_next() => self.note(stopped.notice),
                 key = keys.next() => match key.map(|key| self.press(key)) {
                     None | Some(Pressed::Quit) => return Ok(()),
-                    Some(Pressed::Stop) => self.stop(&tell),
+                    Some(Pressed::Stop) => self.stop(),
                     Some(Pressed::Other) => {}
                 },
             }
@@ -209,7 +219,7 @@ impl Top {
     }
 
     /// Sends Stop All to the selected monitor, and reports the outcome as a notice.
-    fn stop(&mut self, tell: &mpsc::UnboundedSender<String>) {
+    fn stop(&mut self) {
         let Some(feed) = self.feeds.get(self.scene.selected) else { return };
         let name = feed.name().to_owned();
         let Some(monitor) = feed.monitor() else {
@@ -217,16 +227,34 @@ impl Top {
             return self.note(format!("{name}: {text}"));
         };
         self.note(format!("{name}: Stop All …"));
-        let tell = tell.clone();
-        tokio::spawn(async move {
-            let text = match monitor.client().request(&stop_all()).await {
-                Ok(answers) if answers.refusal().is_none() => "Stop All → Ok".to_owned(),
-                Ok(answers) => exchange::text(SubsystemId::ALL, &answers).replace('\n', "; "),
-                Err(error) => error.localized(current()),
+        self.stops.spawn(async move {
+            let (text, answered) = match monitor.client().request(&stop_all()).await {
+                Ok(answers) if answers.refusal().is_none() => ("Stop All → Ok".to_owned(), true),
+                Ok(answers) => {
+                    (exchange::text(SubsystemId::ALL, &answers).replace('\n', "; "), true)
+                }
+                Err(error) => (error.localized(current()), false),
             };
-            // The screen may have closed by then.
-            let _ = tell.send(format!("{name}: {text}"));
+            Stopped { notice: format!("{name}: {text}"), answered }
         });
+    }
+
+    /// Waits for the Stops that are not answered yet, and reports each.
+    async fn see_stops_through(&mut self, patience: Duration) -> Outcome {
+        let until = Instant::now() + patience;
+        let mut outcome = Ok(());
+        while !self.stops.is_empty() {
+            let left = until.saturating_duration_since(Instant::now());
+            let Ok(Some(stopped)) = timeout(left, self.stops.join_next()).await else {
+                return Err(Failure::NotAtRest(text::StopNotAnswered.str(current()).into()));
+            };
+            match stopped {
+                Ok(Stopped { notice, answered: true }) => complain(notice),
+                Ok(Stopped { notice, .. }) => outcome = Err(Failure::NotAtRest(notice)),
+                Err(error) => outcome = Err(Failure::NotAtRest(error.to_string())),
+            }
+        }
+        outcome
     }
 }
 
@@ -239,7 +267,8 @@ struct Restore;
 
 impl Drop for Restore {
     fn drop(&mut self) {
-        ratatui::restore();
+        // A terminal that is gone needs no restoring.
+        let _ = ratatui::try_restore();
     }
 }
 

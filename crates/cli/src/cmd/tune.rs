@@ -18,6 +18,7 @@ use crate::cli::{Global, drive};
 use crate::connect::{Connection, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::follow::{Follow, Step};
+use crate::interrupt::Interrupt;
 use crate::lang::{current, decimals};
 use crate::out::{Out, columns};
 use crate::undo::{States, Undo};
@@ -40,7 +41,9 @@ pub async fn run(args: TuneArgs, global: &Global, out: &mut Out) -> Outcome {
         return Err(Failure::Usage(text::TuneNotDeployer.str(current()).into()));
     }
     let note = note_of(global)?;
-    recover(&connection, out, &note).await?;
+    // One for all motions: what comes between two of them keeps the next from starting.
+    let mut interrupt = Interrupt::catch()?;
+    recover(&mut Terminal::new(&connection, out, &note, &mut interrupt)).await?;
     let present = connection.monitor.limits_all().await?;
     let wanted = |drive: &SubsystemId| args.drive.is_none_or(|one| one == *drive);
     let mut all = Vec::new();
@@ -52,7 +55,8 @@ pub async fn run(args: TuneArgs, global: &Global, out: &mut Out) -> Outcome {
             }
             continue;
         };
-        all.push(one(&connection, out, &note, (drive, *limits), args.dry_run).await?);
+        let mut bench = Terminal::new(&connection, out, &note, &mut interrupt);
+        all.push(one(&mut bench, (drive, *limits), args.dry_run).await?);
     }
     out.show(table(&all, args.dry_run), || {
         let drives: Vec<Value> = all.iter().map(shown).collect();
@@ -62,31 +66,28 @@ pub async fn run(args: TuneArgs, global: &Global, out: &mut Out) -> Outcome {
 
 /// Tunes one drive; sets the parameters back when it does not come to its end.
 async fn one(
-    connection: &Connection,
-    out: &mut Out,
-    note: &Note,
+    bench: &mut Terminal<'_>,
     (drive, limits): (SubsystemId, Limits),
     dry_run: bool,
 ) -> Result<Tuned, Failure> {
-    let mut bench = Terminal { connection, out, note };
-    let mut tuning = Tuning::new(&mut bench, drive, limits).await?;
-    let tuned = tuning.measure(&mut bench).await;
+    let mut tuning = Tuning::new(bench, drive, limits).await?;
+    let tuned = tuning.measure(bench).await;
     if (dry_run || tuned.is_err())
-        && let Err(failure) = tune::write(&mut bench, drive, tuning.before()).await
+        && let Err(failure) = tune::write(bench, drive, tuning.before()).await
     {
         // The note stays: the next tuning puts the values back.
         bench.out.warn(&text::TuneNotPutBack { drive: Shown(drive) }.of(current()));
         return tuned.and(Err(failure));
     }
-    note.remove().map_err(|error| in_file(note, error))?;
+    bench.note.remove().map_err(|error| in_file(bench.note, error))?;
     tuned
 }
 
 /// Puts back what a tuning of this monitor that was killed has left in it, and says so.
-async fn recover(connection: &Connection, out: &mut Out, note: &Note) -> Result<(), Failure> {
+async fn recover(bench: &mut Terminal<'_>) -> Result<(), Failure> {
+    let note = bench.note;
     let Some(kept) = note.read().map_err(|error| in_file(note, error))? else { return Ok(()) };
-    let mut bench = Terminal { connection, out, note };
-    for put in kept::put_back(&mut bench, &kept).await? {
+    for put in kept::put_back(bench, &kept).await? {
         let kept::PutBack { name, from, to } = put;
         let drive = Shown(kept.drive);
         bench.out.warn(&text::TunePutBack { drive, name, from, to }.of(current()));
@@ -121,6 +122,18 @@ struct Terminal<'a> {
     connection: &'a Connection,
     out: &'a mut Out,
     note: &'a Note,
+    interrupt: &'a mut Interrupt,
+}
+
+impl<'a> Terminal<'a> {
+    const fn new(
+        connection: &'a Connection,
+        out: &'a mut Out,
+        note: &'a Note,
+        interrupt: &'a mut Interrupt,
+    ) -> Self {
+        Self { connection, out, note, interrupt }
+    }
 }
 
 impl From<Trouble> for Failure {
@@ -185,7 +198,8 @@ impl Bench for Terminal<'_> {
                 }
             }
         };
-        let states = follow.run(self.out, self.connection.send(&request), judge).await?;
+        let start = self.connection.send(&request);
+        let states = follow.run_until(self.interrupt, self.out, start, judge).await?;
         if let Some(trouble) = must_end {
             self.connection.monitor.stop(SubsystemId::ALL).await?;
             return Err(trouble.into());

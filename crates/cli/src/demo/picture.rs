@@ -43,7 +43,8 @@ impl Picture {
 
 impl Drop for Picture {
     fn drop(&mut self) {
-        ratatui::restore();
+        // A terminal that is gone needs no restoring.
+        let _ = ratatui::try_restore();
     }
 }
 
@@ -77,7 +78,8 @@ impl View for Picture {
 
     fn close(&mut self, scene: &Scene, to_the_end: bool) -> Result<(), Failure> {
         self.draw(scene)?;
-        ratatui::restore();
+        // A terminal that is gone needs no restoring.
+        let _ = ratatui::try_restore();
         if to_the_end {
             return Ok(());
         }

@@ -15,6 +15,7 @@ use tokio::sync::oneshot;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
+use crate::aside::Aside;
 use crate::cmd::schema;
 use crate::failure::{Failure, Outcome};
 use crate::lang::current;
@@ -143,11 +144,14 @@ fn lost(losses: &[Loss]) -> Failure {
     Failure::Usage(text::StateLost { list: of(current()).join("\n  "), words }.of(current()))
 }
 
-/// Logs to standard error, as text or as JSON.
-pub fn log(json: bool, usual: &str) {
+/// Logs to standard error, as text or as JSON, until the result is dropped. Nothing waits for the
+/// log, and a line that cannot be written is left out.
+pub fn log(json: bool, usual: &str) -> Result<Aside, Failure> {
+    let aside = Aside::start()?;
+    let queue = aside.queue();
     let wanted = std::env::var(LOG).unwrap_or_else(|_| usual.to_owned());
     let targets = wanted.parse::<Targets>().unwrap_or_default();
-    let layer = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let layer = tracing_subscriber::fmt::layer().with_writer(move || queue.clone());
     let registry = tracing_subscriber::registry();
     // A logger that was set before stays.
     _ = if json {
@@ -155,6 +159,7 @@ pub fn log(json: bool, usual: &str) {
     } else {
         registry.with(layer.with_target(false).with_filter(targets)).try_init()
     };
+    Ok(aside)
 }
 
 /// Opens a page in a browser, if there is a display.

@@ -17,6 +17,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::timeout;
 
 use super::complete::Grammar;
+use crate::out::complain;
 use crate::top::feed::Feed;
 
 const MENU: &str = "completion";
@@ -61,7 +62,7 @@ impl Notices {
     /// Shows a notice.
     pub fn tell(&self, text: String) {
         if !self.typing.load(Ordering::Acquire) {
-            eprintln!("{text}");
+            complain(text);
         } else if self.printer.try_send(text).is_err() {
             // The queue is full; one more notice would add nothing.
         }

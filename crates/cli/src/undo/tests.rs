@@ -8,17 +8,22 @@ use std::time::Duration;
 use clap::FromArgMatches;
 use lafet_client::{Client, Config, Monitor};
 use lafet_device::Source;
-use lafet_proto::SubsystemId;
+use lafet_proto::flags::DriveFlags;
+use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
+use lafet_proto::record::{HEADER_SIZE, Records};
 use lafet_proto::request::Body;
+use lafet_proto::{Request, RequestId, SubsystemId};
 use lafet_sim::sim;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep, sleep_until};
 
-use super::REACH;
+use super::{Because, REACH, States, Undo};
 use crate::cli::Cli;
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
+use crate::follow::{Follow, Step};
+use crate::interrupt::Interrupt;
 use crate::interrupt::tests::press;
 use crate::out::{Out, tests::warned};
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
@@ -120,6 +125,12 @@ fn cases() -> Vec<Case> {
         Case { brief: true, ..case(&["open", "--no-wait"], "Valve1 may be open") },
         Case { brief: true, ..case(quench, "The program of extinguishing may") },
         Case { brief: true, ..case(&["send", "Move Vertical 1200"], "Vertical may still move") },
+        Case { brief: true, ..case(&["send", "Stop All"], "The barrel may still move") },
+        Case {
+            brief: true,
+            before: &[Body::Deploy, Body::Open { key: lafet_proto::id::key::OPEN }],
+            ..case(&["send", "Close Valve1"], "Valve1 may be open, and water may flow")
+        },
         Case {
             brief: true,
             ..case(
@@ -139,10 +150,20 @@ struct Plan {
     away: Duration,
 }
 
+/// What else goes wrong on the line.
+#[derive(Clone, Copy, Default)]
+struct Tricks {
+    /// Frames with this request are lost.
+    swallows: Option<RequestId>,
+    /// Until Stop is sent, the answers show a drive at rest: a remote unit reports late.
+    veils: bool,
+}
+
 /// The line between program and monitor, cut once.
 struct Line {
     shared: Shared,
     plan: Option<Plan>,
+    tricks: Tricks,
     answers: u32,
     since: Option<Instant>,
     cut: watch::Sender<bool>,
@@ -169,7 +190,12 @@ impl Line {
     }
 
     /// A frame of the program has arrived; returns whether to pass it on.
-    fn asked(&mut self) -> bool {
+    fn asked(&mut self, bytes: &[u8]) -> bool {
+        let asks = |id| requests(bytes).contains(&id);
+        self.tricks.veils &= !asks(RequestId::STOP);
+        if self.tricks.swallows.is_some_and(asks) {
+            return false;
+        }
         if let Some(Plan { phase: Phase::BeforeArrival, reads, .. }) = self.plan
             && self.answers == reads
         {
@@ -206,6 +232,42 @@ fn is_at_rest(shared: &Shared) -> bool {
     shared.lock().world().outputs().is_still()
 }
 
+/// The requests of a frame.
+fn requests(bytes: &[u8]) -> Vec<RequestId> {
+    let mut decoder: Decoder = Decoder::new();
+    let mut all = Vec::new();
+    for byte in bytes {
+        let Some(frame) = decoder.push(*byte) else { continue };
+        all.extend(Records::new(frame.payload).flatten().map(|record| record.request));
+    }
+    all
+}
+
+/// A frame of the monitor whose drives do not seem to move.
+fn veiled(bytes: &[u8]) -> Vec<u8> {
+    let mut decoder: Decoder = Decoder::new();
+    let mut all = Vec::new();
+    for byte in bytes {
+        let Some(frame) = decoder.push(*byte) else { continue };
+        let mut payload = frame.payload.to_vec();
+        let mut at = 0;
+        for record in Records::new(frame.payload).flatten() {
+            let data = at + HEADER_SIZE;
+            if record.request == RequestId::GET_STATUS && record.device.is_drive() {
+                let moves = DriveFlags::MOVE.bits().to_le_bytes();
+                let flags = payload[data..].iter_mut().take(record.data.len());
+                flags.zip(moves).for_each(|(byte, mask)| *byte &= !mask);
+            }
+            at = data + record.data.len();
+        }
+        let mut wire = [0; WIRE_MAX];
+        let frame = Frame { payload: &payload, ..frame };
+        let len = encode(&frame, &mut wire).unwrap();
+        all.extend(&wire[..len]);
+    }
+    all
+}
+
 /// Passes frames on; both sides write whole frames.
 async fn relay(line: Wired, mut ours: DuplexStream, mut monitor: DuplexStream) {
     let mut cut = with(&line, |line| line.cut.subscribe());
@@ -215,17 +277,19 @@ async fn relay(line: Wired, mut ours: DuplexStream, mut monitor: DuplexStream) {
         tokio::select! {
             read = ours.read(&mut up) => match read {
                 Ok(0) | Err(_) => return,
-                Ok(count) => if with(&line, Line::asked) {
+                Ok(count) => if with(&line, |line| line.asked(&up[..count])) {
                     monitor.write_all(&up[..count]).await.unwrap();
                 },
             },
             read = monitor.read(&mut down) => match read {
                 Ok(0) | Err(_) => return,
-                Ok(count) => if with(&line, Line::answered)
-                    && ours.write_all(&down[..count]).await.is_err()
-                {
-                    return;
-                },
+                Ok(count) => {
+                    let veils = with(&line, |line| line.tricks.veils);
+                    let bytes = if veils { veiled(&down[..count]) } else { down[..count].to_vec() };
+                    if with(&line, Line::answered) && ours.write_all(&bytes).await.is_err() {
+                        return;
+                    }
+                }
             },
             _ = cut.changed() => {}
         }
@@ -327,10 +391,20 @@ async fn run_with<F: Future<Output = ()>>(
     plan: Option<Plan>,
     fingers: impl FnOnce(Wired) -> F,
 ) -> Run {
+    run_on(case, monitor, plan, Tricks::default(), fingers).await
+}
+
+async fn run_on<F: Future<Output = ()>>(
+    case: &Case,
+    monitor: &sim::Sim,
+    plan: Option<Plan>,
+    tricks: Tricks,
+    fingers: impl FnOnce(Wired) -> F,
+) -> Run {
     warned();
     let shared = Shared::new(monitor.clone());
     let cut = watch::Sender::new(false);
-    let line = Line { shared: shared.clone(), plan, answers: 0, since: None, cut };
+    let line = Line { shared: shared.clone(), plan, tricks, answers: 0, since: None, cut };
     let line = Arc::new(Mutex::new(line));
     // If the monitor is never seen again, it need not be fast.
     let seen = plan.is_none_or(|plan| plan.away < NEVER);
@@ -458,4 +532,97 @@ async fn ctrl_c_with_the_line_cut() {
         assert!(run.message().contains("Use the emergency stop"), "{what}");
         assert!(began.elapsed() < REACH * 3, "{what}");
     }
+}
+
+/// A terminal that closes sends several signals, and a key bounces: what belongs to the first gives
+/// nothing up.
+#[tokio::test(start_paused = true)]
+async fn a_second_ctrl_c_at_once_does_not_give_up() {
+    let (open, monitor) = (case(&["open"], ""), prepared(DEPLOYED));
+    let run = run_with(&open, &monitor, None, |_| async {
+        sleep(Duration::from_millis(500)).await;
+        press();
+        sleep(Duration::from_millis(5)).await;
+        press();
+    });
+    let run = run.await;
+    assert_eq!(run.code(), 130, "{}", run.message());
+    assert!(run.is_undone() && run.message().contains("at rest now"), "{}", run.message());
+}
+
+/// A Stop that is never answered holds up no Close.
+#[tokio::test(start_paused = true)]
+async fn one_request_that_is_lost_holds_up_no_other() {
+    let words = case(&["send", "Move Nozzle 0", "Open Valve1"], "");
+    let plan = Plan { cut: Cut::Silence, phase: Phase::BeforeAnswer, reads: 0, away: AWAY };
+    let tricks = Tricks { swallows: Some(RequestId::STOP), ..Tricks::default() };
+    let monitor = prepared(DEPLOYED);
+    let run = run_on(&words, &monitor, Some(plan), tricks, |_| async {}).await;
+    assert_eq!(run.code(), 4, "{}", run.message());
+    assert!(run.was_cut && run.is_undone(), "{} {:?}", run.message(), run.warned);
+}
+
+/// What is not seen to begin is undone: it begins later, where a remote unit is slow.
+#[tokio::test(start_paused = true)]
+async fn a_motion_that_is_seen_late_is_stopped() {
+    let words = case(&["move", "horizontal", "-60deg"], "");
+    let tricks = Tricks { veils: true, ..Tricks::default() };
+    let run = run_on(&words, &prepared(DEPLOYED), None, tricks, |_| async {}).await;
+    assert_eq!(run.code(), 1, "{}", run.message());
+    assert!(run.is_undone() && run.message().contains("at rest now"), "{}", run.message());
+    assert!(run.message().contains("Horizontal stopped at"), "{}", run.message());
+}
+
+/// A signal that came before a motion keeps it from starting.
+#[tokio::test(start_paused = true)]
+async fn a_motion_does_not_start_after_a_signal() {
+    let line = wired(&prepared(DEPLOYED));
+    let connection = connect(&line).await;
+    let mut interrupt = Interrupt::catch().unwrap();
+    press();
+    let request = Request::new(SubsystemId::HORIZONTAL, Body::Move { destination: -3600 });
+    let follow = Follow {
+        connection: &connection,
+        watch: &[SubsystemId::HORIZONTAL],
+        undo: Undo::of(&request).unwrap(),
+    };
+    let (mut out, mut sent) = (Out::new(true), false);
+    let start = async {
+        sent = true;
+        connection.send(&request).await
+    };
+    let idle = |_: &States| Step::Idle(String::new());
+    let ended = follow.run_until(&mut interrupt, &mut out, start, idle).await;
+    assert_eq!(ended.err().map(|failure| failure.exit_code()), Some(130));
+    assert!(!sent);
+}
+
+/// Stop All leaves a valve half open: it is named, with what closes it.
+#[tokio::test(start_paused = true)]
+async fn a_valve_that_stop_all_leaves_open_is_named() {
+    let monitor = prepared(DEPLOYED);
+    for (valve, named) in [(None, false), (Some(SubsystemId::VALVE1), true)] {
+        let line = wired(&monitor);
+        let connection = connect(&line).await;
+        if let Some(valve) = valve {
+            connection.send(&Request::open(valve)).await.unwrap();
+            sleep(Duration::from_secs(1)).await;
+        }
+        let (mut out, mut interrupt) = (Out::new(true), Interrupt::catch().unwrap());
+        let stop = Undo::everything();
+        let ended = stop.carry_out(&connection, &mut out, &mut interrupt, Because::Interrupted);
+        let ended = ended.await;
+        assert_eq!(ended.exit_code(), 130, "{}", ended.message());
+        let says = ended.message().contains("Valve1 is not closed");
+        assert_eq!(says, named, "{}", ended.message());
+        assert_eq!(ended.message().contains("lafet close valve1"), named, "{}", ended.message());
+    }
+}
+
+/// A whole line to a copy of this monitor.
+fn wired(monitor: &sim::Sim) -> Wired {
+    let shared = Shared::new(monitor.clone());
+    tokio::spawn(pace(shared.clone(), 1.0));
+    let (cut, tricks) = (watch::Sender::new(false), Tricks::default());
+    Arc::new(Mutex::new(Line { shared, plan: None, tricks, answers: 0, since: None, cut }))
 }

@@ -165,3 +165,36 @@ fn a_file_that_is_no_toml_is_refused_in_words() {
         }
     }
 }
+
+/// Files beside the backup are not touched, and a backup that fails leaves none.
+#[test]
+fn files_beside_a_backup_are_kept() {
+    let sim = Sim::start(&[]);
+    let folder = folder("backup-beside");
+    let file = folder.join("one.toml");
+    let other = folder.join("one.toml.new");
+    std::fs::write(&other, "kept").unwrap();
+    sim.done(&["param", "backup", file.to_str().unwrap()]);
+    let none = folder.join("none.toml");
+    let away = ["-c", "tcp://127.0.0.1:1", "param", "backup", none.to_str().unwrap()];
+    assert_eq!(Run::of(&away).code, 3);
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "kept");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+/// The journal of a monitor outlives the restore of another from the same backup.
+#[test]
+fn monitors_share_the_journal_of_a_backup() {
+    let (one, two) = (Sim::start(&[]), Sim::start(&[]));
+    let folder = folder("backup-shared");
+    let file = folder.join("one.toml");
+    let file = file.to_str().unwrap();
+    one.done(&["param", "backup", file]);
+    let journal = format!("monitor {}?addr=1\nstarted Nozzle.Speed\n", one.url());
+    std::fs::write(format!("{file}.restoring"), journal).unwrap();
+    set(&two, "vertical", "Speed", "3");
+    two.done(&["param", "restore", file]);
+    let restored = one.value(&["param", "restore", file]);
+    assert_eq!(restored["written"][0]["parameter"], "Nozzle.Speed", "{restored}");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "then the journal is removed");
+}

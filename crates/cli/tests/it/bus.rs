@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 
 use crate::support::{Run, Running, Sim, lafet};
@@ -360,4 +361,31 @@ fn between_two_serial_lines_each_request_is_passed_once() {
     assert!(answered * 2 > u32::from(REQUESTS), "{answered} answered, {last}");
     // A grant read together with the previous answer would be lost, and the answer repeated.
     assert!(last["repeated"].as_u64().unwrap() < u64::from(REQUESTS) / 2, "{last}");
+}
+
+/// A controller works on whatever becomes of its output: on a full disk, and beside a reader that
+/// pauses.
+#[test]
+fn a_controller_outlives_its_output() {
+    let (unread, full) = std::io::pipe().unwrap();
+    // As much as a pipe holds.
+    (&full).write_all(&[b' '; 1 << 16]).unwrap();
+    let disk = File::options().write(true).open("/dev/full").unwrap();
+    for stdout in [Stdio::from(full), Stdio::from(disk)] {
+        let sim = Sim::start(&["--addr", "1"]);
+        let hub = Hub::new();
+        hub.joined_by(&sim);
+        let mut command = lafet();
+        command.args(["bus", &hub.url(""), "--addresses", "1,130"]).stdout(stdout);
+        let mut bus = command.stderr(Stdio::null()).spawn().unwrap();
+        let console = hub.url("role=active&src=130&addr=1");
+        let stops = || Run::of(&["-c", &console, "--timeout", "2", "stop"]).code == 0;
+        assert!((0..30).any(|_| stops()), "no console gets its turn");
+        assert!((0..3).all(|_| stops()), "nor later");
+        assert_eq!(bus.try_wait().unwrap(), None, "it has ended");
+        // It may not end by itself: its last line waits.
+        let _ = bus.kill();
+        let _ = bus.wait();
+    }
+    drop(unread);
 }

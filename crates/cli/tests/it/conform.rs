@@ -53,3 +53,24 @@ fn wrong_usage_and_no_monitor() {
     let run = Run::of(&["--timeout", "0.2", "conform", &other]);
     assert_eq!(run.code, 3, "{run:?}");
 }
+
+/// Where the output cannot be written, the test ends like one that is interrupted: everything is
+/// restored.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_nothing_changed() {
+    let sim = Sim::start(&["--profile", "remote", "--speed", "20"]);
+    let speed = || sim.value(&["param", "get", "vertical", "Speed"])["values"][0].clone();
+    let before = speed();
+    let mut command = crate::support::lafet();
+    command.args(["--lang", "en", "conform", sim.url(), "--motion", "--speed", "20"]);
+    command.stdout(std::fs::File::options().write(true).open("/dev/full").unwrap());
+    let ended = command.stderr(std::process::Stdio::piped()).output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(2), "{said}");
+    assert!(said.contains("Restoring everything"), "{said}");
+    assert_eq!(speed(), before, "{said}");
+    for drive in ["horizontal", "vertical"] {
+        assert!(!sim.flags(drive).contains(&"Move".to_owned()), "{drive}: {said}");
+    }
+}

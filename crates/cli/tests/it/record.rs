@@ -1,6 +1,14 @@
 //! Records a monitor, replays the recording, and taps a program's connection.
 
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
+use std::time::Duration;
+
+use lafet_proto::link::{Frame, WIRE_MAX, encode};
+use lafet_proto::record::Writer;
+use lafet_proto::request::Body;
+use lafet_proto::{Request, SubsystemId};
 
 use crate::support::{Run, Running, Sim, lafet};
 
@@ -193,4 +201,130 @@ fn on_a_full_disk_a_recording_ends_with_a_whole_record() {
         let replay = Run::of(&["--json", "replay", &recording, "--speed", "0"]);
         assert!(replay.code == 0 && replay.json().len() >= 20, "{replay:?}");
     }
+}
+
+/// A tap, and the place where it listens.
+fn tapped(url: &str, name: &str) -> (Running, String) {
+    let recording = file(name);
+    let arguments = ["-c", url, "--json", "record", &recording, "--tap", "127.0.0.1:0"];
+    let tap = Running::stdout(lafet().args(arguments));
+    let place: serde_json::Value = serde_json::from_str(&tap.line()).unwrap();
+    let place = place["url"].as_str().unwrap().strip_prefix("tcp://").unwrap().to_owned();
+    (tap, place)
+}
+
+fn frame(request: &Request<'_>) -> Vec<u8> {
+    let mut payload = [0; 64];
+    let mut writer = Writer::new(&mut payload);
+    request.encode(&mut writer).unwrap();
+    let mut wire = [0; WIRE_MAX];
+    let frame = Frame { dst: 1, src: 129, payload: writer.written() };
+    let len = encode(&frame, &mut wire).unwrap();
+    wire[..len].to_vec()
+}
+
+/// Whether this end was disconnected; waits for it.
+fn is_disconnected(stream: &mut TcpStream) -> bool {
+    let mut rest = Vec::new();
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    match stream.read_to_end(&mut rest) {
+        Ok(_) => rest.is_empty(),
+        Err(error) => error.kind() == std::io::ErrorKind::ConnectionReset,
+    }
+}
+
+/// What a program sends that has to wait would reach the monitor minutes later: it is disconnected.
+#[test]
+fn a_tap_keeps_no_request_of_a_further_program() {
+    let sim = Sim::start(&["--profile", "remote"]);
+    let (_tap, place) = tapped(sim.url(), "further.mcap");
+    let mut first = TcpStream::connect(&place).unwrap();
+    let mut answer = [0; 64];
+    let mut read = |first: &mut TcpStream| {
+        first.write_all(&frame(&Request::new(SubsystemId::VALVE1, Body::GetStatus))).unwrap();
+        assert!(first.read(&mut answer).unwrap() > 0);
+    };
+    read(&mut first);
+    let mut further = TcpStream::connect(&place).unwrap();
+    let moves = Request::new(SubsystemId::HORIZONTAL, Body::Move { destination: 3000 });
+    // It may have been disconnected already.
+    let _ = further.write_all(&frame(&moves));
+    let mut rest = [0; 64];
+    further.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    match further.read(&mut rest) {
+        Ok(count) => assert_eq!(count, 0, "it is not served"),
+        Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::ConnectionReset),
+    }
+    drop(further);
+    read(&mut first);
+    drop(first);
+    let status = Run::of(&["-c", &format!("tcp://{place}"), "--json", "status", "horizontal"]);
+    assert_eq!(status.code, 0, "{status:?}");
+    let flags = sim.flags("horizontal");
+    assert!(!flags.contains(&"Move".to_owned()), "{flags:?}");
+}
+
+/// Nor does it keep what a program sends while the link is lost.
+#[test]
+fn a_tap_keeps_no_request_for_the_next_link() {
+    let monitor = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("tcp://{}", monitor.local_addr().unwrap());
+    let (_tap, place) = tapped(&url, "links.mcap");
+    let (mut link, _) = monitor.accept().unwrap();
+    let mut program = TcpStream::connect(&place).unwrap();
+    let moves = frame(&Request::new(SubsystemId::HORIZONTAL, Body::Move { destination: 3000 }));
+    program.write_all(&moves).unwrap();
+    let mut passed = vec![0; moves.len()];
+    link.read_exact(&mut passed).unwrap();
+    assert_eq!(passed, moves);
+    drop(link);
+    let late = program.write_all(&moves);
+    let (mut link, _) = monitor.accept().unwrap();
+    link.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+    let status = frame(&Request::new(SubsystemId::VALVE1, Body::GetStatus));
+    let mut passed = vec![0; status.len()];
+    let mut programs = Vec::new();
+    while link.read_exact(&mut passed).is_err() {
+        assert!(programs.len() < 100, "no program is served");
+        let mut next = TcpStream::connect(&place).unwrap();
+        // It may come before the tap has seen its new link.
+        let _ = next.write_all(&status);
+        programs.push(next);
+    }
+    assert_eq!(passed, status, "{late:?}");
+    assert!(is_disconnected(&mut program), "it learns that the link was lost");
+}
+
+/// Nothing in bare records shows where a request ends, so each is passed on as it comes.
+#[test]
+fn a_tap_passes_bare_records_on_at_once() {
+    let sim = Sim::listening(&["tcp://127.0.0.1:0?framing=records"], &["--profile", "remote"]);
+    let (mut tap, place) = tapped(sim.url(), "records.mcap");
+    let through = format!("tcp://{place}?framing=records");
+    let run = Run::of(&["-c", &through, "--timeout", "20", "stop"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    tap.signal("INT");
+    assert_eq!(tap.code(), Some(0));
+    let end: serde_json::Value = serde_json::from_str(&tap.line()).unwrap();
+    assert!(end["frames"].as_u64().unwrap() >= 2, "{end}");
+}
+
+/// A tap goes on without its recording: the program behind it still reaches the monitor.
+#[cfg(unix)]
+#[test]
+fn a_tap_outlives_a_full_disk() {
+    let sim = Sim::start(&["--profile", "remote"]);
+    let recording = file("tap-full.mcap");
+    let lafet = lafet();
+    let mut limited = std::process::Command::new("sh");
+    limited.args(["-c", "trap '' XFSZ; ulimit -f 96; exec \"$@\"", "sh"]);
+    limited.arg(lafet.get_program()).args(["-c", sim.url(), "--json", "record", &recording]);
+    let mut tap = Running::stdout(limited.args(["--tap", "127.0.0.1:0"]));
+    let place: serde_json::Value = serde_json::from_str(&tap.line()).unwrap();
+    let through = place["url"].as_str().unwrap();
+    let watch = ["-c", through, "--json", "watch", "All", "--count", "400", "--interval", "0.02"];
+    assert_eq!(Run::of(&watch).json().len(), 400);
+    assert_eq!(Run::of(&["-c", through, "stop"]).code, 0);
+    tap.signal("INT");
+    assert_eq!(tap.code(), Some(2), "that nothing more was recorded is an error");
 }

@@ -122,3 +122,39 @@ fn a_link_of_another_framing() {
     let (code, told) = doctor(&format!("{}?framing=records", sim.url()));
     assert_eq!((code, &told["findings"][0]["finding"]), (1, &json!("other-framing")), "{told}");
 }
+
+/// Behind a serial server there may be a bus with a controller: the place is listened to before
+/// anything is sent.
+#[test]
+fn a_network_is_listened_to_before_it_is_scanned() {
+    use lafet_proto::link::{Frame, WIRE_MAX, encode};
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port().to_string();
+    let (heard, hears) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for mut stream in listener.incoming().map_while(Result::ok) {
+            let mut wire = [0; WIRE_MAX];
+            let payload = &[];
+            let len = encode(&Frame { dst: 1, src: 128, payload }, &mut wire).unwrap();
+            let (mut talks, heard) = (stream.try_clone().unwrap(), heard.clone());
+            std::thread::spawn(move || {
+                let mut buffer = [0; 64];
+                while let Ok(count @ 1..) = stream.read(&mut buffer) {
+                    heard.send(buffer[..count].to_vec()).unwrap();
+                }
+            });
+            std::thread::spawn(move || {
+                while talks.write_all(&wire[..len]).is_ok() {
+                    std::thread::park_timeout(std::time::Duration::from_millis(100));
+                }
+            });
+        }
+    });
+    let scan = ["--lang", "en", "scan", "127.0.0.1", "--addresses", "1", "--port", &port];
+    let run = Run::of(&scan);
+    assert!(run.code == 1 && run.out.contains("Others talk on this line"), "{run:?}");
+    assert!(hears.try_recv().is_err(), "it sent something");
+    let run = Run::of(&[&scan[..], &["--insist"]].concat());
+    assert!(!run.out.contains("Others talk on this line"), "{run:?}");
+    assert!(hears.try_recv().is_ok(), "it is made to");
+}

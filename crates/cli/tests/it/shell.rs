@@ -116,6 +116,31 @@ fn an_interrupted_script_stops_what_moves() {
     assert!(!flags.contains(&"Deploying".into()), "{flags:?}");
 }
 
+/// The terminal is gone when Ctrl-C or a hang-up arrives: what was opened is closed all the same.
+#[cfg(unix)]
+#[test]
+fn a_terminal_that_is_gone_does_not_keep_a_valve_open() {
+    use std::io::{BufRead, BufReader, Write};
+    let sim = Sim::start(&["--profile", "remote"]);
+    let mut command = lafet();
+    command.args(["shell", sim.url()]).stdin(Stdio::piped()).stdout(Stdio::null());
+    let mut shell = command.stderr(Stdio::piped()).spawn().unwrap();
+    let mut stdin = shell.stdin.take().unwrap();
+    stdin.write_all(b"open\n").unwrap();
+    let mut said = BufReader::new(shell.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("Opening") {
+        line.clear();
+        said.read_line(&mut line).unwrap();
+    }
+    drop(said);
+    let kill = std::process::Command::new("kill").args(["-HUP", &shell.id().to_string()]).status();
+    assert!(kill.unwrap().success());
+    assert_eq!(shell.wait().unwrap().code(), Some(130));
+    let flags = sim.flags("valve1");
+    assert!(flags.contains(&"Closed".to_owned()), "{flags:?}");
+}
+
 #[cfg(unix)]
 mod terminal {
     use std::fs::File;
@@ -207,6 +232,22 @@ mod terminal {
         typed.sees("Stop All was sent; at rest now.");
         let flags = sim.flags("deployer");
         assert!(!flags.contains(&"Deploying".into()), "{flags:?}");
+        typed.types("exit\r");
+        assert_eq!(typed.shell.wait().unwrap().code(), Some(0));
+    }
+
+    /// Stop All leaves a valve half open: it is named.
+    #[test]
+    fn control_c_names_a_valve_that_stays_open() {
+        let sim = Sim::start(&["--profile", "remote"]);
+        let mut typed = Typed::start(&sim, "en");
+        typed.sees("> ");
+        typed.types("open --no-wait\r");
+        typed.sees("Accepted");
+        typed.sees("> ");
+        typed.types("\x03");
+        typed.sees("Valve1 is not closed");
+        typed.sees("lafet close valve1");
         typed.types("exit\r");
         assert_eq!(typed.shell.wait().unwrap().code(), Some(0));
     }

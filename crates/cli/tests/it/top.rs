@@ -64,3 +64,33 @@ fn wrong_usage() {
         assert!(run.err.contains(word), "{arguments:?}: {run:?}");
     }
 }
+
+/// A Stop is seen through, and its outcome shown, however soon the screen is left.
+#[cfg(unix)]
+#[test]
+fn a_stop_outlives_the_screen() {
+    use std::fs::File;
+    use std::io::{Read, Write};
+    let sim = Sim::start(&[]);
+    sim.done(&["deploy", "--no-wait"]);
+    let (ours, path) = crate::support::terminal();
+    let end = || File::options().read(true).write(true).open(&path).unwrap();
+    let mut command = crate::support::lafet();
+    command.args(["--lang", "en", "top", sim.url()]).env("TERM", "xterm");
+    let mut top = command.stdin(end()).stdout(end()).stderr(end()).spawn().unwrap();
+    drop(command);
+    let (mut screen, mut keys) = (ours.try_clone().unwrap(), ours);
+    let (mut seen, mut buffer) = (String::new(), [0; 4096]);
+    let mut sees = |text: &str| {
+        while !seen.contains(text) {
+            let count = screen.read(&mut buffer).unwrap_or_else(|e| panic!("{e}: {text}: {seen}"));
+            seen.push_str(&String::from_utf8_lossy(&buffer[..count]));
+        }
+    };
+    sees("deploying");
+    keys.write_all(b"sq").unwrap();
+    sees("Stop All → Ok");
+    assert_eq!(top.wait().unwrap().code(), Some(0));
+    let flags = sim.flags("deployer");
+    assert!(!flags.contains(&"Deploying".to_owned()), "{flags:?}");
+}

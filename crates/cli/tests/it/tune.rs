@@ -76,3 +76,55 @@ fn what_kill_9_leaves_is_put_back() {
     let run = sim.run(&["tune", "horizontal", "--dry-run"]);
     assert!(run.code == 0 && !run.err.contains("→ 321"), "it is said once: {run:?}");
 }
+
+/// Ctrl-C between two motions keeps the next one from starting.
+#[cfg(unix)]
+#[test]
+fn a_signal_between_two_motions_is_not_lost() {
+    use std::io::{Read, Write};
+    use std::net::{TcpListener, TcpStream};
+    use std::sync::mpsc::channel;
+
+    use lafet_proto::RequestId;
+    use lafet_proto::link::Decoder;
+    use lafet_proto::record::Records;
+
+    let sim = Sim::start(&["--speed", "20"]);
+    sim.done(&["deploy"]);
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("tcp://{}?addr=1", listener.local_addr().unwrap());
+    let (held, holds) = channel();
+    let (go, may) = channel::<()>();
+    let place = sim.place().to_owned();
+    std::thread::spawn(move || {
+        let (mut near, _) = listener.accept().unwrap();
+        let mut far = TcpStream::connect(place).unwrap();
+        let (mut back, mut there) = (far.try_clone().unwrap(), near.try_clone().unwrap());
+        std::thread::spawn(move || std::io::copy(&mut back, &mut there));
+        let mut decoder: Decoder = Decoder::new();
+        let (mut buffer, mut sets) = ([0; 1024], 0);
+        while let Ok(len @ 1..) = near.read(&mut buffer) {
+            for byte in &buffer[..len] {
+                let Some(frame) = decoder.push(*byte) else { continue };
+                let mut records = Records::new(frame.payload).flatten();
+                let writes = records.any(|record| record.request == RequestId::SET_PARAM);
+                sets += u32::from(writes);
+                // The first two are set before anything moves.
+                if writes && sets == 3 {
+                    held.send(()).unwrap();
+                    may.recv().unwrap();
+                }
+            }
+            if far.write_all(&buffer[..len]).is_err() {
+                return;
+            }
+        }
+    });
+    let mut command = lafet();
+    command.args(["-c", &url, "--lang", "en", "--timeout", "30", "tune", "horizontal"]);
+    let mut tuning = Running::stderr(&mut command);
+    holds.recv().unwrap();
+    tuning.signal("INT");
+    go.send(()).unwrap();
+    assert_eq!(tuning.code(), Some(130));
+}

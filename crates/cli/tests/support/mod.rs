@@ -134,6 +134,20 @@ fn lines(input: impl Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
+/// A pseudo-terminal of 80 × 24: our end, and the path of the other.
+#[cfg(unix)]
+pub fn terminal() -> (std::fs::File, String) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use rustix::termios::{Winsize, tcsetwinsize};
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&ours).unwrap();
+    unlockpt(&ours).unwrap();
+    let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
+    tcsetwinsize(&ours, size).unwrap();
+    let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
+    (std::fs::File::from(ours), path)
+}
+
 /// A simulated monitor in a process of its own.
 pub struct Sim {
     /// The process.

@@ -40,7 +40,7 @@ pub struct Place {
 /// What was found at a port.
 #[derive(Clone, Debug)]
 pub enum Told {
-    /// Devices that answer probes.
+    /// Devices that answer probes, or others that talk, so that nothing was probed.
     Bus(Scan),
     /// A monitor with bare records (§C/3).
     Records,
@@ -123,7 +123,8 @@ async fn look(host: &str, port: u16, udp: bool, options: &ScanOptions) -> Option
     };
     let scanned = scan(open(&endpoint).await.ok()?, addresses.source, options, |_| {}).await;
     match scanned {
-        Ok(scan) if !scan.present.is_empty() => Some(Told::Bus(scan)),
+        // Others talk there: nothing more is sent.
+        Ok(scan) if scan.held_back || !scan.present.is_empty() => Some(Told::Bus(scan)),
         _ if udp => None,
         // Open, but without link frames.
         _ => Some(match speaks_records(&endpoint, options.wait).await {

@@ -202,6 +202,7 @@ polls-withheld = A controller gives access on this line, so no requests are sent
 cannot-listen-tap = cannot listen on { $address }
 connect-tap = Connect the program to tcp://{ $bound } instead of { $url }.
 reconnecting = { $url }: { $error }; reconnecting
+tap-goes-on = Nothing more is recorded; the tap goes on passing everything.
 
 # cmd/replay.rs
 cannot-read-recording = cannot read { $name }
@@ -310,6 +311,7 @@ top-needs-terminal = top needs a terminal. `lafet top --once` prints one picture
 state-not-known = the state is not known
 cannot-draw = cannot draw on this terminal
 stop-not-sent = Stop All NOT sent: no link
+stop-not-answered = Stop All was sent and not answered. If you see danger, use the emergency stop now.
 
 # cmd/tune.rs
 tune-not-deployer = Deployer goes from switch to switch: there is nothing to tune.
@@ -672,6 +674,9 @@ scene-stale = stale
 unit-min = min
 unit-h = h
 
+# aside.rs
+lines-left-out = Lines left out here, because they were not read in time: { $count }
+
 # undo.rs
 interrupted-while = Interrupted: { $words }
 risk-barrel = the barrel may still move
@@ -684,6 +689,7 @@ undo-tries =
     { $error }
     { $risk }. Trying for up to { $seconds } s to reach the monitor and send { $words }; Ctrl-C gives up. If you see danger, use the emergency stop now.
 undo-done = { $words } was sent; at rest now.{ $state }
+undo-leaves-open = { $valve } is not closed, and water may flow. To close it: lafet close { $name }
 undo-not-at-rest = { $words } was answered, but it is not at rest: { $state }. { $emergency }
 undo-not-seen = { $risk }: it was not seen at rest after { $words }. { $emergency }{ $why }
 undo-gave-up = Gave up before it was seen at rest. { $risk }. { $emergency }

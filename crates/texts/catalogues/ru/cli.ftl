@@ -202,6 +202,7 @@ polls-withheld = На этой линии доступ даёт контролл
 cannot-listen-tap = нельзя слушать { $address }
 connect-tap = Подключите программу к tcp://{ $bound } вместо { $url }.
 reconnecting = { $url }: { $error }; соединяюсь снова
+tap-goes-on = Запись больше не ведётся; отвод по-прежнему передаёт всё.
 
 # cmd/replay.rs
 cannot-read-recording = не удаётся прочитать { $name }
@@ -310,6 +311,7 @@ top-needs-terminal = Для top нужен терминал. `lafet top --once` 
 state-not-known = о состоянии ничего не известно
 cannot-draw = терминал
 stop-not-sent = Stop All НЕ послан: нет связи
+stop-not-answered = Stop All послан, ответа нет. При опасности сразу нажмите аварийный останов.
 
 # cmd/tune.rs
 tune-not-deployer = Deployer движется между датчиками крайних положений: настраивать нечего.
@@ -672,6 +674,9 @@ scene-stale = устарело
 unit-min = мин
 unit-h = ч
 
+# aside.rs
+lines-left-out = Здесь пропущены строки, которые не успели прочитать: { $count }
+
 # undo.rs
 interrupted-while = Прервано: { $words }
 risk-barrel = ствол, возможно, ещё движется
@@ -684,6 +689,7 @@ undo-tries =
     { $error }
     { $risk }. До { $seconds } с продолжаются попытки связаться со стволом и послать { $words }; Ctrl-C прекращает их. При опасности сразу нажмите аварийный останов.
 undo-done = Послано: { $words }; теперь всё в покое.{ $state }
+undo-leaves-open = { $valve } не закрыт, вода, возможно, течёт. Чтобы закрыть: lafet close { $name }
 undo-not-at-rest = { $words }: ответ получен, но покоя нет: { $state }. { $emergency }
 undo-not-seen = { $risk }: покоя после { $words } не видно. { $emergency }{ $why }
 undo-gave-up = Попытки прекращены до того, как наступил покой. { $risk }. { $emergency }

@@ -68,14 +68,19 @@ impl Hub {
         self.events().flush();
         let history = self.history();
         for Change { id, monitor, before, after, user, reason } in changes {
+        for change in changes.iter().filter(|it| it.before != it.after) {
+            let Change { id, monitor, user, .. } = change;
+            let (from, to) = (State::word(change.before), State::word(change.after));
+            tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
+            if change.before.is_none() && change.after == Some(State::Unack) {
+                self.recordings().alarm(now_ms, monitor, id);
+            }
+        }
+        // Nothing that may wait comes under this lock.
             if before == after {
                 continue;
             }
             let (from, to) = (State::word(before), State::word(after));
-            tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
-            if before.is_none() && after == Some(State::Unack) {
-                self.recordings().alarm(now_ms, &monitor, &id);
-            }
             let alarm = [id, monitor, from.to_owned(), to.to_owned()];
             history.alarm(now_ms, alarm, user, reason);
         }

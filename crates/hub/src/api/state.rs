@@ -197,7 +197,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
         (history.is_failing(), history.given_up())
     };
     let place = hub.clone();
-    let disk = tokio::task::spawn_blocking(move || disk(&place)).await.unwrap_or_default();
+    let disk = hub.recordings().on_disk(move || disk(&place)).await.unwrap_or_default();
     Ok(Json(HubState {
         version: env!("CARGO_PKG_VERSION"),
         started_ms: hub.started_ms(),

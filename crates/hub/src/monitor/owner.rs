@@ -418,7 +418,9 @@ async fn keep(hub: Hub) {
             hub.events().forget(now_ms, hub.config().minute_days);
         }
     }
-    hub.recordings().end_all();
+    // The disk is waited for elsewhere.
+    let own = hub.clone();
+    _ = tokio::task::spawn_blocking(move || own.recordings().end_all()).await;
     hub.events().flush();
     hub.history().flush();
 }

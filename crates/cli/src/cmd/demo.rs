@@ -81,7 +81,7 @@ pub async fn run(args: DemoArgs, out: &mut Out) -> Outcome {
 /// Runs a site, a hub and a browser; its monitors listen on a loopback port.
 async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
-    log(out.json(), "warn");
+    let _log = log(out.json(), "warn")?;
     let bus = lafet_proto::bus::PORT_EXTERNAL_CONN;
     let listening = match Listen::tcp(format!("127.0.0.1:{bus}")).open().await {
         Ok(listening) => listening,

@@ -81,7 +81,7 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
             || json!({ "file": file, "warnings": warnings, "monitors": count, "listen": config.listen.to_string() }),
         );
     }
-    log(out.json(), "info");
+    let _log = log(out.json(), "info")?;
     let login = config.login;
     let running = Running::start(config).await?;
     running.announce(out, login)?;

@@ -1,6 +1,7 @@
 //! Runs the hub inside this program: its threads, its logs, a browser.
 
 mod faults;
+mod log;
 pub mod scene;
 pub mod training;
 
@@ -12,16 +13,14 @@ use lafet_hub::{Clock, Config, Hub, Server};
 use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 use tokio::sync::oneshot;
-use tracing_subscriber::filter::Targets;
-use tracing_subscriber::prelude::*;
 
 use crate::cmd::schema;
 use crate::failure::{Failure, Outcome};
 use crate::lang::current;
 use crate::out::Out;
 
-/// Environment variable of the log filter: `LAFET_LOG=info`, `LAFET_LOG=lafet_hub=debug`.
-const LOG: &str = "LAFET_LOG";
+pub use log::log;
+
 /// Number of threads: commands to monitors must not wait for logins, exports or a busy simulator.
 const THREADS: usize = 4;
 
@@ -141,20 +140,6 @@ fn lost(losses: &[Loss]) -> Failure {
     words.dedup();
     let words = words.join(",");
     Failure::Usage(text::StateLost { list: of(current()).join("\n  "), words }.of(current()))
-}
-
-/// Logs to standard error, as text or as JSON.
-pub fn log(json: bool, usual: &str) {
-    let wanted = std::env::var(LOG).unwrap_or_else(|_| usual.to_owned());
-    let targets = wanted.parse::<Targets>().unwrap_or_default();
-    let layer = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
-    let registry = tracing_subscriber::registry();
-    // A logger that was set before stays.
-    _ = if json {
-        registry.with(layer.json().with_filter(targets)).try_init()
-    } else {
-        registry.with(layer.with_target(false).with_filter(targets)).try_init()
-    };
 }
 
 /// Opens a page in a browser, if there is a display.

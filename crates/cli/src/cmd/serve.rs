@@ -83,7 +83,7 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
     }
     let _log = log(out.json(), "info")?;
     let login = config.login;
-    let running = Running::start(config).await?;
+    let mut running = Running::start(config).await?;
     running.announce(out, login)?;
     if !args.no_browser {
         browse(running.url());

@@ -120,6 +120,12 @@ impl Running {
         drop(self.end.take());
         _ = (&mut self.ended).await;
         if let Some(runtime) = self.runtime.take() {
+    /// Waits until the hub ends by itself, as a part of it has failed.
+    pub async fn failed(&mut self) -> Failure {
+        _ = (&mut self.ended).await;
+        Failure::Ended(text::HubFailed.of(current()))
+    }
+
             runtime.shutdown_background();
         }
     }

@@ -8,8 +8,11 @@ mod quotas;
 mod rates;
 mod seats;
 mod shutdown;
+mod tasks;
+mod upkeep;
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::time::Duration;
 
@@ -51,6 +54,9 @@ use seats::Seats;
 pub use seats::{Has, SeatKey, Seated};
 pub use shutdown::Shutdown;
 
+pub(crate) use tasks::all_end;
+use upkeep::Upkeep;
+pub use upkeep::room;
 /// Passwords hashed at once: one hash takes tens of MiB, and the other processor is for commands.
 const HASHING_MAX: usize = 1;
 
@@ -106,6 +112,11 @@ struct Parts {
     shutdown: watch::Sender<bool>,
 }
 
+    /// A part that always runs has ended: the hub is to end as well.
+    failed: watch::Sender<bool>,
+    /// Rounds of what the hub does from time to time.
+    ticks: AtomicU64,
+    upkeep: Upkeep,
 /// The hub and its site, as the API returns them.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct About {
@@ -180,6 +191,9 @@ impl Hub {
             lock_file,
             config,
             clock,
+            failed: watch::Sender::new(false),
+            ticks: AtomicU64::new(0),
+            upkeep: Upkeep::default(),
         }));
         hub.0.integrity.mark()?;
         hub.report_losses();
@@ -443,6 +457,21 @@ impl Hub {
         Shutdown::new(self.0.shutdown.subscribe())
     }
 }
+
+    /// Rounds of the hub's clock, ten a second.
+    pub fn ticks(&self) -> u64 {
+        self.0.ticks.load(Ordering::Relaxed)
+    }
+
+    /// Another round.
+    pub(crate) fn tick(&self) {
+        self.0.ticks.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Whether the hub ends.
+    pub fn ends(&self) -> bool {
+        *self.0.shutdown.borrow()
+    }
 
 fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, Arc<Station>> {
     let lost = Duration::from_millis(config.lost_ms);

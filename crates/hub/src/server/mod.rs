@@ -92,10 +92,11 @@ impl Server {
         &self.hub
     }
 
-    /// Owns the links and serves clients until `end` is done.
+    /// Owns the links and serves clients until `end` is done, or a part of the hub that always runs has ended.
     pub async fn serve(self, end: impl Future<Output = ()>) {
         let Self { hub, listener, tls } = self;
         owner::start(&hub);
+                () = hub.failed() => break,
         let router = api::router(hub.clone());
         let room = Arc::new(Semaphore::new(hub.config().connections_max));
         tokio::pin!(end);

@@ -147,7 +147,7 @@ impl Shell {
                     editor.give_up().await;
                     match caught {
                         Caught::CtrlC => Input::CtrlC,
-                        Caught::End => return Err(Failure::Interrupted),
+                        Caught::End | Caught::Hangup => return Err(Failure::Interrupted),
                     }
                 }
             };
@@ -279,7 +279,7 @@ impl Shell {
                     // On an interrupt everything is stopped before the command reacts to it.
                     biased;
                     caught = self.interrupt.next() => {
-                        self.ending = caught == Caught::End;
+                        self.ending = caught != Caught::CtrlC;
                         if acts || self.moves() {
                             self.stop_all().await;
                         }

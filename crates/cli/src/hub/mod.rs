@@ -4,6 +4,7 @@ mod faults;
 mod log;
 pub mod scene;
 pub mod training;
+mod watchdog;
 
 use std::io::IsTerminal;
 use std::process::{Command, Stdio};
@@ -87,6 +88,10 @@ impl Running {
             }
             Err(_) => return Err(Failure::Ended(cannot())),
         };
+        if let Err(error) = watchdog::start(runtime.handle(), &hub) {
+            runtime.shutdown_background();
+            return Err(error.into());
+        }
         Ok(Self { runtime: Some(runtime), hub, url, end: Some(end), ended })
     }
 
@@ -115,17 +120,17 @@ impl Running {
         out.show(text, || json!({ "listening": self.url, "setup": link }))
     }
 
-    /// Ends the hub: motions are released, open requests answered, the audit log closed.
-    pub async fn end(mut self) {
-        drop(self.end.take());
-        _ = (&mut self.ended).await;
-        if let Some(runtime) = self.runtime.take() {
     /// Waits until the hub ends by itself, as a part of it has failed.
     pub async fn failed(&mut self) -> Failure {
         _ = (&mut self.ended).await;
         Failure::Ended(text::HubFailed.of(current()))
     }
 
+    /// Ends the hub: motions are released, open requests answered, the audit log closed.
+    pub async fn end(mut self) {
+        drop(self.end.take());
+        _ = (&mut self.ended).await;
+        if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_background();
         }
     }

@@ -48,7 +48,7 @@ use crate::zones::Zones;
 
 pub use caller::Caller;
 pub use counts::Counts;
-use quotas::Quotas;
+use quotas::{Delays, Quotas};
 pub use rates::{PerSecond, Rates};
 use seats::Seats;
 pub use seats::{Has, SeatKey, Seated};
@@ -86,6 +86,7 @@ struct Parts {
     hashing: Turns,
     quotas: Quotas,
     seats: Seats,
+    delays: Delays,
     /// Incremented when users, sessions or tokens change.
     access_revision: watch::Sender<u64>,
 
@@ -169,6 +170,7 @@ impl Hub {
             access_revision: watch::Sender::new(0),
             topics: Topics::default(),
             audiences: Audiences::default(),
+            delays: Delays::default(),
             alarms: Mutex::new(alarms),
             counts: Counts::default(),
             rates: Rates::default(),

@@ -43,9 +43,6 @@ pub const URGENT_MAX: usize = 16;
 /// Monitors to which a connection subscribes by name.
 const SUBSCRIBED_MAX: usize = 32;
 
-/// A request that was under way for so much longer than the quickest one is not carried out.
-const LATE: Duration = Duration::from_secs(1);
-
 const TOO_LARGE: (u16, &str) = (1009, "message too large");
 
 pub struct Reader {
@@ -131,8 +128,9 @@ impl Reader {
                 self.urgent(id, &monitor, |_| Ok(vec![MonitorRequest::lockout()?])).await;
             }
             Said::Request { id, monitor, request, t, confirm, save } => {
-                let late = t.is_some_and(|t| !self.delay.is_within(LATE, self.hub.now(), t));
-                self.request(id, &monitor, (&request, late), confirm, save).await;
+                let now = self.hub.now();
+                let longer = t.map(|t| self.delay.longer(now, t).unwrap_or(Duration::MAX));
+                self.request(id, &monitor, (&request, longer), confirm, save).await;
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
@@ -288,7 +286,7 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        (request, late): (&str, bool),
+        (request, longer): (&str, Option<Duration>),
         confirm: Option<String>,
         save: bool,
     ) {
@@ -303,8 +301,8 @@ impl Reader {
             Ok(known) => known,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        if late {
-            return self.answer(id, Err(ApiError::late())).await;
+        if let Err(error) = self.hub.in_time(&station, &request, longer) {
+            return self.answer(id, Err(error)).await;
         }
         let Ok(turn) = self.room.clone().try_acquire_owned() else {
             let error = ApiError::slow_down(Duration::from_millis(100));

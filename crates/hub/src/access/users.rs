@@ -159,6 +159,8 @@ impl Access {
         }
         let empty = AtomicBool::new(count(&db, "SELECT COUNT(*) FROM user")? == 0);
         let known = read(&db, now_ms, &revoked)?;
+    /// A revocation waits for the disk.
+    waits: Arc<AtomicBool>,
         let devices = Mutex::new(read_devices(&db)?);
         let (db, revoked) = (Arc::new(Mutex::new(db)), Arc::new(Mutex::new(revoked)));
         let (touches, queue) = sync_channel(TOUCHES_MAX);
@@ -167,12 +169,12 @@ impl Access {
         named.spawn(move || write_touches(&own.0, &own.1, &queue))?;
         let ahead_ms = AtomicI64::new(0);
         let hasher = Hasher::default();
-        Ok(Self { db, known, revoked, devices, ahead_ms, empty, hasher, touches })
+        Ok(Self { db, known, revoked, waits, devices, ahead_ms, empty, hasher, touches })
     }
 
     /// What was revoked is not on the disk yet.
     pub fn revocations_wait(&self) -> bool {
-        lock(&self.revoked).is_waiting()
+        self.waits.load(Ordering::Relaxed)
     }
 
     /// How often users and tokens were changed.
@@ -183,6 +185,7 @@ impl Access {
     /// Notes the end of the audit log.
     pub fn note_audit(&self, head: &Head) -> Result<(), StoreError> {
         Ok(crate::store::note_audit(&lock(&self.db), head)?)
+        let waits = revoked.waits();
     }
 
     /// The date has stepped: what is stored of sessions goes with it, for a restart.

@@ -171,6 +171,15 @@ pub enum Act {
 #[serde(tag = "how", rename_all = "snake_case")]
 pub enum JogEnding {
     /// The motion was stopped.
+    /// Entries of the audit log were given up, as the disk took none for too long.
+    EntriesLost {
+        /// How many.
+        entries: u64,
+        /// Time of the first of them, ms since 1970.
+        from_ms: u64,
+        /// Time of the last of them, ms since 1970.
+        to_ms: u64,
+    },
     Stopped {
         /// `released`, `lapsed`, `link_lost`, `refused`, `stop_asked`.
         reason: String,

@@ -42,6 +42,13 @@ pub enum Act {
     },
     /// A login.
     Login,
+    /// A user has logged out.
+    Logout,
+    /// The first administrator is made with the link of the first start.
+    SetUp {
+        /// Name of the administrator.
+        user: String,
+    },
     /// A user has changed the own password.
     ChangeOwnPassword,
     /// A user was added.
@@ -164,13 +171,6 @@ pub enum Act {
         /// The first entry that is not right.
         n: u64,
     },
-}
-
-/// How a motion by hand ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "how", rename_all = "snake_case")]
-pub enum JogEnding {
-    /// The motion was stopped.
     /// Entries of the audit log were given up, as the disk took none for too long.
     EntriesLost {
         /// How many.
@@ -180,6 +180,13 @@ pub enum JogEnding {
         /// Time of the last of them, ms since 1970.
         to_ms: u64,
     },
+}
+
+/// How a motion by hand ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(tag = "how", rename_all = "snake_case")]
+pub enum JogEnding {
+    /// The motion was stopped.
     Stopped {
         /// `released`, `lapsed`, `link_lost`, `refused`, `stop_asked`.
         reason: String,

@@ -46,6 +46,41 @@ async fn the_first_start() {
     assert_eq!(session.body["user"], "root");
     let log = site.hub.audit().latest(None, 10, None, None).await.unwrap();
     assert!(log.iter().any(|it| it.record.what == "login" && it.record.user == "root"));
+    let csrf = made.body["csrf"].as_str().unwrap();
+    let own = cookie(&made);
+    let headers = [("Cookie", own.as_str()), ("X-CSRF-Token", csrf)];
+    assert_eq!(site.http("POST", "/api/logout", &headers, "").await.status, 204);
+    until("it is noted", || site.hub.audit().waiting() == 0).await;
+    let log = site.hub.audit().latest(None, 10, None, None).await.unwrap();
+    let of = |what: &str| -> Vec<(String, String)> {
+        let of = log.iter().map(|it| &it.record).filter(|it| it.what == what);
+        of.map(|it| (it.user.clone(), it.outcome.clone())).collect()
+    };
+    let [none, root] = ["", "root"].map(str::to_owned);
+    let tries = [(none, "refused".to_owned()), (root.clone(), "Ok".to_owned())];
+    assert_eq!(of("set up"), tries, "the latest first");
+    assert_eq!(of("logout"), [(root, "Ok".to_owned())]);
+}
+
+/// Without login a proxy on this machine would make every stranger an administrator.
+#[tokio::test]
+async fn without_login_nothing_is_believed_that_a_proxy_passes_on() {
+    let site = Site::open(1).await;
+    let get = async |name: &str, value: &str| {
+        site.http("GET", "/api/monitors", &[(name, value)], "").await.status
+    };
+    for (name, value) in [
+        ("X-Forwarded-For", "127.0.0.1"),
+        ("x-forwarded-proto", "https"),
+        ("X-Real-IP", "127.0.0.1"),
+        ("Forwarded", "for=127.0.0.1"),
+        ("Via", "1.1 proxy"),
+    ] {
+        assert_eq!(get(name, value).await, 401, "{name}");
+        let stop = site.http("POST", "/api/stop", &[(name, value)], "").await;
+        assert_eq!(stop.status, 401, "{name}");
+    }
+    assert_eq!(get("Accept", "*/*").await, 200);
 }
 
 #[tokio::test]

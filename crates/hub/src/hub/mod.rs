@@ -42,6 +42,7 @@ use crate::simulation::{Scene, Simulation};
 use crate::site::keep_out::KeepOut;
 use crate::site::{Place, Site};
 use crate::store::integrity::Integrity;
+use crate::store::reserve::Room;
 use crate::store::{self, Audit, Events, History, StoreError};
 use crate::sync::lock;
 use crate::zones::Zones;
@@ -147,6 +148,9 @@ impl Hub {
         let folder = folder.as_deref();
         folder.map(store::refuse_newer).transpose()?;
         let lock_file = folder.map(store::occupy).transpose()?;
+        if folder.is_some_and(|folder| store::reserve::take(folder) == Room::None) {
+            tracing::warn!("there is no room on the disk of the state, and no reserve");
+        }
         let integrity = Integrity::examine(&config)?;
         for warning in &config.warnings {
             tracing::warn!("{warning}");

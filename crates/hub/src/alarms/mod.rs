@@ -28,6 +28,8 @@ impl Hub {
             logins: self.logins().attack(self.now()),
             revocations: self.access().revocations_wait(),
             zones: self.zones_fail_to_be_stored(),
+            disk: self.lacks_room(),
+            certificate: self.certificate_ends(),
         };
         let zones = self.zones_view().ok().map(|it| it.state);
         let now_ms = self.clock().now_ms();
@@ -66,8 +68,6 @@ impl Hub {
         self.topics().set("fire", &alarms.fire());
         drop(alarms);
         self.events().flush();
-        let history = self.history();
-        for Change { id, monitor, before, after, user, reason } in changes {
         for change in changes.iter().filter(|it| it.before != it.after) {
             let Change { id, monitor, user, .. } = change;
             let (from, to) = (State::word(change.before), State::word(change.after));
@@ -77,6 +77,8 @@ impl Hub {
             }
         }
         // Nothing that may wait comes under this lock.
+        let history = self.history();
+        for Change { id, monitor, before, after, user, reason } in changes {
             if before == after {
                 continue;
             }

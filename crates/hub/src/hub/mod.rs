@@ -54,10 +54,10 @@ pub use rates::{PerSecond, Rates};
 use seats::Seats;
 pub use seats::{Has, SeatKey, Seated};
 pub use shutdown::Shutdown;
-
 pub(crate) use tasks::all_end;
 use upkeep::Upkeep;
 pub use upkeep::room;
+
 /// Passwords hashed at once: one hash takes tens of MiB, and the other processor is for commands.
 const HASHING_MAX: usize = 1;
 
@@ -86,8 +86,8 @@ struct Parts {
     logins: Mutex<Logins>,
     hashing: Turns,
     quotas: Quotas,
-    seats: Seats,
     delays: Delays,
+    seats: Seats,
     /// Incremented when users, sessions or tokens change.
     access_revision: watch::Sender<u64>,
 
@@ -112,13 +112,13 @@ struct Parts {
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
     shutdown: watch::Sender<bool>,
-}
-
     /// A part that always runs has ended: the hub is to end as well.
     failed: watch::Sender<bool>,
     /// Rounds of what the hub does from time to time.
     ticks: AtomicU64,
     upkeep: Upkeep,
+}
+
 /// The hub and its site, as the API returns them.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct About {
@@ -170,11 +170,11 @@ impl Hub {
             logins: Mutex::default(),
             hashing: Turns::new(HASHING_MAX),
             quotas: Quotas::default(),
+            delays: Delays::default(),
             seats: Seats::default(),
             access_revision: watch::Sender::new(0),
             topics: Topics::default(),
             audiences: Audiences::default(),
-            delays: Delays::default(),
             alarms: Mutex::new(alarms),
             counts: Counts::default(),
             rates: Rates::default(),
@@ -191,15 +191,15 @@ impl Hub {
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
+            failed: watch::Sender::new(false),
+            ticks: AtomicU64::new(0),
+            upkeep: Upkeep::default(),
             start: Instant::now(),
             started_ms: clock.now_ms(),
             integrity,
             lock_file,
             config,
             clock,
-            failed: watch::Sender::new(false),
-            ticks: AtomicU64::new(0),
-            upkeep: Upkeep::default(),
         }));
         hub.0.integrity.mark()?;
         hub.report_losses();
@@ -458,12 +458,6 @@ impl Hub {
         self.0.shutdown.send_replace(true);
     }
 
-    /// Waits for the end of the hub.
-    pub fn shutdown(&self) -> Shutdown {
-        Shutdown::new(self.0.shutdown.subscribe())
-    }
-}
-
     /// Rounds of the hub's clock, ten a second.
     pub fn ticks(&self) -> u64 {
         self.0.ticks.load(Ordering::Relaxed)
@@ -478,6 +472,12 @@ impl Hub {
     pub fn ends(&self) -> bool {
         *self.0.shutdown.borrow()
     }
+
+    /// Waits for the end of the hub.
+    pub fn shutdown(&self) -> Shutdown {
+        Shutdown::new(self.0.shutdown.subscribe())
+    }
+}
 
 fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, Arc<Station>> {
     let lost = Duration::from_millis(config.lost_ms);

@@ -454,6 +454,36 @@ async fn who_sends_a_whole_body_without_waiting_reads_why_it_is_refused() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+/// Its connections outlast it: they may stop, and command nothing.
+#[tokio::test]
+async fn a_certificate_of_a_client_ends() {
+    let folder = std::env::temp_dir().join(format!("lafet-ends-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let authority = Authority::new();
+    let tls = authority.write(&folder);
+    let time = ManualTime::at(1_000_000_000_000);
+    let site = Site::at(1, Clock::Manual(time.clone()), |config| config.tls = Some(tls)).await;
+    let connect = async || authority.connect(site.address, Some("scada")).await.unwrap();
+    let [good, asks, stops, late] =
+        [connect().await, connect().await, connect().await, connect().await];
+    let get = async |stream, path| http_over(stream, "localhost", "GET", path, &[], "").await;
+    let reply = get(good, "/api/session").await;
+    assert_eq!(
+        (reply.status, reply.body["expires_ms"].as_u64() > Some(0)),
+        (200, true),
+        "{reply:?}"
+    );
+    let ends_ms = reply.body["expires_ms"].as_u64().unwrap();
+    time.set_date(ends_ms + 1000);
+    assert_eq!(get(asks, "/api/monitors").await.status, 401);
+    let stop = http_over(stops, "localhost", "POST", "/api/stop", &[], "").await;
+    assert_eq!((stop.status, &stop.body["M1"]["ok"]), (200, &json!(true)), "{stop:?}");
+    time.set_date(ends_ms + 25 * 3_600_000);
+    let stop = http_over(late, "localhost", "POST", "/api/stop", &[], "").await;
+    assert_eq!(stop.status, 401);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 #[tokio::test]
 async fn certificates_of_our_own_and_of_clients() {
     let folder = std::env::temp_dir().join(format!("lafet-tls-{}", std::process::id()));

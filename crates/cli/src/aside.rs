@@ -3,7 +3,11 @@
 //! For what carries the requests of others. A reader that pauses, a terminal held by Ctrl-S, a full
 //! disk or a closed pipe must neither delay nor end it.
 
+#[cfg(unix)]
+use std::fs::File;
 use std::io::{self, Write};
+#[cfg(unix)]
+use std::os::fd::AsFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -39,7 +43,8 @@ enum Piece {
 impl Aside {
     /// Starts the thread.
     pub fn start() -> Result<Self, Failure> {
-        Self::writing(io::stdout(), io::stderr())
+        let (out, err) = unlocked()?;
+        Self::writing(out, err)
     }
 
     fn writing(
@@ -97,6 +102,19 @@ impl Write for Queue {
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
+}
+
+/// Standard output and error without their locks: others that print wait for no line of the queue.
+#[cfg(unix)]
+fn unlocked() -> io::Result<(File, File)> {
+    let [out, err] = [io::stdout().as_fd(), io::stderr().as_fd()].map(|fd| fd.try_clone_to_owned());
+    Ok((out?.into(), err?.into()))
+}
+
+/// Other systems have other handles.
+#[cfg(not(unix))]
+fn unlocked() -> io::Result<(io::Stdout, io::Stderr)> {
+    Ok((io::stdout(), io::stderr()))
 }
 
 /// Writes until the queue is gone. What cannot be written is left out: a disk may have room again.

@@ -26,6 +26,8 @@ pub enum Caught {
     CtrlC,
     /// The program is to end.
     End,
+    /// The terminal is gone; to a program that has none, that it is to read its files again.
+    Hangup,
 }
 
 impl Caught {
@@ -107,7 +109,7 @@ impl Interrupt {
             _ = pressed => Caught::CtrlC,
             _ = interrupt.recv() => Caught::CtrlC,
             _ = terminate.recv() => Caught::End,
-            _ = hangup.recv() => Caught::End,
+            _ = hangup.recv() => Caught::Hangup,
             _ = quit.recv() => Caught::End,
         }
     }

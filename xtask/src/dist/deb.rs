@@ -118,6 +118,10 @@ fn folders(at: &Path) -> StepResult {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt;
+    use std::process::Command;
+
     use super::*;
 
     #[test]
@@ -126,5 +130,66 @@ mod tests {
         assert_eq!(changes(text), ["  * one", "    and its rest", "  * two"]);
         assert!(changes("nothing").is_empty());
         assert!(!changes(&run::read("CHANGELOG.md").unwrap()).is_empty());
+    }
+
+    /// Runs the script of an upgrade on a machine of stubs: what was called, and what was said.
+    fn upgrade(name: &str, active: bool, fits: bool, busy: bool, starts: bool) -> (String, String) {
+        let root = format!("lafet-postinst-{name}-{}", std::process::id());
+        let root = std::env::temp_dir().join(root);
+        _ = fs::remove_dir_all(&root);
+        let (bin, calls) = (root.join("bin"), root.join("calls"));
+        for folder in [&bin, &root.join("run/systemd/system"), &root.join("run/lafet")] {
+            fs::create_dir_all(folder).unwrap();
+        }
+        if busy {
+            fs::write(root.join("run/lafet/busy"), "").unwrap();
+        }
+        let code = |good: bool| i32::from(!good);
+        for (name, exit) in [
+            ("systemctl", format!("case \"$*\" in *is-active*) exit {};; esac", code(active))),
+            ("runuser", format!("exit {}", code(fits))),
+            ("deb-systemd-invoke", format!("exit {}", code(starts))),
+            ("deb-systemd-helper", String::new()),
+            ("getent", String::new()),
+            ("adduser", String::new()),
+            ("install", String::new()),
+        ] {
+            let (path, calls) = (bin.join(name), calls.display());
+            let text = format!("#!/bin/sh\necho {name} \"$@\" >>{calls}\n{exit}\n");
+            fs::write(&path, text).unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        let script = root.join("postinst");
+        fs::write(&script, POSTINST).unwrap();
+        let mut command = Command::new("/bin/sh");
+        command.arg(&script).args(["configure", "1.0"]).env("PATH", &bin).env("DPKG_ROOT", &root);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let called = fs::read_to_string(&calls).unwrap();
+        fs::remove_dir_all(&root).unwrap();
+        (called, said)
+    }
+
+    #[test]
+    fn an_upgrade_restarts_no_hub_that_would_be_missed() {
+        const RESTART: &str = "deb-systemd-invoke restart lafet-hub.service";
+        let (called, said) = upgrade("good", true, true, false, true);
+        assert!(called.contains(RESTART) && said.is_empty(), "{called}{said}");
+        assert!(called.contains("serve --check --config /etc/lafet/hub.toml"), "{called}");
+        let refused = "refuses /etc/lafet/hub.toml";
+        for (name, fits, busy, why) in
+            [("wrong", false, false, refused), ("busy", true, true, "water flows")]
+        {
+            let (called, said) = upgrade(name, true, fits, busy, true);
+            assert!(!called.contains(RESTART), "{called}");
+            for words in ["NOT RESTARTED", why, "НЕ ПЕРЕЗАПУЩЕН", "systemctl restart lafet-hub"]
+            {
+                assert!(said.contains(words), "{said}");
+            }
+        }
+        // One that does not run has nothing to lose.
+        let (called, said) = upgrade("ended", false, false, false, false);
+        assert!(called.contains(RESTART) && said.contains("DOES NOT RUN"), "{called}{said}");
     }
 }

@@ -58,6 +58,10 @@ function actWords(act: Act, what: string): string {
       return known(`events.authority_${act.action}`) ?? what;
     case 'login':
       return t('events.login');
+    case 'logout':
+      return t('events.logout');
+    case 'set_up':
+      return t('events.set_up', { user: act.user });
     case 'change_own_password':
       return t('events.own_password');
     case 'add_user':
@@ -101,6 +105,8 @@ function actWords(act: Act, what: string): string {
       return `${t(`events.file_${act.file}`)}: ${t(`events.fault_${act.fault}`)}`;
     case 'chain_broken':
       return t('events.chain_broken', { n: num(act.n) });
+    case 'entries_lost':
+      return t('events.entries_lost', { n: num(act.entries) });
     default:
       return act satisfies never;
   }

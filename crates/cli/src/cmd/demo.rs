@@ -107,7 +107,7 @@ async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
         demo: true,
         ..Config::default()
     };
-    let running = match (args.port, Running::start(config(args.port.unwrap_or(PORT))).await) {
+    let mut running = match (args.port, Running::start(config(args.port.unwrap_or(PORT))).await) {
         (None, Err(_)) => Running::start(config(0)).await?,
         (_, running) => running?,
     };
@@ -120,6 +120,7 @@ async fn in_browser(args: DemoArgs, out: &mut Out) -> Outcome {
     for tick in 0_u64.. {
         tokio::select! {
             () = interrupt.wait() => break,
+            failure = running.failed() => return Err(failure),
             _ = ticks.tick() => {}
         }
         running.hub().publish_scene(&training.scene());

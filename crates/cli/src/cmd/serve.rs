@@ -1,7 +1,8 @@
 //! `lafet serve`: the hub, which owns the links to the monitors of a site.
 
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 use lafet_hub::store::StateFile;
@@ -11,12 +12,15 @@ use serde_json::json;
 
 use crate::failure::{Failure, Outcome};
 use crate::hub::{Running, browse, log};
-use crate::interrupt::Interrupt;
+use crate::interrupt::{Caught, Interrupt};
 use crate::lang::{Lang, current};
 use crate::out::Out;
 
 /// Where the configuration is looked for, in this order.
 pub const FILES: [&str; 2] = ["hub.toml", "/etc/lafet/hub.toml"];
+
+/// How often the hub is asked whether there is water or a fire.
+const LOOK_EACH: Duration = Duration::from_secs(1);
 
 /// Arguments of `lafet serve`.
 #[derive(Debug, Args)]
@@ -83,15 +87,60 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
     }
     let _log = log(out.json(), "info")?;
     let login = config.login;
-    let running = Running::start(config).await?;
+    let mut running = Running::start(config).await?;
     // A full disk or a closed pipe must not keep the hub from its work.
     running.announce(&mut out.aside()?, login)?;
     if !args.no_browser {
         browse(running.url());
     }
-    interrupt.wait().await;
+    let mut busy = Busy::of_environment();
+    let mut looks = tokio::time::interval(LOOK_EACH);
+    loop {
+        let caught = tokio::select! {
+            caught = interrupt.next() => caught,
+            failure = running.failed() => return Err(failure),
+            _ = looks.tick() => {
+                busy.says(running.hub().is_busy());
+                continue;
+            }
+        };
+        // A service has no terminal that could be gone.
+        if caught != Caught::Hangup || has_terminal() {
+            break;
+        }
+        tracing::info!("SIGHUP: the hub goes on");
+    }
     running.end().await;
     Ok(())
+}
+
+/// The file that is there while the hub had better not be restarted: an upgrade looks for it.
+struct Busy {
+    file: Option<PathBuf>,
+    said: Option<bool>,
+}
+
+impl Busy {
+    /// In the folder that systemd has made for that.
+    fn of_environment() -> Self {
+        let folder = std::env::var_os("RUNTIME_DIRECTORY").filter(|it| !it.is_empty());
+        Self { file: folder.map(|folder| Path::new(&folder).join("busy")), said: None }
+    }
+
+    fn says(&mut self, busy: bool) {
+        let Some(file) = self.file.as_ref().filter(|_| self.said != Some(busy)) else { return };
+        self.said = Some(busy);
+        let said = if busy { std::fs::write(file, "") } else { std::fs::remove_file(file) };
+        if let Err(error) = said
+            && error.kind() != io::ErrorKind::NotFound
+        {
+            tracing::warn!(%error, file = %file.display(), "it is not said whether there is water");
+        }
+    }
+}
+
+fn has_terminal() -> bool {
+    io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal()
 }
 
 fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
@@ -137,5 +186,24 @@ fn verify(file: &Path, out: &mut Out) -> Outcome {
             }
             Err(Failure::Ended(text::AuditChanged { bad }.of(current())))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_upgrade_sees_whether_there_is_water() {
+        let folder = std::env::temp_dir().join(format!("lafet-busy-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("busy");
+        let mut busy = Busy { file: Some(file.clone()), said: None };
+        for (water, there) in [(false, false), (true, true), (true, true), (false, false)] {
+            busy.says(water);
+            assert_eq!(file.exists(), there);
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+        Busy { file: None, said: None }.says(true);
     }
 }

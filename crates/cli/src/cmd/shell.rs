@@ -148,7 +148,7 @@ impl Shell {
                     editor.give_up().await;
                     match caught {
                         Caught::CtrlC => Input::CtrlC,
-                        Caught::End => return Err(Failure::Interrupted),
+                        Caught::End | Caught::Hangup => return Err(Failure::Interrupted),
                     }
                 }
             };
@@ -281,7 +281,7 @@ impl Shell {
                     // comes behind this Stop.
                     biased;
                     caught = self.interrupt.next() => {
-                        self.ending = caught == Caught::End;
+                        self.ending = caught != Caught::CtrlC;
                         let stop = async {
                             if acts || self.moves() {
                                 self.stop_all().await;

@@ -1,8 +1,10 @@
 //! Runs the hub inside this program: its threads, its logs, a browser.
 
 mod faults;
+mod log;
 pub mod scene;
 pub mod training;
+mod watchdog;
 
 use std::io::IsTerminal;
 use std::process::{Command, Stdio};
@@ -12,17 +14,14 @@ use lafet_hub::{Clock, Config, Hub, Server};
 use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
 use tokio::sync::oneshot;
-use tracing_subscriber::filter::Targets;
-use tracing_subscriber::prelude::*;
 
-use crate::aside::Aside;
 use crate::cmd::schema;
 use crate::failure::{Failure, Outcome};
 use crate::lang::current;
 use crate::out::Out;
 
-/// Environment variable of the log filter: `LAFET_LOG=info`, `LAFET_LOG=lafet_hub=debug`.
-const LOG: &str = "LAFET_LOG";
+pub use log::log;
+
 /// Number of threads: commands to monitors must not wait for logins, exports or a busy simulator.
 const THREADS: usize = 4;
 
@@ -89,6 +88,10 @@ impl Running {
             }
             Err(_) => return Err(Failure::Ended(cannot())),
         };
+        if let Err(error) = watchdog::start(runtime.handle(), &hub) {
+            runtime.shutdown_background();
+            return Err(error.into());
+        }
         Ok(Self { runtime: Some(runtime), hub, url, end: Some(end), ended })
     }
 
@@ -117,6 +120,12 @@ impl Running {
         out.show(text, || json!({ "listening": self.url, "setup": link }))
     }
 
+    /// Waits until the hub ends by itself, as a part of it has failed.
+    pub async fn failed(&mut self) -> Failure {
+        _ = (&mut self.ended).await;
+        Failure::Ended(text::HubFailed.of(current()))
+    }
+
     /// Ends the hub: motions are released, open requests answered, the audit log closed.
     pub async fn end(mut self) {
         drop(self.end.take());
@@ -142,24 +151,6 @@ fn lost(losses: &[Loss]) -> Failure {
     words.dedup();
     let words = words.join(",");
     Failure::Usage(text::StateLost { list: of(current()).join("\n  "), words }.of(current()))
-}
-
-/// Logs to standard error, as text or as JSON, until the result is dropped. Nothing waits for the
-/// log, and a line that cannot be written is left out.
-pub fn log(json: bool, usual: &str) -> Result<Aside, Failure> {
-    let aside = Aside::start()?;
-    let queue = aside.queue();
-    let wanted = std::env::var(LOG).unwrap_or_else(|_| usual.to_owned());
-    let targets = wanted.parse::<Targets>().unwrap_or_default();
-    let layer = tracing_subscriber::fmt::layer().with_writer(move || queue.clone());
-    let registry = tracing_subscriber::registry();
-    // A logger that was set before stays.
-    _ = if json {
-        registry.with(layer.json().with_filter(targets)).try_init()
-    } else {
-        registry.with(layer.with_target(false).with_filter(targets)).try_init()
-    };
-    Ok(aside)
 }
 
 /// Opens a page in a browser, if there is a display.

@@ -30,6 +30,8 @@ mod program;
 mod record;
 mod scan;
 mod server;
+#[cfg(target_os = "linux")]
+mod service;
 mod shell;
 mod teach;
 mod throw;

@@ -188,7 +188,8 @@ impl Known {
         let of = match principal.kind {
             Kind::Session => &self.sessions,
             Kind::Token => &self.tokens,
-            Kind::Certificate | Kind::Demo | Kind::Modbus | Kind::Mqtt => return (true, None),
+            Kind::Certificate => return (now_ms < principal.expires_ms, None),
+            Kind::Demo | Kind::Modbus | Kind::Mqtt => return (true, None),
         };
         let mut entries = lock(of);
         let Some(entry) = entries.values_mut().find(|it| it.key == principal.key) else {

@@ -18,7 +18,7 @@ use utoipa::ToSchema;
 
 use crate::text::Both;
 pub use keys::secret;
-pub use known::Entry;
+pub use known::{Entry, STALE_MS};
 pub use rules::{Need, need};
 pub use throttle::{Bucket, Logins, Place};
 pub use turns::{Turn, Turns};

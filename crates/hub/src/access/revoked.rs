@@ -4,6 +4,8 @@
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rusqlite::Connection;
 use serde::{Deserialize, Serialize};
@@ -47,9 +49,26 @@ pub enum Revocation {
 pub struct Revoked {
     waiting: Vec<Revocation>,
     journal: Option<File>,
+    /// Something waits. Who asks does not wait for the disk, as who holds the lock of this may.
+    waits: Arc<AtomicBool>,
 }
 
 impl Revocation {
+    /// Whether another one is of the same user, session or token.
+    fn is_of_same(&self, other: &Self) -> bool {
+        match (self.user(), other.user()) {
+            (None, None) => self == other,
+            (user, of) => user == of,
+        }
+    }
+
+    fn user(&self) -> Option<&str> {
+        match self {
+            Self::User { user } | Self::Change { user, .. } => Some(user),
+            Self::Session { .. } | Self::Token { .. } => None,
+        }
+    }
+
     fn apply(&self, db: &Connection) -> Result<(), rusqlite::Error> {
         let done = match self {
             Self::User { user } => db.execute("DELETE FROM user WHERE name = ?1", [user]),
@@ -74,13 +93,24 @@ impl Revoked {
         // What no revocation can be read from is none.
         _ = file.read_to_string(&mut text);
         let waiting = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
-        let mut revoked = Self { waiting, journal: Some(file) };
+        let waits = Arc::default();
+        let mut revoked = Self { waiting, journal: Some(file), waits };
+        revoked.say();
         if text.len() < JOURNAL_BYTES
             && let Err(error) = revoked.write()
         {
             tracing::warn!(%error, "no room is taken for revocations");
         }
         Ok(revoked)
+    }
+
+    /// Whether a revocation is not stored yet, to be asked without a lock.
+    pub fn waits(&self) -> Arc<AtomicBool> {
+        self.waits.clone()
+    }
+
+    fn say(&self) {
+        self.waits.store(!self.waiting.is_empty(), Ordering::Relaxed);
     }
 
     /// Whether a revocation is not stored yet.
@@ -131,13 +161,16 @@ impl Revoked {
 
     /// Takes what the database did not take; `false`: too much waits.
     pub fn note(&mut self, revocation: Revocation) -> bool {
-        if self.waiting.contains(&revocation) {
+        // What a user has got in between is not what the user had then.
+        let last = self.waiting.iter().rfind(|it| it.is_of_same(&revocation));
+        if last == Some(&revocation) {
             return true;
         }
         if self.waiting.len() == WAITING_MAX {
             return false;
         }
         self.waiting.push(revocation);
+        self.say();
         if let Err(error) = self.write() {
             tracing::error!(%error, "a revocation is in effect, but would not survive a restart");
         }
@@ -155,6 +188,7 @@ impl Revoked {
         }
         transaction.commit()?;
         self.waiting.clear();
+        self.say();
         if let Err(error) = self.write() {
             // At the next start the same is removed again, of which nothing is left.
             tracing::warn!(%error, "the list of revocations is not emptied");
@@ -174,5 +208,29 @@ impl Revoked {
         file.seek(SeekFrom::Start(0))?;
         file.write_all(text.as_bytes())?;
         file.sync_data()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The disk is full while a user is made operator, administrator, and operator again.
+    #[test]
+    fn what_a_user_got_last_counts() {
+        let mut revoked = Revoked::default();
+        let change = |role| Revocation::Change {
+            user: "anna".into(),
+            role: Some(role),
+            password: None,
+            but: None,
+        };
+        for role in [Role::Operator, Role::Administrator, Role::Operator] {
+            assert!(revoked.note(change(role)));
+            assert_eq!(revoked.role_of("anna"), Some(role));
+        }
+        let other = Revocation::User { user: "boris".into() };
+        assert!(revoked.note(other) && revoked.note(change(Role::Operator)));
+        assert_eq!(revoked.waiting.len(), 4, "the same once more is known");
     }
 }

@@ -39,8 +39,8 @@ CREATE TABLE IF NOT EXISTS session (
   csrf TEXT NOT NULL, created_ms INTEGER NOT NULL, used_ms INTEGER NOT NULL
 ) STRICT;
 CREATE TABLE IF NOT EXISTS token (
-  id INTEGER PRIMARY KEY, name TEXT NOT NULL, role TEXT NOT NULL, digest TEXT NOT NULL UNIQUE,
-  created_ms INTEGER NOT NULL, last_used_ms INTEGER
+  id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, role TEXT NOT NULL,
+  digest TEXT NOT NULL UNIQUE, created_ms INTEGER NOT NULL, last_used_ms INTEGER
 ) STRICT;
 CREATE TABLE IF NOT EXISTS setup (digest TEXT PRIMARY KEY) STRICT;
 CREATE TABLE IF NOT EXISTS device (
@@ -57,6 +57,25 @@ CREATE TRIGGER IF NOT EXISTS token_added AFTER INSERT ON token
   BEGIN UPDATE site SET users = users + 1; END;
 CREATE TRIGGER IF NOT EXISTS token_removed AFTER DELETE ON token
   BEGIN UPDATE site SET users = users + 1; END;";
+
+/// The table of tokens of an earlier version gives the number of one that was removed to the next.
+const RENUMBER: &str = "
+BEGIN IMMEDIATE;
+DROP TRIGGER IF EXISTS token_added;
+DROP TRIGGER IF EXISTS token_removed;
+ALTER TABLE token RENAME TO token_before;
+CREATE TABLE token (
+  id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, role TEXT NOT NULL,
+  digest TEXT NOT NULL UNIQUE, created_ms INTEGER NOT NULL, last_used_ms INTEGER
+) STRICT;
+INSERT INTO token (id, name, role, digest, created_ms, last_used_ms)
+  SELECT id, name, role, digest, created_ms, last_used_ms FROM token_before;
+DROP TABLE token_before;
+CREATE TRIGGER token_added AFTER INSERT ON token
+  BEGIN UPDATE site SET users = users + 1; END;
+CREATE TRIGGER token_removed AFTER DELETE ON token
+  BEGIN UPDATE site SET users = users + 1; END;
+COMMIT;";
 
 /// A user, as the API lists it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -140,6 +159,8 @@ pub struct Access {
     db: Arc<Mutex<Connection>>,
     known: Known,
     revoked: Arc<Mutex<Revoked>>,
+    /// A revocation waits for the disk.
+    waits: Arc<AtomicBool>,
     /// Users by the digest of what their devices were given.
     devices: Mutex<HashMap<String, String>>,
     /// How far the date is ahead of the steady time, ms.
@@ -153,6 +174,10 @@ impl Access {
     /// Opens it in a folder, or in memory.
     pub fn open(folder: Option<&Path>, now_ms: u64) -> Result<Self, StoreError> {
         let db = crate::store::open(folder, "hub.db", SCHEMA)?;
+        if let Err(error) = renumber(&db) {
+            // With a full disk it is done at a later start.
+            tracing::warn!(%error, "numbers of tokens that were removed are given again");
+        }
         let mut revoked = Revoked::open(folder)?;
         if let Err(error) = revoked.flush(&db) {
             tracing::warn!(%error, "revocations are not stored yet");
@@ -160,6 +185,7 @@ impl Access {
         let empty = AtomicBool::new(count(&db, "SELECT COUNT(*) FROM user")? == 0);
         let known = read(&db, now_ms, &revoked)?;
         let devices = Mutex::new(read_devices(&db)?);
+        let waits = revoked.waits();
         let (db, revoked) = (Arc::new(Mutex::new(db)), Arc::new(Mutex::new(revoked)));
         let (touches, queue) = sync_channel(TOUCHES_MAX);
         let own = (db.clone(), revoked.clone());
@@ -167,12 +193,12 @@ impl Access {
         named.spawn(move || write_touches(&own.0, &own.1, &queue))?;
         let ahead_ms = AtomicI64::new(0);
         let hasher = Hasher::default();
-        Ok(Self { db, known, revoked, devices, ahead_ms, empty, hasher, touches })
+        Ok(Self { db, known, revoked, waits, devices, ahead_ms, empty, hasher, touches })
     }
 
-    /// What was revoked is not on the disk yet.
+    /// What was revoked is not on the disk yet. Answered at once, whatever the disk does.
     pub fn revocations_wait(&self) -> bool {
-        lock(&self.revoked).is_waiting()
+        self.waits.load(Ordering::Relaxed)
     }
 
     /// How often users and tokens were changed.
@@ -583,6 +609,15 @@ impl Access {
         let stored = lock(&self.db).execute("DELETE FROM token WHERE id = ?1", [signed(id)]);
         self.settle(stored, Revocation::Token { id })
     }
+}
+
+fn renumber(db: &Connection) -> Result<(), rusqlite::Error> {
+    let find =
+        "SELECT COUNT(*) FROM sqlite_master WHERE name = 'token' AND sql LIKE '%AUTOINCREMENT%'";
+    if count(db, find)? > 0 {
+        return Ok(());
+    }
+    db.execute_batch(RENUMBER).inspect_err(|_| _ = db.execute_batch("ROLLBACK"))
 }
 
 fn check_name(name: &str, taken: &[String]) -> Result<(), AccessError> {

@@ -213,3 +213,53 @@ fn a_device_is_known_until_the_password_changes() {
     access.change(40, "root", None, Some("quite another one"), None).unwrap();
     assert!(many.iter().all(|it| !access.is_device("root", it)));
 }
+
+/// A connection with a token that was taken back is not good again with the next one.
+#[test]
+fn the_number_of_a_token_is_not_given_again() {
+    let folder = std::env::temp_dir().join(format!("lafet-numbers-{}", std::process::id()));
+    _ = std::fs::remove_dir_all(&folder);
+    let access = Access::open(Some(&folder), 1).unwrap();
+    // Changes are counted once the file is marked.
+    let site = "INSERT INTO site (one, id) VALUES (1, 'site')";
+    lock(&access.db).execute(site, []).unwrap();
+    let (first, secret) = access.add_token(1, "scada", Role::Operator).unwrap();
+    let open = access.by_token(2, &secret).unwrap();
+    access.remove_token(first).unwrap();
+    let (second, _) = access.add_token(3, "other", Role::Administrator).unwrap();
+    assert_ne!(first, second);
+    assert!(!access.is_valid(3, &open));
+    let changes = access.changes().unwrap();
+    // The table of an earlier version.
+    let before =
+        "ALTER TABLE token RENAME TO t; DROP TRIGGER token_added; DROP TRIGGER token_removed;
+        CREATE TABLE token (id INTEGER PRIMARY KEY, name TEXT NOT NULL, role TEXT NOT NULL,
+          digest TEXT NOT NULL UNIQUE, created_ms INTEGER NOT NULL, last_used_ms INTEGER) STRICT;
+        INSERT INTO token SELECT * FROM t; DROP TABLE t;";
+    lock(&access.db).execute_batch(before).unwrap();
+    drop(access);
+
+    let access = Access::open(Some(&folder), 4).unwrap();
+    assert_eq!(access.changes().unwrap(), changes, "nothing was added or removed");
+    assert_eq!(access.tokens().unwrap()[0].name, "other");
+    access.remove_token(second).unwrap();
+    let (third, secret) = access.add_token(5, "third", Role::Observer).unwrap();
+    assert!(third > second, "{third}");
+    assert_eq!(access.changes().unwrap().changes, changes.changes + 2);
+    assert_eq!(access.by_token(6, &secret).unwrap().user, "third");
+    drop(access);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Who writes a revocation holds its lock until the disk has it.
+#[test]
+fn whether_revocations_wait_is_known_without_the_disk() {
+    let access = Arc::new(set_up());
+    let held = access.revoked.clone();
+    let writes = lock(&held);
+    let (own, (said, heard)) = (access.clone(), std::sync::mpsc::channel());
+    std::thread::spawn(move || said.send(own.revocations_wait()));
+    let patience = std::time::Duration::from_secs(30);
+    assert_eq!(heard.recv_timeout(patience), Ok(false));
+    drop(writes);
+}

@@ -88,6 +88,28 @@ pub fn audit() -> Texts {
     }
 }
 
+/// The disk of the state is almost full.
+pub fn disk() -> Texts {
+    Texts {
+        priority: Priority::Medium,
+        what: text::AlarmDisk.words(),
+        cause: text::AlarmDiskLowCause.words(),
+        consequence: text::AlarmDiskConsequence.words(),
+        remedy: text::AlarmDiskRemedy.words(),
+    }
+}
+
+/// The certificate ends soon, or has ended.
+pub fn certificate() -> Texts {
+    Texts {
+        priority: Priority::Medium,
+        what: text::AlarmCertificate.words(),
+        cause: text::AlarmCertificateCause.words(),
+        consequence: text::AlarmCertificateConsequence.words(),
+        remedy: text::AlarmCertificateRemedy.words(),
+    }
+}
+
 /// An entry of the audit log is not the one that was written.
 pub fn chain() -> Texts {
     Texts {

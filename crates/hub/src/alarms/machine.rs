@@ -45,6 +45,10 @@ pub struct Conditions {
     pub revocations: bool,
     /// The state of the zones cannot be stored.
     pub zones: bool,
+    /// The disk of the state is almost full.
+    pub disk: bool,
+    /// The certificate ends soon, or has ended.
+    pub certificate: bool,
 }
 
 /// An alarm that has changed.
@@ -233,6 +237,8 @@ impl Alarms {
             (hub.logins, "Logins", catalogue::logins),
             (hub.revocations, "Revocations", catalogue::revocations),
             (hub.zones, "Zones", catalogue::zones),
+            (hub.disk, "Disk", catalogue::disk),
+            (hub.certificate, "Certificate", catalogue::certificate),
         ] {
             let id = format!("hub/{flag}");
             if holds {

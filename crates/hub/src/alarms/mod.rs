@@ -28,6 +28,8 @@ impl Hub {
             logins: self.logins().attack(self.now()),
             revocations: self.access().revocations_wait(),
             zones: self.zones_fail_to_be_stored(),
+            disk: self.lacks_room(),
+            certificate: self.certificate_ends(),
         };
         let zones = self.zones_view().ok().map(|it| it.state);
         let now_ms = self.clock().now_ms();
@@ -66,16 +68,21 @@ impl Hub {
         self.topics().set("fire", &alarms.fire());
         drop(alarms);
         self.events().flush();
+        for change in changes.iter().filter(|it| it.before != it.after) {
+            let Change { id, monitor, user, .. } = change;
+            let (from, to) = (State::word(change.before), State::word(change.after));
+            tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
+            if change.before.is_none() && change.after == Some(State::Unack) {
+                self.recordings().alarm(now_ms, monitor, id);
+            }
+        }
+        // Nothing that may wait comes under this lock.
         let history = self.history();
         for Change { id, monitor, before, after, user, reason } in changes {
             if before == after {
                 continue;
             }
             let (from, to) = (State::word(before), State::word(after));
-            tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
-            if before.is_none() && after == Some(State::Unack) {
-                self.recordings().alarm(now_ms, &monitor, &id);
-            }
             let alarm = [id, monitor, from.to_owned(), to.to_owned()];
             history.alarm(now_ms, alarm, user, reason);
         }

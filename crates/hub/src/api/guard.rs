@@ -17,7 +17,7 @@ use tokio::time::timeout;
 use super::BODY_MAX;
 use super::packed::refuse_packed;
 use super::places::Place;
-use crate::access::{Kind, Principal, Role, Standing};
+use crate::access::{Kind, Principal, Role, STALE_MS, Standing};
 use crate::error::{ApiError, Details};
 use crate::hub::{Caller, Hub};
 
@@ -61,6 +61,8 @@ pub struct Peer {
     pub address: SocketAddr,
     /// Common name of its certificate.
     pub name: Option<String>,
+    /// When that ends, ms since 1970.
+    pub ends_ms: Option<u64>,
     /// Whether the connection is encrypted.
     pub tls: bool,
     /// Counts the connection, also when it has become a WebSocket.
@@ -207,14 +209,38 @@ fn identify(parts: &Parts, hub: &Hub) -> Option<Principal> {
         return Some(principal);
     }
     let roles = hub.config().tls.as_ref().map(|tls| &tls.client_roles);
-    let name = parts.extensions.get::<Peer>().and_then(|peer| peer.name.as_ref());
+    let peer = parts.extensions.get::<Peer>();
+    let name = peer.and_then(|peer| peer.name.as_ref());
     if let Some((name, role)) = name.and_then(|name| Some((name, roles?.get(name)?))) {
-        return Some(known(name, *role, Kind::Certificate));
+        return certified(known(name, *role, Kind::Certificate), peer?.ends_ms?, hub);
     }
-    if !hub.config().login && address(parts, hub).is_loopback() {
+    // A proxy of this machine passes on what strangers ask.
+    let by_itself = || address(parts, hub).is_loopback() && !is_passed_on(&parts.headers);
+    if !hub.config().login && by_itself() {
         return Some(known("demo", Role::Administrator, Kind::Demo));
     }
     None
+}
+
+/// The owner of a certificate that ends at this date: on a connection that outlasts it, it is as good as a session
+/// that has run out.
+fn certified(principal: Principal, ends_ms: u64, hub: &Hub) -> Option<Principal> {
+    let (date_ms, steady_ms) = (hub.clock().now_ms(), hub.clock().steady_ms());
+    let (standing, until_ms) = match date_ms < ends_ms {
+        true => (Standing::Good, ends_ms),
+        false => (Standing::Expired, ends_ms.saturating_add(STALE_MS)),
+    };
+    let left_ms = until_ms.checked_sub(date_ms).filter(|left_ms| *left_ms > 0)?;
+    Some(Principal { standing, expires_ms: steady_ms.saturating_add(left_ms), ..principal })
+}
+
+/// Whether a proxy has passed a request on, as far as it says so.
+fn is_passed_on(headers: &HeaderMap) -> bool {
+    let names = headers.keys().map(header::HeaderName::as_str);
+    let mut of_proxies = names.filter(|it| {
+        it.starts_with("x-forwarded-") || ["forwarded", "via", "x-real-ip"].contains(it)
+    });
+    of_proxies.next().is_some()
 }
 
 fn known(name: &str, role: Role, kind: Kind) -> Principal {

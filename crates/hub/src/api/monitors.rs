@@ -60,6 +60,9 @@ pub struct Asked {
     pub request: String,
     /// The monitor's id, where it is needed.
     pub confirm: Option<String>,
+    /// When it was sent, by the sender's clock, ms: late arrival is recognized by it, and a Stop that was
+    /// sent later.
+    pub t: Option<f64>,
 }
 
 /// A change of control authority.
@@ -145,7 +148,10 @@ async fn request(
         return soon(vec![hub.urgent(&caller, &station, request)]).await;
     }
     csrf(&caller, &headers)?;
-    let outcome = hub.command(&caller, &station, request?, asked.confirm.as_deref()).await?;
+    let request = request?;
+    let longer = asked.t.map(|t| hub.longer(&caller, t));
+    hub.in_time(&station, &request, longer)?;
+    let outcome = hub.command(&caller, &station, request, asked.confirm.as_deref()).await?;
     Ok(Json(outcome).into_response())
 }
 

@@ -80,10 +80,10 @@ struct Part {
 
 /// All recordings, the latest first.
 #[utoipa::path(get, path = "/api/recordings",
-    responses((status = 200, body = Vec<Recording>), (status = 401)))]
-async fn recordings(State(hub): State<Hub>, _: Caller) -> Json<Vec<Recording>> {
-    let list = tokio::task::spawn_blocking(move || hub.recordings().list()).await;
-    Json(list.unwrap_or_default())
+    responses((status = 200, body = Vec<Recording>), (status = 401), (status = 503)))]
+async fn recordings(State(hub): State<Hub>, _: Caller) -> Result<Json<Vec<Recording>>, ApiError> {
+    let own = hub.clone();
+    Ok(Json(hub.recordings().on_disk(move || own.recordings().list()).await?))
 }
 
 /// Records from now on, and a little of what was before.
@@ -134,20 +134,21 @@ async fn record(
 
 /// Downloads a recording.
 #[utoipa::path(get, path = "/api/recordings/{name}", params(("name" = String, Path)),
-    responses((status = 200, content_type = "application/octet-stream"), (status = 401), (status = 404)))]
+    responses((status = 200, content_type = "application/octet-stream"), (status = 401), (status = 404), (status = 503)))]
 async fn download(
     State(hub): State<Hub>,
     _: Caller,
     Path(name): Path<String>,
 ) -> Result<Response, ApiError> {
-    let path = path(&hub, &name)?;
+    let path = path(&hub, &name).await?;
     let own = hub.clone();
-    let file = blocking(move || {
+    let (file, size) = blocking(&hub, move || {
         own.recordings().flush();
-        std::fs::File::open(path)
+        let file = std::fs::File::open(path)?;
+        let size = file.metadata()?.len();
+        Ok((file, size))
     })
     .await?;
-    let size = file.metadata().map_err(StoreError::Io)?.len();
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
@@ -186,16 +187,18 @@ async fn remove(
     Path(name): Path<String>,
 ) -> Result<StatusCode, ApiError> {
     needs(&caller, Role::Engineer)?;
-    path(&hub, &name)?;
+    path(&hub, &name).await?;
     let act = Act::RemoveRecording { recording: name.clone() };
-    drop(hub.audit().note(hub.record(&caller, "", &format!("remove {name}"), "Ok").about(&act)));
-    blocking(move || {
-        hub.recordings().end_one(&name);
-        hub.recordings().flush();
-        hub.recordings().folder.remove(&name)
+    let (own, what) = (hub.clone(), format!("remove {name}"));
+    let removed = blocking(&hub, move || {
+        own.recordings().end_one(&name);
+        own.recordings().flush();
+        own.recordings().folder.remove(&name)
     })
-    .await?;
-    Ok(StatusCode::NO_CONTENT)
+    .await;
+    let outcome = removed.as_ref().map_or_else(|error| error.code, |()| "Ok");
+    drop(hub.audit().note(hub.record(&caller, "", &what, outcome).about(&act)));
+    removed.map(|()| StatusCode::NO_CONTENT)
 }
 
 /// Takes a file that was recorded elsewhere.
@@ -216,25 +219,24 @@ async fn upload(
         return Err(ApiError::slow_down(SENDING));
     };
     let own = hub.clone();
-    let (path, file) = blocking(move || own.recordings().folder.sent()).await?;
+    let (path, file) = blocking(&hub, move || own.recordings().folder.sent()).await?;
     let sent = Sent(path.clone());
-    store(body, file).await?;
+    store(&hub, body, file).await?;
     let known = whose(&hub);
     let (by, now_ms) = (caller.principal.user.clone(), hub.clock().now_ms());
     let own = hub.clone();
-    let added = tokio::task::spawn_blocking(move || {
+    let added = hub.recordings().on_disk(move || {
         let added = own.recordings().add(now_ms, &name.unwrap_or_default(), &path, &by, &known);
         drop((sent, turn));
         added
     });
     use crate::recording::Unfit;
-    let recording = match added.await {
-        Ok(Ok(recording)) => recording,
-        Ok(Err(Unfit::Read(error))) => {
+    let recording = match added.await? {
+        Ok(recording) => recording,
+        Err(Unfit::Read(error)) => {
             return Err(ApiError::bad_request(text::RecordingNotFrames { error }.words()));
         }
-        Ok(Err(Unfit::Io(error))) => return Err(StoreError::Io(error).into()),
-        Err(_) => return Err(StoreError::Busy.into()),
+        Err(Unfit::Io(error)) => return Err(StoreError::Io(error).into()),
     };
     let what = format!("upload {}", recording.name);
     let act = Act::UploadRecording { recording: recording.name.clone() };
@@ -247,12 +249,18 @@ struct Sent(PathBuf);
 
 impl Drop for Sent {
     fn drop(&mut self) {
-        _ = std::fs::remove_file(&self.0);
+        let path = std::mem::take(&mut self.0);
+        let remove = move || _ = std::fs::remove_file(path);
+        // The disk is waited for elsewhere.
+        match tokio::runtime::Handle::try_current() {
+            Ok(runtime) => _ = runtime.spawn_blocking(remove),
+            Err(_) => remove(),
+        }
     }
 }
 
 /// Writes a body to the disk as it comes.
-async fn store(body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> {
+async fn store(hub: &Hub, body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> {
     let (mut body, mut size) = (body.into_data_stream(), 0);
     while let Some(part) = body.next().await {
         let part = part.map_err(|error| {
@@ -264,7 +272,7 @@ async fn store(body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> 
             let text = text::UploadTooLarge { megabytes }.words();
             return Err(ApiError::new(StatusCode::PAYLOAD_TOO_LARGE, "too_large", text));
         }
-        file = blocking(move || file.write_all(&part).map(|()| file)).await?;
+        file = blocking(hub, move || file.write_all(&part).map(|()| file)).await?;
     }
     Ok(())
 }
@@ -280,18 +288,20 @@ async fn recording_changes(
 ) -> Result<Response, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
     between(part.from_ms, part.to_ms)?;
-    let path = path(&hub, &name)?;
+    let path = path(&hub, &name).await?;
     let own = hub.clone();
     // Its beginning is read first: what is no recording is refused with its status.
     let begins = path.clone();
-    blocking(move || {
+    let noted = blocking(&hub, move || {
         own.recordings().flush();
-        lafet_capture::read_each(&begins, UNPACKED_MAX, |_| false).map_err(std::io::Error::other)
+        lafet_capture::read_each(&begins, UNPACKED_MAX, |_| false)
+            .map_err(std::io::Error::other)?;
+        Ok(own.recordings().folder.about(&name).addresses)
     })
     .await?;
     let mut addresses = whose(&hub);
     // Addresses noted when it was made take precedence over the configuration.
-    addresses.extend(hub.recordings().folder.about(&name).addresses);
+    addresses.extend(noted);
     let mut player = Player::new(addresses, names(&hub));
     player.frames = part.frames.unwrap_or(false);
     let (to, lines) = mpsc::channel(4);
@@ -375,17 +385,19 @@ pub fn names(hub: &Hub) -> BTreeMap<String, Both> {
     all.iter().map(|it| (it.id().to_owned(), it.config.name.clone())).collect()
 }
 
-fn path(hub: &Hub, name: &str) -> Result<std::path::PathBuf, ApiError> {
+async fn path(hub: &Hub, name: &str) -> Result<PathBuf, ApiError> {
     if !is_name(name) {
         return Err(ApiError::not_found());
     }
-    hub.recordings().path(name).ok_or_else(ApiError::not_found)
+    let (own, name) = (hub.clone(), name.to_owned());
+    let path = hub.recordings().on_disk(move || own.recordings().path(&name)).await?;
+    path.ok_or_else(ApiError::not_found)
 }
 
 /// Runs work that waits for the disk on a thread for it.
 async fn blocking<T: Send + 'static>(
+    hub: &Hub,
     work: impl FnOnce() -> std::io::Result<T> + Send + 'static,
 ) -> Result<T, ApiError> {
-    let done = tokio::task::spawn_blocking(work).await.map_err(|_| StoreError::Busy)?;
-    Ok(done.map_err(StoreError::Io)?)
+    Ok(hub.recordings().on_disk(work).await?.map_err(StoreError::Io)?)
 }

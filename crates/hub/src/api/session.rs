@@ -149,6 +149,13 @@ async fn set_up(
     })
     .await;
     attempt.end(!matches!(result, Err(AccessError::Wrong)));
+    let outcome = if result.is_ok() { "Ok" } else { "refused" };
+    let mut record = hub.record(&Caller::hub(), "", "set up", outcome);
+    // What is no name of a user is not noted as one.
+    let user = if result.is_ok() { login.user.clone() } else { String::new() };
+    (record.user, record.from, record.via) = (user.clone(), from.address.clone(), "http".into());
+    record.role = Role::Administrator.name().to_owned();
+    drop(hub.audit().note(record.about(&Act::SetUp { user })));
     result?;
     let attempt = Try::begin(&hub, &from, &login.user)?;
     begin(hub, from, login, attempt).await
@@ -157,8 +164,10 @@ async fn set_up(
 /// Logs out.
 #[utoipa::path(post, path = "/api/logout", responses((status = 204), (status = 401), (status = 403)))]
 async fn log_out(State(hub): State<Hub>, caller: Caller, from: From) -> Result<Response, ApiError> {
+    let record = hub.record(&caller, "", "logout", "Ok");
     let key = caller.principal.key;
     aside(&hub, move |hub| hub.access().log_out(&key)).await?;
+    drop(hub.audit().note(record.about(&Act::Logout)));
     hub.access_changed();
     let gone = Cookie::Session.set("", 0, from.encrypted);
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())

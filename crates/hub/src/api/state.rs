@@ -1,6 +1,5 @@
 //! How the hub is, who is signed in, what has happened.
 
-use std::path::Path as FsPath;
 use std::sync::atomic::Ordering;
 
 use axum::Json;
@@ -18,7 +17,7 @@ use super::records::{Asked, LIMIT_MAX, between};
 use crate::access::{Kind, Role};
 use crate::error::ApiError;
 use crate::hub::PerSecond;
-use crate::hub::{Caller, Hub, Seated};
+use crate::hub::{Caller, Hub, Seated, room};
 use crate::plugs::view::PlugView;
 use crate::store::{Act, Event, Search};
 
@@ -197,7 +196,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
         (history.is_failing(), history.given_up())
     };
     let place = hub.clone();
-    let disk = tokio::task::spawn_blocking(move || disk(&place)).await.unwrap_or_default();
+    let disk = hub.recordings().on_disk(move || disk(&place)).await.unwrap_or_default();
     Ok(Json(HubState {
         version: env!("CARGO_PKG_VERSION"),
         started_ms: hub.started_ms(),
@@ -256,19 +255,6 @@ fn disk(hub: &Hub) -> Disk {
         free_bytes,
         total_bytes,
     }
-}
-
-/// Free and total bytes of the disk that has a folder.
-#[cfg(unix)]
-fn room(folder: &FsPath) -> Option<(u64, u64)> {
-    let disk = rustix::fs::statvfs(folder).ok()?;
-    Some((disk.f_bavail.saturating_mul(disk.f_frsize), disk.f_blocks.saturating_mul(disk.f_frsize)))
-}
-
-/// Other systems are not asked.
-#[cfg(not(unix))]
-fn room(_: &FsPath) -> Option<(u64, u64)> {
-    None
 }
 
 /// Memory of this program, where Linux reports it.

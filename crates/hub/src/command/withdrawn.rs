@@ -8,15 +8,17 @@ use std::sync::Mutex;
 
 use lafet_client::RequestBuf;
 use lafet_proto::RequestId;
+use tokio::time::Instant;
 
 use super::request::MonitorRequest;
 use crate::monitor::program::begins;
 use crate::monitor::station::Station;
 use crate::sync::lock;
 
-/// Urgent requests to a monitor so far, by their bytes: few, as they are the names of its subsystems.
+/// Urgent requests to a monitor so far, by their bytes, and when each came last: few, as they are the names of
+/// its subsystems.
 #[derive(Debug, Default)]
-pub struct Withdrawn(Mutex<BTreeMap<RequestBuf, u64>>);
+pub struct Withdrawn(Mutex<BTreeMap<RequestBuf, (u64, Instant)>>);
 
 /// A request was accepted after so many urgent ones that undo its like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,12 +29,24 @@ impl Station {
     pub fn accepts(&self, request: &MonitorRequest) -> Accepted {
         let all = lock(&self.withdrawn.0);
         let undo = all.iter().filter(|(urgent, _)| undoes(urgent, request.buf()));
-        Accepted(undo.map(|it| it.1).sum())
+        Accepted(undo.map(|(_, (count, _))| count).sum())
     }
 
     /// The same of a motion by hand, which any of them ends.
     pub fn accepts_motion(&self) -> Accepted {
-        Accepted(lock(&self.withdrawn.0).values().sum())
+        Accepted(self.urgent_count())
+    }
+
+    /// Urgent requests so far, of any kind and from anywhere.
+    pub fn urgent_count(&self) -> u64 {
+        lock(&self.withdrawn.0).values().map(|(count, _)| count).sum()
+    }
+
+    /// Whether something that undoes a request has come since this moment: a request that was under way then
+    /// is older, whenever it arrives.
+    pub fn is_undone_since(&self, request: &MonitorRequest, since: Instant) -> bool {
+        let all = lock(&self.withdrawn.0);
+        all.iter().any(|(urgent, (_, at))| *at >= since && undoes(urgent, request.buf()))
     }
 
     /// Whether nothing has come since that undoes it. Asked while [`Station::sending`] is held.
@@ -44,7 +58,10 @@ impl Station {
     /// there; what is in it is taken out by the client.
     pub(super) fn withdraw(&self, urgent: &MonitorRequest) {
         let _one = lock(&self.sending);
-        *lock(&self.withdrawn.0).entry(urgent.buf().clone()).or_default() += 1;
+        let now = Instant::now();
+        let mut all = lock(&self.withdrawn.0);
+        let (count, at) = all.entry(urgent.buf().clone()).or_insert((0, now));
+        (*count, *at) = (*count + 1, now);
     }
 }
 
@@ -97,6 +114,21 @@ mod tests {
                 assert_eq!(code, "not_connected", "{what} after {urgent}");
             }
         }
+    }
+
+    /// What was sent before it and arrives after it.
+    #[tokio::test]
+    async fn what_was_under_way_is_undone_by_what_came_meanwhile() {
+        let (hub, station) = Hub::of_one(None);
+        let (open, up) = (request("Open Valve1"), request("Move Vertical 900"));
+        let before = Instant::now();
+        let undone = |since| [&open, &up].map(|it| station.is_undone_since(it, since));
+        assert_eq!(undone(before), [false; 2]);
+        drop(hub.overtake(&Caller::hub(), &station, &request("Close Valve1")));
+        assert_eq!(undone(before), [true, false]);
+        drop(hub.overtake(&Caller::hub(), &station, &request("Stop All")));
+        assert_eq!(undone(before), [true; 2]);
+        assert_eq!(undone(Instant::now()), [false; 2], "what was sent after it");
     }
 
     #[tokio::test]

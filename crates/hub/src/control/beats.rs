@@ -39,15 +39,21 @@ impl Delay {
 
     /// Whether a message was not under way for so much longer than the quickest one.
     pub fn is_within(&mut self, longer: Duration, now: Now, sent_ms: f64) -> bool {
+        self.longer(now, sent_ms).is_some_and(|it| it < longer)
+    }
+
+    /// For how much longer a message was under way than the quickest one; `None`: the sender has no clock.
+    pub fn longer(&mut self, now: Now, sent_ms: f64) -> Option<Duration> {
         let offset_ms = millis(now) - sent_ms;
         if !offset_ms.is_finite() {
-            return false;
+            return None;
         }
         // What was the least is less certain the longer ago it was.
         let least = |(least_ms, at)| least_ms + millis(now.saturating_sub(at)) * DRIFT;
         let least_ms = self.least.map_or(offset_ms, |it| least(it).min(offset_ms));
         self.least = Some((least_ms, now));
-        offset_ms - least_ms < millis(longer)
+        // More than a duration has room for was under way for ever.
+        Some(Duration::try_from_secs_f64((offset_ms - least_ms) / 1000.0).unwrap_or(Duration::MAX))
     }
 }
 

@@ -81,6 +81,7 @@ impl Station {
         beat: Beat,
         (number, mut beats, accepted): (u64, mpsc::Receiver<()>, Accepted),
     ) -> Result<MotionWord, ApiError> {
+        hub.count_request(&caller.principal)?;
         let speed = hub.simulated().map_or(1.0, |simulation| simulation.speed());
         let sending = lock(&self.sending);
         if self.accepts_motion() != accepted {

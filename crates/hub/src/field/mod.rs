@@ -172,7 +172,8 @@ impl Field {
 /// Reads all buses until the hub ends.
 pub fn start(hub: &Hub) {
     for bus in &hub.field().buses {
-        tokio::spawn(bus::run(hub.clone(), bus.clone()));
+        let (own, bus) = (hub.clone(), bus.clone());
+        drop(hub.again("a bus of detectors", move || bus::run(own.clone(), bus.clone())));
     }
 }
 

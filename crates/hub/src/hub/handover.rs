@@ -89,8 +89,8 @@ impl Hub {
                 }
                 Notice::Lost { seat, how, by, reason } => {
                     station.let_go(&seat.seat);
+                    self.forget_seat(&seat.seat);
                     if how == LossWord::Expired {
-                        self.forget_seat(&seat.seat);
                         self.expired(station, &seat);
                     }
                     if how != LossWord::Released {

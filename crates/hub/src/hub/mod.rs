@@ -8,8 +8,11 @@ mod quotas;
 mod rates;
 mod seats;
 mod shutdown;
+mod tasks;
+mod upkeep;
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use std::time::Duration;
 
@@ -39,17 +42,21 @@ use crate::simulation::{Scene, Simulation};
 use crate::site::keep_out::KeepOut;
 use crate::site::{Place, Site};
 use crate::store::integrity::Integrity;
+use crate::store::reserve::Room;
 use crate::store::{self, Audit, Events, History, StoreError};
 use crate::sync::lock;
 use crate::zones::Zones;
 
 pub use caller::Caller;
 pub use counts::Counts;
-use quotas::Quotas;
+use quotas::{Delays, Quotas};
 pub use rates::{PerSecond, Rates};
 use seats::Seats;
 pub use seats::{Has, SeatKey, Seated};
 pub use shutdown::Shutdown;
+pub(crate) use tasks::all_end;
+use upkeep::Upkeep;
+pub use upkeep::room;
 
 /// Passwords hashed at once: one hash takes tens of MiB, and the other processor is for commands.
 const HASHING_MAX: usize = 1;
@@ -79,6 +86,7 @@ struct Parts {
     logins: Mutex<Logins>,
     hashing: Turns,
     quotas: Quotas,
+    delays: Delays,
     seats: Seats,
     /// Incremented when users, sessions or tokens change.
     access_revision: watch::Sender<u64>,
@@ -104,6 +112,11 @@ struct Parts {
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
     shutdown: watch::Sender<bool>,
+    /// A part that always runs has ended: the hub is to end as well.
+    failed: watch::Sender<bool>,
+    /// Rounds of what the hub does from time to time.
+    ticks: AtomicU64,
+    upkeep: Upkeep,
 }
 
 /// The hub and its site, as the API returns them.
@@ -135,6 +148,9 @@ impl Hub {
         let folder = folder.as_deref();
         folder.map(store::refuse_newer).transpose()?;
         let lock_file = folder.map(store::occupy).transpose()?;
+        if folder.is_some_and(|folder| store::reserve::take(folder) == Room::None) {
+            tracing::warn!("there is no room on the disk of the state, and no reserve");
+        }
         let integrity = Integrity::examine(&config)?;
         for warning in &config.warnings {
             tracing::warn!("{warning}");
@@ -154,6 +170,7 @@ impl Hub {
             logins: Mutex::default(),
             hashing: Turns::new(HASHING_MAX),
             quotas: Quotas::default(),
+            delays: Delays::default(),
             seats: Seats::default(),
             access_revision: watch::Sender::new(0),
             topics: Topics::default(),
@@ -174,6 +191,9 @@ impl Hub {
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
+            failed: watch::Sender::new(false),
+            ticks: AtomicU64::new(0),
+            upkeep: Upkeep::default(),
             start: Instant::now(),
             started_ms: clock.now_ms(),
             integrity,
@@ -436,6 +456,21 @@ impl Hub {
     /// Ends every task of the hub.
     pub fn begin_shutdown(&self) {
         self.0.shutdown.send_replace(true);
+    }
+
+    /// Rounds of the hub's clock, ten a second.
+    pub fn ticks(&self) -> u64 {
+        self.0.ticks.load(Ordering::Relaxed)
+    }
+
+    /// Another round.
+    pub(crate) fn tick(&self) {
+        self.0.ticks.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Whether the hub ends.
+    pub fn ends(&self) -> bool {
+        *self.0.shutdown.borrow()
     }
 
     /// Waits for the end of the hub.

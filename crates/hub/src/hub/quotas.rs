@@ -1,10 +1,12 @@
-//! How many requests a user may make.
+//! How many requests a user may make, and how long they are under way.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
+use std::time::Duration;
 
-use super::Hub;
+use super::{Caller, Hub};
 use crate::access::{Bucket, Principal};
+use crate::control::beats::Delay;
 use crate::error::ApiError;
 use crate::sync::lock;
 use crate::zones::ZONES;
@@ -22,6 +24,10 @@ const BUCKETS_MAX: usize = 10_000;
 /// The requests that each user and session has left.
 #[derive(Debug, Default)]
 pub(super) struct Quotas(Mutex<HashMap<String, Bucket>>);
+
+/// How long the requests over HTTP of each session or token are under way, by address.
+#[derive(Debug, Default)]
+pub(super) struct Delays(Mutex<HashMap<String, Delay>>);
 
 impl Hub {
     /// Counts a request to a monitor. Not called for Stop, Close and Lockout.
@@ -59,6 +65,18 @@ impl Hub {
     /// 429 if the user has made too many.
     pub fn count_reading(&self, principal: &Principal) -> Result<(), ApiError> {
         self.count("reads ", principal, READS)
+    }
+
+    /// For how much longer a request over HTTP that was sent at `t`, ms by its sender's clock, was under way
+    /// than the quickest one of this session or token from there.
+    pub fn longer(&self, by: &Caller, t: f64) -> Duration {
+        let now = self.now();
+        let mut delays = lock(&self.0.delays.0);
+        if delays.len() >= BUCKETS_MAX {
+            delays.clear();
+        }
+        let delay = delays.entry(format!("{}/{}", by.principal.key, by.seat.from)).or_default();
+        delay.longer(now, t).unwrap_or(Duration::MAX)
     }
 
     fn count(&self, what: &str, by: &Principal, (most, per_s): (f64, f64)) -> Result<(), ApiError> {

@@ -201,8 +201,14 @@ impl Hub {
         seats.iter().for_each(|seat| self.send_text(seat, message.clone()));
     }
 
-    /// Forgets a seat whose connection is lost.
+    /// Forgets a seat whose connection is lost, unless it may come back to what it holds.
     pub(super) fn forget_seat(&self, seat: &str) {
+        let holds = |station: &std::sync::Arc<Station>| {
+            lock(&station.authority).holder().is_some_and(|(holder, _)| holder.seat == seat)
+        };
+        if self.stations().iter().any(holds) {
+            return;
+        }
         lock(&self.0.seats.all).retain(|id, live| id != seat || !live.events.is_closed());
     }
 }
@@ -214,6 +220,22 @@ mod tests {
     use super::*;
     use crate::hub::Caller;
     use crate::{Clock, Config};
+
+    /// Its connection is lost, and another client takes the monitor before it comes back.
+    #[tokio::test]
+    async fn a_lost_seat_is_forgotten_with_the_last_that_it_held() {
+        let (hub, station) = Hub::of_one(None);
+        let principal = Caller::hub().principal;
+        let key = hub.connect(&principal, "", None);
+        let caller = Caller::socket(principal.clone(), [127, 0, 0, 1].into(), key.seat.clone());
+        hub.change_authority(&caller, &station, "take", None).unwrap();
+        drop(key.events);
+        let key = SeatKey { events: mpsc::channel(1).1, ..key };
+        hub.disconnect(&key);
+        assert_eq!(hub.connected().len(), 1, "it may come back");
+        hub.change_authority(&Caller::hub(), &station, "force", Some("as a test")).unwrap();
+        assert!(hub.connected().is_empty(), "{:?}", hub.connected());
+    }
 
     #[tokio::test]
     async fn without_random_numbers_a_connection_is_closed_like_any_other() {

@@ -21,7 +21,7 @@ use tokio::time::{sleep, timeout};
 
 use crate::clock::Steps;
 use crate::control::tuning;
-use crate::hub::Hub;
+use crate::hub::{Hub, all_end};
 use crate::monitor::station::{ParamValue, Params, Progress, Station};
 use crate::monitor::status::{self, Exchanged, Status, Subsystems, Unheld};
 use crate::monitor::view::Hotbeds;
@@ -48,13 +48,16 @@ const ALL_EVERY_MS: u64 = 1000;
 /// Starts everything that goes on by itself.
 pub fn start(hub: &Hub) {
     hub.own();
-    tokio::spawn(keep(hub.clone()));
-    tokio::spawn(crate::zones::run(hub.clone()));
-    tokio::spawn(crate::zones::store(hub.clone()));
+    hub.always("authority", hold(hub.clone()));
+    hub.always("upkeep", keep(hub.clone()));
+    if hub.zones().is_some() {
+        hub.always("zones", crate::zones::run(hub.clone()));
+        hub.always("state of the zones", crate::zones::store(hub.clone()));
+    }
     crate::field::start(hub);
     crate::plugs::start(hub);
-    tokio::spawn(crate::store::integrity::run(hub.clone()));
-    tokio::spawn(crate::publish::broadcast::run(hub.clone()));
+    hub.always("integrity", crate::store::integrity::run(hub.clone()));
+    hub.always("changes", crate::publish::broadcast::run(hub.clone()));
 }
 
 /// Connects to all monitors; dropping the result disconnects them.
@@ -82,16 +85,31 @@ fn link_of(endpoint: &Endpoint) -> String {
     endpoint.to_string()
 }
 
+/// Keeps a link. If a task of it ends by a panic, all of it is made new: the other links go on.
 async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
-    let Some(first) = stations.first() else { return };
+    while !talk(&hub, &stations).await {
+        for station in &stations {
+            tracing::error!(monitor = station.id(), "its link is started again");
+            // The port is free for the next client.
+            station.client.send_replace(None);
+            station.set_link(&hub, false, None);
+            hub.observe(station);
+        }
+        sleep(PAUSE_LAST).await;
+    }
+}
+
+/// Talks over a link until it ends; `false`: by a panic.
+async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
+    let Some(first) = stations.first() else { return true };
     let mut pause = PAUSE_FIRST;
     let client = loop {
         match Client::connect_with(&first.config.endpoint, LinkConfig::default()).await {
             Ok(client) => break client,
             Err(error) => {
                 let text = error.words();
-                for station in &stations {
-                    station.set_link(&hub, false, Some(text.clone()));
+                for station in stations {
+                    station.set_link(hub, false, Some(text.clone()));
                     hub.observe(station);
                 }
                 sleep(pause).await;
@@ -100,22 +118,22 @@ async fn connect(hub: Hub, stations: Vec<Arc<Station>>) {
         }
     };
     let mut tasks = JoinSet::new();
-    for station in stations {
+    for station in stations.iter().cloned() {
         let address = station.config.endpoint.addresses().monitor;
         match client.at(address) {
             Ok(client) => {
                 station.client.send_replace(Some(client.clone()));
-                station.set_link(&hub, true, None);
+                station.set_link(hub, true, None);
                 tasks.spawn(follow_link(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(record(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(poll(hub.clone(), station.clone(), client.clone()));
                 tasks.spawn(read_slow(hub.clone(), station, client));
             }
-            Err(error) => station.set_link(&hub, false, Some(error.words())),
+            Err(error) => station.set_link(hub, false, Some(error.words())),
         }
     }
     drop(client);
-    while tasks.join_next().await.is_some() {}
+    all_end(&mut tasks).await
 }
 
 async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
@@ -391,6 +409,21 @@ const fn knows<T>(result: &Result<T, lafet_client::Error>) -> Option<bool> {
     }
 }
 
+/// Holds the times of authority, and touches nothing that may wait for a disk.
+async fn hold(hub: Hub) {
+    let mut ticks = tokio::time::interval(Duration::from_millis(100));
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut shutdown = hub.shutdown();
+    loop {
+        tokio::select! {
+            _ = ticks.tick() => {}
+            () = shutdown.requested() => return,
+        }
+        hub.handle_timeouts();
+        hub.tick();
+    }
+}
+
 /// What the hub does from time to time.
 async fn keep(hub: Hub) {
     let mut ticks = tokio::time::interval(Duration::from_millis(100));
@@ -402,7 +435,6 @@ async fn keep(hub: Hub) {
             _ = ticks.tick() => {}
             () = shutdown.requested() => break,
         }
-        hub.handle_timeouts();
         if tick.is_multiple_of(10) {
             hub.look_at_clock(&mut steps);
             hub.look_at_itself();
@@ -418,7 +450,9 @@ async fn keep(hub: Hub) {
             hub.events().forget(now_ms, hub.config().minute_days);
         }
     }
-    hub.recordings().end_all();
+    // The disk is waited for elsewhere.
+    let own = hub.clone();
+    _ = tokio::task::spawn_blocking(move || own.recordings().end_all()).await;
     hub.events().flush();
     hub.history().flush();
 }

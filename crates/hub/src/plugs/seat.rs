@@ -1,6 +1,7 @@
 //! The seat of a plug's client in the hub: what it sees, and what it asks for, through the same entries as a console.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 
@@ -105,11 +106,12 @@ impl PlugSeat<'_> {
         Ok(requests.iter().map(|it| self.hub.urgent(self.caller, station, it)).collect())
     }
 
-    /// Sends requests, as long as `valid` and the seat is present.
+    /// Sends requests, as long as `valid` and the seat is present. What was on its way `since` a moment after
+    /// the start is not sent if something has come since that undoes it.
     pub async fn commands(
         self,
         station: &Arc<Station>,
-        what: What,
+        (what, since): (What, Option<Duration>),
         valid: impl Fn() -> bool + Send + Sync + 'static,
     ) -> Result<(), Failed> {
         let failed = |error: ApiError| Failed::from(&error);
@@ -117,9 +119,13 @@ impl PlugSeat<'_> {
         let valid = move || valid() && lock(&holder.authority).is_present(&seat);
         let valid: Arc<dyn Fn() -> bool + Send + Sync> = Arc::new(valid);
         let (requests, mut sent) = (what.requests(), Vec::new());
+        let since = since.map(|since| self.hub.start() + since);
         for request in &requests {
             let request = MonitorRequest::new(request).map_err(failed)?;
-            sent.push(self.hub.command_while(self.caller, station, request, valid.clone()));
+            let (of, own, valid) = (station.clone(), request.clone(), valid.clone());
+            let undone = move || since.is_some_and(|since| of.is_undone_since(&own, since));
+            let valid = Arc::new(move || valid() && !undone());
+            sent.push(self.hub.command_while(self.caller, station, request, valid));
         }
         let (mut result, mut done) = (Ok(()), Vec::new());
         for (request, outcome) in requests.iter().zip(futures_util::future::join_all(sent).await) {
@@ -153,4 +159,42 @@ pub async fn results(joined: Result<Vec<Joined>, ApiError>) -> Result<(), Failed
 fn refused(outcome: &Outcome) -> Option<Failed> {
     let refused = outcome.answers.iter().find(|it| !it.success)?;
     Some(Failed { why: Refusal::Refused, status: refused.code.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::access::{Kind, Principal, Role, Standing};
+
+    /// A broker holds a command back; meanwhile Stop is pressed at a console.
+    #[tokio::test]
+    async fn what_was_sent_before_a_stop_is_not_carried_out_after_it() {
+        let (hub, station) = Hub::of_one(None);
+        let principal = Principal {
+            user: "mqtt".into(),
+            role: Role::Operator,
+            kind: Kind::Mqtt,
+            key: "mqtt".into(),
+            csrf: String::new(),
+            expires_ms: 0,
+            standing: Standing::Good,
+        };
+        let key = hub.connect(&principal, "broker", None);
+        let caller = Caller::plug(principal, "broker".into(), key.seat.clone(), "mqtt");
+        let seat = PlugSeat { hub: &hub, caller: &caller };
+        seat.authority(&station, Command::Take).unwrap();
+        let since = hub.now();
+        let why = async |since| {
+            let sent = seat.commands(&station, (What::Open(1), Some(since)), || true);
+            sent.await.unwrap_err().why
+        };
+        assert_ne!(why(since).await, Refusal::Void, "no line, and no Stop");
+        drop(hub.overtake(
+            &Caller::hub(),
+            &station,
+            &MonitorRequest::stop(SubsystemId::ALL).unwrap(),
+        ));
+        assert_eq!(why(since).await, Refusal::Void);
+        assert_ne!(why(hub.now()).await, Refusal::Void, "asked for after the Stop");
+    }
 }

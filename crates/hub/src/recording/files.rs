@@ -278,7 +278,8 @@ fn tell(folder: &Path, meta: &Recording) -> io::Result<()> {
     replace(&path, &path.with_extension("json.new"), &serde_json::to_vec(meta)?)
 }
 
-type Open = HashMap<String, Recorder<File>>;
+/// The recordings that are being written, by the names that they were given, with those that they have.
+type Open = HashMap<String, (String, Recorder<File>)>;
 
 /// Writes recordings until there is nothing more to do.
 pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
@@ -287,11 +288,12 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
     while let Ok(work) = queue.recv() {
         match work {
             Work::Begin(meta, past) => {
-                let begun = begin(folder, &meta, &past);
-                _ = begun.map_err(failed).map(|recorder| open.insert(meta.name, recorder));
+                let given = meta.name.clone();
+                let begun = begin(folder, meta, &past);
+                _ = begun.map_err(failed).map(|begun| open.insert(given, begun));
             }
             Work::Piece(name, piece) => {
-                let lost = open.get_mut(&name).and_then(|it| put(it, &piece).err());
+                let lost = open.get_mut(&name).and_then(|(_, it)| put(it, &piece).err());
                 if let Some(error) = lost {
                     // What could be written stays; a full disk is not tried for each frame.
                     failed(error);
@@ -299,16 +301,20 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
                 }
             }
             Work::End(meta) => {
-                let ended = open.remove(&meta.name).map_or(Ok(()), Recorder::finish);
+                let (name, ended) = match open.remove(&meta.name) {
+                    Some((name, recorder)) => (name, recorder.finish()),
+                    None => (meta.name.clone(), Ok(())),
+                };
+                let meta = Recording { name, ..meta };
                 _ = ended.and_then(|()| tell(folder, &meta)).map_err(failed);
             }
             Work::Flush(done) => {
-                open.values_mut().for_each(|it| _ = it.flush());
+                open.values_mut().for_each(|(_, it)| _ = it.flush());
                 _ = done.send(());
             }
             Work::Keep(now_ms) => {
                 // A hub that is killed loses what has come since: a second.
-                open.values_mut().for_each(|it| _ = it.flush());
+                open.values_mut().for_each(|(_, it)| _ = it.flush());
                 if now_ms.saturating_sub(kept_ms) >= KEEP_MS {
                     kept_ms = now_ms;
                     forget(folder, now_ms, keep, &open);
@@ -319,12 +325,19 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
     }
 }
 
-fn begin(folder: &Path, meta: &Recording, past: &[Arc<Piece>]) -> io::Result<Recorder<File>> {
-    let file = File::create(folder.join(&meta.name))?;
-    tell(folder, meta)?;
+/// Makes the file of a recording, by another name if there is one of its name.
+fn begin(
+    folder: &Path,
+    meta: Recording,
+    past: &[Arc<Piece>],
+) -> io::Result<(String, Recorder<File>)> {
+    let name = fresh(&meta.name, |name| folder.join(name).exists());
+    let file = File::create_new(folder.join(&name))?;
+    let meta = Recording { name, ..meta };
+    tell(folder, &meta)?;
     let mut recorder = Recorder::new(Format::Mcap, file)?;
     past.iter().try_for_each(|piece| put(&mut recorder, piece))?;
-    Ok(recorder)
+    Ok((meta.name, recorder))
 }
 
 fn put(recorder: &mut Recorder<File>, piece: &Piece) -> io::Result<()> {
@@ -340,7 +353,7 @@ fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open
     let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
     let place = Folder(Arc::new(Place { path: folder.to_owned(), temporary: false }));
     let mut all = place.list();
-    all.retain(|it| !open.contains_key(&it.name));
+    all.retain(|it| open.values().all(|(name, _)| *name != it.name));
     all.sort_by_key(|it| (it.to_ms < DATED_MS, it.to_ms));
     let mut total: u64 = all.iter().map(|it| it.size).sum();
     for meta in all {

@@ -10,9 +10,10 @@ pub mod player;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use lafet_capture::{Captured, Direction, Note, Piece};
 use lafet_client::{Direction as Way, Traced};
@@ -40,6 +41,12 @@ const QUEUE_MAX: usize = 10_000;
 const LONGEST_MS: u64 = 3_600_000;
 /// Recordings that are written at the same time.
 const AT_ONCE_MAX: usize = 16;
+/// Names that were given last and are not given again: two recordings may begin within a second.
+const NAMES_MAX: usize = 256;
+/// Requests that wait for the disk of the recordings at the same time.
+const DISK_MAX: usize = 8;
+/// Longest wait for the disk, for what waits in front of a file that is read, and at the end.
+const DISK_WAIT: Duration = Duration::from_secs(3);
 
 /// A recording, as the API lists it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -82,6 +89,8 @@ pub struct Recordings {
     thread: Mutex<Option<JoinHandle<()>>>,
     /// Held while a file is sent: one after the other.
     pub sending: Arc<tokio::sync::Semaphore>,
+    /// Turns of requests that wait for the disk: each takes a thread until the disk answers.
+    disk: Arc<tokio::sync::Semaphore>,
 }
 
 /// What was last, with its time, ms since 1970. Recordings share it.
@@ -92,6 +101,10 @@ struct Inner {
     rings: BTreeMap<String, Ring>,
     scenes: Ring,
     running: Vec<Running>,
+    /// What has ended, and has found no room on its way to the disk yet.
+    ending: Vec<Recording>,
+    /// The names that were given last.
+    names: VecDeque<String>,
 }
 
 #[derive(Debug)]
@@ -107,14 +120,43 @@ impl Recordings {
     /// Opens the folder of recordings.
     pub fn open(config: &RecordingConfig) -> Result<Self, StoreError> {
         let folder = Folder::open(config.folder.clone())?;
-        let (work, queue) = sync_channel(QUEUE_MAX);
         let (own, keep) = (folder.path().to_owned(), (config.keep_days, config.keep_mb));
+        Self::written_by(config, folder, move |queue| files::write(&own, keep, queue))
+    }
+
+    /// The same with what is to write.
+    fn written_by(
+        config: &RecordingConfig,
+        folder: Folder,
+        write: impl FnOnce(&Receiver<Work>) + Send + 'static,
+    ) -> Result<Self, StoreError> {
+        let (work, queue) = sync_channel(QUEUE_MAX);
         let thread = std::thread::Builder::new()
             .name("lafet-recording".into())
-            .spawn(move || files::write(&own, keep, &queue))?;
+            .spawn(move || write(&queue))?;
         let (inner, thread) = (Mutex::default(), Mutex::new(Some(thread)));
-        let sending = Arc::new(tokio::sync::Semaphore::new(1));
-        Ok(Self { folder, config: config.clone(), inner, work, thread, sending })
+        let turns = |count| Arc::new(tokio::sync::Semaphore::new(count));
+        let (sending, disk) = (turns(1), turns(DISK_MAX));
+        Ok(Self { folder, config: config.clone(), inner, work, thread, sending, disk })
+    }
+
+    /// Does something that waits for the disk, on a thread for that. A disk that does not answer
+    /// takes a few threads, and who asks then is refused.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError::Busy`]: the disk answers nothing, and others wait for it already.
+    pub async fn on_disk<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, StoreError> {
+        let turn = tokio::time::timeout(DISK_WAIT, self.disk.clone().acquire_owned()).await;
+        let Ok(Ok(turn)) = turn else { return Err(StoreError::Busy) };
+        let done = tokio::task::spawn_blocking(move || {
+            let _turn = turn;
+            work()
+        });
+        done.await.map_err(|_| StoreError::Busy)
     }
 
     /// A frame of a monitor.
@@ -228,7 +270,7 @@ impl Recordings {
         whose: Whose,
         (from_ms, now_ms, until_ms): (u64, u64, u64),
     ) -> Option<Recording> {
-        if inner.running.len() >= AT_ONCE_MAX {
+        if inner.running.len() + inner.ending.len() >= AT_ONCE_MAX {
             return None;
         }
         let monitors: Vec<String> = whose.values().cloned().collect();
@@ -237,9 +279,9 @@ impl Recordings {
         let mut past: Vec<(u64, Arc<Piece>)> =
             kept.filter(|(at_ms, _)| *at_ms >= from_ms).cloned().collect();
         past.sort_by_key(|(at_ms, _)| *at_ms);
-        let taken = |name: &str| {
-            inner.running.iter().any(|it| it.meta.name == name) || self.folder.has(name)
-        };
+        // The folder is not asked: its disk may not answer. A name that it has already, as after the
+        // date has stepped back, is changed where it is written.
+        let taken = |name: &str| inner.names.iter().any(|it| it == name);
         let meta = Recording {
             name: files::fresh(&meta.name, taken),
             monitors,
@@ -251,6 +293,10 @@ impl Recordings {
         };
         let past = past.into_iter().map(|(_, piece)| piece).collect();
         self.work.try_send(Work::Begin(meta.clone(), past)).ok()?;
+        if inner.names.len() >= NAMES_MAX {
+            inner.names.pop_front();
+        }
+        inner.names.push_back(meta.name.clone());
         inner.running.push(Running { meta: meta.clone(), until_ms });
         Some(meta)
     }
@@ -258,9 +304,7 @@ impl Recordings {
     /// Ends what is complete; called each second.
     pub fn handle_time(&self, now_ms: u64, cautious_ms: u64) {
         let mut inner = lock(&self.inner);
-        for running in inner.running.extract_if(.., |it| it.until_ms <= now_ms) {
-            self.end(running);
-        }
+        self.end(&mut inner, |it| it.until_ms <= now_ms);
         drop(inner);
         _ = self.work.try_send(Work::Keep(cautious_ms));
     }
@@ -281,19 +325,28 @@ impl Recordings {
 
     /// Ends a recording that is being written.
     pub fn end_one(&self, name: &str) {
-        let mut inner = lock(&self.inner);
-        for running in inner.running.extract_if(.., |it| it.meta.name == name) {
-            self.end(running);
-        }
+        self.end(&mut lock(&self.inner), |it| it.meta.name == name);
     }
 
-    /// Ends all, as the hub ends, and waits for the disk.
+    /// Ends all, as the hub ends, and waits for the disk, but not for one that does not answer.
     pub fn end_all(&self) {
-        let running = std::mem::take(&mut lock(&self.inner).running);
-        running.into_iter().for_each(|it| self.end(it));
-        _ = self.work.send(Work::Stop);
-        if let Some(thread) = lock(&self.thread).take() {
-            _ = thread.join();
+        let Some(thread) = lock(&self.thread).take() else { return };
+        let until = Instant::now() + DISK_WAIT;
+        loop {
+            let mut inner = lock(&self.inner);
+            self.end(&mut inner, |_| true);
+            if inner.ending.is_empty() && !self.is_full(Work::Stop) {
+                break;
+            }
+            drop(inner);
+            if !rest(until) {
+                break;
+            }
+        }
+        while !thread.is_finished() && rest(until) {}
+        match thread.is_finished() {
+            true => _ = thread.join(),
+            false => tracing::warn!("the disk of the recordings does not answer"),
         }
     }
 
@@ -302,14 +355,21 @@ impl Recordings {
         let mut inner = lock(&self.inner);
         inner.rings.clear();
         inner.scenes.clear();
-        let running = std::mem::take(&mut inner.running);
-        running.into_iter().for_each(|it| self.end(it));
+        self.end(&mut inner, |_| true);
     }
 
-    fn end(&self, running: Running) {
-        let meta = Recording { recording: false, ..running.meta };
-        // The end of a file is not lost to a full queue: it has the index.
-        _ = self.work.send(Work::End(meta));
+    /// Ends recordings, and those that have found no room before. The end of a file is not lost to a full
+    /// queue: it has the index.
+    fn end(&self, inner: &mut Inner, ends: impl Fn(&Running) -> bool) {
+        let ended = inner.running.extract_if(.., |it| ends(it));
+        let ended = ended.map(|it| Recording { recording: false, ..it.meta });
+        inner.ending.extend(ended);
+        inner.ending.retain(|meta| self.is_full(Work::End(meta.clone())));
+    }
+
+    /// Hands work to the thread, or to none if it has ended; `true`: there is no room just now.
+    fn is_full(&self, work: Work) -> bool {
+        matches!(self.work.try_send(work), Err(TrySendError::Full(_)))
     }
 
     /// All recordings, the latest first.
@@ -326,11 +386,12 @@ impl Recordings {
         all
     }
 
-    /// Writes to the disk what waits, so that a file that is being written can be read.
+    /// Writes to the disk what waits, so that a file that is being written can be read. A disk that does
+    /// not answer is waited for only so long.
     pub fn flush(&self) {
         let (done, wait) = sync_channel(1);
-        if self.work.send(Work::Flush(done)).is_ok() {
-            _ = wait.recv();
+        if self.work.try_send(Work::Flush(done)).is_ok() {
+            _ = wait.recv_timeout(DISK_WAIT);
         }
     }
 
@@ -358,9 +419,89 @@ impl Drop for Recordings {
     }
 }
 
+/// A short pause; `false`: it is late.
+fn rest(until: Instant) -> bool {
+    std::thread::park_timeout(Duration::from_millis(5));
+    Instant::now() < until
+}
+
 fn address_of(piece: &Piece) -> Option<u8> {
     let Piece::Captured(captured) = piece else { return None };
     let mut address = None;
     player::frames(captured, |frame| address = player::monitor_of(frame));
     address
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use lafet_client::Verdict;
+
+    use super::*;
+
+    fn frame() -> Traced {
+        let payload = vec![1, 2, 3].into();
+        Traced { verdict: Verdict::Sent, dst: 1, src: 0, tagged: false, payload }
+    }
+
+    /// A disk that has stopped answering: what waits for it fills its queue, and nothing that the hub
+    /// asks waits.
+    #[tokio::test(flavor = "multi_thread", worker_threads = 1)]
+    async fn a_disk_that_does_not_answer_holds_nothing_up() {
+        let config = RecordingConfig { alarms: true, ..RecordingConfig::default() };
+        let (answers, hung) = channel::<()>();
+        let folder = Folder::open(None).unwrap();
+        let write = move |queue: &Receiver<Work>| {
+            _ = hung.recv();
+            drop(queue.try_iter());
+        };
+        let recordings = Arc::new(Recordings::written_by(&config, folder, write).unwrap());
+        let own = recordings.clone();
+        let (done, asked) = channel();
+        std::thread::spawn(move || {
+            own.frame(1, "M1", &frame());
+            own.alarm(2, "M1", "M1/General/Fault");
+            for at_ms in 0..QUEUE_MAX as u64 + 10 {
+                own.frame(at_ms, "M1", &frame());
+            }
+            own.handle_time(u64::MAX, 0);
+            let refused = own.ask((0, 3, 4), Whose::from([(1, "M1".into())]), "anna");
+            let inner = lock(&own.inner);
+            _ = done.send((inner.running.len(), inner.ending.len(), refused));
+        });
+        let patience = Duration::from_secs(60);
+        assert_eq!(
+            asked.recv_timeout(patience).unwrap(),
+            (0, 1, None),
+            "it ends when there is room"
+        );
+        answers.send(()).unwrap();
+    }
+
+    /// Two that begin within a second have names of their own, whatever the folder says.
+    #[test]
+    fn names_are_given_once() {
+        let folder = Folder::open(None).unwrap();
+        let path = folder.path().to_owned();
+        let write = move |queue: &Receiver<Work>| files::write(&path, (10, 100), queue);
+        let recordings =
+            Recordings::written_by(&RecordingConfig::default(), folder, write).unwrap();
+        let (at_ms, whose) = (1_763_712_000_000, Whose::from([(1, "M1".to_owned())]));
+        // Of another run, before the date was set back.
+        let old = recordings.folder.path().join("20251121-080000-M1.mcap");
+        std::fs::write(&old, "old").unwrap();
+        let ask = || recordings.ask((at_ms, at_ms, at_ms), whose.clone(), "anna").unwrap().name;
+        assert_eq!([ask(), ask()], ["20251121-080000-M1.mcap", "20251121-080000-M1-2.mcap"]);
+        recordings.end_all();
+        assert_eq!(std::fs::read_to_string(old).unwrap(), "old");
+        let mut names: Vec<String> = recordings
+            .list()
+            .into_iter()
+            .filter(|it| it.cause == "asked")
+            .map(|it| it.name)
+            .collect();
+        names.sort();
+        assert_eq!(names, ["20251121-080000-M1-2-2.mcap", "20251121-080000-M1-2.mcap"]);
+    }
 }

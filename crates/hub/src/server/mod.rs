@@ -48,24 +48,15 @@ const FAREWELL: Duration = Duration::from_secs(3);
 pub struct Server {
     hub: Hub,
     listener: TcpListener,
-    tls: Option<TlsAcceptorBox>,
-}
-
-/// An acceptor, which has no Debug of its own.
-struct TlsAcceptorBox(TlsAcceptor);
-
-impl std::fmt::Debug for TlsAcceptorBox {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("TlsAcceptor")
-    }
+    tls: Option<Arc<tls::Reloading>>,
 }
 
 impl Server {
     /// Listens. Nothing is polled yet.
     pub async fn bind(hub: Hub) -> io::Result<Self> {
-        let tls = hub.config().tls.as_ref().map(tls::acceptor).transpose();
+        let tls = hub.config().tls.as_ref().map(tls::Reloading::new).transpose();
         let tls = tls.map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
-        let tls = tls.map(TlsAcceptorBox);
+        let tls = tls.map(Arc::new);
         let listener = TcpListener::bind(hub.config().listen).await?;
         Ok(Self { hub, listener, tls })
     }
@@ -92,10 +83,12 @@ impl Server {
         &self.hub
     }
 
-    /// Owns the links and serves clients until `end` is done.
+    /// Owns the links and serves clients until `end` is done, or a part of the hub that always runs has ended.
     pub async fn serve(self, end: impl Future<Output = ()>) {
         let Self { hub, listener, tls } = self;
         owner::start(&hub);
+        let (own, certificates) = (hub.clone(), tls.clone());
+        drop(hub.again("upkeep", move || own.clone().look_after(certificates.clone())));
         let router = api::router(hub.clone());
         let room = Arc::new(Semaphore::new(hub.config().connections_max));
         tokio::pin!(end);
@@ -103,6 +96,7 @@ impl Server {
             let accepted = tokio::select! {
                 accepted = listener.accept() => accepted,
                 () = &mut end => break,
+                () = hub.failed() => break,
             };
             let Ok((stream, address)) = accepted else {
                 tokio::time::sleep(REST).await;
@@ -113,10 +107,11 @@ impl Server {
                 continue;
             };
             let router = router.clone();
-            let acceptor = tls.as_ref().map(|tls| tls.0.clone());
+            let acceptor = tls.as_ref().map(|tls| tls.acceptor());
             let shutdown = hub.shutdown();
             let place = Arc::new(place);
-            let peer = Peer { address, name: None, tls: acceptor.is_some(), place };
+            let (name, ends_ms) = (None, None);
+            let peer = Peer { address, name, ends_ms, tls: acceptor.is_some(), place };
             // An error of a connection concerns its client alone.
             let start = hub.start();
             tokio::spawn(async move {
@@ -135,7 +130,7 @@ impl Server {
         // What is noted now is stored before the program ends.
         _ = timeout(FAREWELL, hub.audit().note(hub.record_of_end())).await;
         _ = timeout(FAREWELL, hub.note_state()).await;
-        hub.log_head().await;
+        _ = timeout(FAREWELL, hub.log_head()).await;
     }
 }
 
@@ -156,8 +151,9 @@ async fn connection(
     let stream = timeout(PATIENCE, acceptor.accept(stream.charged(HANDSHAKE))).await??;
     drop(under_way);
     let certificates = stream.get_ref().1.peer_certificates();
-    let name = certificates.and_then(|chain| common_name(chain.first()?));
-    requests(stream, start, Peer { name, ..peer }, router, shutdown).await
+    let first = certificates.and_then(|chain| chain.first());
+    let (name, ends_ms) = (first.and_then(common_name), first.and_then(tls::end_ms));
+    requests(stream, start, Peer { name, ends_ms, ..peer }, router, shutdown).await
 }
 
 async fn requests<S>(

@@ -42,6 +42,13 @@ pub enum Act {
     },
     /// A login.
     Login,
+    /// A user has logged out.
+    Logout,
+    /// The first administrator is made with the link of the first start.
+    SetUp {
+        /// Name of the administrator.
+        user: String,
+    },
     /// A user has changed the own password.
     ChangeOwnPassword,
     /// A user was added.
@@ -163,6 +170,15 @@ pub enum Act {
     ChainBroken {
         /// The first entry that is not right.
         n: u64,
+    },
+    /// Entries of the audit log were given up, as the disk took none for too long.
+    EntriesLost {
+        /// How many.
+        entries: u64,
+        /// Time of the first of them, ms since 1970.
+        from_ms: u64,
+        /// Time of the last of them, ms since 1970.
+        to_ms: u64,
     },
 }
 

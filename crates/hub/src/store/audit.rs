@@ -7,11 +7,11 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde::{Deserialize, Serialize};
@@ -25,11 +25,17 @@ use super::db::{Db, StoreError, open};
 use super::events::{Page, Search};
 use super::mark::{self, Users};
 use crate::access::Kind;
+use crate::hub::Caller;
+use crate::sync::lock;
 
 /// Entries in one transaction.
 const BATCH_MAX: usize = 256;
 /// Entries that wait in memory for a disk that takes none; what comes then is given up.
 const WAITING_MAX: u64 = 20_000;
+/// A disk that has taken none of what waits for this time fails.
+const HANGS: Duration = Duration::from_secs(2);
+/// Entries that are looked at for one page of a search: the rest is for the next.
+const SCAN_MAX: i64 = 50_000;
 /// Entries that are verified before others read.
 const VERIFY_MAX: u32 = 200;
 /// Characters of a text that an entry has.
@@ -125,6 +131,49 @@ struct State {
     failing: AtomicBool,
     waiting: AtomicU64,
     lost: AtomicU64,
+    /// Since when the disk takes nothing of what waits; `None`: nothing waits.
+    since: Mutex<Option<Instant>>,
+    /// What was given up, and is not in the log yet.
+    given_up: Mutex<Option<GivenUp>>,
+}
+
+/// Entries that were given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct GivenUp {
+    entries: u64,
+    from_ms: u64,
+    to_ms: u64,
+}
+
+impl State {
+    /// An entry is given up.
+    fn give_up(&self, at_ms: u64) {
+        self.lost.fetch_add(1, Ordering::Relaxed);
+        let mut given_up = lock(&self.given_up);
+        let before = given_up.unwrap_or(GivenUp { entries: 0, from_ms: at_ms, to_ms: at_ms });
+        *given_up = Some(GivenUp {
+            entries: before.entries + 1,
+            from_ms: before.from_ms.min(at_ms),
+            to_ms: before.to_ms.max(at_ms),
+        });
+    }
+
+    /// The entry that says what was given up.
+    fn gap(&self) -> Option<Record> {
+        let GivenUp { entries, from_ms, to_ms } = lock(&self.given_up).take()?;
+        let Caller { principal, via, .. } = Caller::hub();
+        let record = Record {
+            at_ms: to_ms,
+            user: principal.user,
+            role: principal.role.name().to_owned(),
+            via: via.to_owned(),
+            what: format!("{entries} entries were given up"),
+            outcome: "lost".into(),
+            details: Value::Object(serde_json::Map::new()),
+            ..Record::default()
+        };
+        Some(record.about(&Act::EntriesLost { entries, from_ms, to_ms }))
+    }
 }
 
 #[derive(Debug)]
@@ -168,20 +217,28 @@ impl Audit {
         let (stored, number) = oneshot::channel();
         if self.state.waiting.fetch_add(1, Ordering::Relaxed) >= WAITING_MAX {
             self.state.waiting.fetch_sub(1, Ordering::Relaxed);
-            self.state.lost.fetch_add(1, Ordering::Relaxed);
+            self.state.give_up(record.at_ms);
             return number;
         }
+        lock(&self.state.since).get_or_insert_with(Instant::now);
         let mut record = record;
         for text in [&mut record.what, &mut record.user, &mut record.outcome] {
             text.truncate(text.floor_char_boundary(TEXT_MAX));
         }
-        _ = self.notes.send(Note { record, stored: Some(stored) });
+        if let Err(lost) = self.notes.send(Note { record, stored: Some(stored) }) {
+            // The thread has ended.
+            self.state.give_up(lost.0.record.at_ms);
+        }
         number
     }
 
-    /// The disk does not take entries just now.
+    /// The disk does not take entries just now: it refuses them, does not answer, or some were given up and
+    /// that is not in the log yet.
     pub fn is_failing(&self) -> bool {
+        let hangs = || lock(&self.state.since).is_some_and(|since| since.elapsed() > HANGS);
         self.state.failing.load(Ordering::Relaxed)
+            || hangs()
+            || lock(&self.state.given_up).is_some()
     }
 
     /// Entries that are not on the disk yet.
@@ -209,20 +266,7 @@ impl Audit {
 
     /// Looks entries up, the latest first.
     pub async fn find(&self, search: Search) -> Result<Page<Entry>, StoreError> {
-        self.reads
-            .call(move |db| {
-                let mut query = db.prepare_cached(
-                    "SELECT * FROM audit WHERE n < ?1 AND (?2 IS NULL OR monitor = ?2)
-                     AND (?3 IS NULL OR user = ?3) AND at_ms BETWEEN ?4 AND ?5 ORDER BY n DESC",
-                )?;
-                let (before, from_ms, to_ms) = search.bounds();
-                let rows = query.query_map(
-                    params![before, search.monitor, search.user, from_ms, to_ms],
-                    entry,
-                )?;
-                search.page(rows, |it| it.n, text)
-            })
-            .await
+        self.reads.call(move |db| find(db, &search, SCAN_MAX)).await
     }
 
     /// Number of the last entry that is stored.
@@ -294,7 +338,7 @@ impl Writer {
                 }
             }
             self.waiting.extend(notes.try_iter().take(BATCH_MAX));
-            let stored = self.store();
+            let stored = self.store().and_then(|()| self.store_gap());
             let failing = stored.is_err();
             if let Err(error) = stored
                 && !self.state.failing.load(Ordering::Relaxed)
@@ -303,6 +347,18 @@ impl Writer {
             }
             self.state.failing.store(failing, Ordering::Relaxed);
         }
+    }
+
+    /// Stores, in its order, that entries were given up.
+    fn store_gap(&mut self) -> Result<(), rusqlite::Error> {
+        // What waits came before.
+        if !self.waiting.is_empty() {
+            return Ok(());
+        }
+        let Some(record) = self.state.gap() else { return Ok(()) };
+        self.state.waiting.fetch_add(1, Ordering::Relaxed);
+        self.waiting.push_back(Note { record, stored: None });
+        self.store()
     }
 
     /// Stores what waits, in one transaction.
@@ -325,6 +381,8 @@ impl Writer {
                 _ = stored.send(number);
             }
         }
+        let mut since = lock(&self.state.since);
+        *since = (self.state.waiting.load(Ordering::Relaxed) > 0).then(Instant::now);
         Ok(())
     }
 }
@@ -353,6 +411,22 @@ fn bring_up_to_date(db: &Connection) -> Result<(), rusqlite::Error> {
         )?;
     }
     Ok(())
+}
+
+/// Looks entries up among the latest so many before the number of the search.
+fn find(db: &Connection, search: &Search, most: i64) -> Result<Page<Entry>, rusqlite::Error> {
+    let mut query = db.prepare_cached(
+        "SELECT * FROM audit WHERE n < ?1 AND n >= ?6 AND (?2 IS NULL OR monitor = ?2)
+         AND (?3 IS NULL OR user = ?3) AND at_ms BETWEEN ?4 AND ?5 ORDER BY n DESC",
+    )?;
+    let (before, from_ms, to_ms) = search.bounds();
+    let before = before.min(signed(head(db)?.0).saturating_add(1));
+    let first = before.saturating_sub(most);
+    let values = params![before, search.monitor, search.user, from_ms, to_ms, first];
+    let rows = query.query_map(values, entry)?;
+    let page = search.page(rows, |it| it.n, text)?;
+    let rest = (first > 1).then(|| unsigned(first));
+    Ok(Page { next: page.next.or(rest), ..page })
 }
 
 /// Entries from a number on.
@@ -493,6 +567,21 @@ mod tests {
         assert_eq!((audit.waiting(), audit.is_failing()), (0, false));
     }
 
+    /// A number of a simulation is read back as the one that was hashed.
+    #[tokio::test]
+    async fn fractions_break_no_chain() {
+        let audit = Audit::open(None).unwrap();
+        let mut seed = 1_u64;
+        let fractions: Vec<f64> = std::iter::repeat_with(|| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            f64::from_bits((seed >> 12) | 0x3FF0_0000_0000_0000) * 1e-3
+        })
+        .take(2000)
+        .collect();
+        audit.note(Record { details: json!(fractions), ..record("sim") }).await.unwrap();
+        assert!(audit.verify().await.unwrap().ok);
+    }
+
     #[tokio::test]
     async fn what_was_changed_or_taken_out_shows() {
         let audit = filled().await;
@@ -558,8 +647,64 @@ mod tests {
         audit.state.waiting.store(0, Ordering::Relaxed);
         let long = record(&"ж".repeat(TEXT_MAX));
         assert_eq!(audit.note(long).await.unwrap(), 1);
-        let stored = audit.latest(None, 1, None, None).await.unwrap();
+        let stored = audit.from(1, 1).await.unwrap();
         assert_eq!(stored[0].record.what, "ж".repeat(TEXT_MAX / 2));
+    }
+
+    /// A disk that does not answer says nothing, not even that it fails; and what was lost meanwhile is in the log
+    /// after it.
+    #[tokio::test]
+    async fn a_disk_that_hangs_fails_and_what_is_lost_leaves_a_trace() {
+        let audit = Audit::open(None).unwrap();
+        let before = Instant::now().checked_sub(HANGS + Duration::from_secs(1)).unwrap();
+        *lock(&audit.state.since) = Some(before);
+        assert!(audit.is_failing(), "nothing was taken for so long");
+        audit.state.waiting.store(WAITING_MAX, Ordering::Relaxed);
+        for at_ms in [70, 60, 90] {
+            assert!(audit.note(Record { at_ms, ..record("Stop All") }).await.is_err());
+        }
+        *lock(&audit.state.since) = None;
+        assert!(audit.is_failing(), "three entries are missing");
+        audit.state.waiting.store(0, Ordering::Relaxed);
+        audit.note(record("Stop All")).await.unwrap();
+        let gap = loop {
+            if let Some(entry) = audit.from(2, 1).await.unwrap().pop() {
+                break entry.record;
+            }
+        };
+        let act = Act::EntriesLost { entries: 3, from_ms: 60, to_ms: 90 };
+        assert_eq!((gap.act, gap.at_ms, gap.outcome.as_str()), (Some(act.to_value()), 90, "lost"));
+        let began = Instant::now();
+        while audit.is_failing() && began.elapsed() < Duration::from_secs(30) {
+            tokio::task::yield_now().await;
+        }
+        assert_eq!((audit.is_failing(), audit.lost(), audit.waiting()), (false, 3, 0));
+        assert!(audit.verify().await.unwrap().ok);
+    }
+
+    /// One user's entries among those of many others are looked for piece by piece.
+    #[tokio::test]
+    async fn a_search_looks_at_so_many_entries_at_a_time() {
+        let audit = Audit::open(None).unwrap();
+        for n in 0..20 {
+            let user = if n == 1 { "anna" } else { "boris" };
+            audit.note(Record { user: user.into(), ..record("Stop All") }).await.unwrap();
+        }
+        let of =
+            |before| Search { before, user: Some("anna".into()), limit: 9, ..Search::default() };
+        let pages = audit.reads.call(move |db| {
+            let (mut before, mut pages) = (None, Vec::new());
+            loop {
+                let page = find(db, &of(before), 8)?;
+                pages.push((page.found.iter().map(|it| it.n).collect::<Vec<_>>(), page.next));
+                before = page.next;
+                if before.is_none() {
+                    return Ok(pages);
+                }
+            }
+        });
+        let expected = [(vec![], Some(13)), (vec![], Some(5)), (vec![2], None)];
+        assert_eq!(pages.await.unwrap(), expected);
     }
 
     #[tokio::test]

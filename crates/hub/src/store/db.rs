@@ -175,7 +175,8 @@ fn close_to_others(_: &Path) -> Result<(), StoreError> {
 /// Whether the hub writes a file of this name into its folder.
 fn is_ours(name: &str) -> bool {
     let of = |file: &StateFile| name.starts_with(file.name());
-    ["lock", "recordings", "revoked"].contains(&name) || StateFile::ALL.iter().any(of)
+    ["lock", "recordings", "reserve", "reserve.probe", "revoked", "tune"].contains(&name)
+        || StateFile::ALL.iter().any(of)
 }
 
 /// Replaces a file by way of another beside it, whole or not at all: a full disk or a power cut leaves what

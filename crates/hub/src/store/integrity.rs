@@ -10,6 +10,7 @@ use serde::Serialize;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 use utoipa::ToSchema;
 
+use super::db::is_corrupt;
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
 use crate::store::{self, Act, Chain, Head, Loss, Mark, StoreError};
@@ -21,6 +22,8 @@ const PIECE: u32 = 500;
 const STEP: Duration = Duration::from_millis(100);
 /// Steps from one note of the head to the next: 10 s. What is cut off within them does not show.
 const STEPS_TO_NOTE: u64 = 100;
+/// What could not be read is tried again after this time.
+const READ_AGAIN: Duration = Duration::from_secs(10);
 /// Time from the end of a walk along the whole chain to the next.
 const WALK_EVERY: Duration = Duration::from_secs(3600);
 
@@ -165,6 +168,15 @@ impl Hub {
     }
 }
 
+/// Whether an error of reading says something of the disk or the moment, and nothing of what was written.
+fn passes(error: &StoreError) -> bool {
+    match error {
+        StoreError::Sqlite(error @ rusqlite::Error::SqliteFailure(..)) => !is_corrupt(error),
+        StoreError::Sqlite(_) => false,
+        _ => true,
+    }
+}
+
 /// A walk along the chain.
 struct Walk {
     chain: Chain,
@@ -188,7 +200,11 @@ impl Walk {
         let first = self.chain.next();
         let (chain, goes_on) = match hub.audit().walk(self.chain.clone(), PIECE).await {
             Ok(walked) => walked,
-            Err(StoreError::Busy) => return,
+            Err(error) if passes(&error) => {
+                tracing::warn!(%error, "the audit log cannot be read just now");
+                self.rests = Some(Instant::now() + READ_AGAIN);
+                return;
+            }
             // An entry that cannot be read is not the one that was written.
             Err(error) => {
                 tracing::error!(%error, "the audit log cannot be read");
@@ -257,5 +273,26 @@ pub async fn run(hub: Hub) {
         if step.is_multiple_of(STEPS_TO_NOTE * 360) {
             hub.log_head().await;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_that_passes_accuses_no_entry() {
+        use rusqlite::ffi;
+        let of = |code| {
+            let error = rusqlite::Error::SqliteFailure(ffi::Error::new(code), None);
+            passes(&StoreError::Sqlite(error))
+        };
+        for code in [ffi::SQLITE_IOERR, ffi::SQLITE_BUSY, ffi::SQLITE_CANTOPEN, ffi::SQLITE_NOMEM] {
+            assert!(of(code), "{code}");
+        }
+        assert!(!of(ffi::SQLITE_CORRUPT) && !of(ffi::SQLITE_NOTADB));
+        let odd = rusqlite::Error::IntegralValueOutOfRange(0, -1);
+        assert!(!passes(&StoreError::Sqlite(odd)), "an entry that none has written");
+        assert!(passes(&StoreError::Busy));
     }
 }

@@ -251,9 +251,13 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
 /// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
 /// the end of the audit log, as far as that is there.
 pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError> {
+    let known = manifest(folder).is_some_and(|it| it.complete && it.mark.site == site);
     let mut manifest = Manifest { history, ..Manifest::of_this_program() };
     manifest.mark.site = site.to_owned();
-    write(folder, &manifest)?;
+    // A start that is cut off leaves what was noted before it: the next one checks against that.
+    if !known {
+        write(folder, &manifest)?;
+    }
     let (hub, audit) =
         (open_marked(folder, StateFile::Hub, site)?, open_marked(folder, StateFile::Audit, site)?);
     open_marked(folder, StateFile::Events, site)?;
@@ -400,4 +404,38 @@ fn write(folder: &Path, manifest: &Manifest) -> Result<(), StoreError> {
     private(&new)?;
     let text = serde_json::to_string_pretty(manifest).unwrap_or_default();
     Ok(replace(&path, &new, text.as_bytes())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A start that ends before all files are marked, and loses users.
+    #[test]
+    fn a_start_that_is_cut_off_hides_no_loss() {
+        let folder = std::env::temp_dir().join(format!("lafet-cut-{}", std::process::id()));
+        _ = std::fs::remove_dir_all(&folder);
+        let schemas = [
+            ("hub.db", "CREATE TABLE user (name TEXT) STRICT;"),
+            ("audit.db", "CREATE TABLE audit (n INTEGER PRIMARY KEY, hash TEXT) STRICT;"),
+        ];
+        for (name, schema) in schemas {
+            open(Some(&folder), name, schema).unwrap();
+        }
+        mark(&folder, "site", false).unwrap();
+        assert_eq!(examine(&folder, false).unwrap(), (Some("site".into()), vec![]));
+        let (events, aside) = (folder.join("events.db"), folder.join("aside"));
+        std::fs::rename(&events, &aside).unwrap();
+        std::fs::create_dir(&events).unwrap();
+        assert!(mark(&folder, "site", false).is_err(), "it is cut off here");
+        std::fs::remove_dir(&events).unwrap();
+        std::fs::rename(&aside, &events).unwrap();
+        std::fs::remove_file(folder.join("hub.db")).unwrap();
+        let (_, losses) = examine(&folder, false).unwrap();
+        assert!(
+            losses.contains(&Loss { file: StateFile::Hub, fault: Fault::Missing }),
+            "{losses:?}"
+        );
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

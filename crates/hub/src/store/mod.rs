@@ -12,6 +12,7 @@ pub(crate) mod integrity;
 mod mark;
 #[cfg_attr(not(feature = "postgres"), path = "no_postgres.rs")]
 mod postgres;
+pub(crate) mod reserve;
 mod series;
 mod thin;
 mod work;

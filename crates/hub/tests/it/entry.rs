@@ -46,6 +46,41 @@ async fn the_first_start() {
     assert_eq!(session.body["user"], "root");
     let log = site.hub.audit().latest(None, 10, None, None).await.unwrap();
     assert!(log.iter().any(|it| it.record.what == "login" && it.record.user == "root"));
+    let csrf = made.body["csrf"].as_str().unwrap();
+    let own = cookie(&made);
+    let headers = [("Cookie", own.as_str()), ("X-CSRF-Token", csrf)];
+    assert_eq!(site.http("POST", "/api/logout", &headers, "").await.status, 204);
+    until("it is noted", || site.hub.audit().waiting() == 0).await;
+    let log = site.hub.audit().latest(None, 10, None, None).await.unwrap();
+    let of = |what: &str| -> Vec<(String, String)> {
+        let of = log.iter().map(|it| &it.record).filter(|it| it.what == what);
+        of.map(|it| (it.user.clone(), it.outcome.clone())).collect()
+    };
+    let [none, root] = ["", "root"].map(str::to_owned);
+    let tries = [(none, "refused".to_owned()), (root.clone(), "Ok".to_owned())];
+    assert_eq!(of("set up"), tries, "the latest first");
+    assert_eq!(of("logout"), [(root, "Ok".to_owned())]);
+}
+
+/// Without login a proxy on this machine would make every stranger an administrator.
+#[tokio::test]
+async fn without_login_nothing_is_believed_that_a_proxy_passes_on() {
+    let site = Site::open(1).await;
+    let get = async |name: &str, value: &str| {
+        site.http("GET", "/api/monitors", &[(name, value)], "").await.status
+    };
+    for (name, value) in [
+        ("X-Forwarded-For", "127.0.0.1"),
+        ("x-forwarded-proto", "https"),
+        ("X-Real-IP", "127.0.0.1"),
+        ("Forwarded", "for=127.0.0.1"),
+        ("Via", "1.1 proxy"),
+    ] {
+        assert_eq!(get(name, value).await, 401, "{name}");
+        let stop = site.http("POST", "/api/stop", &[(name, value)], "").await;
+        assert_eq!(stop.status, 401, "{name}");
+    }
+    assert_eq!(get("Accept", "*/*").await, 200);
 }
 
 #[tokio::test]
@@ -416,6 +451,36 @@ async fn who_sends_a_whole_body_without_waiting_reads_why_it_is_refused() {
     let stream = authority.connect(site.address, Some("stranger")).await.unwrap();
     let answer = refused_while_sending(stream).await;
     assert!(answer.starts_with("HTTP/1.1 401 "), "{answer}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Its connections outlast it: they may stop, and command nothing.
+#[tokio::test]
+async fn a_certificate_of_a_client_ends() {
+    let folder = std::env::temp_dir().join(format!("lafet-ends-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let authority = Authority::new();
+    let tls = authority.write(&folder);
+    let time = ManualTime::at(1_000_000_000_000);
+    let site = Site::at(1, Clock::Manual(time.clone()), |config| config.tls = Some(tls)).await;
+    let connect = async || authority.connect(site.address, Some("scada")).await.unwrap();
+    let [good, asks, stops, late] =
+        [connect().await, connect().await, connect().await, connect().await];
+    let get = async |stream, path| http_over(stream, "localhost", "GET", path, &[], "").await;
+    let reply = get(good, "/api/session").await;
+    assert_eq!(
+        (reply.status, reply.body["expires_ms"].as_u64() > Some(0)),
+        (200, true),
+        "{reply:?}"
+    );
+    let ends_ms = reply.body["expires_ms"].as_u64().unwrap();
+    time.set_date(ends_ms + 1000);
+    assert_eq!(get(asks, "/api/monitors").await.status, 401);
+    let stop = http_over(stops, "localhost", "POST", "/api/stop", &[], "").await;
+    assert_eq!((stop.status, &stop.body["M1"]["ok"]), (200, &json!(true)), "{stop:?}");
+    time.set_date(ends_ms + 25 * 3_600_000);
+    let stop = http_over(late, "localhost", "POST", "/api/stop", &[], "").await;
+    assert_eq!(stop.status, 401);
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::support::{Site, stays, until};
+use crate::support::{PATIENCE, Site, stays, until};
 
 const VERTICAL: usize = 0;
 
@@ -51,6 +51,55 @@ async fn a_request_that_was_on_its_way_for_too_long_is_refused() {
     assert_eq!(stop["result"]["ok"], true, "what is urgent is never late: {stop}");
     assert!(site.bus.position(0, VERTICAL) < 301.0);
     assert_eq!(operator.ask(ask("Move Vertical 600", 200_000.0)).await["result"]["ok"], true);
+}
+
+/// A network that holds one client's request back while another client stops the monitor.
+#[tokio::test]
+async fn what_was_sent_before_a_stop_is_void_after_it() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let began = tokio::time::Instant::now();
+    let now = || began.elapsed().as_secs_f64() * 1000.0;
+    let up = |t: f64| json!({ "type": "request", "monitor": "M1", "request": "Move Vertical 900", "t": t });
+    let read =
+        |t: f64| json!({ "type": "request", "monitor": "M1", "request": "GetStatus All", "t": t });
+    assert_eq!(operator.ask(read(now())).await["result"]["ok"], true);
+    let sent = now();
+    tokio::time::sleep(Duration::from_millis(200)).await;
+    assert_eq!(site.post("", "/api/monitors/M1/stop", json!({})).await.status, 200);
+    let answer = operator.ask(up(sent)).await;
+    let code = answer["error"]["code"].as_str().unwrap_or_default();
+    // A pause of the machine makes it late besides.
+    assert!(["void", "late"].contains(&code), "{answer}");
+    assert_eq!(site.bus.commanded(0, VERTICAL), 0);
+    // Asked for after the Stop; a pause of the machine may make one late.
+    let started = tokio::time::Instant::now();
+    while operator.ask(up(now())).await["result"]["ok"] != true {
+        assert!(started.elapsed() < PATIENCE);
+    }
+    operator.authority("M1", "release").await;
+
+    // The same over HTTP.
+    let ask = |t: f64| json!({ "request": "Move Vertical 100", "t": t });
+    let place = "/api/monitors/M1/requests";
+    assert_eq!(
+        site.post("", "/api/monitors/M1/authority", json!({ "action": "take" })).await.status,
+        200
+    );
+    let done = async || site.post("", place, ask(now())).await.status == 200;
+    assert!(done().await);
+    let reply = site.post("", place, ask(now() - 2000.0)).await;
+    assert_eq!((reply.status, reply.code()), (409, "late"), "{reply:?}");
+    let sent = now();
+    tokio::time::sleep(Duration::from_millis(200)).await;
+    assert_eq!(site.post("", "/api/stop", json!({})).await.status, 200);
+    let reply = site.post("", place, ask(sent)).await;
+    assert!(["void", "late"].contains(&reply.code()), "{reply:?}");
+    let started = tokio::time::Instant::now();
+    while !done().await {
+        assert!(started.elapsed() < PATIENCE);
+    }
 }
 
 #[tokio::test]

@@ -139,6 +139,24 @@ async fn over_the_websocket() {
     }
 }
 
+/// The writer of the connection may wait for a slow client before it sees that.
+#[tokio::test]
+async fn who_was_removed_commands_nothing_more() {
+    let site = Site::with(1, |_| {}).await;
+    let (id, token) = site.hub.access().add_token(1, "scada", Role::Operator).unwrap();
+    let mut socket = site.ws(&token).await;
+    socket.authority("M1", "take").await;
+    let up = json!({ "type": "request", "monitor": "M1", "request": "Move Vertical 900", "id": 1 });
+    site.hub.access().remove_token(id).unwrap();
+    // As the page sends it, and as a text.
+    let stop = json!({ "type": "request", "monitor": "M1", "request": "Stop All" });
+    assert_eq!(socket.ask(stop).await["result"]["ok"], true, "what is urgent goes through");
+    socket.send(up).await;
+    let closed = socket.next_where(|it| it["type"] == "closed" || it["type"] == "answer").await;
+    assert_eq!(closed["code"], 4401, "{closed}");
+    assert_eq!(site.bus.commanded(0, 0), 0);
+}
+
 #[tokio::test]
 async fn what_restarts_the_monitor_is_sent_for_those_who_may() {
     for (request, role) in [

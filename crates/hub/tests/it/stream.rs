@@ -444,6 +444,39 @@ async fn an_urgent_request_to_a_silent_monitor_is_answered_at_once_and_goes_on()
     }
 }
 
+/// One monitor is silent, and all are stopped again and again: another one is locked out all the same.
+#[tokio::test]
+async fn an_urgent_request_does_not_wait_for_those_before_it() {
+    let site = Site::open(2).await;
+    let mut socket = site.ws("").await;
+    socket.next_of("state").await;
+    site.bus.silence(1);
+    for id in 0..20 {
+        socket.send(json!({ "type": "stop", "id": id })).await;
+    }
+    socket.send(json!({ "type": "lockout", "id": "out", "monitor": "M2" })).await;
+    let began = tokio::time::Instant::now();
+    let (locked_out, given_up) = loop {
+        let log = site.hub.audit().latest(None, 500, None, None).await.unwrap();
+        let first = |monitor: &str, what: &str, asked: bool| {
+            let of = log
+                .iter()
+                .rev()
+                .filter(|it| it.record.monitor == monitor && it.record.what == what);
+            let outcome =
+                |it: &str| if asked { it == "asked" } else { !["asked", "repeated"].contains(&it) };
+            of.filter(|it| outcome(&it.record.outcome)).map(|it| it.n).next()
+        };
+        let both = (first("M2", "Lockout All on", true), first("M1", "Stop All", false));
+        if let (Some(locked_out), Some(given_up)) = both {
+            break (locked_out, given_up);
+        }
+        assert!(began.elapsed() < support::PATIENCE, "{log:?}");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    };
+    assert!(locked_out < given_up, "it has waited for the monitor that is silent");
+}
+
 #[tokio::test]
 async fn a_stop_is_understood_as_far_as_it_can_be_and_the_end_is_told() {
     let site = Site::with(1, |_| {}).await;

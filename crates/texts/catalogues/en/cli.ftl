@@ -540,6 +540,7 @@ fault-memory-write = Memory cannot be written
 folder-shared = { $folder } can be written by other users of this machine and contains files that are not the hub's. Set data to a folder of its own.
 folder-in-use = Another hub uses { $folder }: stop it, or set another data folder for this one.
 cannot-open-storage = cannot open the hub's storage
+hub-failed = a part of the hub has failed, as the log says: it has ended
 cannot-listen-hub = cannot listen on { $listen }
 no-users-yet =
     There are no users yet. Create the first administrator here, once:

@@ -20,6 +20,7 @@ use tokio::time::{sleep, timeout};
 use super::Close;
 use super::frames::show_frames;
 use super::said::{Id, Said, understand};
+use super::writer::ENDED;
 use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
 use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
@@ -37,14 +38,11 @@ use crate::words::{MotionEnd, MotionWord};
 
 /// Requests of a connection that wait for their answers.
 pub const REQUESTS_MAX: usize = 32;
-/// Stop, Close and Lockout that wait for theirs; while there are so many, nothing more is read.
+/// Stop, Close and Lockout that wait for theirs; more are carried out, and have no answer of their own.
 pub const URGENT_MAX: usize = 16;
 
 /// Monitors to which a connection subscribes by name.
 const SUBSCRIBED_MAX: usize = 32;
-
-/// A request that was under way for so much longer than the quickest one is not carried out.
-const LATE: Duration = Duration::from_secs(1);
 
 const TOO_LARGE: (u16, &str) = (1009, "message too large");
 
@@ -83,8 +81,12 @@ impl Reader {
                 _ => continue,
             };
             let said = understand(&text);
-            let urgent =
-                matches!(&said, Ok(Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. }));
+            let urgent = said.as_ref().is_ok_and(is_urgent);
+            // A user who was removed or has another role commands nothing any more, however long the writer
+            // waits for the client before it closes the connection.
+            if !urgent && !self.is_valid() {
+                return Some(ENDED);
+            }
             // What was on its way when another connection took the seat is not carried out.
             if !urgent && !self.has.still() {
                 continue;
@@ -111,6 +113,11 @@ impl Reader {
         None
     }
 
+    /// Whether the session is still good. Memory is asked, no disk.
+    fn is_valid(&self) -> bool {
+        self.hub.access().is_valid(self.hub.clock().steady_ms(), &self.caller.principal)
+    }
+
     async fn heed(&mut self, said: Said) {
         match said {
             Said::Stop { id, monitor: None, .. } => {
@@ -131,8 +138,9 @@ impl Reader {
                 self.urgent(id, &monitor, |_| Ok(vec![MonitorRequest::lockout()?])).await;
             }
             Said::Request { id, monitor, request, t, confirm, save } => {
-                let late = t.is_some_and(|t| !self.delay.is_within(LATE, self.hub.now(), t));
-                self.request(id, &monitor, (&request, late), confirm, save).await;
+                let now = self.hub.now();
+                let longer = t.map(|t| self.delay.longer(now, t).unwrap_or(Duration::MAX));
+                self.request(id, &monitor, (&request, longer), confirm, save).await;
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
@@ -227,8 +235,9 @@ impl Reader {
             Ok(request) => request,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let all = self.hub.overtake_everywhere(&self.caller, &request);
+        // It is carried out all the same; who asks so often at once gets fewer answers.
+        let Ok(turn) = self.urgent_room.clone().try_acquire_owned() else { return };
         let answers = self.answers.clone();
         tokio::spawn(async move {
             let _turn = turn;
@@ -266,9 +275,13 @@ impl Reader {
                 Ok(known) => known,
                 Err(error) => return self.answer(id, Err(error)).await,
             };
-        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let all: Vec<Joined> =
             requests.iter().map(|it| self.hub.urgent(&self.caller, &station, it)).collect();
+        // It is carried out all the same; who asks so often at once learns no more than that.
+        let Ok(turn) = self.urgent_room.clone().try_acquire_owned() else {
+            _ = self.answers.try_send(written(Progress::sent(id, station.id())));
+            return;
+        };
         let (answers, monitor) = (self.answers.clone(), station.id().to_owned());
         tokio::spawn(async move {
             let _turn = turn;
@@ -288,7 +301,7 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        (request, late): (&str, bool),
+        (request, longer): (&str, Option<Duration>),
         confirm: Option<String>,
         save: bool,
     ) {
@@ -303,8 +316,8 @@ impl Reader {
             Ok(known) => known,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        if late {
-            return self.answer(id, Err(ApiError::late())).await;
+        if let Err(error) = self.hub.in_time(&station, &request, longer) {
+            return self.answer(id, Err(error)).await;
         }
         let Ok(turn) = self.room.clone().try_acquire_owned() else {
             let error = ApiError::slow_down(Duration::from_millis(100));
@@ -345,6 +358,17 @@ impl Reader {
                 self.watching.insert(id.clone(), tokio::spawn(show).abort_handle());
             }
         }
+    }
+}
+
+/// Stop, Close and Lockout, also where they are written as a request.
+fn is_urgent(said: &Said) -> bool {
+    match said {
+        Said::Stop { .. } | Said::Close { .. } | Said::Lockout { .. } => true,
+        Said::Request { request, .. } => {
+            MonitorRequest::parse(request).is_ok_and(|it| it.need().urgent)
+        }
+        _ => false,
     }
 }
 

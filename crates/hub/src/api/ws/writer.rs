@@ -24,7 +24,7 @@ const SILENT: Duration = Duration::from_secs(15);
 /// A connection that takes nothing is closed after this time.
 pub const SLOW: Duration = Duration::from_secs(10);
 
-const ENDED: (u16, &str) = (4401, "session ended");
+pub const ENDED: (u16, &str) = (4401, "session ended");
 
 pub struct Writer {
     pub hub: Hub,

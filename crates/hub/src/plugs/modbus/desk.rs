@@ -137,6 +137,8 @@ pub struct Desk {
     tickets: u32,
     /// Counts what makes commands void that are not sent yet.
     voids: u32,
+    /// Urgent requests to each monitor, as they were counted last.
+    stops: [u64; MONITORS],
 }
 
 impl Desk {
@@ -161,6 +163,7 @@ impl Desk {
             opened: [[false; 2]; MONITORS],
             tickets: 0,
             voids: 0,
+            stops: [0; MONITORS],
         };
         desk.renew_keys(random);
         desk
@@ -169,6 +172,17 @@ impl Desk {
     /// What a command is valid with: it is not sent any more once this is another, or none.
     pub fn generation(&self) -> Option<u32> {
         self.heart.live.then_some(self.voids)
+    }
+
+    /// Of each monitor how often it was stopped, closed or locked out so far, from wherever. An opening that was
+    /// on its way meanwhile has a key from before.
+    pub fn stopped(&mut self, counts: &[u64], random: &mut dyn FnMut() -> Option<u64>) {
+        let own = self.stops.iter_mut().zip(&mut self.keys);
+        for ((before, key), count) in own.zip(counts) {
+            if std::mem::replace(before, *count) != *count {
+                *key = random().filter(|it| *it != 0);
+            }
+        }
     }
 
     /// The values of registers.

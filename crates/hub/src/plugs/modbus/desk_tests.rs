@@ -562,3 +562,20 @@ fn the_beginning_of_time_makes_no_difference() {
     assert!(acts.contains(&Act::Lost) && acts.len() > 4);
     assert_eq!(acts, run(Duration::from_secs(1 << 40)));
 }
+
+/// Stopped from elsewhere while an opening is on its way.
+#[test]
+fn an_opening_from_before_a_stop_has_an_old_key() {
+    let mut bench = Bench::live();
+    let block = bench.block(Command::Open.number(), 1, [1, 0, 0, 0]);
+    let other = bench.read(KEYS + 4, 4);
+    let mut next = || Some(77);
+    bench.desk.stopped(&[0, 0], &mut next);
+    assert_eq!(bench.read(KEYS, 4), block[9..], "nothing was stopped");
+    bench.desk.stopped(&[1, 0], &mut next);
+    assert_eq!(what(&bench.write(COMMAND, &block).unwrap()), None);
+    assert_eq!(bench.refusal(), Refusal::Key.number());
+    assert_eq!(bench.read(KEYS + 4, 4), other, "the other monitor was not stopped");
+    let acts = bench.command(Command::Open, 1, [1, 0, 0, 0]);
+    assert_eq!(what(&acts), Some(What::Open(1)));
+}

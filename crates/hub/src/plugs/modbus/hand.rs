@@ -95,6 +95,12 @@ impl Hand {
         PlugSeat { hub: &self.hub, caller: &self.caller }
     }
 
+    /// Of each monitor how often it was stopped, closed or locked out so far, from wherever.
+    pub fn stops(&self) -> Vec<u64> {
+        let count = |id: &String| self.hub.station(id).map_or(0, |it| it.urgent_count());
+        self.ids.iter().map(count).collect()
+    }
+
     /// Carries out what a desk orders.
     pub fn carry_out(&self, desk: &mut Desk, acts: Vec<Act>) {
         let generation = desk.generation().map_or(VOID, u64::from);
@@ -207,6 +213,6 @@ impl Hand {
         let station = self.station(monitor).map_err(|error| Failed::from(&error))?;
         let generation = self.generation.clone();
         let valid = move || own != VOID && generation.load(Ordering::SeqCst) == own;
-        self.seat().commands(&station, what, valid).await
+        self.seat().commands(&station, (what, None), valid).await
     }
 }

@@ -128,6 +128,7 @@ impl Servers {
 /// Listens until the hub ends.
 pub fn start(hub: &Hub) {
     for server in &hub.modbus_servers().0 {
-        tokio::spawn(serve::run(hub.clone(), server.clone()));
+        let (own, server) = (hub.clone(), server.clone());
+        drop(hub.again("a Modbus server", move || serve::run(own.clone(), server.clone())));
     }
 }

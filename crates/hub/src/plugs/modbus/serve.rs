@@ -467,12 +467,14 @@ impl Session {
         access::level(&self.server.config.grants, self.from, unit, first, last)
     }
 
-    fn read(&self, at: usize, first: u16, count: u16) -> Result<Vec<u16>, Exception> {
-        let (unit, desk, hand) = self.desks.get(at).ok_or(Exception::NoPath)?;
-        if self.level(*unit, first, usize::from(count)) == Level::None {
+    fn read(&mut self, at: usize, first: u16, count: u16) -> Result<Vec<u16>, Exception> {
+        let unit = self.desks.get(at).ok_or(Exception::NoPath)?.0;
+        if self.level(unit, first, usize::from(count)) == Level::None {
             return Err(Exception::Address);
         }
-        let operates = self.level(*unit, COMMAND, COMMAND_LEN) == Level::Operator;
+        let operates = self.level(unit, COMMAND, COMMAND_LEN) == Level::Operator;
+        let (_, desk, hand) = self.desks.get_mut(at).ok_or(Exception::NoPath)?;
+        desk.stopped(&hand.stops(), &mut random);
         desk.read(operates, &hand.sight(), first, count)
     }
 
@@ -489,6 +491,7 @@ impl Session {
             return Err(Exception::Address);
         }
         let Some((_, desk, hand)) = self.desks.get_mut(at) else { return Err(Exception::NoPath) };
+        desk.stopped(&hand.stops(), &mut random);
         let sight = hand.sight();
         let mut around = Around {
             now: self.hub.now(),

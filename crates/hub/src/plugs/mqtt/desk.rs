@@ -8,7 +8,8 @@
 //! ```
 //!
 //! A ticket is a random number that is published each second: who sends it has seen it, and the message is no
-//! older. What moves or opens needs one, and authority; an opening needs the key that is offered for this
+//! older: it is void after a Stop, Close or Lockout that came later than its ticket, from wherever, and undoes it.
+//! What moves or opens needs one, and authority; an opening needs the key that is offered for this
 //! monitor at this moment as well.
 
 use std::collections::VecDeque;
@@ -25,6 +26,8 @@ pub type Now = Duration;
 
 /// A ticket is published this often …
 pub const TICKET_EACH: Duration = Duration::from_secs(1);
+/// … after a Stop, Close or Lockout, this long after the one before …
+pub const TICKET_SOON: Duration = Duration::from_millis(100);
 /// … and taken for this time.
 pub const TICKET_LASTS: Duration = Duration::from_secs(3);
 /// Commands at once and per second that are looked at; beyond that only Stop, Close and Lockout.
@@ -83,6 +86,8 @@ pub enum Act {
         what: What,
         /// The client's name for it.
         id: Option<String>,
+        /// When the ticket was published with which it came: it was sent later.
+        since: Option<Now>,
     },
     /// A drive that was sent somewhere stops, if the session holds the monitor still.
     Halt {
@@ -176,6 +181,8 @@ pub struct Desk {
     terms: Terms,
     tickets: VecDeque<(u64, Now)>,
     next_ticket: Now,
+    /// When the last one was published.
+    ticketed: Now,
     keys: Vec<Option<u64>>,
     live: bool,
     heard: Now,
@@ -201,6 +208,7 @@ impl Desk {
             terms,
             tickets: VecDeque::new(),
             next_ticket: now,
+            ticketed: now,
             keys: (0..monitors).map(|_| fresh(random)).collect(),
             live: false,
             heard: now,
@@ -245,7 +253,7 @@ impl Desk {
         }
         self.tickets.retain(|(_, since)| now < *since + TICKET_LASTS);
         if now >= self.next_ticket {
-            self.next_ticket = now + TICKET_EACH;
+            (self.next_ticket, self.ticketed) = (now + TICKET_EACH, now);
             if let Some(ticket) = fresh(random) {
                 self.tickets.push_back((ticket, now));
                 acts.push(Act::Ticket(ticket));
@@ -265,7 +273,7 @@ impl Desk {
     pub fn alive(&mut self, around: &mut Around<'_>, payload: &[u8]) -> (bool, Vec<Act>) {
         let mut acts = self.tick(around.now, around.random);
         let ticket = message::read_alive(payload);
-        let is_new = ticket.is_some_and(|it| self.is_new(it));
+        let is_new = ticket.is_some_and(|it| self.since(it).is_some());
         if is_new {
             self.hear(around.now, &mut acts);
         }
@@ -325,8 +333,9 @@ impl Desk {
         monitor.map_or(0..all, |at| at.min(all)..(at + 1).min(all))
     }
 
-    fn is_new(&self, ticket: u64) -> bool {
-        self.tickets.iter().any(|(own, _)| *own == ticket)
+    /// When a ticket was published; `None`: it is none, or not one of the last seconds.
+    fn since(&self, ticket: u64) -> Option<Now> {
+        self.tickets.iter().find(|(own, _)| *own == ticket).map(|(_, since)| *since)
     }
 
     fn hear(&mut self, now: Now, acts: &mut Vec<Act>) {
@@ -388,13 +397,16 @@ impl Desk {
             self.voids[at] = self.voids[at].wrapping_add(1);
         }
         let reply = Reply::to(heard, &asked, Ok(()));
+        // A ticket with which the next command is taken comes soon, however often it is stopped.
+        self.next_ticket = self.next_ticket.min((self.ticketed + TICKET_SOON).max(now));
         let is_urgent = |it: &&Wait| it.reply.command.is_some_and(Command::is_urgent);
         if self.waits.iter().filter(is_urgent).count() >= URGENT_MAX {
-            acts.push(Act::Do { number: 0, monitor: heard.monitor, what, id: asked.id });
+            let (number, since) = (0, None);
+            acts.push(Act::Do { number, monitor: heard.monitor, what, id: asked.id, since });
             acts.push(Act::Say(Reply { result: Err(Failed::from(Refusal::Late)), ..reply }));
             return;
         }
-        self.accept(now + asked.timeout, reply, what, acts);
+        self.accept(now + asked.timeout, reply, (what, None), acts);
     }
 
     fn other(
@@ -437,7 +449,8 @@ impl Desk {
                     sent.for_each(|(sent, target)| *sent |= target.is_some());
                 }
                 let reply = Reply::to(heard, &asked, Ok(()));
-                self.accept(around.now + asked.timeout, reply, what, acts);
+                let since = asked.ticket.and_then(|it| self.since(it));
+                self.accept(around.now + asked.timeout, reply, (what, since), acts);
             }
             Err(why) => {
                 acts.extend(refused_opening(heard, &asked, why));
@@ -467,7 +480,7 @@ impl Desk {
         if !self.terms.operates {
             return Err(Refusal::Role);
         }
-        if !asked.ticket.is_some_and(|it| self.is_new(it)) {
+        if asked.ticket.and_then(|it| self.since(it)).is_none() {
             return Err(Refusal::Ticket);
         }
         self.hear(around.now, acts);
@@ -497,7 +510,13 @@ impl Desk {
         }
     }
 
-    fn accept(&mut self, until: Now, reply: Reply, what: What, acts: &mut Vec<Act>) {
+    fn accept(
+        &mut self,
+        until: Now,
+        reply: Reply,
+        (what, since): (What, Option<Now>),
+        acts: &mut Vec<Act>,
+    ) {
         self.numbers = self.numbers.wrapping_add(1).max(1);
         let (number, monitor, id) = (self.numbers, reply.monitor, reply.id.clone());
         let mut was_open = false;
@@ -505,7 +524,7 @@ impl Desk {
             was_open = std::mem::replace(&mut self.opened[at][usize::from(valve == 2)], true);
         }
         self.waits.push(Wait { number, until, reply, what, was_open, copies: 0 });
-        acts.push(Act::Do { number, monitor, what, id });
+        acts.push(Act::Do { number, monitor, what, id, since });
     }
 }
 

@@ -570,3 +570,32 @@ fn every_message_has_one_result() {
         }
     }
 }
+
+/// With its ticket a command says since when it may be under way.
+#[test]
+fn a_command_is_not_older_than_its_ticket() {
+    let mut bench = Bench::new(TERMS);
+    bench.pass(1000);
+    let published = bench.now;
+    let ticket = bench.ticket.unwrap();
+    bench.alive(ticket);
+    bench.pass(900);
+    let since = |acts: &[Act]| {
+        acts.iter().find_map(|act| match act {
+            Act::Do { since, .. } => Some(*since),
+            _ => None,
+        })
+    };
+    let acts = bench.open();
+    assert_eq!(since(&acts), Some(Some(published)));
+    bench.done(&acts);
+    let acts = bench.send("stop", json!({}));
+    assert_eq!(since(&acts), Some(None), "a Stop is never too old");
+    let acts = bench.pass(0);
+    assert!(acts.iter().any(|it| matches!(it, Act::Ticket(_))), "the next command needs a new one");
+    let flood = (0..100).filter(|_| {
+        bench.send("stop", json!({}));
+        bench.pass(0).iter().any(|it| matches!(it, Act::Ticket(_)))
+    });
+    assert_eq!(flood.count(), 0, "no more than ten a second");
+}

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use lafet_texts::{Text as _, hub as text};
 use tokio::sync::mpsc;
 
-use super::desk::{Act, Desk};
+use super::desk::{Act, Desk, Now};
 use super::state::State;
 use super::words;
 use crate::command::request::MonitorRequest;
@@ -86,7 +86,9 @@ impl Hand {
 
     fn act(&self, act: Act) -> Option<Act> {
         match act {
-            Act::Do { number, monitor, what, id } => self.order(number, monitor, what, id),
+            Act::Do { number, monitor, what, id, since } => {
+                self.order((number, id), monitor, (what, since));
+            }
             Act::Halt { monitor, axis } => {
                 self.if_held(monitor, MonitorRequest::stop(AXES[axis]));
             }
@@ -154,7 +156,12 @@ impl Hand {
         caller
     }
 
-    fn order(&self, number: u32, monitor: Option<usize>, what: What, id: Option<String>) {
+    fn order(
+        &self,
+        (number, id): (u32, Option<String>),
+        monitor: Option<usize>,
+        (what, since): (What, Option<Now>),
+    ) {
         let hand = Self { caller: self.caller_of(id), ..self.clone() };
         match what {
             What::Authority(command) => {
@@ -174,7 +181,7 @@ impl Hand {
                 let at = monitor.unwrap_or_default();
                 let own = self.generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
                 tokio::spawn(async move {
-                    let result = hand.commands(at, what, own).await;
+                    let result = hand.commands(at, (what, since), own).await;
                     hand.answer(number, result).await;
                 });
             }
@@ -200,13 +207,18 @@ impl Hand {
     }
 
     /// Sends requests, as long as nothing has made them void.
-    async fn commands(&self, at: usize, what: What, own: u64) -> Result<(), Failed> {
+    async fn commands(
+        &self,
+        at: usize,
+        (what, since): (What, Option<Now>),
+        own: u64,
+    ) -> Result<(), Failed> {
         let station = self.station(at).map_err(|error| Failed::from(&error))?;
         let generations = self.generations.clone();
         let now = move || generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
         if own == VOID {
             return Err(Failed::from(Refusal::Void));
         }
-        self.seat().commands(&station, what, move || now() == own).await
+        self.seat().commands(&station, (what, since), move || now() == own).await
     }
 }

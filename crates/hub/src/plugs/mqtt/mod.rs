@@ -157,7 +157,10 @@ impl Brokers {
 /// Connects, until the hub ends.
 pub fn start(hub: &Hub) {
     let brokers = hub.mqtt_brokers();
-    let run = |broker: &Arc<Broker>| tokio::spawn(serve::run(hub.clone(), broker.clone()));
+    let run = |broker: &Arc<Broker>| {
+        let (own, broker) = (hub.clone(), broker.clone());
+        hub.again("a broker", move || serve::run(own.clone(), broker.clone()))
+    };
     *lock(&brokers.tasks) = brokers.all.iter().map(run).collect();
 }
 

@@ -1,0 +1,123 @@
+//! Room that is kept on the disk of the state, so that a hub can start when everything else has filled it.
+//!
+//! A running hub goes on with a full disk; one that starts has to write a little. The reserve is a file; each start that
+//! finds the disk full cuts a piece off it, and one that finds room makes it whole again.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// The file beside the databases.
+pub const RESERVE: &str = "reserve";
+/// Its size, and the pieces that are cut off it, bytes. A start writes less than a piece.
+const RESERVE_BYTES: u64 = 32 << 20;
+const PIECE_BYTES: u64 = 4 << 20;
+/// What a start has to be able to write, bytes.
+const NEEDED_BYTES: usize = 1 << 20;
+
+/// Whether a start needed the reserve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Room {
+    /// There is room.
+    Enough,
+    /// There is what was cut off the reserve.
+    OfReserve,
+    /// There is none: not even a reserve.
+    None,
+}
+
+/// Sees to it that the hub can write what it has to at its start.
+pub fn take(folder: &Path) -> Room {
+    make_room(&folder.join(RESERVE), || probe(folder))
+}
+
+/// Makes the reserve whole, as far as there is room for it.
+pub fn keep(folder: &Path) -> io::Result<()> {
+    let path = folder.join(RESERVE);
+    super::private(&path)?;
+    let mut file = File::options().write(true).open(&path)?;
+    let size = file.metadata()?.len();
+    if size >= RESERVE_BYTES {
+        return Ok(());
+    }
+    // Written and not only reserved: so every file system has the room.
+    io::Seek::seek(&mut file, io::SeekFrom::Start(size))?;
+    let piece = vec![0; 1 << 20];
+    let mut left = RESERVE_BYTES - size;
+    while left > 0 {
+        let part = piece.get(..usize::try_from(left).unwrap_or(usize::MAX).min(piece.len()));
+        let part = part.unwrap_or_default();
+        if let Err(error) = file.write_all(part) {
+            // What the hub itself could have written is not taken from it.
+            file.set_len(size)?;
+            return Err(error);
+        }
+        left -= part.len() as u64;
+    }
+    file.sync_all()
+}
+
+fn make_room(reserve: &Path, mut probe: impl FnMut() -> io::Result<()>) -> Room {
+    let mut room = Room::Enough;
+    while let Err(error) = probe() {
+        let full =
+            matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
+        let file = File::options().write(true).open(reserve);
+        let size = file.as_ref().ok().and_then(|it| it.metadata().ok()).map_or(0, |it| it.len());
+        let cut = |file: File| file.set_len(size.saturating_sub(PIECE_BYTES)).is_ok();
+        if !full || size == 0 || !file.is_ok_and(cut) {
+            return Room::None;
+        }
+        tracing::warn!(
+            left = size.saturating_sub(PIECE_BYTES),
+            "the disk is full: the reserve is used"
+        );
+        room = Room::OfReserve;
+    }
+    room
+}
+
+/// Writes as much as a start does, and removes it.
+fn probe(folder: &Path) -> io::Result<()> {
+    let path = folder.join("reserve.probe");
+    let written = File::create(&path).and_then(|mut file| {
+        file.write_all(&vec![0; NEEDED_BYTES])?;
+        file.sync_data()
+    });
+    let removed = std::fs::remove_file(&path);
+    written.and(removed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_disk_has_room_for_a_start() {
+        let folder = std::env::temp_dir().join(format!("lafet-reserve-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let reserve = folder.join(RESERVE);
+        let size = || std::fs::metadata(&reserve).map_or(0, |it| it.len());
+        assert_eq!((take(&folder), size()), (Room::Enough, 0));
+        keep(&folder).unwrap();
+        assert_eq!((take(&folder), size()), (Room::Enough, RESERVE_BYTES));
+        // Full until a piece is cut off: each start needs one.
+        for start in 1..=RESERVE_BYTES / PIECE_BYTES {
+            let before = size();
+            let full = || match size() < before {
+                true => Ok(()),
+                false => Err(io::ErrorKind::StorageFull.into()),
+            };
+            assert_eq!(make_room(&reserve, full), Room::OfReserve);
+            assert_eq!(size(), RESERVE_BYTES - start * PIECE_BYTES);
+        }
+        assert_eq!(make_room(&reserve, || Err(io::ErrorKind::StorageFull.into())), Room::None);
+        keep(&folder).unwrap();
+        assert_eq!(size(), RESERVE_BYTES, "there is room again");
+        let read_only = || Err(io::ErrorKind::ReadOnlyFilesystem.into());
+        assert_eq!((make_room(&reserve, read_only), size()), (Room::None, RESERVE_BYTES));
+        let names = std::fs::read_dir(&folder).unwrap().count();
+        assert_eq!(names, 1, "nothing else is left");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -294,6 +294,11 @@ impl Line {
         self.sessions.iter_mut().find_map(Session::poll_traced)
     }
 
+    /// Whether frames are recorded.
+    pub const fn is_tracing(&self) -> bool {
+        self.tracing
+    }
+
     /// Switches the recording of frames for [`Line::poll_traced`].
     pub fn set_tracing(&mut self, on: bool) {
         if on == self.tracing {

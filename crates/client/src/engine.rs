@@ -56,17 +56,30 @@ pub struct Job {
     pub first: Option<Ticket>,
     /// Time after which it must not be sent.
     pub expires: Option<Instant>,
+    urgent: bool,
+    read: bool,
 }
 
 impl Job {
+    pub fn new(
+        address: u8,
+        requests: Requests,
+        first: Option<Ticket>,
+        expires: Option<Instant>,
+    ) -> Self {
+        let all = |of: fn(&RequestBuf) -> bool| !requests.is_empty() && requests.iter().all(of);
+        let (urgent, read) = (all(RequestBuf::is_urgent), all(RequestBuf::is_read));
+        Self { address, requests, first, expires, urgent, read }
+    }
+
     /// Whether it is sent before others.
-    pub fn is_urgent(&self) -> bool {
-        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
+    pub const fn is_urgent(&self) -> bool {
+        self.urgent
     }
 
     /// Whether it only reads: whatever comes after it loses nothing.
-    fn is_read(&self) -> bool {
-        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_read)
+    const fn is_read(&self) -> bool {
+        self.read
     }
 }
 

@@ -19,13 +19,14 @@ use lafet_proto::{Answer, RequestId, Status, SubsystemId};
 
 use crate::case;
 use crate::case::Case;
+use crate::client;
 use crate::values::{Drive, ROOM, Whole};
 
 const GET_STATUS: RequestId = RequestId::GET_STATUS;
 const MONITOR: u8 = 1;
 const CONSOLE: u8 = 129;
 
-/// Cases of the codec and of the device.
+/// Cases of the codec, of the device and of the client.
 pub fn cases() -> Vec<Case> {
     let drive = payload(&[drive_answer(&Drive::SAMPLE)]);
     let whole = payload(&whole_answers(&Whole::SAMPLE));
@@ -46,7 +47,7 @@ pub fn cases() -> Vec<Case> {
     let answered = |state: &Asked| state.answer == Drive::SIZE;
     let framed_answer = |state: &Asked| state.answer == Drive::SIZE + 7;
     let all_answered = |state: &Asked| state.answer == Whole::SIZE;
-    vec![
+    let mut cases = vec![
         case!(lafet::drive_decode, drive_size, State::blank(&drive), seen_drive),
         case!(lafet::drive_encode, drive_size, State::new(&drive), made),
         case!(lafet::whole_decode, whole_size, State::blank(&whole), seen_whole),
@@ -59,7 +60,9 @@ pub fn cases() -> Vec<Case> {
         case!(lafet::answer_core, 4, Asked::new(SubsystemId::VERTICAL), answered),
         case!(lafet::answer_framed, 11, Asked::new(SubsystemId::VERTICAL), framed_answer),
         case!(lafet::answer_whole, 4, Asked::new(SubsystemId::ALL), all_answered),
-    ]
+    ];
+    cases.extend(client::cases(&drive_frame));
+    cases
 }
 
 struct State {

@@ -5,6 +5,7 @@
 
 mod callgrind;
 mod case;
+mod client;
 mod gate;
 mod lafet;
 mod page;

@@ -8,7 +8,7 @@ use lafet_bench_report::{Bars, Goals, Table, number, section};
 pub type Figures = BTreeMap<&'static str, (f64, f64, usize)>;
 
 const PEERS: [&str; 7] = ["memcpy", "zerocopy", "deku", "postcard", "prost", "mavlink", "rmodbus"];
-const ROWS: [(&str, &str); 12] = [
+const ROWS: [(&str, &str); 13] = [
     ("drive_decode", "state of a drive, decode"),
     ("drive_encode", "the same, encode"),
     ("whole_decode", "state of 14 subsystems, decode"),
@@ -21,6 +21,7 @@ const ROWS: [(&str, &str); 12] = [
     ("answer_core", "a device answers what state a drive is in: from request to answer"),
     ("answer_framed", "the same with frames and CRC on both sides"),
     ("answer_whole", "a device answers what state it is in, 14 subsystems"),
+    ("exchange", "an exchange of a client's session, from request to answer, without I/O"),
 ];
 
 /// Prints all of it.

@@ -41,8 +41,9 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
                 clock.exchanged(1);
             }
         }
-        "echo" => {
-            let (request, answer) = (vec![0x55; REQUEST], ANSWER);
+        "echo" | "bytes" => {
+            let request = if who == "echo" { vec![0x55; REQUEST] } else { unhex(STATE) };
+            let answer = ANSWER;
             let load = Load { request, answer, connections: 1, outstanding: 1 };
             return load.run(port, seconds).await;
         }
@@ -51,6 +52,9 @@ pub async fn ask(who: &str, port: &str, seconds: &str) -> Outcome {
     println!("{}", clock.figures());
     Ok(())
 }
+
+/// GetStatus Vertical from console 129 to monitor 1.
+pub const STATE: &str = "FFC00181D40D000095E7C0";
 
 /// A connection as it is ten seconds after it was made: no answer to another program can come any more,
 /// so no frame has a number.

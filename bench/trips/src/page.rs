@@ -4,6 +4,7 @@ use std::path::Path;
 
 use lafet_bench_report::{Bars, Goals, Table, number, section};
 
+use crate::ask::STATE;
 use crate::contender::{Contender, Figures, compile, own};
 use crate::serve::ANSWER;
 
@@ -85,12 +86,16 @@ fn contenders(lafet: &Path, folder: &Path) -> Result<Vec<Contender>, String> {
     };
     let lafet = lafet.display().to_string();
     let sim = [&lafet, "sim", "--listen", "tcp://127.0.0.1:PORT"];
+    let echo = [&own[..], "serve", "echo", "PORT"];
     let lafet_bytes = Some((STATE, ANSWER));
     Ok(vec![
-        pair("bare echo", &[&own, "serve", "echo", "PORT"], &[&own, "ask", "echo"], lafet_bytes),
+        pair("bare echo", &echo, &[&own, "ask", "echo"], lafet_bytes),
         pair("lafet", &sim, &[&own, "ask", "lafet"], lafet_bytes),
         pair("lafet, blocking", &sim, &[&own, "ask", "lafet-blocking"], None),
         pair("the same, just connected", &sim, &[&own, "ask", "lafet-blocking-new"], None),
+        pair("bare bytes, asking lafet", &sim, &[&own, "ask", "bytes"], None),
+        pair("lafet, asking the echo", &echo, &[&own, "ask", "lafet"], None),
+        pair("lafet, blocking, asking the echo", &echo, &[&own, "ask", "lafet-blocking"], None),
         pair(
             "tokio-modbus",
             &[&own, "serve", "tokio-modbus", "PORT"],
@@ -107,16 +112,14 @@ fn contenders(lafet: &Path, folder: &Path) -> Result<Vec<Contender>, String> {
     ])
 }
 
-/// GetStatus Vertical from console 129 to monitor 1.
-const STATE: &str = "FFC00181D40D000095E7C0";
-
 fn print(names: &[&str], all: &[[Option<Summary>; COLUMNS]]) {
     let titles = ["one outstanding, its own client", LOADS[0].2, LOADS[1].2];
     let mut columns = vec![String::new()];
     columns.extend(titles.map(String::from));
     let mut table = Table::new(&columns);
     let mut late = Table::new(&columns);
-    let as_above = |name: &str| name.contains("blocking") || name.contains("the same");
+    let as_above =
+        |name: &str| ["blocking", "the same", "asking"].iter().any(|part| name.contains(part));
     let missing = |name: &str| if as_above(name) { "as above" } else { "not all answered" };
     for (name, figures) in names.iter().zip(all) {
         let cell = |i: usize, text: &dyn Fn(Summary) -> String| {

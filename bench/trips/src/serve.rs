@@ -2,6 +2,7 @@
 
 use std::future;
 
+use lafet_proto::{RequestId, SubsystemId, link};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
 use tokio_modbus::prelude::*;
@@ -24,14 +25,25 @@ pub async fn serve(who: &str, port: &str) -> Result<(), String> {
     }
 }
 
-/// As many bytes as a monitor would answer, without looking at any.
+/// The state of a drive at rest, from monitor 1 to console 129.
+fn answer() -> [u8; ANSWER] {
+    let mut record = [0; 4 + 8];
+    record[..4].copy_from_slice(&[RequestId::GET_STATUS.0, SubsystemId::VERTICAL.0, 0, 8]);
+    let (mut frame, mut wire) = ([0; ANSWER], [0; link::wire_max(4 + 8)]);
+    let of = link::Frame { dst: 129, src: 1, payload: &record };
+    let len = link::encode(&of, &mut wire).unwrap_or_default();
+    frame[..len].copy_from_slice(&wire[..len]);
+    frame
+}
+
+/// What a monitor would answer, without a look at what it is asked.
 async fn echo(listener: TcpListener) -> Result<(), String> {
+    let answers: &'static [u8] = answer().repeat(512 / REQUEST + 1).leak();
     loop {
         let (mut stream, _) = listener.accept().await.map_err(|e| e.to_string())?;
         stream.set_nodelay(true).map_err(|e| e.to_string())?;
         tokio::spawn(async move {
             let (mut bytes, mut left) = ([0; 512], 0);
-            let answers = [0x55; 512 / REQUEST * ANSWER + ANSWER];
             while let Ok(count @ 1..) = stream.read(&mut bytes).await {
                 left += count;
                 let wanted = left / REQUEST * ANSWER;

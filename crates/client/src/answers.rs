@@ -210,6 +210,11 @@ impl Answers {
         if all.is_empty() { None } else { Some(Self { to, all }) }
     }
 
+    /// The answer to a request to one subsystem.
+    pub(crate) fn one(to: SubsystemId, answer: AnswerBuf) -> Self {
+        Self { to, all: SmallVec::from_buf([answer]) }
+    }
+
     /// The addressee of the request.
     pub const fn to(&self) -> SubsystemId {
         self.to

@@ -5,10 +5,9 @@ use std::time::Duration;
 use lafet_proto::link::PAYLOAD_MAX;
 use lafet_proto::record::HEADER_SIZE;
 use lafet_proto::{Request, RequestId, Status};
-use smallvec::smallvec;
 use tokio::time::{Instant, sleep_until};
 
-use crate::answers::{Answers, RequestBuf};
+use crate::answers::{Answers, RequestBuf, Requests};
 use crate::client::{Client, not_sent, odd};
 use crate::deviation::Deviation;
 use crate::engine::{Ended, Reply};
@@ -97,7 +96,8 @@ impl Client {
     pub(crate) async fn run_one(&self, request: RequestBuf) -> Result<Answers, Error> {
         let mut first = None;
         loop {
-            let ended = self.exchange(smallvec![request.clone()], first, None).await;
+            let frame = Requests::from_buf([request.clone()]);
+            let ended = self.exchange(frame, first, None).await;
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(self.failure(&request, &ended));
             };

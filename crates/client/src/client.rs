@@ -216,17 +216,14 @@ impl Client {
     }
 
     /// Sends a frame; `None` if the task has ended.
-    pub(crate) async fn exchange(
+    pub(crate) fn exchange(
         &self,
         requests: Requests,
         first: Option<Ticket>,
         expires: Option<Instant>,
-    ) -> Option<Reply> {
-        let job = Job { address: self.address, requests, first, expires };
-        if job.is_urgent() {
-            self.shared.stop_jogs(self.address, &job.requests);
-        }
-        Exchange::new(self.handle.engine(), &self.shared, job).await
+    ) -> Exchange<'_> {
+        let job = Job::new(self.address, requests, first, expires);
+        Exchange::new(self.handle.engine(), &self.shared, job)
     }
 
     fn engine(&self) -> MutexGuard<'_, Engine> {

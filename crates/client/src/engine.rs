@@ -56,17 +56,30 @@ pub struct Job {
     pub first: Option<Ticket>,
     /// Time after which it must not be sent.
     pub expires: Option<Instant>,
+    urgent: bool,
+    read: bool,
 }
 
 impl Job {
+    pub fn new(
+        address: u8,
+        requests: Requests,
+        first: Option<Ticket>,
+        expires: Option<Instant>,
+    ) -> Self {
+        let all = |of: fn(&RequestBuf) -> bool| !requests.is_empty() && requests.iter().all(of);
+        let (urgent, read) = (all(RequestBuf::is_urgent), all(RequestBuf::is_read));
+        Self { address, requests, first, expires, urgent, read }
+    }
+
     /// Whether it is sent before others.
-    pub fn is_urgent(&self) -> bool {
-        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_urgent)
+    pub const fn is_urgent(&self) -> bool {
+        self.urgent
     }
 
     /// Whether it only reads: whatever comes after it loses nothing.
-    fn is_read(&self) -> bool {
-        !self.requests.is_empty() && self.requests.iter().all(RequestBuf::is_read)
+    const fn is_read(&self) -> bool {
+        self.read
     }
 }
 
@@ -315,7 +328,7 @@ impl Engine {
                 self.turn.signal();
                 self.state.up = true;
                 self.changed = true;
-                _ = self.shared.events.send(LinkEvent::Up);
+                self.shared.events.send(LinkEvent::Up);
             }
             Err(error) => self.error = Some(Arc::new(error)),
         }
@@ -336,7 +349,7 @@ impl Engine {
         let signalled = self.turn.take_signal();
         let due = self.due.is_some_and(|due| due <= now);
         if signalled || due {
-            self.line.set_tracing(self.shared.trace.receiver_count() > 0);
+            self.line.set_tracing(self.shared.trace.is_listened_to());
             if signalled {
                 self.flush(now);
                 self.receive(now);
@@ -423,18 +436,20 @@ impl Engine {
                 caller.waker.wake_by_ref();
             }
         }
-        while let Some(traced) = self.line.poll_traced() {
-            _ = self.shared.trace.send(traced);
+        if self.line.is_tracing() {
+            while let Some(traced) = self.line.poll_traced() {
+                self.shared.trace.send(traced);
+            }
         }
         self.report(now);
     }
 
     /// Publishes the statistics of each second while there are listeners.
     fn report(&mut self, now: Now) {
-        if self.shared.events.receiver_count() == 0 {
-            self.meter = None;
-        } else {
+        if self.shared.events.is_listened_to() {
             self.report_to_listeners(now);
+        } else if self.meter.is_some() {
+            self.meter = None;
         }
     }
 
@@ -442,12 +457,12 @@ impl Engine {
     fn report_to_listeners(&mut self, now: Now) {
         if let Some(until) = self.line.held_until(now).filter(|until| *until > self.held) {
             self.held = until;
-            _ = self.shared.events.send(LinkEvent::Held(until - now));
+            self.shared.events.send(LinkEvent::Held(until - now));
         }
         let total = self.line.total();
         let meter = self.meter.get_or_insert_with(|| Meter::new(now, total));
         if let Some(figures) = meter.poll(now, total) {
-            _ = self.shared.events.send(LinkEvent::Statistics(Box::new(figures)));
+            self.shared.events.send(LinkEvent::Statistics(Box::new(figures)));
         }
     }
 
@@ -492,7 +507,7 @@ impl Engine {
         lock(&self.shared.holds).clear();
         self.state = LinkState { up: false, gone: !self.redials, losses: self.state.losses + 1 };
         self.changed = true;
-        _ = self.shared.events.send(LinkEvent::Down(error));
+        self.shared.events.send(LinkEvent::Down(error));
         self.turn.wake_task();
     }
 }

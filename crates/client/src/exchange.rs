@@ -35,6 +35,11 @@ impl Future for Exchange<'_> {
     type Output = Option<Reply>;
 
     fn poll(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Self::Output> {
+        if let State::New(job) = &self.state
+            && job.is_urgent()
+        {
+            self.shared.stop_jogs(job.address, &job.requests);
+        }
         let mut engine = lock(self.engine);
         let ended = match std::mem::replace(&mut self.state, State::Done) {
             State::New(job) => {

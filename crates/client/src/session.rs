@@ -387,6 +387,15 @@ impl Session {
         expiry.into_iter().chain(self.next_timeout(now)).min()
     }
 
+    /// If an answer is awaited and nothing else is to be done: the time until which it is.
+    fn only_awaits(&self) -> Option<Now> {
+        let waits = !self.urgent.is_empty() || !self.queue.is_empty();
+        if waits || !self.connected || self.check.is_probing() {
+            return None;
+        }
+        self.outstanding.as_ref().filter(|outstanding| !outstanding.due).map(|o| o.deadline)
+    }
+
     fn next_timeout(&self, now: Now) -> Option<Now> {
         let waiting = self.urgent.iter().chain(&self.queue);
         if !self.connected {

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
@@ -49,11 +50,55 @@ impl LinkState {
     pub(crate) const CONNECTED: Self = Self { up: true, gone: false, losses: 0 };
 }
 
+/// A channel to listeners, of which there are usually none.
+#[derive(Debug)]
+pub struct Listened<T> {
+    sender: broadcast::Sender<T>,
+    /// There may be listeners. To count them takes a lock, which each exchange would pay for.
+    perhaps: AtomicBool,
+}
+
+impl<T: Clone> Listened<T> {
+    fn new(waiting_max: usize) -> Self {
+        Self { sender: broadcast::Sender::new(waiting_max), perhaps: AtomicBool::new(false) }
+    }
+
+    pub fn subscribe(&self) -> broadcast::Receiver<T> {
+        let listener = self.sender.subscribe();
+        self.perhaps.store(true, Ordering::SeqCst);
+        listener
+    }
+
+    /// Whether there are listeners. Not to be called by two threads at once.
+    #[inline]
+    pub fn is_listened_to(&self) -> bool {
+        self.perhaps.load(Ordering::SeqCst) && self.count()
+    }
+
+    #[cold]
+    fn count(&self) -> bool {
+        if self.sender.receiver_count() == 0 {
+            self.perhaps.store(false, Ordering::SeqCst);
+        }
+        // One that subscribed in between has been counted by now, or will say so itself.
+        let any = self.sender.receiver_count() > 0;
+        if any {
+            self.perhaps.store(true, Ordering::SeqCst);
+        }
+        any
+    }
+
+    /// Sends to the listeners, if there are any.
+    pub fn send(&self, value: T) {
+        _ = self.sender.send(value);
+    }
+}
+
 /// What the engine publishes, and state of all handles.
 #[derive(Debug)]
 pub struct Shared {
-    pub trace: broadcast::Sender<Traced>,
-    pub events: broadcast::Sender<LinkEvent>,
+    pub trace: Listened<Traced>,
+    pub events: Listened<LinkEvent>,
     pub state: watch::Sender<LinkState>,
     pub jogs: Mutex<Vec<Weak<Held>>>,
     /// Addresses of monitors that have MoveHold, as far as known from this connection.
@@ -67,8 +112,8 @@ type Feeds = HashMap<(u8, Vec<u8>), Weak<Feed>>;
 impl Default for Shared {
     fn default() -> Self {
         Self {
-            trace: broadcast::Sender::new(TRACE_MAX),
-            events: broadcast::Sender::new(EVENTS_MAX),
+            trace: Listened::new(TRACE_MAX),
+            events: Listened::new(EVENTS_MAX),
             state: watch::Sender::new(LinkState::CONNECTED),
             jogs: Mutex::default(),
             holds: Mutex::default(),
@@ -90,6 +135,7 @@ impl Shared {
     }
 
     /// Ends motions held by this client that an urgent request stops.
+    #[cold]
     pub fn stop_jogs(&self, address: u8, requests: &[RequestBuf]) {
         let jogs: Vec<Arc<Held>> = lock(&self.jogs).iter().filter_map(Weak::upgrade).collect();
         for jog in jogs {
@@ -107,7 +153,56 @@ pub fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Barrier;
+
     use super::*;
+
+    #[test]
+    fn listeners_are_noticed_whenever_they_come_and_go() {
+        let channel = Listened::new(4);
+        assert!(!channel.is_listened_to());
+        let first = channel.subscribe();
+        assert!(channel.is_listened_to());
+        let second = first.resubscribe();
+        drop(first);
+        assert!(channel.is_listened_to());
+        drop(second);
+        assert!(!channel.is_listened_to());
+        let mut third = channel.subscribe();
+        assert!(channel.is_listened_to());
+        channel.send(7);
+        assert_eq!(third.try_recv(), Ok(7));
+        drop(third);
+        assert!(!channel.is_listened_to());
+    }
+
+    /// One that subscribes while another thread counts is noticed by the next look.
+    #[test]
+    fn a_listener_that_comes_while_others_are_counted_is_noticed() {
+        const ROUNDS: usize = 5000;
+        let channel = Listened::<u8>::new(1);
+        let (start, end) = (Barrier::new(2), Barrier::new(2));
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for _ in 0..ROUNDS {
+                    start.wait();
+                    let listener = channel.subscribe();
+                    end.wait();
+                    end.wait();
+                    drop(listener);
+                }
+            });
+            for round in 0..ROUNDS {
+                // As one that has gone leaves it.
+                channel.perhaps.store(true, Ordering::SeqCst);
+                start.wait();
+                _ = channel.is_listened_to();
+                end.wait();
+                assert!(channel.is_listened_to(), "round {round}");
+                end.wait();
+            }
+        });
+    }
 
     /// Threads may publish in another order than the states had.
     #[test]

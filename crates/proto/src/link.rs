@@ -473,14 +473,12 @@ impl<const N: usize, C: Tally> Decoder<N, C> {
     /// Call it again with the rest until it returns no frame: then all were taken.
     pub fn push_slice(&mut self, bytes: &[u8]) -> (usize, Option<Frame<'_>>) {
         let mut taken = 0;
-        while let Some(rest @ [byte, ..]) = bytes.get(taken..) {
+        while let Some(rest) = bytes.get(taken..) {
             if self.state == State::Inside {
-                let run = self.store_run(rest);
-                taken += run;
-                if run > 0 {
-                    continue;
-                }
+                taken += self.store_run(rest);
             }
+            // Behind a run is a byte that ends it, or one for which there is no room.
+            let Some(byte) = bytes.get(taken) else { break };
             taken += 1;
             if self.take(*byte) {
                 return (taken, self.last());

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 
 use lafet_proto::Request;
 use lafet_proto::link::WIRE_MAX;
-use smallvec::smallvec;
 
 use crate::answers::{Answers, RequestBuf, Requests};
 use crate::batch::{fits, well_formed};
@@ -116,7 +115,7 @@ impl Direct {
         let request = RequestBuf::new(request)?;
         let mut first = None;
         loop {
-            let ended = Some(self.exchange(smallvec![request.clone()], first));
+            let ended = Some(self.exchange(Requests::from_buf([request.clone()]), first));
             let Some(Ok(Ended { outcome: Outcome::Answered(slots), ticket, .. })) = ended else {
                 return Err(failure(&self.name, &request, &ended));
             };

@@ -140,7 +140,8 @@ impl Line {
             return;
         }
         let mut bytes = &*bytes;
-        while let Some(frame) = self.input.take(&mut bytes, None) {
+        while !bytes.is_empty() {
+            let Some(frame) = self.input.take(&mut bytes, None) else { return };
             self.handle_frame(now, &frame);
         }
     }
@@ -167,6 +168,17 @@ impl Line {
         if self.rests() {
             return None;
         }
+        if let [session] = &*self.sessions
+            && self.bus.rests()
+            && let Some(deadline) = session.only_awaits()
+        {
+            debug_assert_eq!(self.timeout_of_all(now), Some(deadline));
+            return Some(deadline);
+        }
+        self.timeout_of_all(now)
+    }
+
+    fn timeout_of_all(&self, now: Now) -> Option<Now> {
         let rests = (now < self.absent_from).then_some(self.absent_from);
         let (mut next, mut haste) = (self.bus_timeout(now), None);
         let mut at = |time: Option<Now>| next = next.into_iter().chain(time).min();
@@ -222,34 +234,45 @@ impl Line {
             return false;
         }
         let count = self.sessions.len();
+        if count == 1 {
+            return self.transmit_session(0, now, wire);
+        }
         // After each monitor that did not or may not answer, one that answers has its turn: the one
         // heard most recently, because when many stop answering at once, the others only seem to
         // answer.
         let doubtful = self.last.is_some_and(|(index, was)| was || !self.is_present(index));
-        let by_presence = if doubtful && count > 1 { self.by_presence() } else { Vec::new() };
+        let by_presence = if doubtful { self.by_presence() } else { Vec::new() };
         for step in 0..count {
             let index = by_presence.get(step).copied().unwrap_or((self.turn + step) % count);
-            if count > 1 && self.wants(&self.sessions[index], now) != Some(haste) {
+            if self.wants(&self.sessions[index], now) != Some(haste) {
                 continue;
             }
-            let session = &mut self.sessions[index];
-            let (absent, present) = (session.can_wait(), session.is_present());
-            if !session.transmit(now, wire) {
+            let present = self.is_present(index);
+            if !self.transmit_session(index, now, wire) {
                 continue;
-            }
-            if absent && let Some((sent, until)) = session.occupies(now) {
-                self.absent_from = now + (until - sent) * ABSENT_SHARE;
             }
             // The rotation continues where it was left for a monitor that answers.
             if !(doubtful && present) {
                 self.turn = (index + 1) % count;
             }
-            self.last = Some((index, !present));
-            self.granted = false;
-            self.echo.sent(wire);
             return true;
         }
         false
+    }
+
+    fn transmit_session(&mut self, index: usize, now: Now, wire: &mut Vec<u8>) -> bool {
+        let session = &mut self.sessions[index];
+        let (absent, present) = (session.can_wait(), session.is_present());
+        if !session.transmit(now, wire) {
+            return false;
+        }
+        if absent && let Some((sent, until)) = session.occupies(now) {
+            self.absent_from = now + (until - sent) * ABSENT_SHARE;
+        }
+        self.last = Some((index, !present));
+        self.granted = false;
+        self.echo.sent(wire);
+        true
     }
 
     /// Indexes of all sessions, that of the monitor heard most recently first.
@@ -269,6 +292,11 @@ impl Line {
     /// The next recorded frame.
     pub fn poll_traced(&mut self) -> Option<Traced> {
         self.sessions.iter_mut().find_map(Session::poll_traced)
+    }
+
+    /// Whether frames are recorded.
+    pub const fn is_tracing(&self) -> bool {
+        self.tracing
     }
 
     /// Switches the recording of frames for [`Line::poll_traced`].

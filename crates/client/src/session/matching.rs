@@ -20,6 +20,19 @@ pub type Slots = SmallVec<[Slot; 1]>;
 /// Assigns the answers of a frame to its requests, in order (§1); `None` if the frame cannot answer
 /// these requests.
 pub fn deal(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Slots> {
+    if let ([request], [record]) = (requests, records)
+        && !request.is_group()
+    {
+        single(request, records)?;
+        let answer = Answers::one(request.to(), AnswerBuf::new(record));
+        let slots = Slots::from_buf([Slot::Answered(answer)]);
+        debug_assert_eq!(deal_out(requests, records).as_ref(), Some(&slots));
+        return Some(slots);
+    }
+    deal_out(requests, records)
+}
+
+fn deal_out(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Slots> {
     let mut rest = records;
     let mut full = false;
     let mut slots = Slots::with_capacity(requests.len());

@@ -32,7 +32,7 @@ pub struct Operation {
     /// The caller does not wait for the outcome any more.
     pub cancelled: bool,
     /// Deviation of an answer of the monitor to it, over any connection.
-    pub odd: Option<Deviation>,
+    pub odd: Option<Box<Deviation>>,
     /// Request of an answer that has neither the tag nor any recent request.
     pub stray: Option<RequestId>,
 }
@@ -118,7 +118,7 @@ impl Operation {
 
     /// The outcome without an acceptable answer.
     pub fn unanswered(&self) -> Outcome {
-        let odd = self.odd.clone().map(|what| Outcome::Odd { what });
+        let odd = self.odd.as_deref().cloned().map(|what| Outcome::Odd { what });
         odd.unwrap_or(Outcome::Silence { tries: self.tries, stray: self.stray })
     }
 

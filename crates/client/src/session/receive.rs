@@ -63,7 +63,8 @@ impl Session {
         let Some(slots) = deal(&outstanding.operation.requests, rest) else {
             // With the tag, or without doubt, it must be the answer.
             if now >= outstanding.believe_from {
-                outstanding.operation.odd = mismatch(&outstanding.operation.requests, rest);
+                let odd = mismatch(&outstanding.operation.requests, rest);
+                outstanding.operation.odd = odd.map(Box::new);
             }
             return (self.classify(&all), tagged, bytes);
         };

@@ -1,10 +1,8 @@
 //! Transmission: which frame is sent when.
 
-use lafet_proto::link::{Check, Frame};
-use smallvec::SmallVec;
+use lafet_proto::link::{self, Check};
 
-use super::check::{Forms, encode};
-use super::input::PAYLOAD_USUAL;
+use super::check::Forms;
 use super::late_answers::{Tag, looks_like_tag};
 use super::medium::{Addresses, Framing};
 use super::operation::{Echo, Haste, Operation, Outstanding};
@@ -40,7 +38,7 @@ impl Session {
             return sends;
         }
         if self.outstanding.is_none() {
-            self.outstanding = self.next(now);
+            self.take_next(now);
         }
         let Some(outstanding) = self.outstanding.as_ref().filter(|o| o.due) else { return false };
         let (form, wait) = (self.next_form(outstanding), self.wait(&outstanding.operation));
@@ -84,47 +82,74 @@ impl Session {
     /// Encodes the outstanding frame.
     fn encode(&mut self, form: Check, wire: &mut Vec<u8>) {
         let Some(outstanding) = &self.outstanding else { return };
-        let (operation, tag) = (&outstanding.operation, outstanding.tag.map(Tag::to_bytes));
-        let tagged = tag.is_some();
-        let mut payload = SmallVec::<[u8; PAYLOAD_USUAL]>::new();
+        let requests = &outstanding.operation.requests;
+        let size: usize = requests.iter().map(|request| request.bytes().len()).sum();
+        let tag = outstanding.tag.map(Tag::to_bytes);
         let ends = outstanding.tag_ends(self.config.framing);
-        if let Some(tag) = tag.filter(|_| !ends) {
-            payload.extend_from_slice(&tag);
-        }
-        for request in &operation.requests {
-            payload.extend_from_slice(request.bytes());
-        }
-        if let Some(tag) = tag.filter(|_| ends) {
-            payload.extend_from_slice(&tag);
-        }
-        let Addresses { monitor: dst, source: src } = self.config.addresses;
-        match self.config.framing {
-            Framing::Records => {
-                wire.clear();
-                wire.extend_from_slice(&payload);
+        let (first, last) = if ends { (None, tag.as_ref()) } else { (tag.as_ref(), None) };
+        let size = size + tag.map_or(0, |tag| tag.len());
+        // Written where it is sent.
+        let fill = |place: &mut [u8]| {
+            let mut rest = place.get_mut(..size)?;
+            let mut put = |part: &[u8]| {
+                let (start, others) = std::mem::take(&mut rest).split_at_mut_checked(part.len())?;
+                start.copy_from_slice(part);
+                rest = others;
+                Some(())
+            };
+            if let Some(tag) = first {
+                put(tag)?;
             }
-            Framing::Link => encode(form, &Frame { dst, src, payload: &payload }, wire),
-        }
+            requests.iter().try_for_each(|request| put(request.bytes()))?;
+            if let Some(tag) = last {
+                put(tag)?;
+            }
+            Some(size)
+        };
+        let Addresses { monitor: dst, source: src } = self.config.addresses;
+        wire.clear();
+        let len = match self.config.framing {
+            Framing::Records => {
+                wire.resize(size, 0);
+                fill(wire)
+            }
+            Framing::Link => {
+                wire.resize(link::wire_max(size), 0);
+                link::compose(form, dst, src, wire, fill)
+            }
+        };
+        wire.truncate(len.unwrap_or(0));
         if self.traced.is_some() {
-            let requests: Vec<&[u8]> = operation.requests.iter().map(RequestBuf::bytes).collect();
-            self.trace(Verdict::Sent, dst, src, tagged, &requests.concat());
+            self.trace_sent();
         }
     }
 
-    /// The next operation, if it may be sent now.
-    pub(super) fn next(&mut self, now: Now) -> Option<Outstanding> {
+    #[cold]
+    fn trace_sent(&mut self) {
+        let Some(outstanding) = &self.outstanding else { return };
+        let requests = outstanding.operation.requests.iter().map(RequestBuf::bytes);
+        let (bytes, tagged) = (requests.collect::<Vec<_>>().concat(), outstanding.tag.is_some());
+        let Addresses { monitor: dst, source: src } = self.config.addresses;
+        self.trace(Verdict::Sent, dst, src, tagged, &bytes);
+    }
+
+    /// Makes the next operation the outstanding one, if it may be sent now.
+    fn take_next(&mut self, now: Now) {
         let place = self.first_queued();
-        let operation = self.urgent.front().or(self.queue.get(place))?;
-        let sure = Doubt { asks: false, tag: None, believe_from: Now::ZERO };
-        let doubtful = self.is_doubtful(now, operation);
-        let doubt = if doubtful { self.doubt(now, place)? } else { sure };
+        let Some(operation) = self.urgent.front().or(self.queue.get(place)) else { return };
+        let mut doubt = Doubt { asks: false, tag: None, believe_from: Now::ZERO };
+        if self.is_doubtful(now, operation) {
+            let Some(found) = self.doubt(now, place) else { return };
+            doubt = found;
+        }
         let Doubt { asks, tag, believe_from } = doubt;
         let operation = match self.urgent.is_empty() {
-            _ if asks => Operation::question(now),
-            true => self.queue.remove(place)?,
-            false => self.urgent.pop_front()?,
+            _ if asks => Some(Operation::question(now)),
+            true if place == 0 => self.queue.pop_front(),
+            true => self.queue.remove(place),
+            false => self.urgent.pop_front(),
         };
-        Some(Outstanding {
+        self.outstanding = operation.map(|operation| Outstanding {
             operation,
             tag,
             tries: 0,
@@ -134,7 +159,7 @@ impl Session {
             believe_from,
             untagged: false,
             forms: Forms::default(),
-        })
+        });
     }
 
     /// How the next operation, which is in doubt, is sent; `None`: it waits.

@@ -8,3 +8,4 @@ mod lead;
 mod links;
 #[cfg(unix)]
 mod serial;
+mod wakes;

@@ -25,7 +25,7 @@ pub enum Boot {
 /// Decides what to start, verifies it, and stores what has to be remembered.
 ///
 /// It writes the record alone, and only when a trial begins or ends or the active image no longer
-/// verifies. A trial that cannot be noted is not begun, unless there is nothing else
+/// verifies. A trial that cannot be noted is not started, unless there is nothing else
 /// to start.
 pub fn boot<F: NorFlash>(memory: &mut Memory<F>, board: &Board<'_>) -> Boot {
     let verify = |memory: &mut Memory<F>, recorded: &Recorded| {

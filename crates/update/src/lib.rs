@@ -26,6 +26,7 @@ mod decide;
 mod hash;
 mod image;
 mod memory;
+mod orders;
 mod receive;
 mod record;
 mod refusal;

@@ -186,7 +186,7 @@ impl<F: NorFlash> Memory<F> {
         self.start_of(slot).saturating_add(at as u32)
     }
 
-    /// Makes the header of a slot anew, with the marks of the first pages.
+    /// Makes the header of a slot again, with the marks of the first pages.
     pub(crate) fn begin(
         &mut self,
         slot: Slot,

@@ -73,6 +73,10 @@ pub struct Receiver<'a, F> {
     received: u32,
     failed: bool,
     on_trial: bool,
+    /// A press at the board is in force.
+    pub(crate) pressed: bool,
+    /// Why the last order was refused; 0 after one that was not.
+    pub(crate) reason: u8,
 }
 
 impl<'a, F: NorFlash> Receiver<'a, F> {
@@ -83,7 +87,20 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             matches!(memory.record(), Recorded::Known(Record { other: Other::Failed, .. }));
         let on_trial = started.trial;
         let (state, image, received) = (State::Idle, None, 0);
-        Self { memory, board, started, layout, state, image, received, failed, on_trial }
+        let (pressed, reason) = (false, 0);
+        Self {
+            memory,
+            board,
+            started,
+            layout,
+            state,
+            image,
+            received,
+            failed,
+            on_trial,
+            pressed,
+            reason,
+        }
     }
 
     /// The flash and the record.
@@ -99,6 +116,12 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     /// Ends it.
     pub fn into_memory(self) -> Memory<F> {
         self.memory
+    }
+
+    /// Whether a press at the board is in force, which allows an image that is not newer to be
+    /// started by an order. The board says so, for as long as a person beside it would expect.
+    pub const fn set_pressed(&mut self, pressed: bool) {
+        self.pressed = pressed;
     }
 
     /// The slot that is being written.
@@ -169,12 +192,12 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     /// # Errors
     ///
     /// [`Refusal::NotBegun`]; [`Refusal::Misplaced`], and nothing has changed; [`Refusal::Flash`],
-    /// and the image has to be begun again.
+    /// and the image has to be started again.
     pub fn data(&mut self, offset: u32, bytes: &[u8]) -> Result<u32, Refusal> {
         let (State::Receiving, Some((header, _))) = (&self.state, self.image) else {
             return Err(Refusal::NotBegun);
         };
-        let end = offset as usize + bytes.len();
+        let end = (offset as usize).saturating_add(bytes.len());
         let whole = !bytes.is_empty() && bytes.len().is_multiple_of(UNIT);
         if offset != self.received || !whole || end > header.size as usize {
             return Err(Refusal::Misplaced);
@@ -232,7 +255,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     ///
     /// # Errors
     ///
-    /// [`Refusal::Hash`], [`Refusal::Flash`]: the image is no longer there, and has to be begun
+    /// [`Refusal::Hash`], [`Refusal::Flash`]: the image is no longer there, and has to be started
     /// again.
     pub fn poll(&mut self) -> Result<(), Refusal> {
         let slot = self.target();

@@ -252,7 +252,7 @@ fn a_worn_page() {
     assert_eq!(app.report().started.version, Version([5, 0, 0, 0]));
 }
 
-/// An image that was written anew between its verification and now is not committed twice.
+/// An image that was written again between its verification and now is not committed twice.
 #[test]
 fn beginning_again_takes_back_a_commit() {
     let mut app = app();

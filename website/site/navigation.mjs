@@ -65,6 +65,7 @@ export const GROUPS = [
       page('board-stm32f103', 'The board stm32f103', 'Плата stm32f103'),
       page('footprint', 'Flash and RAM', 'Флеш-память и ОЗУ'),
       page('storage', 'Parameters and power cuts', 'Параметры и пропадание питания'),
+      page('update', 'Update over the link', 'Обновление по линии связи'),
       page('c', 'lafet for C', 'lafet для C'),
       page('questions', 'Open questions of the document', 'Открытые вопросы документа'),
     ],

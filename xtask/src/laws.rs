@@ -7,7 +7,7 @@ use crate::run;
 use crate::source::{self, File};
 
 /// Crates that run inside the monitor: no_std, no unsafe, no panicking path.
-const CORE: [&str; 3] = ["ballistics", "proto", "device"];
+const CORE: [&str; 4] = ["ballistics", "proto", "device", "update"];
 /// The files that contain the protocol's numbers.
 const IDS: [&str; 2] = ["crates/proto/src/id.rs", "crates/proto/src/bus.rs"];
 /// Bytes of the document that the tester sends: these must not come from proto.

@@ -15,6 +15,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-place", &["lafet-ballistics", "lafet-texts"]),
     ("lafet-device", &["lafet-ballistics", "lafet-proto"]),
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
+    ("lafet-update", &["lafet-device", "lafet-proto"]),
     (
         "lafet-sim",
         &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],

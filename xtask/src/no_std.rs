@@ -7,8 +7,16 @@ use crate::run::{StepResult, cargo, output, root, show};
 use crate::{TaskResult, flag, setup};
 
 pub const TARGET: &str = "thumbv7m-none-eabi";
-const CRATES: [&str; 6] =
-    ["--package", "lafet-ballistics", "--package", "lafet-proto", "--package", "lafet-device"];
+const CRATES: [&str; 8] = [
+    "--package",
+    "lafet-ballistics",
+    "--package",
+    "lafet-proto",
+    "--package",
+    "lafet-device",
+    "--package",
+    "lafet-update",
+];
 
 /// Debian's Rust, which includes the sources of `core`, and a linker, which it lacks.
 const DEBIAN_PACKAGES: [&str; 4] =

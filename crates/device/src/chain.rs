@@ -177,6 +177,10 @@ impl Device {
             self.stop_unanswered(now, record, by);
             return;
         }
+        #[cfg(feature = "update")]
+        if request == RequestId::UPDATE && self.software.is_present() {
+            return self.update(record, answers);
+        }
         if let Some(status) = self.general_refusal(request, record.data) {
             return answers.bare(SubsystemId::GENERAL, request, status);
         }

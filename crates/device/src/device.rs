@@ -57,6 +57,8 @@ pub struct Device {
     last_step: Millis,
     /// A request since the last step was not GetStatus.
     pub(crate) disturbed: bool,
+    #[cfg(feature = "update")]
+    pub(crate) software: crate::software::Updating,
 }
 
 impl Device {
@@ -99,6 +101,8 @@ impl Device {
             settling: Timer::default(),
             last_step: Millis::default(),
             disturbed: false,
+            #[cfg(feature = "update")]
+            software: crate::software::Updating::default(),
             params: Params::BLANK,
             drives: Drive::all(),
             valves: Valve::both(),
@@ -146,6 +150,8 @@ impl Device {
         self.buttons.power_up(first);
         self.ext_buttons.power_up(second);
         self.settling.start(now, guard::SETTLE_MS);
+        #[cfg(feature = "update")]
+        self.wake_software(hal);
         let (_, detector, env) = self.programs();
         detector.sense(&env);
     }
@@ -246,6 +252,8 @@ impl Device {
         self.causes = causes;
         self.params.poll_retry(now);
         self.store(now, hal);
+        #[cfg(feature = "update")]
+        self.step_software(now, dt_ms, hal);
         if let Some(reset) = self.general.poll_reset(now) {
             self.reset(now, reset, hal);
         }

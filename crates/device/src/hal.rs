@@ -2,6 +2,8 @@
 
 use crate::guard::Passed;
 use crate::image::Inputs;
+#[cfg(feature = "update")]
+use lafet_proto::update::{Order, Report};
 
 /// The hardware under the monitor. `step` alone uses it; `handle` never does.
 pub trait Hal: Storage {
@@ -15,6 +17,27 @@ pub trait Hal: Storage {
     /// Resets the program (§3.12, §3.19): the caller of `step` builds a new `Device` before the
     /// next step. Outputs have been made inert before.
     fn reset(&mut self);
+
+    /// The part of the board that updates its software over the link (ours), where it has one.
+    #[cfg(feature = "update")]
+    fn software(&mut self) -> Option<&mut dyn Software> {
+        None
+    }
+}
+
+/// Updates the software (ours): `lafet-update` has it. It is asked for nothing but in `step`, while
+/// the monitor is locked out and everything rests; an order may take as long as flash takes to be
+/// erased.
+#[cfg(feature = "update")]
+pub trait Software {
+    /// Carries an order out; what became of it is in the report.
+    fn perform(&mut self, order: &Order<'_>);
+
+    /// Goes on with what takes longer, a little in each step.
+    fn poll(&mut self);
+
+    /// How far it is.
+    fn report(&self) -> Report;
 }
 
 /// Non-volatile memory (ЭНОЗУ) as a small map from keys to values.

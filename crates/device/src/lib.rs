@@ -35,6 +35,8 @@ mod inputs;
 mod math;
 pub mod params;
 pub mod port;
+#[cfg(feature = "update")]
+mod software;
 pub mod store;
 pub mod subsystem;
 pub mod time;

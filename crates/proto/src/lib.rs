@@ -42,6 +42,7 @@ pub mod record;
 pub mod request;
 pub mod status;
 pub mod text;
+pub mod update;
 
 pub use answer::Answer;
 pub use error::{DecodeError, Expected};

@@ -87,6 +87,12 @@ impl Deployer {
         self.position == Position::Deployed
     }
 
+    /// In standby, and not about to leave it.
+    #[cfg(feature = "update")]
+    pub(crate) fn is_wrapped(&self) -> bool {
+        self.position == Position::Wrapped
+    }
+
     /// Between the two, or about to be.
     pub fn is_moving(&self) -> bool {
         matches!(self.position, Position::Deploying | Position::Resting | Position::Folding)

@@ -1,0 +1,156 @@
+//! Update of the software (ours; docs/update.md): who may, when, and what is answered.
+//!
+//! `handle` keeps one order, `step` has the board carry it out: a request never touches the flash.
+
+use crate::answers::Answers;
+use crate::device::Device;
+use crate::hal::Hal;
+use crate::image::ValveNo;
+use crate::subsystem::general::Reset;
+use crate::time::Millis;
+use lafet_proto::answer::Reply;
+use lafet_proto::update::{KEY, ORDER_MAX, Order, Phase, Report};
+use lafet_proto::{Answer, Expected, Record, Status, SubsystemId};
+
+/// How long an image on trial waits to be confirmed before it restarts, which leads back to the old
+/// one, ms.
+pub const TRIAL_MS: u32 = 180_000;
+
+/// What the monitor knows of the update of its software.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Updating {
+    /// As of the last step; `None` without a board that updates.
+    report: Option<Report>,
+    /// The order that the next step carries out.
+    held: [u8; ORDER_MAX],
+    held_len: u8,
+    /// The last order was not carried out, as the monitor was no longer in a state for it.
+    dropped: bool,
+    on_trial_ms: u32,
+}
+
+impl Default for Updating {
+    fn default() -> Self {
+        Self { report: None, held: [0; ORDER_MAX], held_len: 0, dropped: false, on_trial_ms: 0 }
+    }
+}
+
+impl Updating {
+    pub(crate) const fn is_present(&self) -> bool {
+        self.report.is_some()
+    }
+
+    pub(crate) fn is_on_trial(&self) -> bool {
+        self.report.is_some_and(|report| report.trial)
+    }
+
+    fn report(&self) -> Report {
+        let report = Report { waits: self.held_len > 0, ..self.report.unwrap_or_default() };
+        let reason = if self.dropped { Report::NOT_READY } else { report.reason };
+        Report { reason, ..report }
+    }
+
+    fn hold(&mut self, data: &[u8]) {
+        if let Some(place) = self.held.get_mut(..data.len()) {
+            place.copy_from_slice(data);
+            self.held_len = data.len() as u8;
+        }
+    }
+}
+
+impl Device {
+    /// Standby, locked out, everything closed and at rest, on a good supply.
+    fn may_update(&self) -> bool {
+        let stowed = !self.has(SubsystemId::DEPLOYER) || self.deployer.is_wrapped();
+        let mut valves = self.valves.iter().zip(&ValveNo::ALL);
+        let closed = valves.all(|(valve, no)| !self.has(no.id()) || valve.is_closed());
+        let rests = self.outputs().is_still() && !self.general.has_bad_power();
+        self.general.is_locked() && stowed && closed && rests
+    }
+
+    /// Answers an order. It passes the lockout, as it requires it.
+    #[inline(never)]
+    pub(crate) fn update(&mut self, record: &Record<'_>, answers: &mut Answers<'_>) {
+        let Record { request, device: to, data, .. } = *record;
+        let general = SubsystemId::GENERAL;
+        match to {
+            SubsystemId::GENERAL => {}
+            SubsystemId::ALL | SubsystemId::MOTORS => {
+                return answers.bare(general, request, Status::WRONG_REQUEST);
+            }
+            to if self.has(to) => return answers.bare(to, request, Status::WRONG_REQUEST),
+            to => return answers.bare(to, request, Status::MODULE_NOT_EXIST),
+        }
+        if !answers.has_room(general, request, lafet_proto::update::REPORT_LEN) {
+            return;
+        }
+        let (order, key) = match Order::decode(data) {
+            Ok(decoded) => decoded,
+            Err(error) if error.expected == Expected::Size => {
+                return answers.bare(general, request, Status::WRONG_DATA);
+            }
+            Err(_) => return answers.bare(general, request, Status::INVALID_VALUE),
+        };
+        let status = self.take_order(&order, key, data);
+        let bytes = self.software.report().to_bytes();
+        answers.push(&Answer { from: general, request, status, data: Reply::Raw(&bytes) });
+    }
+
+    fn take_order(&mut self, order: &Order<'_>, key: u16, data: &[u8]) -> Status {
+        let report = self.software.report();
+        let misplaced = match order {
+            Order::State => return Status::OK,
+            Order::Data { offset, .. } => {
+                report.phase != Phase::RECEIVING || *offset != report.received
+            }
+            _ => false,
+        };
+        if key != KEY {
+            Status::NEED_CONFIRM
+        } else if self.general.is_restarting() || report.waits {
+            Status::BUSY
+        } else if !self.may_update() {
+            Status::DENIED
+        } else if misplaced {
+            Status::INVALID_VALUE
+        } else {
+            self.software.hold(data);
+            Status::ACCEPTED
+        }
+    }
+
+    /// What is on trial stays locked out until it is confirmed.
+    pub(crate) fn wake_software(&mut self, hal: &mut impl Hal) {
+        self.software.report = hal.software().map(|software| software.report());
+        if self.software.is_on_trial() {
+            self.general.set_locked(true);
+        }
+    }
+
+    /// Carries out what was accepted, and restarts what has been committed or was not confirmed.
+    pub(crate) fn step_software(&mut self, now: Millis, dt_ms: u32, hal: &mut impl Hal) {
+        let ready = self.may_update() && !self.general.is_restarting();
+        let Updating { report, held, held_len, dropped, on_trial_ms } = &mut self.software;
+        let Some(software) = hal.software() else {
+            (*report, *held_len) = (None, 0);
+            return;
+        };
+        let order = held.get(..usize::from(*held_len)).unwrap_or_default();
+        let order = Order::decode(order).ok().map(|(order, _)| order);
+        *held_len = 0;
+        if let Some(order) = order {
+            *dropped = !ready;
+            if ready {
+                software.perform(&order);
+            }
+        }
+        software.poll();
+        let seen = software.report();
+        *on_trial_ms = if seen.trial { on_trial_ms.saturating_add(dt_ms) } else { 0 };
+        let over = seen.phase == Phase::COMMITTED || *on_trial_ms >= TRIAL_MS;
+        *report = Some(seen);
+        if over && !self.general.is_restarting() {
+            self.general.schedule(now, Reset::Restart);
+        }
+    }
+}

@@ -157,6 +157,7 @@ export default {
   'events.fault_older': 'an older copy, or cut short',
   'events.fault_changed': 'changed from outside',
   'events.fault_emptied': 'emptied',
+  'events.fault_malformed': 'cannot be read; kept under another name',
   'events.chain_broken': 'The audit log was changed at entry {n}',
   'events.zone_started': 'Zones: the controller started',
   'events.zone_silenced': 'Zones: the sounders are silenced',

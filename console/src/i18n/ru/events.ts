@@ -157,6 +157,7 @@ export default {
   'events.fault_older': 'более старая копия либо файл обрезан',
   'events.fault_changed': 'изменён извне',
   'events.fault_emptied': 'очищен',
+  'events.fault_malformed': 'не читается; сохранён под другим именем',
   'events.chain_broken': 'Журнал аудита изменён на записи {n}',
   'events.zone_started': 'Зоны: контроллер запущен',
   'events.zone_silenced': 'Зоны: звук отключён',

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
@@ -221,6 +221,47 @@ pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connectio
     opened.map_err(|error| StoreError::File(path, error))
 }
 
+/// Moves a file of the state aside, with what SQLite has beside it. Nothing is deleted or overwritten: the
+/// new name has the time, and a number if there is one of that time.
+///
+/// # Errors
+/// The folder does not let it: nothing was moved, or SQLite's own files alone.
+pub fn set_aside(path: &Path) -> std::io::Result<PathBuf> {
+    let now = time::OffsetDateTime::now_utc();
+    let (date, hour) = (now.date(), now.time());
+    let stamp = format!(
+        "{}{:02}{:02}T{:02}{:02}{:02}Z",
+        date.year(),
+        u8::from(date.month()),
+        date.day(),
+        hour.hour(),
+        hour.minute(),
+        hour.second()
+    );
+    let with = |path: &Path, end: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(end);
+        PathBuf::from(name)
+    };
+    let is_free = |it: &PathBuf| ["", "-wal", "-shm"].iter().all(|end| !with(it, end).exists());
+    let named = |number: u32| match number {
+        1 => with(path, &format!(".spoilt-{stamp}")),
+        _ => with(path, &format!(".spoilt-{stamp}-{number}")),
+    };
+    let aside = (1..).map(named).find(is_free).unwrap_or_default();
+    // Last the file itself: as long as it is there the next start finds it and goes on.
+    for end in ["-wal", "-shm", ""] {
+        match std::fs::rename(with(path, end), with(&aside, end)) {
+            Err(error) if end.is_empty() || error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(error);
+            }
+            _ => {}
+        }
+    }
+    tracing::error!(file = %path.display(), aside = %aside.display(), "put aside");
+    Ok(aside)
+}
+
 /// As [`open`]; a corrupt file is moved aside: the hub works without its contents.
 pub fn open_or_begin_anew(
     folder: Option<&Path>,
@@ -229,12 +270,8 @@ pub fn open_or_begin_anew(
 ) -> Result<Connection, StoreError> {
     match (open(folder, name, schema), folder) {
         (Err(StoreError::File(path, error)), Some(_)) if is_corrupt(&error) => {
-            let aside = path.with_extension("db.spoilt");
-            tracing::error!(file = %path.display(), aside = %aside.display(), %error, "put aside");
-            std::fs::rename(&path, &aside)?;
-            for rest in ["db-wal", "db-shm"] {
-                _ = std::fs::remove_file(path.with_extension(rest));
-            }
+            tracing::error!(file = %path.display(), %error, "cannot be read");
+            set_aside(&path)?;
             open(folder, name, schema)
         }
         (opened, _) => opened,
@@ -245,6 +282,21 @@ pub fn open_or_begin_anew(
 pub fn is_corrupt(error: &rusqlite::Error) -> bool {
     use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
     matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase))
+}
+
+/// As [`is_corrupt`], or it is one of another program: tables, columns or values are not those of the hub.
+pub fn is_malformed(error: &rusqlite::Error) -> bool {
+    use rusqlite::Error;
+    let other = matches!(error.sqlite_error_code(), Some(rusqlite::ErrorCode::Unknown));
+    let value = matches!(
+        error,
+        Error::InvalidColumnType(..)
+            | Error::FromSqlConversionFailure(..)
+            | Error::IntegralValueOutOfRange(..)
+            | Error::InvalidColumnName(_)
+            | Error::Utf8Error(..)
+    );
+    other || value || is_corrupt(error)
 }
 
 /// An error that says so.
@@ -415,8 +467,21 @@ mod tests {
         assert!(error.contains("a.db: ") && error.contains("not a database"), "{error}");
         let anew = open_or_begin_anew(Some(&folder), "b.db", schema).unwrap();
         anew.execute("INSERT INTO t VALUES (1)", []).unwrap();
-        assert!(folder.join("b.db.spoilt").is_file());
         drop(anew);
+        // A second time at once: the first one stays.
+        std::fs::write(folder.join("b.db"), "spoilt again").unwrap();
+        std::fs::write(folder.join("b.db-wal"), "its log").unwrap();
+        set_aside(&folder.join("b.db")).unwrap();
+        let mut kept: Vec<String> = std::fs::read_dir(&folder)
+            .unwrap()
+            .map(|it| it.unwrap().path())
+            .filter(|it| it.file_name().unwrap().to_string_lossy().starts_with("b.db.spoilt-2"))
+            .filter(|it| it.is_file())
+            .map(|it| std::fs::read_to_string(it).unwrap())
+            .collect();
+        kept.sort();
+        let first = "no database, and never was".repeat(100);
+        assert_eq!(kept, ["its log".to_owned(), first, "spoilt again".to_owned()]);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -63,16 +63,19 @@ pub struct Integrity {
 
 impl Integrity {
     /// Looks at the files before they are opened; refuses when users or the audit log are lost and
-    /// that is not accepted.
+    /// that is not accepted. What cannot be read is moved aside.
     pub fn examine(config: &Config) -> Result<Self, StoreError> {
         let Some(folder) = config.data.clone() else { return Ok(Self::default()) };
         let history = config.postgres.is_none();
-        let (site, losses) = store::examine(&folder, history)?;
+        let (site, mut losses) = store::examine(&folder, history)?;
         let accepted = |loss: &Loss| config.accept_lost.contains(&loss.file);
         let grave: Vec<Loss> =
             losses.iter().filter(|it| it.is_grave() && !accepted(it)).cloned().collect();
         if !grave.is_empty() {
             return Err(StoreError::Lost(grave));
+        }
+        for loss in &mut losses {
+            loss.set_aside(&folder)?;
         }
         let site = match site {
             Some(site) => site,

@@ -378,6 +378,8 @@ state-foreign = { $name } does not belong to this site: it is from another folde
 state-cut = { $name } was cut or is an older copy: { $found } instead of at least { $noted } entries.
 state-changed = { $name } was changed: entry { $n } is not the one that was noted.
 state-no-users = { $name } has no user, although there were users.
+state-malformed = { $name } cannot be read: { $error }.
+state-set-aside = { $name } could not be read: { $error }. It is kept as { $aside }; a new one takes its place.
 
 # PostgreSQL.
 no-postgres = This lafet is built without PostgreSQL.

@@ -378,6 +378,8 @@ state-foreign = { $name } не от этого объекта: он из дру�
 state-cut = { $name } укорочен или это старая копия: записей { $found }, должно быть не менее { $noted }.
 state-changed = { $name } изменён: запись { $n } не та, что была отмечена.
 state-no-users = { $name } без пользователей, хотя они были.
+state-malformed = { $name } не читается: { $error }.
+state-set-aside = { $name } не читался: { $error }. Он сохранён под именем { $aside }, на его месте новый.
 
 # PostgreSQL.
 no-postgres = Этот lafet собран без PostgreSQL.

@@ -136,6 +136,7 @@ impl Server {
         _ = timeout(FAREWELL, hub.audit().note(hub.record_of_end())).await;
         _ = timeout(FAREWELL, hub.note_state()).await;
         hub.log_head().await;
+        hub.settle().await;
     }
 }
 

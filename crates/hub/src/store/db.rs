@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use lafet_client::SystemError;
 use lafet_texts::{Argument, Lang, Shown, Text, hub as text};
@@ -17,6 +18,11 @@ use crate::text::Both;
 
 /// Work that may wait for the disk; more is refused.
 const QUEUE_MAX: usize = 1024;
+
+/// A connection waits so long for another one.
+const BUSY_WAIT: Duration = Duration::from_secs(5);
+/// A checkpoint waits so long for a connection that reads.
+const CHECKPOINT_WAIT: Duration = Duration::from_secs(2);
 
 type Work = Box<dyn FnOnce(&mut Connection) + Send>;
 
@@ -299,6 +305,24 @@ pub fn is_malformed(error: &rusqlite::Error) -> bool {
     other || value || is_corrupt(error)
 }
 
+/// Moves everything from SQLite's log into the database, so that a copy of the file alone is whole.
+///
+/// # Errors
+/// The disk does not take it, or another connection is reading for longer than [`CHECKPOINT_WAIT`].
+pub fn checkpoint(db: &Connection) -> Result<(), rusqlite::Error> {
+    db.busy_timeout(CHECKPOINT_WAIT)?;
+    let query = "PRAGMA wal_checkpoint(TRUNCATE)";
+    let busy = db.query_row(query, [], |row| row.get::<_, i64>(0));
+    db.busy_timeout(BUSY_WAIT)?;
+    match busy? {
+        0 => Ok(()),
+        _ => {
+            let code = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_BUSY);
+            Err(rusqlite::Error::SqliteFailure(code, Some("it is being read".to_owned())))
+        }
+    }
+}
+
 /// An error that says so.
 pub fn said_corrupt(what: &str) -> rusqlite::Error {
     let code = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_CORRUPT);
@@ -308,7 +332,7 @@ pub fn said_corrupt(what: &str) -> rusqlite::Error {
 fn prepare(connection: Connection, schema: &str) -> Result<Connection, rusqlite::Error> {
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "foreign_keys", true)?;
-    connection.busy_timeout(std::time::Duration::from_secs(5))?;
+    connection.busy_timeout(BUSY_WAIT)?;
     connection.execute_batch(TABLE)?;
     connection.execute_batch(schema)?;
     let format: u32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
@@ -350,6 +374,11 @@ impl Db {
         ask(&self.reading, work).await
     }
 
+    /// As [`checkpoint`], after what was asked before.
+    pub async fn checkpoint(&self) -> Result<(), StoreError> {
+        self.call(|db| checkpoint(db)).await
+    }
+
     /// Does something, and waits for nothing; `false`: it was not taken.
     pub fn post(&self, work: impl FnOnce(&mut Connection) + Send + 'static) -> bool {
         !matches!(
@@ -362,7 +391,7 @@ impl Db {
 fn reader(path: &str) -> Result<Connection, rusqlite::Error> {
     let reader = Connection::open(path)?;
     reader.pragma_update(None, "query_only", true)?;
-    reader.busy_timeout(std::time::Duration::from_secs(5))?;
+    reader.busy_timeout(BUSY_WAIT)?;
     Ok(reader)
 }
 

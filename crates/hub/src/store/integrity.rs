@@ -12,9 +12,11 @@ use utoipa::ToSchema;
 
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
-use crate::store::{self, Act, Chain, Head, Loss, Mark, StoreError};
+use crate::store::{self, Act, Chain, Head, Loss, Mark, StateFile, StoreError};
 use crate::sync::lock;
 
+/// The longest time for the files at the end.
+const SETTLE: Duration = Duration::from_secs(5);
 /// Entries that are looked at in one step.
 const PIECE: u32 = 500;
 /// Time between two steps: a walk takes a few per cent of a processor.
@@ -150,6 +152,36 @@ impl Hub {
         written.await.map_err(|_| StoreError::Busy)??;
         *lock(&self.integrity().noted) = now;
         Ok(())
+    }
+
+    /// Moves what the databases have in SQLite's logs into their files: a copy of each file alone is
+    /// whole then. Takes [`SETTLE`] at most; what did not get so far is in the log beside the file as
+    /// before, and nothing is lost.
+    pub async fn settle(&self) {
+        let own = self.clone();
+        let users = async move {
+            let settled = tokio::task::spawn_blocking(move || own.access().checkpoint()).await;
+            settled.map_err(|_| StoreError::Busy)?
+        };
+        let history = self.history().settle();
+        let said = |file: StateFile, settled: Result<(), StoreError>| {
+            if let Err(error) = settled {
+                tracing::warn!(file = file.name(), %error, "a part stays in the log beside it");
+            }
+        };
+        let all = async {
+            let (hub, audit, events, history) =
+                tokio::join!(users, self.audit().settle(), self.events().settle(), history);
+            said(StateFile::Hub, hub);
+            said(StateFile::Audit, audit);
+            said(StateFile::Events, events);
+            said(StateFile::History, history);
+        };
+        if tokio::time::timeout(SETTLE, all).await.is_err() {
+            tracing::warn!(
+                "the disk is slow: a part of the state stays in the logs beside the files"
+            );
+        }
     }
 
     /// Writes the head of the audit log into the program's own log, which is kept elsewhere.

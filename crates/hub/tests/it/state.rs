@@ -262,6 +262,45 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
     }
 }
 
+/// After a clean end a copy of the databases without SQLite's logs has everything.
+#[tokio::test]
+async fn a_clean_end_leaves_everything_in_the_files() {
+    let (folder, alone) = (folder("settled"), folder("settled-alone"));
+    let own = folder.clone();
+    let config = Config {
+        data: Some(own),
+        listen: "127.0.0.1:0".parse().unwrap(),
+        login: false,
+        ..Config::default()
+    };
+    let hub = Hub::new(config, Clock::System, json!({})).unwrap();
+    let (end, ending) = tokio::sync::oneshot::channel::<()>();
+    let server = lafet_hub::Server::bind(hub.clone()).await.unwrap();
+    let served = tokio::spawn(server.serve(async { _ = ending.await }));
+    hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    hub.audit().note(hub.record_of_end()).await.unwrap();
+    hub.event(None, &lafet_hub::text::Both::same("it has happened"));
+    hub.history().note(1_000, "M1", "pressure", 5.0);
+    drop(end);
+    served.await.unwrap();
+    // The hub is there and has its files open, as in a program that is about to exit.
+    fs::create_dir_all(&alone).unwrap();
+    let count = |name: &str, query: &str| {
+        let log = fs::metadata(folder.join(format!("{name}-wal"))).map_or(0, |it| it.len());
+        assert_eq!(log, 0, "{name} has a log");
+        fs::copy(folder.join(name), alone.join(name)).unwrap();
+        let db = Connection::open(alone.join(name)).unwrap();
+        db.query_row(query, [], |row| row.get::<_, i64>(0)).unwrap()
+    };
+    assert_eq!(count("hub.db", "SELECT COUNT(*) FROM user"), 1);
+    assert_eq!(count("audit.db", "SELECT COUNT(*) FROM audit"), 2, "what was noted, and the end");
+    assert!(count("events.db", "SELECT COUNT(*) FROM event") >= 1);
+    assert!(count("history.db", "SELECT COUNT(*) FROM raw") >= 1);
+    drop(hub);
+    _ = fs::remove_dir_all(folder);
+    _ = fs::remove_dir_all(alone);
+}
+
 #[tokio::test]
 async fn a_folder_of_an_earlier_version_is_taken_over() {
     let folder = folder("earlier");

@@ -256,3 +256,43 @@ fn water_taken_over_before_a_restart_ends_in_its_time_and_keeps_its_pumps() {
     assert_eq!(end[0], (40_000, "Close north".to_owned()));
     assert_eq!(of(&end, "Pump p1"), ["Pump p1 off"]);
 }
+
+/// A test keeps votes dry, never a person: the release ends the test, also where votes have released dry before,
+/// and from a station as from a console.
+#[test]
+fn a_release_by_hand_is_wet_in_a_test_too() {
+    for votes_before in [false, true] {
+        for station in [false, true] {
+            let mut hall = Hall::new();
+            hall.hand(Hand::Mode { zone: zone(), mode: Mode::TestDry, for_s: Some(600) });
+            if votes_before {
+                hall.fire();
+                hall.wait(20_000);
+                assert_eq!(hall.phase(), Phase::Released { automatic: true, wet: false });
+            }
+            let released = if station {
+                hall.press("station", false);
+                hall.press("station", true);
+                hall.now += 50;
+                hall.site.step(hall.now)
+            } else {
+                hall.hand(Hand::Release { zone: zone() })
+            };
+            let all = orders(&released);
+            assert!(all.contains(&"Engage north None".to_owned()), "{votes_before} {all:?}");
+            assert_eq!(hall.phase(), Phase::Released { automatic: false, wet: true });
+            let over = Entry::Mode { zone: zone(), mode: Mode::Automatic, returns_in_ms: None };
+            assert!(released.records.iter().any(|it| it.entry == over), "{released:?}");
+            // The time of the test ends nothing any more.
+            hall.monitors(Valve::Open);
+            assert!(of(&hall.wait(700_000), "Close").is_empty());
+        }
+    }
+    // What is stronger than a hand stays so.
+    let mut hall = Hall::new();
+    hall.hand(Hand::Mode { zone: zone(), mode: Mode::TestDry, for_s: None });
+    hall.hand(Hand::Lockout { on: true });
+    let refused = hall.hand(Hand::Release { zone: zone() });
+    assert_eq!(refusal(&refused), Some(Refusal::Lockout));
+    assert_eq!(hall.site.state().zones[0].mode, Mode::TestDry);
+}

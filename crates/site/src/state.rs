@@ -297,7 +297,8 @@ pub enum Trouble {
     DetectorStuck,
     /// A path is at fault.
     Path,
-    /// A release contact was pressed when it was first read.
+    /// A release contact was pressed when it was first read, or a hold contact before the alarm or for longer
+    /// than a countdown may be held.
     ContactStuck,
     /// A monitor does not answer.
     MonitorUnreachable,

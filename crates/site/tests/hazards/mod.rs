@@ -296,3 +296,44 @@ fn a_release_by_hand_is_wet_in_a_test_too() {
     assert_eq!(refusal(&refused), Some(Refusal::Lockout));
     assert_eq!(hall.site.state().zones[0].mode, Mode::TestDry);
 }
+
+/// A hold that was pressed before the alarm is a stuck contact, which would delay each fire.
+#[test]
+fn a_stuck_hold_is_a_trouble_and_holds_nothing() {
+    let mut hall = Hall::new();
+    hall.press("hold", true);
+    hall.wait(1000);
+    hall.fire();
+    assert!(!hall.has(Trouble::ContactStuck, true), "nothing is held yet");
+    let all = hall.wait(15_000);
+    assert!(hall.has(Trouble::ContactStuck, true));
+    assert!(all.contains(&(16_000, "Engage north Some(60000)".to_owned())), "{all:?}");
+    hall.press("hold", false);
+    hall.wait(1000);
+    assert!(hall.has(Trouble::ContactStuck, false));
+    // Pressed for longer than a countdown may be held it is a trouble without any fire too.
+    let mut hall = Hall::new();
+    hall.press("hold", true);
+    hall.wait(19_999);
+    assert!(!hall.has(Trouble::ContactStuck, true));
+    hall.wait(1);
+    assert!(hall.has(Trouble::ContactStuck, true));
+    // One detector is in alarm: who presses then means it.
+    let mut hall = Hall::new();
+    hall.sees("flame", Signal::Alarm);
+    hall.wait(1000);
+    hall.press("hold", true);
+    hall.wait(1000);
+    hall.sees("heat", Signal::Alarm);
+    hall.wait(6000);
+    assert_eq!(hall.phase(), Phase::Held);
+    assert!(!hall.has(Trouble::ContactStuck, true));
+    // A person at a console holds, whatever the contact does.
+    let mut hall = Hall::new();
+    hall.press("hold", true);
+    hall.wait(1000);
+    hall.fire();
+    hall.hand(Hand::Hold { zone: zone(), on: true });
+    hall.wait(6000);
+    assert_eq!(hall.phase(), Phase::Held);
+}

@@ -318,6 +318,8 @@ pub enum Trouble {
     NoPressure,
     /// A released zone has no monitor.
     NoMonitor,
+    /// A released zone has fewer monitors at work than its `jets`.
+    FewJets,
 }
 
 impl Trouble {
@@ -339,6 +341,7 @@ impl Trouble {
             Self::PumpFailed => text::TroublePumpFailed.words(),
             Self::NoPressure => text::TroubleNoPressure.words(),
             Self::NoMonitor => text::TroubleNoMonitor.words(),
+            Self::FewJets => text::TroubleFewJets.words(),
         }
     }
 }

@@ -229,6 +229,7 @@ export default {
   'events.zone_trouble_pump_failed': 'pump has failed',
   'events.zone_trouble_no_pressure': 'no pressure',
   'events.zone_trouble_no_monitor': 'no monitor can serve the zone',
+  'events.zone_trouble_few_jets': 'fewer monitors at work than the zone wants',
   'events.change_role': 'role {role}',
   'events.change_password': 'new password',
   'events.sim_automatic': 'Simulation: the operator of the scenario acts',

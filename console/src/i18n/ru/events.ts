@@ -229,6 +229,7 @@ export default {
   'events.zone_trouble_pump_failed': 'насос неисправен',
   'events.zone_trouble_no_pressure': 'нет давления',
   'events.zone_trouble_no_monitor': 'зону некому обслуживать',
+  'events.zone_trouble_few_jets': 'работает меньше стволов, чем нужно зоне',
   'events.change_role': 'роль {role}',
   'events.change_password': 'новый пароль',
   'events.sim_automatic': 'Имитация: действует оператор сценария',

@@ -337,3 +337,22 @@ fn a_stuck_hold_is_a_trouble_and_holds_nothing() {
     hall.wait(6000);
     assert_eq!(hall.phase(), Phase::Held);
 }
+
+#[test]
+fn fewer_jets_than_wanted_is_a_trouble() {
+    let mut hall = Hall::with(|config| config.zones[0].jets = Some(2));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.monitors(Valve::Open);
+    assert!(!hall.has(Trouble::FewJets, true));
+    hall.monitor("north", MonitorReport { reachable: false, ..OPEN });
+    assert!(hall.has(Trouble::FewJets, true) && !hall.has(Trouble::NoMonitor, true));
+    hall.monitor("south", MonitorReport { reachable: false, ..OPEN });
+    assert!(hall.has(Trouble::NoMonitor, true) && !hall.has(Trouble::FewJets, true));
+    hall.monitors(Valve::Open);
+    assert!(hall.has(Trouble::FewJets, false));
+    // Without `jets`, as with enough of them, there is none.
+    let mut hall = Hall::with(|config| config.zones[0].jets = Some(1));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.monitor("north", MonitorReport { reachable: false, ..OPEN });
+    assert!(!hall.has(Trouble::FewJets, true));
+}

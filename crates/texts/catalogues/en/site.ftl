@@ -39,6 +39,7 @@ trouble-pump-overdue = a pump is not reported as ordered
 trouble-pump-failed = a pump gives no pressure
 trouble-no-pressure = no pump gives pressure
 trouble-no-monitor = no monitor can serve a released zone
+trouble-few-jets = fewer monitors at work than the zone wants
 
 out-of-range = { $key } = { $value } is out of range.
 out-of-range-remedy = Write { $least } to { $most }.

@@ -39,6 +39,7 @@ trouble-pump-overdue = выполнение команды насосом не �
 trouble-pump-failed = насос не создаёт давления
 trouble-no-pressure = ни один насос не создаёт давления
 trouble-no-monitor = нет ствола для зоны с пуском
+trouble-few-jets = в зоне работает меньше стволов, чем нужно
 
 out-of-range = { $key } = { $value } вне диапазона.
 out-of-range-remedy = Укажите от { $least } до { $most }.

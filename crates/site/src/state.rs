@@ -57,7 +57,7 @@ pub struct ZoneState {
     pub need: Option<u16>,
     /// Detectors without a vote.
     pub unable: Vec<Voteless>,
-    /// It would release by itself if there were votes.
+    /// It would release by itself if there were votes: with a monitor, its valve and its pumps.
     pub ready: bool,
     /// Until the release, ms, if nothing holds it.
     pub left_ms: Option<u64>,

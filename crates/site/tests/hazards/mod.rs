@@ -356,3 +356,41 @@ fn fewer_jets_than_wanted_is_a_trouble() {
     hall.monitor("north", MonitorReport { reachable: false, ..OPEN });
     assert!(!hall.has(Trouble::FewJets, true));
 }
+
+#[test]
+fn a_zone_without_its_pumps_valve_or_supply_is_not_ready() {
+    let ready = |hall: &Hall| hall.site.state().zones[0].ready;
+    let path = |hall: &mut Hall, id: &str, fault: bool| {
+        let fault = fault.then_some(PathFault::Open);
+        hall.event(Event::Path { path: id.to_owned(), fault });
+    };
+    let mut hall = Hall::with(|config| config.paths = vec!["main".to_owned()]);
+    assert!(ready(&hall));
+    for id in ["p1", "zone-valve", "main"] {
+        if id == "p1" {
+            // The pump in reserve takes its place.
+            path(&mut hall, id, true);
+            assert!(ready(&hall), "p3 is there");
+            path(&mut hall, "p2", true);
+            assert!(!ready(&hall), "and no other");
+            path(&mut hall, "p2", false);
+        } else {
+            path(&mut hall, id, true);
+            assert!(!ready(&hall), "{id}");
+        }
+        path(&mut hall, id, false);
+        assert!(ready(&hall), "{id} is well again");
+    }
+    for (pump, is_ready) in [("p1", true), ("p2", false)] {
+        hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
+        assert_eq!(ready(&hall), is_ready, "{pump} is kept off");
+    }
+    hall.hand(Hand::Reset(Scope::Site));
+    assert!(ready(&hall));
+    // One that needs no pumps does not care.
+    let mut hall = Hall::with(|config| config.zones[0].pumps = false);
+    for pump in ["p1", "p2", "p3"] {
+        hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
+    }
+    assert!(ready(&hall));
+}

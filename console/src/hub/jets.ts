@@ -1,6 +1,6 @@
 // Trajectories of jets. The hub computes them with the monitor's own code; this file keeps the latest
 // answers and has at most one query for all monitors in flight, about what is displayed now.
-import type { JetWind, NoJet, NoThrow, Thrown } from './api';
+import type { JetWind, NoJet, NoThrow, Struck, Thrown } from './api';
 import { http } from './http';
 import { store } from './store';
 
@@ -10,6 +10,8 @@ export interface JetAsked {
   nozzle_mm: number;
   height_cm: number;
   elevation_arcmin: number;
+  /** Only where something may stand in the way. */
+  horizontal_arcmin?: number;
   /** As measured, l/s; null: not measured. */
   flow_lps: number | null;
   /** Null: not known. */
@@ -34,6 +36,9 @@ export interface Jet {
   fault: NoJet | null;
   throw: Thrown | null;
   no_throw: NoThrow | null;
+  /** What ends the flight before the ground, and what ends the throw. */
+  strikes?: Struck | null;
+  throw_strikes?: Struck | null;
 }
 
 export interface Aimed {
@@ -77,9 +82,9 @@ export class Jets {
   /** The jet of a monitor; undefined until the hub has answered. */
   of(monitor: string, asked: JetAsked): Jet | undefined {
     const id = `${asked.live ? '' : USUAL}${monitor}`;
-    const { pressure_datm, nozzle_mm, height_cm, elevation_arcmin, flow_lps, wind } = asked;
+    const { pressure_datm, nozzle_mm, height_cm, elevation_arcmin, horizontal_arcmin, flow_lps, wind } = asked;
     const air = wind ? [wind.along_mps, wind.left_mps] : [];
-    const key = [pressure_datm, nozzle_mm, height_cm, elevation_arcmin, flow_lps, ...air].join(' ');
+    const key = [pressure_datm, nozzle_mm, height_cm, elevation_arcmin, horizontal_arcmin, flow_lps, ...air].join(' ');
     let slot = this.slots.get(id);
     if (!slot) this.slots.set(id, (slot = { asked, key: '', answer: null }));
     if (slot.key !== key) {

@@ -24,14 +24,14 @@ import {
   zoomed,
 } from './geometry';
 import { emit, partStyle } from './part-style';
-import type { LandingArea } from './plan/landing';
+import { type LandingArea, strikesText } from './plan/landing';
 import * as layers from './plan/layers';
 import { fireTitle, foundFires, type PlanMonitor, type PlanScene, type PlanSite, shownPlaces } from './plan/model';
 import { planStyle } from './plan/plan-style';
 import { dragged, drawnSector, GRIPS, type Grip, gripAt, keyed, tidy, usualSector } from './plan/sector-tool';
 import { bearingText, lengthText, openingText, spanText, Words } from './words';
 
-export { jetAsked, type PlanMonitor, type PlanScene, type PlanSite, planMonitor } from './plan/model';
+export { built, jetAsked, type PlanMonitor, type PlanScene, type PlanSite, planMonitor } from './plan/model';
 
 /** What `aim` says: where the operator pointed. */
 export interface AimDetail {
@@ -263,10 +263,11 @@ export class LfPlan extends LitElement {
       const why = t(`parts.plan.landing_${landing}`);
       return html`<p class="landing-legend unknown">${t('parts.plan.landing_unknown', { why })}</p>`;
     }
-    const { middle_m, greatest_m, with_wind } = landing;
+    const { middle_m, greatest_m, with_wind, strikes } = landing;
     return html`<p class="landing-legend">
       <span class="swatch" aria-hidden="true"></span>
       <strong>${this.landingText(landing)}</strong>
+      ${strikes ? html`<span class="strikes">${strikesText(strikes)}</span>` : nothing}
       <span>${t('parts.plan.landing_parts', { middle: lengthText(middle_m), greatest: lengthText(greatest_m) })}</span>
       <span>${t(with_wind ? 'parts.plan.landing_wind' : 'parts.plan.landing_still')}</span>
     </p>`;

@@ -5,6 +5,7 @@ import { fault, faults } from '../hub/faults';
 import { resumesIn } from '../hub/pause';
 import { has, inControl, may, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
+import type { AskedSeen } from '../hub/types';
 import { phaseOf, zones } from '../hub/zones';
 import { age, num, t } from '../i18n';
 import { type IconName, icon } from '../parts/icons';
@@ -14,6 +15,8 @@ import { answerAsked, asked, askedChanged, releaseControl, takeControl } from '.
 import { type Route, router } from './router';
 import { phaseWords } from './zone-words';
 
+/** The seat of the zone controller. */
+const ZONES = 'zones';
 const LIMITED = ['Horizontal', 'Vertical', 'Nozzle', 'Deployer'] as const;
 
 @customElement('lf-banners')
@@ -144,7 +147,7 @@ export class LfBanners extends LitElement {
     }
       ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
       ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>${unreported() ? html` · ${t('banner.unreported')}` : nothing}`) : nothing}
-      ${[...asked.values()].map((one) => this.asked(one.monitor, one.by.user, one.until_ms))}
+      ${[...asked.values()].map((one) => this.asked(one))}
       ${alarmed() ? banner('medium zones', 'fire', html`<b>${alarmed()}</b>`) : nothing}
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
@@ -257,10 +260,10 @@ export class LfBanners extends LitElement {
     </div>`;
   }
 
-  private asked(monitor: string, user: string, until_ms: number) {
+  private asked({ monitor, by, until_ms }: AskedSeen) {
     const left = Math.max(0, Math.ceil((until_ms - store.now()) / 1000));
     return html`<div class="banner medium" role="alert">
-      ${icon('hand')}<span><b>${t('banner.asked', { user, monitor })}</b></span>
+      ${icon('hand')}<span><b>${by.seat === ZONES ? t('banner.asked_zones', { monitor }) : t('banner.asked', { user: by.user, monitor })}</b></span>
       <span class="count">${left} ${t('banner.s')}</span>
       <lf-button kind="primary" @click=${() => answerAsked(monitor, 'grant')}>${t('authority.grant')}</lf-button>
       <lf-button @click=${() => answerAsked(monitor, 'deny')}>${t('authority.deny')}</lf-button>

@@ -6,13 +6,14 @@ import { validOf } from '../hub/readings';
 import { has, inControl } from '../hub/session';
 import { socket } from '../hub/socket';
 import { SECOND, store, TopicController } from '../hub/store';
-import { type Key, t } from '../i18n';
+import { t } from '../i18n';
 import { icon } from '../parts/icons';
 import { styled } from '../parts/styled';
 import { magnified } from '../theme/display';
 import { base } from '../theme/shared';
 import { show } from '../units';
 import { GUIDE_KEY, guideWanted } from './guide-key';
+import { guideWords } from './guide-words';
 import { router } from './router';
 
 interface Step {
@@ -153,7 +154,7 @@ export class LfGuide extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'monitors/', 'scene']);
+    new TopicController(this, () => [SECOND, 'monitors/', 'scene', 'hub']);
   }
 
   override connectedCallback(): void {
@@ -179,6 +180,7 @@ export class LfGuide extends LitElement {
     const done = step.done?.() ?? false;
     const first = step.name === 'welcome';
     const last = step.name === 'end';
+    const words = this.words(step);
     return html`${
       this.ring && !done
         ? html`<div
@@ -200,9 +202,9 @@ export class LfGuide extends LitElement {
           </div>
         </div>
         <div class="text" role="status">
-          <h2>${this.text(step, '_title')}</h2>
+          <h2>${words.title}</h2>
           <p>
-            ${this.text(step)}
+            ${words.text}
             ${step.name === 'fire' && this.burns() ? html`<span class="dim">${t('guide.heat', { heat: show('heat', this.heatNow()) })}</span>` : nothing}
           </p>
         </div>
@@ -231,10 +233,18 @@ export class LfGuide extends LitElement {
       </section>`;
   }
 
-  /** A step whose text depends on whether something burns. */
-  private text(step: Step, part = ''): string {
-    const calm = (step.name === 'welcome' || step.name === 'fire') && !this.burns();
-    return t(`guide.${step.name}${calm ? '_calm' : ''}${part}` as Key);
+  /** Some steps speak of the site. */
+  private words({ name }: Step): { title: string; text: string } {
+    if (name !== 'welcome' && name !== 'fire' && name !== 'auto') {
+      return { title: t(`guide.${name}_title`), text: t(`guide.${name}`) };
+    }
+    const [site, scene] = [store.get('hub')?.site, store.get('scene')];
+    return guideWords(name, {
+      monitors: store.liveMonitors().length,
+      tanks: site?.tanks ?? [],
+      fires: scene?.fires ?? [],
+      wind: scene?.wind ?? [0, 0],
+    });
   }
 
   private burns(): boolean {

@@ -1,7 +1,8 @@
-import { describe, expect, it } from 'vitest';
+import { describe, expect, it, vi } from 'vitest';
 import type { Thrown } from '../../src/hub/api';
 import type { Jet } from '../../src/hub/jets';
-import { type LandingArea, landingOf, type Thrower, windOf } from '../../src/parts/plan/landing';
+import { loadLang } from '../../src/i18n';
+import { type LandingArea, landingOf, strikesText, type Thrower, windOf } from '../../src/parts/plan/landing';
 import { spanText } from '../../src/parts/words';
 
 const thrower: Thrower = {
@@ -33,6 +34,22 @@ const jet = (more: Partial<Thrown> | null, no_throw: Jet['no_throw'] = null): Je
 });
 
 const area = (more: Partial<Thrown> = {}): LandingArea => landingOf(thrower, jet(more)) as LandingArea;
+
+describe('what the water strikes', () => {
+  const strikes = { name: 'T-1', kind: 'tank', on_top: false, way_m: 20, height_m: 4, whole: true } as const;
+
+  it('is named, with the part of the water and the side', async () => {
+    vi.stubGlobal('document', { documentElement: { lang: '' } });
+    vi.stubGlobal('localStorage', { getItem: () => 'en', setItem: () => undefined });
+    await loadLang();
+    const found = landingOf(thrower, { ...jet({}), throw_strikes: strikes }) as LandingArea;
+    expect(found.strikes).toEqual(strikes);
+    expect(strikesText(strikes)).toBe('it strikes the side of T-1');
+    expect(strikesText({ ...strikes, on_top: true, whole: false })).toBe('a part of it lands on T-1');
+    expect(strikesText({ ...strikes, name: '', kind: 'wall' })).toBe('it strikes the side of a wall');
+    expect(area().strikes).toBeUndefined();
+  });
+});
 
 describe('the landing area', () => {
   it('goes from the nearest middle to the farthest drop, ahead of the barrel', () => {

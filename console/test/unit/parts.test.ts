@@ -207,6 +207,16 @@ describe('plan model', () => {
     expect([early.lands, early.flight ?? null, early.reach_m]).toEqual([null, null, null]);
   });
 
+  it('shows the landing at the tank that the jet strikes, and asks anew when the barrel turns', () => {
+    const strikes = { name: 'T-1', kind: 'tank', on_top: false, way_m: 12, height_m: 4, whole: true } as const;
+    const open = planMonitor('M1', site, { status: status(['Open']), jet: { ...jet, strikes } })!;
+    expect(distanceTo(open.at, open.lands!)).toBeCloseTo(12);
+    expect(open.strikes).toEqual(strikes);
+    expect(planMonitor('M1', site, { status: status(['Closed']), jet: { ...jet, strikes } })!.strikes).toBeNull();
+    const turned = (built: number) => jetAsked(site.monitors.M1, status(['Open']), null, built)!.horizontal_arcmin;
+    expect([turned(0), typeof turned(1)]).toEqual([undefined, 'number']);
+  });
+
   it('asks about the water that flows, else about the usual one, whatever the barrel does meanwhile', () => {
     const of = (flags: string[], pressure: number) => {
       const known = status(flags);

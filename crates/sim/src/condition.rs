@@ -74,6 +74,22 @@ pub(crate) fn unknown_flag(name: &str, subsystem: &str, class: &'static FlagClas
     format!("`{name}` is no flag of {subsystem}{meant}")
 }
 
+/// A flag of the subsystem, a button's with its state or without.
+fn known_flag(name: &str, subsystem: &str, class: &'static FlagClass) -> Result<(), String> {
+    let (bare, state) = name.split_once('=').map_or((name, None), |(bare, it)| (bare, Some(it)));
+    let flag = class.flags.iter().find(|flag| flag.name == bare);
+    let flag = flag.ok_or_else(|| unknown_flag(bare, subsystem, class))?;
+    let Some(state) = state else { return Ok(()) };
+    if flag.button_state(0).is_none() {
+        return Err(format!("`{bare}` of {subsystem} has no states: leave out `={state}`"));
+    }
+    // Released is the absence of the flag: nothing ever has it.
+    match ["Pressed", "Short", "Open"].contains(&state) {
+        true => Ok(()),
+        false => Err(unknown_word(state, &["Pressed", "Short", "Open"])),
+    }
+}
+
 impl core::fmt::Display for Value {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -112,12 +128,12 @@ impl Condition {
         }
         let path: Vec<String> = path.iter().map(|word| (*word).to_owned()).collect();
         if let Some((class, names)) = flags_class(&path).zip(flag_names(op, &value)) {
+            let alone = matches!(op, Op::Equal | Op::NotEqual) && value.trim() == "none";
+            if !alone && value.split_whitespace().any(|name| name == "none") {
+                return Err("`none` stands alone, after = or !=".to_owned());
+            }
             for name in names {
-                let known =
-                    class.flags.iter().any(|flag| name.split('=').next() == Some(flag.name));
-                if !known {
-                    return Err(unknown_flag(name, &path[0], class));
-                }
+                known_flag(name, &path[0], class)?;
             }
         }
         Ok(Self { text: text.trim().to_owned(), path, op, value, negated })
@@ -159,8 +175,9 @@ impl Condition {
         let text = &self.value;
         match value {
             Value::Number(number) => {
-                let wanted: f64 =
-                    text.parse().map_err(|_| format!("`{text}`: a number is expected here"))?;
+                let wanted = text.parse().ok().filter(|wanted: &f64| wanted.is_finite());
+                let wanted =
+                    wanted.ok_or_else(|| format!("`{text}`: a number is expected here"))?;
                 Ok(match self.op {
                     Op::Equal | Op::Has => *number == wanted,
                     Op::NotEqual | Op::Lacks => *number != wanted,

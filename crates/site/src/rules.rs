@@ -60,6 +60,8 @@ pub struct Rules {
     pub hand_is_free: bool,
     /// A lost monitor is replaced.
     pub lost_is_replaced: bool,
+    /// A release by hand ends a test and gives water.
+    pub hand_ends_test: bool,
     /// Pumps wait for each other.
     pub pumps_wait: bool,
     /// A pump that fails is replaced by the next.
@@ -98,6 +100,7 @@ impl Rules {
         person_keeps: true,
         hand_is_free: true,
         lost_is_replaced: true,
+        hand_ends_test: true,
         pumps_wait: true,
         pump_is_replaced: true,
         start_is_inert: true,

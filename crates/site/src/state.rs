@@ -57,7 +57,7 @@ pub struct ZoneState {
     pub need: Option<u16>,
     /// Detectors without a vote.
     pub unable: Vec<Voteless>,
-    /// It would release by itself if there were votes.
+    /// It would release by itself if there were votes: with a monitor, its valve and its pumps.
     pub ready: bool,
     /// Until the release, ms, if nothing holds it.
     pub left_ms: Option<u64>,
@@ -297,7 +297,8 @@ pub enum Trouble {
     DetectorStuck,
     /// A path is at fault.
     Path,
-    /// A release contact was pressed when it was first read.
+    /// A release contact was pressed when it was first read, or a hold contact before the alarm or for longer
+    /// than a countdown may be held.
     ContactStuck,
     /// A monitor does not answer.
     MonitorUnreachable,
@@ -317,6 +318,8 @@ pub enum Trouble {
     NoPressure,
     /// A released zone has no monitor.
     NoMonitor,
+    /// A released zone has fewer monitors at work than its `jets`.
+    FewJets,
 }
 
 impl Trouble {
@@ -338,6 +341,7 @@ impl Trouble {
             Self::PumpFailed => text::TroublePumpFailed.words(),
             Self::NoPressure => text::TroubleNoPressure.words(),
             Self::NoMonitor => text::TroubleNoMonitor.words(),
+            Self::FewJets => text::TroubleFewJets.words(),
         }
     }
 }

@@ -503,6 +503,7 @@ const WRONG: [Wrong; 26] = [
     ("pumps start at once", |r| r.pumps_wait = false),
     ("a failed pump is not replaced", |r| r.pump_is_replaced = false),
     ("a start closes", |r| r.start_is_inert = false),
+    ("a test keeps water from a hand", |r| r.hand_ends_test = false),
 ];
 
 #[test]

@@ -215,8 +215,8 @@ fn votes_that_go_end_the_countdown() {
 #[test]
 fn hold_is_limited_and_only_before_the_release() {
     let mut hall = Hall::new();
-    hall.press("hold", true);
     hall.fire();
+    hall.press("hold", true);
     hall.wait(6000);
     assert_eq!((hall.phase(), hall.site.state().tone), (Phase::Held, Tone::Held));
     hall.hand(Hand::Silence);

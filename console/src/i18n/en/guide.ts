@@ -8,16 +8,34 @@ export default {
   'guide.well': 'Done',
   'guide.break': 'Break my connection',
   'guide.heat': 'Heat of the fires: {heat}',
-  'guide.welcome_title': 'A tank farm is on fire',
-  'guide.welcome':
-    'Three simulated monitors surround it, running the same software as real ones. In two minutes you will have put water on the fire, by hand and automatically.',
-  'guide.not_yet': 'Complete this step first, or skip it.',
-  'guide.welcome_calm_title': 'A tank farm',
-  'guide.welcome_calm':
-    'Three simulated monitors surround it, running the same software as real ones. In two minutes you will have aimed water at a tank, by hand and automatically.',
-  'guide.fire_calm_title': 'Bring the water to a tank',
-  'guide.fire_calm':
+  'guide.monitors.one': 'The site has {n} simulated monitor, which runs the same software as a real one.',
+  'guide.monitors.other': 'The site has {n} simulated monitors, which run the same software as real ones.',
+  'guide.welcome_tank_fire_title': 'A tank is on fire',
+  'guide.welcome_fire_title': 'Something is on fire',
+  'guide.welcome_tank_title': 'Tanks, and no fire yet',
+  'guide.welcome_place_title': 'A site without a fire yet',
+  'guide.welcome_fire': 'In two minutes you will have put water on the fire, by hand and automatically.',
+  'guide.welcome_calm': 'In two minutes you will have aimed water at a place, by hand and automatically.',
+  'guide.fire_tank_fire_title': 'Bring the water to the fire',
+  'guide.fire_tank_fire':
+    'Press Aim and then the burning tank on the plan: the barrel is raised so that the jet falls there. Or steer by hand.',
+  'guide.fire_fire_title': 'Bring the water to the fire',
+  'guide.fire_fire':
+    'Press Aim and then the fire on the plan: the barrel is raised so that the jet falls there. Or steer by hand.',
+  'guide.fire_tank_title': 'Bring the water to a tank',
+  'guide.fire_tank':
     'Press Aim and then a tank on the plan: the barrel is raised so that the jet falls there. Or steer by hand.',
+  'guide.fire_place_title': 'Bring the water to a place',
+  'guide.fire_place':
+    'Press Aim and then a place on the plan: the barrel is raised so that the jet falls there. Or steer by hand.',
+  'guide.fire_wind': 'Wind bends the jet; a wider one reaches less far.',
+  'guide.fire_still': 'A wider jet reaches less far.',
+  'guide.auto_tank_fire': 'Press Draw sector, drag over the burning tank on the plan, press Extinguish.',
+  'guide.auto_fire': 'Press Draw sector, drag over the fire on the plan, press Extinguish.',
+  'guide.auto_tank': 'Press Draw sector, drag over a tank on the plan, press Extinguish.',
+  'guide.auto_place': 'Press Draw sector, drag over a place on the plan, press Extinguish.',
+  'guide.auto_goes': 'The jet scans the sector line by line; if you steer, it pauses, and continues 3 s later.',
+  'guide.not_yet': 'Complete this step first, or skip it.',
   'guide.control_title': 'Take control',
   'guide.control':
     'One operator at a time commands a monitor. Press Take control above. STOP, Close and LOCKOUT do not need control: they always work, for every user.',
@@ -28,12 +46,7 @@ export default {
     'Hold the joystick, or an arrow key. The barrel moves for as long as you hold: release it, leave the window or lose the connection, and it stops.',
   'guide.open_title': 'Open the water',
   'guide.open': 'Hold Open for a second: this prevents opening by accident. One press of Close closes it.',
-  'guide.fire_title': 'Bring the water to the fire',
-  'guide.fire':
-    'Press Aim and then the burning tank on the plan: the barrel is raised so that the jet falls there. Or steer by hand. Wind bends the jet; a wider one reaches less far.',
   'guide.auto_title': 'Now automatically',
-  'guide.auto':
-    'Press Draw sector, drag over the burning tank on the plan, press Extinguish. The jet scans the sector line by line; if you steer, it pauses, and continues 3 s later.',
   'guide.link_title': 'What if the connection is lost?',
   'guide.link':
     'Try it. Values turn grey and show their age, no command can be sent, a motion that you hold stops within 300 ms. The program continues: a fire is not abandoned because a browser has crashed.',

@@ -114,6 +114,7 @@ export default {
   'banner.own': 'You control {monitors}',
   'banner.others': 'In control: {monitors}',
   'banner.asked': '{user} asks for control of {monitor}',
+  'banner.asked_zones': 'A zone in alarm needs {monitor}: its water is about to be released',
   'authority.take': 'Take control',
   'authority.ask': 'Ask for control…',
   'authority.release': 'Give up control',

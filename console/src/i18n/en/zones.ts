@@ -92,7 +92,8 @@ export default {
   'zones.release_title': 'Release zone {zone} by hand',
   'zones.release_text':
     'Water at once, without votes and without a delay. Monitors of the zone: {monitors}. It runs until it is ended by hand.',
-  'zones.release_test_text': 'A test: the monitors turn, no valve opens. Monitors of the zone: {monitors}.',
+  'zones.release_test_text':
+    'A test is under way: it ENDS and WATER comes at once. Monitors of the zone: {monitors}. It runs until it is ended by hand.',
   'zones.mode_title': 'Mode of zone {zone}',
   'zones.mode_for': 'Returns to automatic after',
   'zones.mode_as_configured': '{age} (as configured)',
@@ -104,7 +105,7 @@ export default {
   'zones.mode_text_off':
     'Nothing releases water, not a hand either. It is shown as a disablement and survives a restart.',
   'zones.mode_text_test_dry':
-    'Votes and hands turn the monitors without water. It returns by itself, after an hour at most.',
+    'Votes turn the monitors without water. A release by hand ends the test and gives water: work at a monitor under lockout. It returns by itself, after an hour at most.',
   'zones.detectors': 'Detectors',
   'zones.detector': 'Detector',
   'zones.kind': 'Kind',

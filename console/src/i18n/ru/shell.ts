@@ -114,6 +114,7 @@ export default {
   'banner.own': 'Вы управляете: {monitors}',
   'banner.others': 'Управляют: {monitors}',
   'banner.asked': '{user} просит управление {monitor}',
+  'banner.asked_zones': 'Зоне с тревогой нужен {monitor}: скоро пуск воды',
   'authority.take': 'Взять управление',
   'authority.ask': 'Попросить управление…',
   'authority.release': 'Отдать управление',

@@ -101,8 +101,10 @@ function actWords(act: Act, what: string): string {
       return t('events.end');
     case 'clock_step':
       return t('events.clock_step', { s: num(act.by_ms / 1000, 1) });
-    case 'state_lost':
-      return `${t(`events.file_${act.file}`)}: ${t(`events.fault_${act.fault}`)}`;
+    case 'state_lost': {
+      const aside = act.fault === 'malformed' && act.aside ? ` (${act.aside})` : '';
+      return `${t(`events.file_${act.file}`)}: ${t(`events.fault_${act.fault}`)}${aside}`;
+    }
     case 'chain_broken':
       return t('events.chain_broken', { n: num(act.n) });
     case 'entries_lost':

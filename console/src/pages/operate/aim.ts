@@ -6,7 +6,7 @@ import { jets, solve } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Site } from '../../hub/types';
 import { t } from '../../i18n';
-import { type AimDetail, jetAsked } from '../../parts/lf-plan';
+import { type AimDetail, built, jetAsked } from '../../parts/lf-plan';
 import { bearingText, lengthText } from '../../parts/words';
 import { show } from '../../units';
 import { field, limits } from './state';
@@ -27,7 +27,12 @@ export const UNKNOWN = 'pressure_unknown';
 
 /** Whether there is a jet to aim. */
 export function flows(monitor: string, site: Site): boolean {
-  const asked = jetAsked(site.monitors[monitor], store.get(`monitors/${monitor}/status`), store.get('scene'));
+  const asked = jetAsked(
+    site.monitors[monitor],
+    store.get(`monitors/${monitor}/status`),
+    store.get('scene'),
+    built(site),
+  );
   if (!asked || asked.pressure_datm !== field(monitor, 'General', 'pressure')) return false;
   return (jets.of(monitor, asked)?.reach_m ?? null) !== null;
 }

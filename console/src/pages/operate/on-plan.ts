@@ -4,7 +4,7 @@ import { type Jet, jets } from '../../hub/jets';
 import { store } from '../../hub/store';
 import type { Scene, Site } from '../../hub/types';
 import { type Sector, sectorOf } from '../../parts/geometry';
-import { jetAsked, type PlanMonitor, planMonitor } from '../../parts/lf-plan';
+import { built, jetAsked, type PlanMonitor, planMonitor } from '../../parts/lf-plan';
 import { quenchOf } from './state';
 
 export class OnPlan {
@@ -50,6 +50,6 @@ export class OnPlan {
 
 /** Flight and reach of a monitor's jet, as the hub computes them; null: not known (yet). */
 export function jetOf(id: string, site: Site): Jet | null {
-  const asked = jetAsked(site.monitors[id], store.get(`monitors/${id}/status`), store.get('scene'));
+  const asked = jetAsked(site.monitors[id], store.get(`monitors/${id}/status`), store.get('scene'), built(site));
   return (asked && jets.of(id, asked)) ?? null;
 }

@@ -21,10 +21,11 @@ const HOLD_S = 2;
 /** Water by hand: held for two seconds, with the monitors named. */
 export async function askRelease(zone: string): Promise<void> {
   const monitors = zones.configured(zone)?.monitors.join(', ') ?? '';
-  const wet = zones.zone(zone)?.mode !== 'test_dry';
+  const mode = zones.zone(zone)?.mode;
+  const tests = mode === 'test_dry' || mode === 'test_outlet';
   const sure = await confirmDialog({
     title: t('zones.release_title', { zone }),
-    text: t(wet ? 'zones.release_text' : 'zones.release_test_text', { monitors }),
+    text: t(tests ? 'zones.release_test_text' : 'zones.release_text', { monitors }),
     yes: t('zones.release'),
     danger: true,
     hold: HOLD_S,

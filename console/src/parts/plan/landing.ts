@@ -1,7 +1,8 @@
 // Where the water of a monitor is expected to land: the throw with its band, as the hub computes it (the law
 // of `lafet throw`). Pure.
-import type { JetWind, NoThrow } from '../../hub/api';
+import type { JetWind, NoThrow, Struck } from '../../hub/api';
 import type { Jet } from '../../hub/jets';
+import { t } from '../../i18n';
 import { bearingOf, type Place } from '../geometry';
 
 /** A part of a ring around the monitor. */
@@ -16,6 +17,8 @@ export interface LandingArea {
   greatest_m: number;
   /** Computed with the wind; else for still air. */
   with_wind: boolean;
+  /** The tank or wall that water strikes before the ground. */
+  strikes?: Struck;
 }
 
 export type Unknown = 'pressure' | 'direction' | 'law';
@@ -44,7 +47,7 @@ export function landingOf(of: Thrower, jet: Jet | null | undefined): LandingArea
   if (of.pressure_datm === null) return 'pressure';
   if (of.horizontal_arcmin === null || of.vertical_arcmin === null) return 'direction';
   if (!jet) return null;
-  const { throw: thrown, no_throw } = jet;
+  const { throw: thrown, no_throw, throw_strikes } = jet;
   if (!thrown) return no_throw ? WHY[no_throw] : null;
   const { middle_m, greatest_m, left_m, across_m, wind } = thrown;
   const distance = Math.max(middle_m.value, 0.1);
@@ -58,7 +61,15 @@ export function landingOf(of: Thrower, jet: Jet | null | undefined): LandingArea
     middle_m: middle_m.value,
     greatest_m: greatest_m.value,
     with_wind: wind !== null,
+    ...(throw_strikes ? { strikes: throw_strikes } : {}),
   };
+}
+
+/** What the water strikes, in words. */
+export function strikesText({ name, kind, on_top, whole }: Struck): string {
+  const what = name || t(`parts.plan.strikes_${kind}`);
+  const how = on_top ? 'top' : 'side';
+  return t(whole ? `parts.plan.strikes_all_${how}` : `parts.plan.strikes_part_${how}`, { what });
 }
 
 const WHY: Record<NoThrow, Unknown> = {

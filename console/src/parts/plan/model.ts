@@ -1,5 +1,5 @@
 // What a plan shows, made from the hub's topics (docs/hub-api.md). Pure.
-import type { FirePlace, KeepOut } from '../../hub/api';
+import type { FirePlace, KeepOut, Struck } from '../../hub/api';
 import type { Jet, JetAsked } from '../../hub/jets';
 import { validOf } from '../../hub/readings';
 import { t } from '../../i18n';
@@ -49,6 +49,8 @@ export interface PlanMonitor {
   lands?: Place | null;
   /** The present flight of the jet, while water flows and its values are known. */
   flight?: Jet['flight'];
+  /** The tank or wall that ends the flight before the ground. */
+  strikes?: Struck | null;
   /** Where its water is expected to land, or why that is not known; null while none flows. */
   landing?: LandingArea | Unknown | null;
   pressure_datm?: number;
@@ -127,17 +129,25 @@ export function planMonitor(
   const flows = monitor.water && monitor.horizontal_arcmin !== null && monitor.vertical_arcmin !== null;
   monitor.reach_m = jet?.reach_m ?? null;
   monitor.flight = flows ? jet?.flight : null;
+  monitor.strikes = monitor.flight ? (jet?.strikes ?? null) : null;
   const flow_lps = number('General', 'flowrate');
   monitor.landing = landingOf({ ...monitor, pressure_datm, flow_lps }, jet);
-  monitor.lands = scene ? simulatedLanding(id, scene) : landing(monitor);
+  monitor.lands = scene ? simulatedLanding(monitor, scene) : landing(monitor);
   return monitor;
 }
 
-/** The query for a monitor's jet; null: nothing is known of it. */
+/** How much stands on a site that may end a jet. */
+export const built = ({ tanks, walls }: Pick<PlanSite, 'tanks' | 'walls'>): number => tanks.length + walls.length;
+
+/** Steps of the direction in a query, arc-minutes: 0.2 m of 60 m. */
+const TURN_STEP_ARCMIN = 10;
+
+/** The query for a monitor's jet; null: nothing is known of it. `built`: tanks and walls of the site. */
 export function jetAsked(
   stand: { height: number; heading: number } | undefined,
   status: StatusLike | null | undefined,
   scene: { wind: Place } | null | undefined,
+  built = 0,
 ): JetAsked | null {
   if (!stand || !status) return null;
   const of = (subsystem: string, field: string) => validOf(status.subsystems[subsystem], field);
@@ -147,12 +157,15 @@ export function jetAsked(
   };
   const water = open('Valve1') || open('Valve2');
   const pressure = of('General', 'pressure') ?? 0;
+  const horizontal = of('Horizontal', 'position');
+  const turned = water && built > 0 && horizontal !== null;
   return {
     pressure_datm: water || pressure > PRESSED_DATM ? pressure : USUAL_PRESSURE_DATM,
     nozzle_mm: of('Nozzle', 'position') ?? 60,
     height_cm: Math.round(stand.height * 100),
     // The reach does not depend on it: no new query while a dry barrel moves.
     elevation_arcmin: water ? (of('Vertical', 'position') ?? 0) : 0,
+    ...(turned ? { horizontal_arcmin: Math.round(horizontal / TURN_STEP_ARCMIN) * TURN_STEP_ARCMIN + 0 } : {}),
     flow_lps: water ? of('General', 'flowrate') : null,
     wind: water && scene ? windOf(scene.wind, bearingOf(stand.heading, of('Horizontal', 'position') ?? 0)) : null,
     live: water,
@@ -170,19 +183,21 @@ function worst(status: StatusLike | null | undefined): Concern {
 }
 
 /** Where water has just landed, which may be a roof in between; else where it would land. */
-function simulatedLanding(id: string, scene: PlanScene): Place | null {
+function simulatedLanding(monitor: PlanMonitor, scene: PlanScene): Place | null {
+  const { id, strikes } = monitor;
   const fallen = scene.splashes.filter(({ monitor }) => monitor === id);
   const litres = fallen.reduce((sum, splash) => sum + splash.litres, 0);
-  if (litres < SPLASH_LEAST_L) return scene.jets[id]?.lands ?? null;
+  // The simulation says where it would land if nothing stood there.
+  if (litres < SPLASH_LEAST_L) return strikes ? landing(monitor) : (scene.jets[id]?.lands ?? null);
   const mean = (axis: 0 | 1): number =>
     fallen.reduce((sum, splash) => sum + splash.at[axis] * splash.litres, 0) / litres;
   return [mean(0), mean(1)];
 }
 
 /** Computed landing of the jet: a real site does not report it. */
-function landing({ flight, horizontal_arcmin, at, heading }: PlanMonitor): Place | null {
+function landing({ flight, strikes, horizontal_arcmin, at, heading }: PlanMonitor): Place | null {
   if (!flight || horizontal_arcmin === null) return null;
-  return placeAt(at, bearingOf(heading, horizontal_arcmin), flight.lands_m);
+  return placeAt(at, bearingOf(heading, horizontal_arcmin), strikes?.way_m ?? flight.lands_m);
 }
 
 /** Where a fire spot is drawn, if its distance can be computed (found.ts). */

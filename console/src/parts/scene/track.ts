@@ -18,6 +18,8 @@ export interface TrackOf {
   lands: Place | null;
   /** Height of the surface there, m. */
   floor: number;
+  /** Distance at which the side of a tank or a wall ends it, m. */
+  until_m?: number | null;
 }
 
 export class Track {
@@ -25,10 +27,10 @@ export class Track {
   readonly end_s: number;
   private readonly points: readonly { at: At; s: number }[];
 
-  constructor({ flight, nozzle, bearing, mouth, lands, floor }: TrackOf) {
+  constructor({ flight, nozzle, bearing, mouth, lands, floor, until_m }: TrackOf) {
     const angle = (bearing / 180) * Math.PI;
     const [ahead_x, ahead_z] = [Math.sin(angle), -Math.cos(angle)];
-    const cut = cutAt(flight, floor - nozzle.height);
+    const cut = until_m ? endedAt(flight, until_m) : cutAt(flight, floor - nozzle.height);
     const [whole] = cut[cut.length - 1]!;
     const [x, z] = [nozzle.at[0], -nozzle.at[1]];
     const gap: At = [mouth[0] - x, mouth[1] - nozzle.height, mouth[2] - z];
@@ -58,6 +60,16 @@ export class Track {
     const part = Math.min(Math.max((seconds - a.s) / Math.max(b.s - a.s, 1e-6), 0), 1);
     return [0, 1, 2].map((axis) => a.at[axis]! + (b.at[axis]! - a.at[axis]!) * part) as At;
   }
+}
+
+/** The flight as far as a level distance. */
+function endedAt({ points }: Flight, way_m: number): Flight['points'] {
+  const beyond = points.findIndex(([way]) => way >= way_m);
+  if (beyond <= 0) return points;
+  const [before, now] = [points[beyond - 1]!, points[beyond]!];
+  const part = (way_m - before[0]) / Math.max(now[0] - before[0], 1e-6);
+  const end = before.map((value, axis) => value + (now[axis]! - value) * part) as Flight['points'][number];
+  return [...points.slice(0, beyond), end];
 }
 
 /** The flight down to a height above the nozzle. */

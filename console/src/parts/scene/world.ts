@@ -326,6 +326,7 @@ export class World {
       mouth: pose.mouth.toArray() as At,
       lands: monitor.lands ?? null,
       floor: monitor.lands ? groundAt(monitor.lands, this.shown.site?.tanks ?? []) : 0,
+      until_m: monitor.strikes && !monitor.strikes.on_top ? monitor.strikes.way_m : null,
     });
   }
 

@@ -206,6 +206,11 @@ impl Access {
         Ok(crate::store::users(&lock(&self.db))?)
     }
 
+    /// Moves what is stored into `hub.db` itself. Blocks.
+    pub fn checkpoint(&self) -> Result<(), StoreError> {
+        Ok(crate::store::checkpoint(&lock(&self.db))?)
+    }
+
     /// Notes the end of the audit log.
     pub fn note_audit(&self, head: &Head) -> Result<(), StoreError> {
         Ok(crate::store::note_audit(&lock(&self.db), head)?)

@@ -53,6 +53,7 @@ fn of_trouble(trouble: Trouble, subject: &str) -> Option<Condition> {
         Trouble::MonitorIdle => ("MonitorIdle", idle(subject)),
         Trouble::NotClosed => ("NotClosed", not_closed(subject)),
         Trouble::NoMonitor => ("NoMonitor", no_monitor(subject)),
+        Trouble::FewJets => ("FewJets", few_jets(subject)),
         Trouble::Path => ("PathFault", path(subject)),
         Trouble::ContactStuck => ("ContactStuck", contact(subject)),
         Trouble::MonitorUnreachable | Trouble::MonitorFailure => return None,
@@ -119,6 +120,16 @@ fn no_monitor(subject: &str) -> Texts {
         cause: text::AlarmNoMonitorCause.words(),
         consequence: text::AlarmNoMonitorConsequence.words(),
         remedy: text::AlarmNoMonitorRemedy.words(),
+    }
+}
+
+fn few_jets(subject: &str) -> Texts {
+    Texts {
+        priority: Priority::High,
+        what: what(subject, &Trouble::FewJets.text()),
+        cause: text::AlarmFewJetsCause.words(),
+        consequence: text::AlarmFewJetsConsequence.words(),
+        remedy: text::AlarmFewJetsRemedy.words(),
     }
 }
 

@@ -179,6 +179,11 @@ impl Authority {
         Ok(vec![asked])
     }
 
+    /// Who asked does not need it any more; `true` if it had asked.
+    pub fn withdraw(&mut self, seat: &str) -> bool {
+        self.request.take_if(|(other, _)| other.seat == seat).is_some()
+    }
+
     /// The holder gives it to who asks.
     pub fn grant(&mut self, now: Now, seat: &str) -> Result<Vec<Notice>, Refusal> {
         self.own(seat)?;
@@ -354,6 +359,15 @@ mod tests {
         let told = it.grant(s(113), "anna").unwrap();
         assert_eq!(told[1], Notice::Granted(seat("boris", true)));
         assert!(it.command(s(113), "boris").is_ok() && it.command(s(113), "anna").is_err());
+    }
+
+    #[test]
+    fn who_has_asked_may_withdraw() {
+        let mut it = held();
+        it.ask(s(110), seat("boris", true)).unwrap();
+        assert!(!it.withdraw("clara") && it.withdraw("boris") && !it.withdraw("boris"));
+        assert_eq!(it.timeout(), None);
+        assert!(it.handle_timeout(s(121)).is_empty() && it.is_present("anna"));
     }
 
     #[test]

@@ -131,6 +131,7 @@ impl Server {
         _ = timeout(FAREWELL, hub.audit().note(hub.record_of_end())).await;
         _ = timeout(FAREWELL, hub.note_state()).await;
         _ = timeout(FAREWELL, hub.log_head()).await;
+        hub.settle().await;
     }
 }
 

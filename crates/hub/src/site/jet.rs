@@ -8,6 +8,8 @@ use lafet_texts::{Text as _, hub as text};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::Site;
+use super::struck::{Line, Profile, Struck};
 use super::thrown::{NoThrow, Thrown, Wind, thrown};
 use crate::error::ApiError;
 use crate::hub::Hub;
@@ -54,6 +56,8 @@ pub struct Asked {
     pub height_cm: Option<i32>,
     /// Elevation of the barrel, arc-minutes.
     pub elevation_arcmin: Option<i32>,
+    /// Horizontal position of the barrel, arc-minutes: what stands in that direction ends the jet.
+    pub horizontal_arcmin: Option<i32>,
     /// Flow, l/s, for `throw`; what is not measured is that of the outlet.
     pub flow_lps: Option<f32>,
     /// Wind, for `throw`; without it still air is assumed.
@@ -115,6 +119,13 @@ pub struct Computed {
     /// Why there is no throw.
     #[schema(required)]
     pub no_throw: Option<NoThrow>,
+    /// The tank or wall that ends `flight` before it lands; null: none, or place or direction of the monitor are
+    /// not known.
+    #[schema(required)]
+    pub strikes: Option<Struck>,
+    /// The same of `throw`, whose figures end there.
+    #[schema(required)]
+    pub throw_strikes: Option<Struck>,
 }
 
 /// The flight of a jet.
@@ -202,6 +213,32 @@ pub fn compute(
         flight: flight.ok(),
         no_throw: throw.err(),
         throw: throw.ok(),
+        strikes: None,
+        throw_strikes: None,
+    }
+}
+
+impl Computed {
+    /// Ends flight and throw at what stands in their way.
+    fn end_at(&mut self, site: &Site, from: [f64; 2], bearing: f64) {
+        let (Ok(jet), Some(elevation), Some(flight)) =
+            (self.basis.jet(), self.elevation_arcmin, &self.flight)
+        else {
+            return;
+        };
+        let height_m = self.basis.height_m();
+        let path = jet.path(elevation, height_m).map(|it| [it.way_m, it.height_m]);
+        let profile = Profile::of(std::iter::once([0.0; 2]).chain(path), height_m);
+        let way_m = f64::from(flight.lands_m);
+        self.strikes = site.strikes(Line { from, bearing, way_m }, &profile);
+        let Some(throw) = &mut self.throw else { return };
+        let left_m = f64::from(throw.left_m.value);
+        let strikes = |way_m: f32| {
+            let way_m = f64::from(way_m);
+            let turn = if way_m > 0.0 { (left_m / way_m).clamp(-1.0, 1.0).asin() } else { 0.0 };
+            site.strikes(Line { from, bearing: bearing - turn, way_m }, &profile)
+        };
+        self.throw_strikes = throw.end_at(strikes);
     }
 }
 
@@ -274,7 +311,15 @@ impl Asked {
         };
         let elevation_arcmin = self.elevation_arcmin.or(live.and_then(|(_, elevation)| elevation));
         let flow_lps = self.flow_lps.or(station.as_deref().and_then(flow));
-        Ok(compute(all, elevation_arcmin, flow_lps, self.wind))
+        let mut computed = compute(all, elevation_arcmin, flow_lps, self.wind);
+        if let (Some(station), Some(site)) = (station.as_deref(), hub.map())
+            && let Some(place) = site.monitors.get(station.id()).copied()
+            && let Some(horizontal) = self.horizontal_arcmin.or_else(|| turned(station))
+        {
+            let bearing = (place.heading - f64::from(horizontal) / 60.0).to_radians();
+            computed.end_at(&site, place.at, bearing);
+        }
+        Ok(computed)
     }
 }
 
@@ -315,6 +360,12 @@ pub fn reaches(hub: &Hub, station: &Station, way_m: f32) -> Option<bool> {
     let (basis, _) = present(hub, station);
     let jet = basis.jet().ok()?;
     Some(way_m <= 0.9 * reach(&jet, basis.height_m()))
+}
+
+/// The horizontal position of a monitor, arc-minutes, while it is known.
+fn turned(station: &Station) -> Option<i32> {
+    let position = station.status().valid(SubsystemId::HORIZONTAL, "position")?;
+    i32::try_from(position).ok()
 }
 
 /// The flow that the monitor measures, l/s, while there is one.

@@ -3,6 +3,7 @@
 pub mod jet;
 pub mod keep_out;
 pub mod planned;
+pub mod struck;
 pub mod thrown;
 
 use std::collections::BTreeMap;

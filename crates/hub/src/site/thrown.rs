@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::jet::Basis;
+use super::struck::Struck;
 
 /// Wind 10 m above the ground, as the jet has it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -92,6 +93,24 @@ pub fn thrown(
         wind_from_deg: left.atan2(-along).to_degrees(),
     };
     Ok(of(&shot.throw()?, wind))
+}
+
+impl Thrown {
+    /// Ends each distance at what stands in the way of water that would land so far. What that is: what
+    /// the middle strikes, else the outermost or the nearest water.
+    pub fn end_at(&mut self, strikes: impl Fn(f32) -> Option<Struck>) -> Option<Struck> {
+        let ends =
+            [self.middle_m.value, self.greatest_m.value, self.middle_m.low, self.greatest_m.high];
+        let struck = ends.map(&strikes);
+        let end = |way_m: f32| strikes(way_m).map_or(way_m, |it| it.way_m.min(way_m));
+        for it in [&mut self.middle_m, &mut self.greatest_m] {
+            let [low, value, high] = [it.low, it.value, it.high].map(end);
+            *it = Banded { value, low: low.min(value), high: high.max(value) };
+        }
+        let first = struck.iter().flatten().next()?.clone();
+        let whole = struck.iter().all(|it| it.as_ref().is_some_and(|it| it.is_of(&first)));
+        Some(Struck { whole, ..first })
+    }
 }
 
 fn of(throw: &Throw, wind: Option<Wind>) -> Thrown {

@@ -284,6 +284,11 @@ impl Audit {
         self.reads.call(move |db| mark::note_users(db, users)).await
     }
 
+    /// Moves what is stored into the file itself.
+    pub async fn settle(&self) -> Result<(), StoreError> {
+        self.reads.checkpoint().await
+    }
+
     /// Entries from a number on, for export.
     pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
         self.reads.call(move |db| from(db, n, limit)).await

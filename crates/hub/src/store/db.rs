@@ -2,9 +2,10 @@
 
 use std::fmt;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use lafet_client::SystemError;
 use lafet_texts::{Argument, Lang, Shown, Text, hub as text};
@@ -17,6 +18,11 @@ use crate::text::Both;
 
 /// Work that may wait for the disk; more is refused.
 const QUEUE_MAX: usize = 1024;
+
+/// A connection waits so long for another one.
+const BUSY_WAIT: Duration = Duration::from_secs(5);
+/// A checkpoint waits so long for a connection that reads.
+const CHECKPOINT_WAIT: Duration = Duration::from_secs(2);
 
 type Work = Box<dyn FnOnce(&mut Connection) + Send>;
 
@@ -222,6 +228,47 @@ pub fn open(folder: Option<&Path>, name: &str, schema: &str) -> Result<Connectio
     opened.map_err(|error| StoreError::File(path, error))
 }
 
+/// Moves a file of the state aside, with what SQLite has beside it. Nothing is deleted or overwritten: the
+/// new name has the time, and a number if there is one of that time.
+///
+/// # Errors
+/// The folder does not let it: nothing was moved, or SQLite's own files alone.
+pub fn set_aside(path: &Path) -> std::io::Result<PathBuf> {
+    let now = time::OffsetDateTime::now_utc();
+    let (date, hour) = (now.date(), now.time());
+    let stamp = format!(
+        "{}{:02}{:02}T{:02}{:02}{:02}Z",
+        date.year(),
+        u8::from(date.month()),
+        date.day(),
+        hour.hour(),
+        hour.minute(),
+        hour.second()
+    );
+    let with = |path: &Path, end: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(end);
+        PathBuf::from(name)
+    };
+    let is_free = |it: &PathBuf| ["", "-wal", "-shm"].iter().all(|end| !with(it, end).exists());
+    let named = |number: u32| match number {
+        1 => with(path, &format!(".spoilt-{stamp}")),
+        _ => with(path, &format!(".spoilt-{stamp}-{number}")),
+    };
+    let aside = (1..).map(named).find(is_free).unwrap_or_default();
+    // Last the file itself: as long as it is there the next start finds it and goes on.
+    for end in ["-wal", "-shm", ""] {
+        match std::fs::rename(with(path, end), with(&aside, end)) {
+            Err(error) if end.is_empty() || error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(error);
+            }
+            _ => {}
+        }
+    }
+    tracing::error!(file = %path.display(), aside = %aside.display(), "put aside");
+    Ok(aside)
+}
+
 /// As [`open`]; a corrupt file is moved aside: the hub works without its contents.
 pub fn open_or_begin_anew(
     folder: Option<&Path>,
@@ -230,12 +277,8 @@ pub fn open_or_begin_anew(
 ) -> Result<Connection, StoreError> {
     match (open(folder, name, schema), folder) {
         (Err(StoreError::File(path, error)), Some(_)) if is_corrupt(&error) => {
-            let aside = path.with_extension("db.spoilt");
-            tracing::error!(file = %path.display(), aside = %aside.display(), %error, "put aside");
-            std::fs::rename(&path, &aside)?;
-            for rest in ["db-wal", "db-shm"] {
-                _ = std::fs::remove_file(path.with_extension(rest));
-            }
+            tracing::error!(file = %path.display(), %error, "cannot be read");
+            set_aside(&path)?;
             open(folder, name, schema)
         }
         (opened, _) => opened,
@@ -248,6 +291,39 @@ pub fn is_corrupt(error: &rusqlite::Error) -> bool {
     matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase))
 }
 
+/// As [`is_corrupt`], or it is one of another program: tables, columns or values are not those of the hub.
+pub fn is_malformed(error: &rusqlite::Error) -> bool {
+    use rusqlite::Error;
+    let other = matches!(error.sqlite_error_code(), Some(rusqlite::ErrorCode::Unknown));
+    let value = matches!(
+        error,
+        Error::InvalidColumnType(..)
+            | Error::FromSqlConversionFailure(..)
+            | Error::IntegralValueOutOfRange(..)
+            | Error::InvalidColumnName(_)
+            | Error::Utf8Error(..)
+    );
+    other || value || is_corrupt(error)
+}
+
+/// Moves everything from SQLite's log into the database, so that a copy of the file alone is whole.
+///
+/// # Errors
+/// The disk does not take it, or another connection is reading for longer than [`CHECKPOINT_WAIT`].
+pub fn checkpoint(db: &Connection) -> Result<(), rusqlite::Error> {
+    db.busy_timeout(CHECKPOINT_WAIT)?;
+    let query = "PRAGMA wal_checkpoint(TRUNCATE)";
+    let busy = db.query_row(query, [], |row| row.get::<_, i64>(0));
+    db.busy_timeout(BUSY_WAIT)?;
+    match busy? {
+        0 => Ok(()),
+        _ => {
+            let code = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_BUSY);
+            Err(rusqlite::Error::SqliteFailure(code, Some("it is being read".to_owned())))
+        }
+    }
+}
+
 /// An error that says so.
 pub fn said_corrupt(what: &str) -> rusqlite::Error {
     let code = rusqlite::ffi::Error::new(rusqlite::ffi::SQLITE_CORRUPT);
@@ -257,7 +333,7 @@ pub fn said_corrupt(what: &str) -> rusqlite::Error {
 fn prepare(connection: Connection, schema: &str) -> Result<Connection, rusqlite::Error> {
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "foreign_keys", true)?;
-    connection.busy_timeout(std::time::Duration::from_secs(5))?;
+    connection.busy_timeout(BUSY_WAIT)?;
     connection.execute_batch(TABLE)?;
     connection.execute_batch(schema)?;
     let format: u32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
@@ -299,6 +375,11 @@ impl Db {
         ask(&self.reading, work).await
     }
 
+    /// As [`checkpoint`], after what was asked before.
+    pub async fn checkpoint(&self) -> Result<(), StoreError> {
+        self.call(|db| checkpoint(db)).await
+    }
+
     /// Does something, and waits for nothing; `false`: it was not taken.
     pub fn post(&self, work: impl FnOnce(&mut Connection) + Send + 'static) -> bool {
         !matches!(
@@ -311,7 +392,7 @@ impl Db {
 fn reader(path: &str) -> Result<Connection, rusqlite::Error> {
     let reader = Connection::open(path)?;
     reader.pragma_update(None, "query_only", true)?;
-    reader.busy_timeout(std::time::Duration::from_secs(5))?;
+    reader.busy_timeout(BUSY_WAIT)?;
     Ok(reader)
 }
 
@@ -416,8 +497,21 @@ mod tests {
         assert!(error.contains("a.db: ") && error.contains("not a database"), "{error}");
         let anew = open_or_begin_anew(Some(&folder), "b.db", schema).unwrap();
         anew.execute("INSERT INTO t VALUES (1)", []).unwrap();
-        assert!(folder.join("b.db.spoilt").is_file());
         drop(anew);
+        // A second time at once: the first one stays.
+        std::fs::write(folder.join("b.db"), "spoilt again").unwrap();
+        std::fs::write(folder.join("b.db-wal"), "its log").unwrap();
+        set_aside(&folder.join("b.db")).unwrap();
+        let mut kept: Vec<String> = std::fs::read_dir(&folder)
+            .unwrap()
+            .map(|it| it.unwrap().path())
+            .filter(|it| it.file_name().unwrap().to_string_lossy().starts_with("b.db.spoilt-2"))
+            .filter(|it| it.is_file())
+            .map(|it| std::fs::read_to_string(it).unwrap())
+            .collect();
+        kept.sort();
+        let first = "no database, and never was".repeat(100);
+        assert_eq!(kept, ["its log".to_owned(), first, "spoilt again".to_owned()]);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -145,6 +145,12 @@ impl Events {
         });
     }
 
+    /// Stores everything, in the file itself.
+    pub async fn settle(&self) -> Result<(), StoreError> {
+        self.flush();
+        self.db.checkpoint().await
+    }
+
     /// Looks events up.
     pub async fn find(&self, search: Search) -> Result<Page<Event>, StoreError> {
         self.flush();

@@ -207,6 +207,18 @@ impl History {
         }
     }
 
+    /// Stores everything, in the file itself; PostgreSQL does that on its own.
+    pub fn settle(&mut self) -> impl Future<Output = Result<(), StoreError>> + Send + use<> {
+        self.flush();
+        let base = self.base();
+        async move {
+            match base {
+                Base::Sqlite(db) => db.checkpoint().await,
+                Base::Postgres(_) => Ok(()),
+            }
+        }
+    }
+
     fn store(&mut self, done: Option<oneshot::Sender<()>>) -> bool {
         if self.known_ms.abs_diff(self.known_stored_ms) >= KNOWN_EVERY_MS {
             self.known_stored_ms = self.known_ms;

@@ -13,9 +13,11 @@ use utoipa::ToSchema;
 use super::db::is_corrupt;
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
-use crate::store::{self, Act, Chain, Head, Loss, Mark, StoreError};
+use crate::store::{self, Act, Chain, Head, Loss, Mark, StateFile, StoreError};
 use crate::sync::lock;
 
+/// The longest time for the files at the end.
+const SETTLE: Duration = Duration::from_secs(5);
 /// Entries that are looked at in one step.
 const PIECE: u32 = 500;
 /// Time between two steps: a walk takes a few per cent of a processor.
@@ -66,16 +68,19 @@ pub struct Integrity {
 
 impl Integrity {
     /// Looks at the files before they are opened; refuses when users or the audit log are lost and
-    /// that is not accepted.
+    /// that is not accepted. What cannot be read is moved aside.
     pub fn examine(config: &Config) -> Result<Self, StoreError> {
         let Some(folder) = config.data.clone() else { return Ok(Self::default()) };
         let history = config.postgres.is_none();
-        let (site, losses) = store::examine(&folder, history)?;
+        let (site, mut losses) = store::examine(&folder, history)?;
         let accepted = |loss: &Loss| config.accept_lost.contains(&loss.file);
         let grave: Vec<Loss> =
             losses.iter().filter(|it| it.is_grave() && !accepted(it)).cloned().collect();
         if !grave.is_empty() {
             return Err(StoreError::Lost(grave));
+        }
+        for loss in &mut losses {
+            loss.set_aside(&folder)?;
         }
         let site = match site {
             Some(site) => site,
@@ -150,6 +155,36 @@ impl Hub {
         written.await.map_err(|_| StoreError::Busy)??;
         *lock(&self.integrity().noted) = now;
         Ok(())
+    }
+
+    /// Moves what the databases have in SQLite's logs into their files: a copy of each file alone is
+    /// whole then. Takes [`SETTLE`] at most; what did not get so far is in the log beside the file as
+    /// before, and nothing is lost.
+    pub async fn settle(&self) {
+        let own = self.clone();
+        let users = async move {
+            let settled = tokio::task::spawn_blocking(move || own.access().checkpoint()).await;
+            settled.map_err(|_| StoreError::Busy)?
+        };
+        let history = self.history().settle();
+        let said = |file: StateFile, settled: Result<(), StoreError>| {
+            if let Err(error) = settled {
+                tracing::warn!(file = file.name(), %error, "a part stays in the log beside it");
+            }
+        };
+        let all = async {
+            let (hub, audit, events, history) =
+                tokio::join!(users, self.audit().settle(), self.events().settle(), history);
+            said(StateFile::Hub, hub);
+            said(StateFile::Audit, audit);
+            said(StateFile::Events, events);
+            said(StateFile::History, history);
+        };
+        if tokio::time::timeout(SETTLE, all).await.is_err() {
+            tracing::warn!(
+                "the disk is slow: a part of the state stays in the logs beside the files"
+            );
+        }
     }
 
     /// Writes the head of the audit log into the program's own log, which is kept elsewhere.

@@ -8,13 +8,13 @@
 
 use std::path::Path;
 
-use lafet_texts::{Text as _, hub as text};
+use lafet_texts::{Lang, Shown, Text as _, hub as text};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::audit::head;
-use super::db::{StoreError, open, private, replace, said_corrupt};
+use super::db::{StoreError, is_malformed, open, private, replace, said_corrupt};
 use super::format::{FORMAT, PROGRAM};
 use crate::text::Both;
 
@@ -68,6 +68,14 @@ pub enum Fault {
     },
     /// There were users, and there is none.
     Emptied,
+    /// It cannot be read: no database, damaged, or one of another program.
+    Malformed {
+        /// What was found.
+        error: String,
+        /// Its name now; a new file has its old one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        aside: Option<String>,
+    },
 }
 
 /// A file of the state that is not as the others say.
@@ -169,6 +177,16 @@ impl Loss {
         self.file.is_needed()
     }
 
+    /// Moves the file aside if it cannot be read.
+    pub fn set_aside(&mut self, folder: &Path) -> Result<(), StoreError> {
+        let path = folder.join(self.file.name());
+        if let Fault::Malformed { aside, .. } = &mut self.fault {
+            let name = super::db::set_aside(&path)?;
+            *aside = name.file_name().map(|it| it.to_string_lossy().into_owned());
+        }
+        Ok(())
+    }
+
     /// The fault, in words.
     pub fn both(&self) -> Both {
         let name = self.file.name();
@@ -178,6 +196,10 @@ impl Loss {
             Fault::Older { noted, found } => text::StateCut { name, found, noted }.words(),
             Fault::Changed { n } => text::StateChanged { name, n }.words(),
             Fault::Emptied => text::StateNoUsers { name }.words(),
+            Fault::Malformed { error, aside: None } => text::StateMalformed { name, error }.words(),
+            Fault::Malformed { error, aside: Some(aside) } => {
+                text::StateSetAside { name, error, aside }.words()
+            }
         }
     }
 }
@@ -186,6 +208,22 @@ impl Loss {
 struct Found {
     connection: Connection,
     mark: Option<Mark>,
+}
+
+/// What is at the place of a file of the state.
+enum Look {
+    Nothing,
+    Found(Found),
+    Malformed(String),
+}
+
+impl Look {
+    const fn found(&self) -> Option<&Found> {
+        match self {
+            Self::Found(found) => Some(found),
+            Self::Nothing | Self::Malformed(_) => None,
+        }
+    }
 }
 
 /// Looks at the files before anything is opened. The id of the site, and what is wrong.
@@ -197,43 +235,65 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
             files.push((file, look(folder, file)?));
         }
     }
-    let marks = files.iter().filter_map(|(_, found)| found.as_ref()?.mark.as_ref());
+    let mut losses = Vec::new();
+    let mut say = |file, fault| losses.push(Loss { file, fault });
+    for (file, it) in &files {
+        if let Look::Malformed(error) = it {
+            say(*file, Fault::Malformed { error: error.clone(), aside: None });
+        }
+    }
+    if let Err(error) = &manifest {
+        say(StateFile::Site, Fault::Malformed { error: error.clone(), aside: None });
+    }
+    let is_gone = matches!(manifest, Ok(None));
+    let manifest = manifest.ok().flatten();
+    let marks = files.iter().filter_map(|(_, it)| it.found()?.mark.as_ref());
     let first = manifest.as_ref().map(|it| &it.mark).or_else(|| marks.clone().next());
     let site = first.map(|mark| mark.site.clone());
     if manifest.as_ref().is_some_and(|it| !it.complete)
-        || files.iter().all(|(_, it)| it.is_none()) && site.is_none()
+        || files.iter().all(|(_, it)| it.found().is_none()) && site.is_none()
     {
-        return Ok((site, Vec::new()));
+        return Ok((site, losses));
     }
-    let mut losses = Vec::new();
-    let mut say = |file, fault| losses.push(Loss { file, fault });
-    if manifest.is_none() && site.is_some() {
+    if is_gone && site.is_some() {
         say(StateFile::Site, Fault::Missing);
     }
     let used = |file| file != StateFile::History || manifest.as_ref().is_some_and(|it| it.history);
-    for (file, found) in &files {
-        match found {
-            None if used(*file) => say(*file, Fault::Missing),
-            Some(it) if site.is_some() && it.mark.as_ref().map(|it| &it.site) != site.as_ref() => {
+    for (file, it) in &files {
+        match it {
+            Look::Nothing if used(*file) => say(*file, Fault::Missing),
+            Look::Found(it)
+                if site.is_some() && it.mark.as_ref().map(|it| &it.site) != site.as_ref() =>
+            {
                 say(*file, Fault::Foreign);
             }
             _ => {}
         }
     }
+    compare(&files, site.as_deref(), manifest.map(|it| it.mark), &mut say)?;
+    Ok((site, losses))
+}
+
+/// Compares what the files of this site say of each other.
+fn compare(
+    files: &[(StateFile, Look)],
+    site: Option<&str>,
+    beside: Option<Mark>,
+    say: &mut impl FnMut(StateFile, Fault),
+) -> Result<(), StoreError> {
     let ours = |file| {
         let (_, found) = files.iter().find(|(it, _)| *it == file)?;
-        found.as_ref().filter(|it| it.mark.as_ref().map(|it| &it.site) == site.as_ref())
+        found.found().filter(|it| it.mark.as_ref().map(|it| it.site.as_str()) == site)
     };
     let (hub, audit) = (ours(StateFile::Hub), ours(StateFile::Audit));
     let mark = |found: Option<&Found>| found.and_then(|it| it.mark.clone());
-    let beside = manifest.map(|it| it.mark);
     if let Some(audit) = audit
         && let Some(noted) = [mark(hub), beside.clone()]
             .into_iter()
             .flatten()
             .map(|it| it.audit)
             .max_by_key(|it| it.n)
-        && let Some(fault) = check_audit(&audit.connection, &noted)?
+        && let Some(fault) = or_malformed(check_audit(&audit.connection, &noted))?
     {
         say(StateFile::Audit, fault);
     }
@@ -241,11 +301,22 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
         let noted: Vec<Users> =
             [mark(audit), beside].into_iter().flatten().map(|it| it.users).collect();
         let own = hub.mark.as_ref().map(|it| it.users).unwrap_or_default();
-        if let Some(fault) = check_users(&hub.connection, own, &noted)? {
+        if let Some(fault) = or_malformed(check_users(&hub.connection, own, &noted))? {
             say(StateFile::Hub, fault);
         }
     }
-    Ok((site, losses))
+    Ok(())
+}
+
+fn or_malformed(
+    checked: Result<Option<Fault>, rusqlite::Error>,
+) -> Result<Option<Fault>, StoreError> {
+    match checked {
+        Err(error) if is_malformed(&error) => {
+            Ok(Some(Fault::Malformed { error: error.to_string(), aside: None }))
+        }
+        checked => Ok(checked?),
+    }
 }
 
 /// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
@@ -337,12 +408,12 @@ fn check_users(
 }
 
 /// A database, if there is one with something in it.
-fn look(folder: &Path, file: StateFile) -> Result<Option<Found>, StoreError> {
+fn look(folder: &Path, file: StateFile) -> Result<Look, StoreError> {
     let path = folder.join(file.name());
     if std::fs::metadata(&path).map_or(true, |it| it.len() == 0) {
-        return Ok(None);
+        return Ok(Look::Nothing);
     }
-    let read = || -> Result<Option<Found>, rusqlite::Error> {
+    let read = || -> Result<Look, rusqlite::Error> {
         let connection = Connection::open(&path)?;
         connection.busy_timeout(std::time::Duration::from_secs(5))?;
         if file == StateFile::Hub {
@@ -356,21 +427,57 @@ fn look(folder: &Path, file: StateFile) -> Result<Option<Found>, StoreError> {
         }
         let tables = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table'";
         if connection.query_row(tables, [], |row| row.get::<_, i64>(0))? == 0 {
-            return Ok(None);
+            return Ok(Look::Nothing);
         }
         let mark = read(&connection)?;
-        Ok(Some(Found { connection, mark }))
+        for (table, query) in known(file) {
+            if has(&connection, table)? {
+                connection.prepare(query)?;
+            }
+        }
+        if file == StateFile::Hub && has(&connection, "zones")? {
+            let stored: Option<String> =
+                connection.query_row("SELECT value FROM zones", [], |row| row.get(0)).optional()?;
+            if let Some(Err(error)) =
+                stored.map(|it| serde_json::from_str::<lafet_site::Persisted>(&it))
+            {
+                return Ok(Look::Malformed(text::StoreZones { error: Shown(error) }.of(Lang::En)));
+            }
+        }
+        Ok(Look::Found(Found { connection, mark }))
     };
     match read() {
-        // It is put aside where it is opened.
-        Err(error) if !file.is_needed() && super::db::is_corrupt(&error) => Ok(None),
+        Err(error) if is_malformed(&error) => Ok(Look::Malformed(error.to_string())),
         read => read.map_err(|error| StoreError::File(path.clone(), error)),
     }
 }
 
+/// Tables without which the hub does not start, and what is asked of them.
+const fn known(file: StateFile) -> &'static [(&'static str, &'static str)] {
+    match file {
+        StateFile::Hub => &[
+            ("user", "SELECT name, role, password, created_ms, last_login_ms FROM user"),
+            ("session", "SELECT digest, id, user, csrf, created_ms, used_ms FROM session"),
+            ("token", "SELECT id, name, role, digest, created_ms, last_used_ms FROM token"),
+            ("setup", "SELECT digest FROM setup"),
+            ("device", "SELECT digest, user, used_ms FROM device"),
+            ("zones", "SELECT one, value FROM zones"),
+        ],
+        StateFile::Audit => &[(
+            "audit",
+            "SELECT n, at_ms, user, monitor, what, outcome, details, prev, hash FROM audit",
+        )],
+        StateFile::Events | StateFile::History | StateFile::Site => &[],
+    }
+}
+
+fn has(db: &Connection, table: &str) -> Result<bool, rusqlite::Error> {
+    let query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
+    db.query_row(query, [table], |row| row.get(0)).map(|count: i64| count > 0)
+}
+
 fn read(db: &Connection) -> Result<Option<Mark>, rusqlite::Error> {
-    let table = "SELECT COUNT(*) FROM sqlite_master WHERE name = 'site'";
-    if db.query_row(table, [], |row| row.get::<_, i64>(0))? == 0 {
+    if !has(db, "site")? {
         return Ok(None);
     }
     let query = "SELECT id, users, set_up, audit_n, audit_hash FROM site";
@@ -393,9 +500,13 @@ fn open_marked(folder: &Path, file: StateFile, site: &str) -> Result<Connection,
     Ok(db)
 }
 
-fn manifest(folder: &Path) -> Option<Manifest> {
-    let text = std::fs::read_to_string(folder.join(MANIFEST)).ok()?;
-    serde_json::from_str(&text).ok()
+/// What `site.json` says, if it is there; `Err`: why it cannot be read.
+fn manifest(folder: &Path) -> Result<Option<Manifest>, String> {
+    match std::fs::read(folder.join(MANIFEST)) {
+        Ok(bytes) if bytes.is_empty() => Ok(None),
+        Ok(bytes) => serde_json::from_slice(&bytes).map(Some).map_err(|error| error.to_string()),
+        Err(_) => Ok(None),
+    }
 }
 
 /// Whole or not at all.

@@ -22,7 +22,7 @@ pub use audit::{Audit, Entry, Record};
 pub(crate) use chain::Chain;
 pub use chain::{GENESIS, Verified, verify_lines};
 pub use db::{Db, StoreError, replace};
-pub(crate) use db::{occupy, open, private};
+pub(crate) use db::{checkpoint, occupy, open, private};
 pub use events::{Event, Events, Page, Search};
 pub(crate) use format::refuse_newer;
 pub use format::{FORMAT, Newer, newer};

@@ -47,6 +47,8 @@ pub struct Line {
     ordered: Option<(Command, u64)>,
     /// How its last order aims.
     pub order: Option<Aiming>,
+    /// Its holder was asked for it: for votes, or for a release that followed.
+    pub asked: Option<Asked>,
     /// The last report.
     pub(super) report: Option<MonitorReport>,
     /// Time of the state as the monitor reported it, and when it was first seen here.
@@ -55,6 +57,15 @@ pub struct Line {
     pressed: Option<Now>,
     /// Its Close button is pressed.
     closes: bool,
+}
+
+/// For what the holder of a monitor was asked to give it up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Votes are enough: water is about to come.
+    Votes,
+    /// Its zone is released.
+    Released,
 }
 
 /// The latest order of a monitor, for who says no without waiting for the machine.

@@ -464,6 +464,7 @@ impl Hub {
         self.carry(zones, machine, &caller, reaction);
         if looks {
             self.give_back(machine);
+            self.ask_holders(machine);
         }
         self.publish_zones(machine, now, !zones.is_failing());
         zones.turned_ms.store(ms(now), Ordering::Relaxed);

@@ -10,10 +10,10 @@ use std::time::Duration;
 
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
-use lafet_site::{Cause, Command, Order, Phase, Tone};
+use lafet_site::{Cause, Command, Order, Phase, State, Tone, Valve, Withheld};
 use tokio::time::sleep;
 
-use super::line::Aiming;
+use super::line::{Aiming, Asked};
 use super::{Machine, Valid, ZONES, Zones};
 use crate::access::{Kind, Principal, Role, Standing};
 use crate::command::request::MonitorRequest;
@@ -172,6 +172,57 @@ impl Hub {
             };
             _ = self.change_authority(&Caller::zones(), &station, action, None);
         }
+    }
+
+    /// Asks who holds a monitor that votes or a release need, as another operator would: who does not
+    /// answer and commands nothing gives way after the usual time, who answers decides. Each is asked once for
+    /// the votes and once for the release; who has water at work is left alone, and so is everyone in a test.
+    pub(super) fn ask_holders(&self, machine: &mut Machine) {
+        let state = machine.site.state();
+        for monitor in &state.monitors {
+            let (Ok(station), Some(line)) =
+                (self.station(&monitor.monitor), machine.lines.get_mut(&monitor.monitor))
+            else {
+                continue;
+            };
+            let wants = self.wanted(&state, &monitor.monitor);
+            let withheld = monitor.withheld == Some(Withheld::Person);
+            let works = line.report().is_none_or(|it| {
+                matches!(it.valve, Valve::Open | Valve::Moving) || it.extinguishing
+            });
+            let Some(wants) = wants.filter(|_| withheld && !works) else {
+                if line.asked.take_if(|_| wants.is_none()).is_some()
+                    && lock(&station.authority).withdraw(ZONES)
+                {
+                    station.publish_authority(self);
+                }
+                continue;
+            };
+            let free = {
+                let authority = lock(&station.authority);
+                let other = authority.holder().is_some_and(|(seat, _)| seat.seat != ZONES);
+                other && authority.request().is_none()
+            };
+            if free && line.asked != Some(wants) {
+                line.asked = Some(wants);
+                _ = self.change_authority(&Caller::zones(), &station, "request", None);
+            }
+        }
+    }
+
+    /// Why a zone needs this monitor, if one does.
+    fn wanted(&self, state: &State, monitor: &str) -> Option<Asked> {
+        let zones = &self.zones()?.config.site.zones;
+        let of = zones.iter().zip(&state.zones);
+        let of = of.filter(|(zone, it)| {
+            !it.mode.is_test() && zone.monitors.iter().any(|id| id == monitor)
+        });
+        of.filter_map(|(_, it)| match it.phase {
+            Phase::Coincidence | Phase::Countdown | Phase::Held => Some(Asked::Votes),
+            Phase::Released { wet: true, .. } => Some(Asked::Released),
+            _ => None,
+        })
+        .max_by_key(|it| *it == Asked::Released)
     }
 
     /// Notes an order with its causes; the request to the monitor has its own entries.

@@ -162,6 +162,75 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
     end(hub, damaged).await;
 }
 
+/// What cannot be read at all, each by another reason.
+fn malformed() -> Vec<(&'static str, StateFile, Damage)> {
+    use StateFile::{Audit, Events, History, Hub, Site};
+    let garbage = |name: &'static str| -> Damage {
+        Box::new(move |to| {
+            remove(to, name);
+            fs::write(to.join(name), "no state, and never was. ".repeat(400)).unwrap();
+        })
+    };
+    let half: Damage = Box::new(|to| {
+        let whole = fs::read(to.join("hub.db")).unwrap();
+        remove(to, "hub.db");
+        fs::write(to.join("hub.db"), &whole[..whole.len() / 2]).unwrap();
+    });
+    let zones = "CREATE TABLE IF NOT EXISTS zones (one INTEGER PRIMARY KEY, value TEXT NOT NULL);
+                 INSERT OR REPLACE INTO zones VALUES (1, '{')";
+    vec![
+        ("garbage", Hub, garbage("hub.db")),
+        ("half of it", Hub, half),
+        ("another program's", Hub, run("hub.db", "DROP TABLE user; CREATE TABLE user (a)".into())),
+        ("zones that are none", Hub, run("hub.db", zones.into())),
+        ("another site table", Hub, run("hub.db", "DROP TABLE site; CREATE TABLE site (a)".into())),
+        ("garbage", Audit, garbage("audit.db")),
+        (
+            "another program's",
+            Audit,
+            run("audit.db", format!("{UNLOCK} DROP TABLE audit; CREATE TABLE audit (a)")),
+        ),
+        ("garbage", Events, garbage("events.db")),
+        ("garbage", History, garbage("history.db")),
+        ("garbage", Site, garbage("site.json")),
+    ]
+}
+
+/// A file that cannot be read is refused, or accepted once: then it is kept under another name, a new
+/// one takes its place, and the audit log has both.
+async fn is_set_aside(
+    good: &Path,
+    damaged: &Path,
+    (what, file, damage): (&str, StateFile, Damage),
+) {
+    copy(good, damaged);
+    damage(damaged);
+    let before = fs::read(damaged.join(file.name())).unwrap();
+    if matches!(file, StateFile::Hub | StateFile::Audit) {
+        let Err(StoreError::Lost(losses)) = open(damaged, &[]) else {
+            panic!("{what}, {file:?}: not refused as lost");
+        };
+        let is = |it: &Loss| it.file == file && matches!(it.fault, Fault::Malformed { .. });
+        assert!(losses.iter().any(is), "{what}: {losses:?}");
+        assert_eq!(fs::read(damaged.join(file.name())).unwrap(), before, "refused and untouched");
+    }
+    let hub = open(damaged, &[file]).unwrap_or_else(|error| panic!("{what}, {file:?}: {error}"));
+    until("it is recorded", || hub.audit().waiting() == 0).await;
+    let log = hub.audit().latest(None, 5, None, None).await.unwrap();
+    let act = log.iter().filter_map(|it| it.record.act.as_ref()).find(|act| {
+        act["type"] == "state_lost" && act["file"] == file.word() && act["fault"] == "malformed"
+    });
+    let act = act.unwrap_or_else(|| panic!("{what}, {file:?}: {log:?}"));
+    let aside = act["aside"].as_str().expect("where it is now");
+    assert!(aside.starts_with(&format!("{}.spoilt-20", file.name())), "{aside}");
+    // What other connections have written since into a database is in its log, beside it.
+    assert_eq!(fs::read(damaged.join(aside)).unwrap(), before, "{what}, {file:?}: kept as it was");
+    end(hub, damaged).await;
+    let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
+    assert!(hub.integrity().losses().is_empty(), "{what}, {file:?}: once only");
+    end(hub, damaged).await;
+}
+
 #[tokio::test]
 async fn what_is_lost_or_changed_shows_at_the_start() {
     let (good, older, other) = (folder("good"), folder("older"), folder("other"));
@@ -185,9 +254,51 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
     remove(&damaged, "hub.db");
     fs::write(damaged.join("hub.db"), &whole[..whole.len() / 2]).unwrap();
     assert!(open(&damaged, &[]).is_err());
+    for case in malformed() {
+        is_set_aside(&good, &damaged, case).await;
+    }
     for folder in [good, older, other, damaged] {
         fs::remove_dir_all(folder).unwrap();
     }
+}
+
+/// After a clean end a copy of the databases without SQLite's logs has everything.
+#[tokio::test]
+async fn a_clean_end_leaves_everything_in_the_files() {
+    let (folder, alone) = (folder("settled"), folder("settled-alone"));
+    let own = folder.clone();
+    let config = Config {
+        data: Some(own),
+        listen: "127.0.0.1:0".parse().unwrap(),
+        login: false,
+        ..Config::default()
+    };
+    let hub = Hub::new(config, Clock::System, json!({})).unwrap();
+    let (end, ending) = tokio::sync::oneshot::channel::<()>();
+    let server = lafet_hub::Server::bind(hub.clone()).await.unwrap();
+    let served = tokio::spawn(server.serve(async { _ = ending.await }));
+    hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    hub.audit().note(hub.record_of_end()).await.unwrap();
+    hub.event(None, &lafet_hub::text::Both::same("it has happened"));
+    hub.history().note(1_000, "M1", "pressure", 5.0);
+    drop(end);
+    served.await.unwrap();
+    // The hub is there and has its files open, as in a program that is about to exit.
+    fs::create_dir_all(&alone).unwrap();
+    let count = |name: &str, query: &str| {
+        let log = fs::metadata(folder.join(format!("{name}-wal"))).map_or(0, |it| it.len());
+        assert_eq!(log, 0, "{name} has a log");
+        fs::copy(folder.join(name), alone.join(name)).unwrap();
+        let db = Connection::open(alone.join(name)).unwrap();
+        db.query_row(query, [], |row| row.get::<_, i64>(0)).unwrap()
+    };
+    assert_eq!(count("hub.db", "SELECT COUNT(*) FROM user"), 1);
+    assert_eq!(count("audit.db", "SELECT COUNT(*) FROM audit"), 2, "what was noted, and the end");
+    assert!(count("events.db", "SELECT COUNT(*) FROM event") >= 1);
+    assert!(count("history.db", "SELECT COUNT(*) FROM raw") >= 1);
+    drop(hub);
+    _ = fs::remove_dir_all(folder);
+    _ = fs::remove_dir_all(alone);
 }
 
 #[tokio::test]

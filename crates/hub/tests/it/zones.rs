@@ -617,3 +617,34 @@ fn the_example_of_the_document_is_right() {
     let zones = read.unwrap_or_else(|problems| panic!("{problems:#?}")).zones.expect("zones");
     assert_eq!((zones.site.zones.len(), zones.site.detectors.len()), (1, 3));
 }
+
+/// A console that is left open with the control of a monitor does not keep it from a fire: it is asked, as by
+/// another operator, and what it answers counts. Nothing is taken by force.
+#[tokio::test]
+async fn who_holds_a_monitor_is_asked_when_votes_need_it() {
+    let site = quiet(1, "coincidence_s = 0\ndelay_s = 60").await;
+    let mut anna = site.ws("").await;
+    anna.authority("M1", "take").await;
+    let held = |value: &Value| value["holder"]["user"] == "demo";
+    until_state(&site, "it is seen", |zone| zone["ready"] == false).await;
+    fire(&site).await;
+    let asked = anna.next_of("asked").await;
+    assert_eq!((&asked["monitor"], &asked["by"]["user"]), (&json!("M1"), &json!("zones")));
+    // The votes are gone: no zone needs it any more, and she keeps it.
+    sees(&site, "heat", "quiet").await;
+    let station = site.hub.station("M1").unwrap();
+    let control = || serde_json::to_value(station.control(&site.hub)).unwrap();
+    until("the request is withdrawn", || control()["request"].is_null()).await;
+    assert!(held(&control()), "{:#}", control());
+    // The next time she refuses: she is not asked again for the same votes.
+    sees(&site, "heat", "alarm").await;
+    anna.next_of("asked").await;
+    anna.authority("M1", "deny").await;
+    assert!(stays(Duration::from_secs(1), || control()["request"].is_null()).await);
+    assert!(held(&control()));
+    // Once the zone is released she is asked again, and gives way.
+    assert_eq!(order(&site, "hall/release", json!({ "confirm": "hall" })).await.status, 200);
+    anna.next_of("asked").await;
+    anna.authority("M1", "grant").await;
+    until("it gives water", || is_open(&site, "M1")).await;
+}

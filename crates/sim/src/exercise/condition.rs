@@ -75,6 +75,15 @@ impl SiteCondition {
 impl Scope {
     fn judge(self, condition: &Condition, site: &mut Site) -> Result<(bool, String), String> {
         let last = condition.path().last().map_or("", String::as_str);
+        let words = condition.path().len();
+        let expected = match self {
+            Self::Monitor(_) | Self::Fire(_) => words,
+            Self::Fires | Self::Water(Some(_)) => 2,
+            Self::Water(None) | Self::Time => 1,
+        };
+        if words != expected {
+            return Err(format!("`{}`: too many words", condition.path().join(" ")));
+        }
         match self {
             Self::Monitor(index) => {
                 let sim = &mut site.members[index].sim;
@@ -87,12 +96,7 @@ impl Scope {
             Self::Fire(index) => {
                 let fire = &site.fires[index];
                 match last {
-                    "heat" => condition.judge_number(fire.heat),
-                    "size" => condition.judge_number(fire.size_m),
-                    "density" => condition.judge_number(fire.density),
-                    "covered" => condition.judge_number(fire.covered()),
-                    "heated" => condition.judge_number(fire.heated()),
-                    _ if condition.path().len() == 2 => {
+                    _ if words == 2 => {
                         let word = match () {
                             () if fire.burns() => "burning",
                             () if site.fires.has_caught(index) => "out",
@@ -100,6 +104,14 @@ impl Scope {
                         };
                         condition.judge_word(word, &["burning", "out", "unlit"])
                     }
+                    _ if words > 3 => {
+                        Err(format!("`{}`: too many words", condition.path().join(" ")))
+                    }
+                    "heat" => condition.judge_number(fire.heat),
+                    "size" => condition.judge_number(fire.size_m),
+                    "density" => condition.judge_number(fire.density),
+                    "covered" => condition.judge_number(fire.covered()),
+                    "heated" => condition.judge_number(fire.heated()),
                     _ => Err(format!(
                         "`{last}`: heat, size, density, covered, heated, burning, out, unlit"
                     )),

@@ -3,12 +3,12 @@
 use lafet_device::Source as Interface;
 use lafet_device::composition::Composition;
 use lafet_proto::record::{Records, Writer};
-use lafet_proto::{Answer, Status, text as wire};
+use lafet_proto::{Answer, Status, SubsystemId, text as wire};
 use lafet_texts::{Text as _, Words, sim as text};
 
 use super::plan::{Exercise, FirePlan, MonitorPlan};
 use super::reader::{Document, Problem, Table};
-use super::{scenes, steps};
+use super::{effect, scenes, steps};
 use crate::fire::{Class, FireSpec};
 use crate::flash::Flash;
 use crate::foam::Foam;
@@ -35,11 +35,12 @@ impl Exercise {
         for table in root.tables("monitor")? {
             exercise.read_monitor(table)?;
         }
+        effect::supplies(&exercise, &root)?;
         if exercise.monitors.is_empty() {
             let what = text::NeedsMonitor.words();
             return Err(root.wrong("monitor", what));
         }
-        let foam = read_foam(&root)?;
+        let foam = exercise.read_foam(&root)?;
         for table in root.tables("fire")? {
             exercise.read_fire(table, foam)?;
         }
@@ -79,7 +80,7 @@ impl Exercise {
         let duration = head.needed_text("duration")?;
         let wrong = || head.wrong("duration", super::reader::a_time(duration));
         self.duration_ms = head.time("duration")?.filter(|ms| *ms > 0).ok_or_else(wrong)?;
-        self.site.seed = head.number("seed", 0.0, 1e9)?.unwrap_or(7.0) as u64;
+        self.site.seed = head.whole("seed", 0.0, 1e9)?.unwrap_or(7);
         self.view = head.numbers("view")?;
         self.bus = head.texts("bus")?.into_iter().map(str::to_owned).collect();
         head.finish()
@@ -117,12 +118,15 @@ impl Exercise {
         let profiles = Composition::ALL.map(|profile| (profile.name, profile));
         let mut config = Config {
             composition: table.choice("profile", &profiles)?.unwrap_or(Composition::FULL),
-            address: table.number("address", 1.0, 127.0)?.unwrap_or(names.len() as f64 + 1.0) as u8,
+            address: table.whole("address", 1.0, 127.0)?.unwrap_or(names.len() as u64 + 1) as u8,
             height_m: table.number("height", 0.2, 60.0)?.unwrap_or(1.5),
             nozzle_mm: table.number("nozzle", 10.0, 60.0)?.unwrap_or(28.0),
             ..Config::default()
         };
         if let Some([left, up]) = table.numbers("misalignment")? {
+            if !config.composition.chain.contains(SubsystemId::DETECTOR) {
+                return Err(table.wrong("misalignment", effect::without("Detector")));
+            }
             config.misalignment = (left, up);
         }
         let twin = self.site.monitors.iter().position(|it| it.sim.address == config.address);
@@ -180,25 +184,30 @@ impl Exercise {
             foam,
             ..kind
         };
+        effect::before_end(&table, "lit", lit_ms.unwrap_or(0), self.duration_ms)?;
         self.fires.push(FirePlan { name, lit_ms });
         self.site.fires.push(SiteFire { at, spec, on });
         table.finish()
     }
-}
 
-/// What the foam of the site is like.
-fn read_foam(root: &Table<'_>) -> Result<Foam, Problem> {
-    let Some(table) = root.table_of("foam")? else { return Ok(Foam::default()) };
-    let plain = Foam::default();
-    let foam = Foam {
-        expansion: table.number("expansion", 2.0, 20.0)?.unwrap_or(plain.expansion),
-        quarter_s: table.time("drains")?.map_or(plain.quarter_s, |ms| ms as f64 / 1000.0),
-    };
-    if !(10.0..=3600.0).contains(&foam.quarter_s) {
-        return Err(table.wrong("drains", text::DrainsBetween.words()));
+    /// What the foam of the site is like.
+    fn read_foam(&self, root: &Table<'_>) -> Result<Foam, Problem> {
+        let Some(table) = root.table_of("foam")? else { return Ok(Foam::default()) };
+        let plain = Foam::default();
+        let foam = Foam {
+            expansion: table.number("expansion", 2.0, 20.0)?.unwrap_or(plain.expansion),
+            quarter_s: table.time("drains")?.map_or(plain.quarter_s, |ms| ms as f64 / 1000.0),
+        };
+        if !(10.0..=3600.0).contains(&foam.quarter_s) {
+            return Err(table.wrong("drains", text::DrainsBetween.words()));
+        }
+        table.finish()?;
+        let has_foam = |it: &MonitorConfig| it.sim.composition.chain.contains(SubsystemId::VALVE2);
+        if !self.site.monitors.iter().any(has_foam) {
+            return Err(root.wrong("foam", effect::without("Valve2")));
+        }
+        Ok(foam)
     }
-    table.finish()?;
-    Ok(foam)
 }
 
 /// The kinds of fire, the first where a file names none. A pile keeps embers; a pool of light fuel
@@ -250,7 +259,8 @@ fn commissioned(config: &Config, set: &[&str]) -> Result<Flash, Words> {
     let nozzle_dmm = libm::round(config.nozzle_mm * 10.0);
     let own =
         [format!("Control Height {height_cm}"), format!("Control NozzleDiameter {nozzle_dmm}")];
-    for line in own.iter().map(String::as_str).chain(set.iter().copied()) {
+    let set = set.iter().flat_map(|lines| lines.split(';')).map(str::trim);
+    for line in own.iter().map(String::as_str).chain(set) {
         set_param(&mut sim, line)?;
     }
     sim.advance_ms(1_000);

@@ -2,7 +2,7 @@
 //! what is expected; [`run()`] carries it out in virtual time. `docs/scenarios.md` is the format.
 //!
 //! ```text
-//! TOML → reader, file, scenes, steps → plan::Exercise
+//! TOML → reader, file, scenes, steps, effect → plan::Exercise
 //!                                       │ director: the site and its events
 //! run: operator, controllers, checks ───┘ recording, log → report (text, JSON), picture (SVG)
 //! ```
@@ -11,6 +11,7 @@ mod checks;
 mod condition;
 mod controller;
 mod director;
+mod effect;
 mod file;
 mod log;
 mod picture;

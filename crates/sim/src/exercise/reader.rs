@@ -159,6 +159,15 @@ impl<'a> Table<'a> {
         self.number(key, least, most)?.ok_or_else(|| self.missing(key, text::ANumber { what }))
     }
 
+    /// A whole number within bounds, or nothing.
+    pub fn whole(&self, key: &'static str, least: f64, most: f64) -> Read<Option<u64>> {
+        let Some(number) = self.number(key, least, most)? else { return Ok(None) };
+        let is_whole = number.to_bits() == libm::trunc(number).to_bits();
+        let what = format!("{least} … {most}");
+        let wrong = || self.wrong(key, text::AWholeNumber { what }.words());
+        is_whole.then_some(Some(number as u64)).ok_or_else(wrong)
+    }
+
     /// Yes or no.
     pub fn truth(&self, key: &'static str) -> Read<Option<bool>> {
         let Some(item) = self.item(key) else { return Ok(None) };
@@ -216,6 +225,12 @@ impl<'a> Table<'a> {
         time_ms(text).map(Some).ok_or_else(|| self.wrong(key, a_time(text)))
     }
 
+    /// Keys that say nothing beside another one, or without it.
+    pub fn none_of(&self, keys: &[&'static str], what: impl Fn() -> Words) -> Read<()> {
+        let given = keys.iter().copied().find(|&key| self.has(key));
+        given.map_or(Ok(()), |key| Err(self.wrong(key, what())))
+    }
+
     /// Several numbers: `[1.5, -20]`.
     pub fn numbers<const N: usize>(&self, key: &'static str) -> Read<Option<[f64; N]>> {
         let Some(item) = self.item(key) else { return Ok(None) };
@@ -249,6 +264,15 @@ impl<'a> Table<'a> {
             self.array::<2>(key, value.get_ref()).map(|[x, y]| (x, y))
         };
         array.iter().map(place).collect()
+    }
+
+    /// One text or several; none without the key, and one at least with it.
+    pub fn texts_of(&self, key: &'static str) -> Read<Vec<&'a str>> {
+        let texts = self.texts(key)?;
+        match texts.is_empty() && self.has(key) {
+            true => Err(self.wrong(key, text::EmptyList.words())),
+            false => Ok(texts),
+        }
     }
 
     /// One text or several; none without the key.

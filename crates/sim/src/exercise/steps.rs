@@ -1,10 +1,12 @@
 //! From the text of a scenario file to a plan: events, the operator's part, expectations.
 
 use lafet_device::Source as Interface;
+use lafet_proto::SubsystemId;
 use lafet_proto::flags::Button;
 use lafet_texts::{Text as _, sim as text};
 
 use super::condition::{Names, SiteCondition, not_understood};
+use super::effect;
 use super::file::payload;
 use super::plan::{
     Action, ControllerPlan, EventPlan, Exercise, Expectation, Link, Moment, OperatorLine, Rule,
@@ -53,6 +55,7 @@ pub fn read(exercise: &mut Exercise, root: &Table<'_>) -> Result<(), Problem> {
         let expectation = reader.expectation(table)?;
         reader.exercise.expectations.push(expectation);
     }
+    effect::of_steps(reader.exercise, root)?;
     if reader.exercise.expectations.is_empty() {
         let what = text::NeedsExpect.words();
         return Err(root.wrong("expect", what));
@@ -66,11 +69,16 @@ pub fn wind(table: &Table<'_>, before: WindSpec) -> Result<Option<WindSpec>, Pro
     let speed_mps = table.number("wind", 0.0, 40.0)?;
     let gusts_mps = table.number("gusts", 0.0, 30.0)?;
     let given = from_deg.is_some() || speed_mps.is_some() || gusts_mps.is_some();
-    Ok(given.then(|| WindSpec {
+    let wind = WindSpec {
         from_deg: from_deg.unwrap_or(before.from_deg),
         speed_mps: speed_mps.unwrap_or(before.speed_mps),
         gusts_mps: gusts_mps.unwrap_or(before.gusts_mps),
-    }))
+    };
+    let calm = wind.speed_mps <= 0.0 && wind.gusts_mps <= 0.0;
+    if calm && from_deg.is_some() && speed_mps.is_none() {
+        return Err(table.wrong("wind_from", effect::without("wind")));
+    }
+    Ok(given.then_some(wind))
 }
 
 struct Steps<'e> {
@@ -127,26 +135,32 @@ impl Steps<'_> {
             let what = text::NeedsTrigger.words();
             return Err(table.wrong("at", what));
         }
+        effect::trigger_in_time(&table, &trigger, self.exercise.duration_ms)?;
         let mut actions = Vec::new();
         self.plant_actions(&table, &mut actions)?;
+        if actions.is_empty() {
+            let what = "inject, clear, radio, external, power, press, release";
+            table.none_of(&["monitor"], || effect::without(what))?;
+        }
         self.site_actions(&table, &mut actions)?;
+        for action in &actions {
+            effect::reaches(&table, self.exercise, &mut self.site, *action)?;
+        }
         if actions.is_empty() {
             let what = text::NeedsAction.words();
             return Err(table.wrong("", what));
         }
         let (line, mark, text) = (table.line(), self.mark(&table)?, table.both("text")?);
-        // One monitor need not be named, and may be.
-        table.item("monitor");
         table.finish()?;
         Ok(EventPlan { line, mark, trigger, text, actions })
     }
 
     /// Faults, links, power and buttons: what happens to one monitor.
     fn plant_actions(&self, table: &Table<'_>, actions: &mut Vec<Action>) -> Result<(), Problem> {
-        for name in table.texts("inject")? {
+        for name in table.texts_of("inject")? {
             actions.push(Action::Inject(self.monitor(table)?, fault(table, "inject", name)?));
         }
-        for name in table.texts("clear")? {
+        for name in table.texts_of("clear")? {
             let fault = match name {
                 "all" => None,
                 name => Some(fault(table, "clear", name)?),
@@ -163,7 +177,7 @@ impl Steps<'_> {
             actions.push(Action::Power(self.monitor(table)?, on));
         }
         for (key, pressed) in [("press", true), ("release", false)] {
-            for text in table.texts(key)? {
+            for text in table.texts_of(key)? {
                 let (post, button) = button(text).ok_or_else(|| {
                     let what = "buttons left, ext-buttons open …";
                     table.wrong(key, text::AButton { known: what }.words())
@@ -185,6 +199,9 @@ impl Steps<'_> {
         if let Some(fire) = table.one_of_names("ignite", &self.fires)? {
             actions.push(Action::Ignite(fire));
         }
+        if !table.has("supply") {
+            table.none_of(&["percent"], || effect::without("supply"))?;
+        }
         if let Some(supply) = table.one_of_names("supply", &self.exercise.supplies)? {
             let percent = table.needed("percent", 0.0, 150.0)?;
             actions.push(Action::Supply(supply, percent / 100.0));
@@ -203,18 +220,21 @@ impl Steps<'_> {
             over: table.choice("over", &INTERFACES)?.unwrap_or(Interface::ExternalConn),
             request: request.to_owned(),
             payload,
-            answer: table.text("answer")?.map(str::to_owned),
+            answer: effect::answer(&table)?,
             repeat_ms: table.time("repeat")?,
         };
+        effect::interface(&table, "over", self.exercise, &mut self.site, line.monitor, line.over)?;
         table.finish()?;
         Ok(line)
     }
 
     fn controller(&mut self, table: Table<'_>) -> Result<ControllerPlan, Problem> {
+        let monitor = self.monitor(&table)?;
+        let folds = effect::has(&mut self.site, monitor, SubsystemId::DEPLOYER);
         let controller = ControllerPlan {
             line: table.line(),
             mark: self.mark(&table)?,
-            monitor: self.monitor(&table)?,
+            monitor,
             trigger: self.trigger(&table)?,
             over: table.choice("over", &INTERFACES)?.unwrap_or(Interface::ExternalConn),
             sector: table.numbers("sector")?.unwrap_or([-60.0, 60.0, -10.0, 5.0]),
@@ -223,8 +243,9 @@ impl Steps<'_> {
             valve: table.choice("valve", &VALVES)?.unwrap_or("Valve1"),
             margin_deg: table.number("margin", 0.0, 30.0)?.unwrap_or(0.5),
             ignore: if table.has("ignore") { table.places("ignore")? } else { Vec::new() },
-            wrap: table.truth("wrap")?.unwrap_or(true),
+            wrap: table.truth("wrap")?.unwrap_or(folds),
         };
+        effect::controller(&table, self.exercise, &mut self.site, &controller)?;
         table.finish()?;
         Ok(controller)
     }
@@ -255,8 +276,13 @@ impl Steps<'_> {
         let (from, until) = (self.moment(&table, "from")?, self.moment(&table, "until")?);
         let (after, by) = (self.moment(&table, "after")?, self.moment(&table, "by")?);
         let (at, within_ms) = (self.moment(&table, "at")?, table.time("within")?);
+        let wrong = || table.wrong("that", text::NeedsExpectation.words());
         let (that, rule) = match conditions {
             [Some(that), None, None] => {
+                table.none_of(&["from", "until"], || effect::beside("that"))?;
+                if at.is_some() {
+                    table.none_of(&["after", "by", "within"], || effect::beside("at"))?;
+                }
                 let rule = match (at, after.is_some() || by.is_some() || within_ms.is_some()) {
                     (Some(at), _) => Rule::At(at),
                     (None, true) => Rule::By { after, within_ms, by },
@@ -264,12 +290,15 @@ impl Steps<'_> {
                 };
                 (that, rule)
             }
-            [None, Some(never), None] => (never, Rule::Never(from, until)),
-            [None, None, Some(always)] => (always, Rule::Always(from, until)),
-            _ => {
-                let what = text::NeedsExpectation.words();
-                return Err(table.wrong("that", what));
+            [None, never, always] if never.is_some() != always.is_some() => {
+                let key = if never.is_some() { "never" } else { "always" };
+                table.none_of(&["at", "after", "by", "within"], || effect::beside(key))?;
+                match (never, always) {
+                    (Some(never), _) => (never, Rule::Never(from, until)),
+                    (None, always) => (always.ok_or_else(wrong)?, Rule::Always(from, until)),
+                }
             }
+            _ => return Err(wrong()),
         };
         let expectation =
             Expectation { line: table.line(), text: table.needed_both("text")?, that, rule };

@@ -102,11 +102,133 @@ const MISTAKES: &[(&str, usize, &str, &str)] = &[
     ("a = ", 16, "", "TOML"),
 ];
 
+/// What is appended as in [`MISTAKES`]: words that would do nothing.
+const WITHOUT_EFFECT: &[(&str, usize, &str, &str)] = &[
+    ("[[operator]]\nsend = \"Stop All\"\nanswer = \"OK\"", 18, "operator.answer", "none, Ok"),
+    (
+        "[[operator]]\nsend = \"Stop All\"\nanswer = \"Denied (Deploier)\"",
+        18,
+        "operator.answer",
+        "`Deploier` is not known here; allowed: ExtButtons",
+    ),
+    (
+        "[[operator]]\nsend = \"Stop All\"\nrepeat = \"2s\"\nanswer = \"none\"",
+        19,
+        "operator.answer",
+        "repeated until it is answered",
+    ),
+    (
+        "[[event]]\nat = \"1s\"\nwind = 2\nmonitor = \"M1\"",
+        19,
+        "event.monitor",
+        "no effect without inject",
+    ),
+    ("[[event]]\nat = \"1s\"\nwind = 2\npercent = 5", 19, "event.percent", "without supply"),
+    ("[[event]]\nat = \"1s\"\nwind = 2\ninject = []", 19, "event.inject", "empty list"),
+    ("[[event]]\nat = \"1s\"\nwind_from = 90", 18, "event.wind_from", "without wind"),
+    ("[weather]\nwind_from = 90", 17, "weather.wind_from", "without wind"),
+    ("[[event]]\nat = \"21s\"\nwind = 2", 17, "event.at", "ends at  0:20.0"),
+    ("[[event]]\nat = \"1s\"\ndelay = \"20s\"\nwind = 2", 18, "event.delay", "ends at  0:20.0"),
+    ("[[event]]\nname = \"a\"\nafter = \"a\"\nwind = 2", 18, "event.after", "waits for itself"),
+    (
+        "[[event]]\nname = \"a\"\nafter = \"b\"\nwind = 2\n\
+         [[event]]\nname = \"b\"\nafter = \"a\"\nwind = 2",
+        18,
+        "event.after",
+        "waits for itself",
+    ),
+    ("[[event]]\nat = \"1s\"\ninject = \"deployer-jam\"", 18, "event.inject", "M1 has no Deployer"),
+    (
+        "[[event]]\nat = \"1s\"\ninject = \"vertical-unit-offline\"",
+        18,
+        "event.inject",
+        "no remote unit of M1",
+    ),
+    ("[[event]]\nat = \"1s\"\nclear = \"vertical-jam\"", 18, "event.clear", "nothing to undo"),
+    ("[[event]]\nat = \"1s\"\nrelease = \"buttons up\"", 18, "event.release", "nothing to undo"),
+    ("[[controller]]\nat = \"1s\"", 16, "controller", "M1 has no Detector"),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nthat = \"time > 1\"\nuntil = \"5s\"",
+        19,
+        "expect.until",
+        "no effect beside that",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nthat = \"time > 1\"\nat = \"5s\"\nby = \"6s\"",
+        20,
+        "expect.by",
+        "no effect beside at",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nnever = \"time < 0\"\nwithin = \"5s\"",
+        19,
+        "expect.within",
+        "no effect beside never",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nthat = \"time is 5\"",
+        18,
+        "expect.that",
+        "too many words",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nthat = \"fires burning now = 0\"",
+        18,
+        "expect.that",
+        "too many words",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nthat = \"Vertical position < inf\"",
+        18,
+        "expect.that",
+        "a number is expected",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nnever = \"Buttons UpButtonState=Shrot\"",
+        18,
+        "expect.never",
+        "did you mean `Short`",
+    ),
+    (
+        "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nnever = \"Vertical flags has none\"",
+        18,
+        "expect.never",
+        "`none` stands alone",
+    ),
+    ("[foam]\nexpansion = 5", 16, "foam", "without Valve2"),
+    (
+        "[[supply]]\nname = \"S\"\npressure = 1\nat_flow = 40\npressure_at_flow = 0.8",
+        17,
+        "supply.name",
+        "no monitor",
+    ),
+    (
+        "[[monitor]]\nname = \"M2\"\nat = [1, 1]\nprofile = \"remote\"\nmisalignment = [3, 3]",
+        20,
+        "monitor.misalignment",
+        "without Detector",
+    ),
+    ("[[monitor]]\nname = \"M2\"\nat = [1, 1]\naddress = 1.5", 19, "monitor.address", "whole"),
+    (
+        "[[monitor]]\nname = \"M2\"\nat = [1, 1]\n\
+         set = \"Vertical Speed 50 ; Horizontal Speed 0\"",
+        19,
+        "monitor.set",
+        "InvalidValue",
+    ),
+    (
+        "[[fire]]\nname = \"F\"\nat = [1, 2]\nsize = 1\nlit = \"21s\"",
+        20,
+        "fire.lit",
+        "ends at  0:20.0",
+    ),
+];
+
 /// Each mistake is reported with file, line, key, and what is allowed, in both languages.
 #[test]
 fn mistakes_are_told() {
     let with = |rest: &str| problem(&format!("{HEAD}{MONITOR}{EXPECT}{rest}"));
-    for &(rest, line, key, words) in MISTAKES {
+    for &(rest, line, key, words) in MISTAKES.iter().chain(WITHOUT_EFFECT) {
         let problem = with(rest);
         let line = line - 1;
         assert_eq!((problem.line, problem.key.as_str()), (line, key), "{rest}: {problem}");

@@ -258,6 +258,8 @@ impl Case {
 
     /// A case that checks nothing proves nothing.
     fn complete(&self, file: &str) -> Result<(), Failure> {
+        let is_watch = |step: &Step| matches!(step, Step::Watch { .. });
+        let watch = self.steps.iter().position(|(_, step)| is_watch(step));
         let failed = |line, expected: &str, came: &str| Failure {
             file: file.to_owned(),
             line,
@@ -271,6 +273,11 @@ impl Case {
             {
                 return Err(failed(*line, "`<` with the answer (or `!` to prepare)", text));
             }
+        }
+        let before = watch.unwrap_or(self.steps.len());
+        let early = self.steps[..before].iter().find(|(_, step)| matches!(step, Step::EndWatch));
+        if let Some((line, _)) = early {
+            return Err(failed(*line, "`never` or `always` before its `end`", "nothing to end"));
         }
         let checks = |step: &Step| {
             matches!(
@@ -288,10 +295,11 @@ impl Case {
 
 /// A setting; `None` when the word is none.
 fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), String>> {
-    let number = || rest.parse::<f64>().map_err(|_| "a number".to_owned());
+    let finite = |text: &str| text.trim().parse().ok().filter(|it: &f64| it.is_finite());
+    let number = || finite(rest).ok_or_else(|| "a number".to_owned());
     let pair = || {
         let (a, b) = rest.split_once(' ').ok_or("two numbers")?;
-        let value = |text: &str| text.trim().parse::<f64>().map_err(|_| "two numbers".to_owned());
+        let value = |text: &str| finite(text).ok_or_else(|| "two numbers".to_owned());
         Ok::<_, String>((value(a)?, value(b)?))
     };
     let mut set = || match word {
@@ -365,7 +373,8 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
         "power" => Step::PowerCut(power_cut(rest).ok_or(
             "power cycle, or power cut N old|new|mixed|random|unstable: in the word after N others",
         )?),
-        "crash" => Step::Crash,
+        "crash" if rest.is_empty() => Step::Crash,
+        "crash" => return Err("`crash` alone".to_owned()),
         "damage" => Step::Damage(Key(rest.parse().map_err(|_| "the number of a stored value")?)),
         "fire" => Step::Fire(rest.parse()?),
         _ => {
@@ -412,8 +421,8 @@ pub fn duration(text: &str) -> Result<u64, String> {
         Some(number) => (number, 1.0),
         None => (text.strip_suffix('s').ok_or("a time: 500ms or 2.5s")?, 1000.0),
     };
-    let value: f64 = number.trim().parse().map_err(|_| "a time: 500ms or 2.5s".to_owned())?;
-    let ms = (value * factor) as u64;
+    let value = number.trim().parse().ok().filter(|value: &f64| *value >= 0.0);
+    let ms = (value.ok_or("a time: 500ms or 2.5s")? * factor) as u64;
     if ms <= WAIT_MAX_MS { Ok(ms) } else { Err("at most an hour".to_owned()) }
 }
 

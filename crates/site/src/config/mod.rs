@@ -154,7 +154,7 @@ pub enum Mode {
     Manual,
     /// Out of service: nothing releases the zone.
     Off,
-    /// Everything as in automatic, but without water.
+    /// Votes as in automatic, but without water. A release by hand ends the test and gives water.
     TestDry,
     /// As a dry test, with pumps and the test outlet.
     TestOutlet,

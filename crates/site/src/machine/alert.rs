@@ -48,7 +48,7 @@ impl Site {
             Trouble::OutputOverdue => config.outputs[index].id.clone(),
             Trouble::PumpFailed | Trouble::PumpOverdue => config.pumps[index].id.clone(),
             Trouble::NoPressure => String::new(),
-            Trouble::NoMonitor => config.zones[index].id.clone(),
+            Trouble::NoMonitor | Trouble::FewJets => config.zones[index].id.clone(),
         }
     }
 

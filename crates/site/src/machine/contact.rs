@@ -1,6 +1,6 @@
 //! Contacts: they bounce, and a stop counts at once.
 
-use super::Site;
+use super::{Site, ms};
 use crate::config::ContactKind;
 use crate::event::Scope;
 use crate::output::{Cause, Entry, Why};
@@ -14,6 +14,10 @@ pub(super) struct Contact {
     pub changed: u64,
     /// As it counts.
     pub level: bool,
+    /// A hold: pressed since.
+    pub since: Option<u64>,
+    /// A hold that is pressed for longer than any countdown may be held.
+    pub stuck: bool,
 }
 
 impl Site {
@@ -53,8 +57,32 @@ impl Site {
                 if releases == (kind == ContactKind::Release) {
                     self.contact(index, kind);
                 }
+                if !releases && kind == ContactKind::Hold {
+                    self.hold_sticks(index);
+                }
             }
         }
+    }
+
+    /// A hold that is pressed for longer than a countdown may be held is stuck.
+    fn hold_sticks(&mut self, index: usize) {
+        let Contact { since: Some(since), stuck, .. } = self.contacts[index] else { return };
+        let zones = self.plan.contact_zones[index].iter().map(|it| &self.plan.config.zones[*it]);
+        let Some(longest) = zones.map(|zone| ms(zone.hold_max_s)).max() else { return };
+        if !stuck && self.due(since.saturating_add(longest)) {
+            self.contacts[index].stuck = true;
+            self.trouble(Trouble::ContactStuck, index, true);
+        }
+    }
+
+    /// The hold contacts of a zone that are pressed, and whether a person holds by it: since the alarm of the
+    /// zone, and not for too long. One that was pressed before is a trouble as soon as it would hold.
+    pub(super) fn holds(&self, zone: usize) -> impl Iterator<Item = (usize, bool)> {
+        let alarm = self.zones[zone].alarm_since;
+        self.plan.contacts_of(zone, ContactKind::Hold).filter_map(move |index| {
+            let Contact { since, stuck, .. } = self.contacts[index];
+            Some((index, !stuck && since? >= alarm))
+        })
     }
 
     fn contact(&mut self, index: usize, kind: ContactKind) {
@@ -78,6 +106,13 @@ impl Site {
         match (kind, raw) {
             (ContactKind::Release, true) => self.station(index, &input),
             (ContactKind::Release, false) => self.trouble(Trouble::ContactStuck, index, false),
+            (ContactKind::Hold, pressed) => {
+                let contact = &mut self.contacts[index];
+                (contact.since, contact.stuck) = (pressed.then_some(self.now), false);
+                if !pressed {
+                    self.trouble(Trouble::ContactStuck, index, false);
+                }
+            }
             (ContactKind::Abort, true) => self.no_by_contact(index, Why::Abort, &cause),
             (ContactKind::Stop, true) => self.no_by_contact(index, Why::Stop, &cause),
             (ContactKind::Lockout, true) => {

@@ -5,6 +5,7 @@ use std::hash::{Hash, Hasher};
 
 use super::Site;
 use super::water::Set;
+use crate::config::ContactKind;
 
 impl Site {
     /// Feeds everything on which further behaviour depends: times as what is left of them, never names,
@@ -22,6 +23,7 @@ impl Site {
         for it in &self.contacts {
             let moves = it.raw.is_some_and(|raw| raw != it.level);
             (it.raw, it.level, moves.then(|| age(it.changed))).hash(hash);
+            (it.stuck, it.since.map(age)).hash(hash);
         }
         for it in &self.zones {
             (it.mode, it.mode_until.map(left), it.met_since.map(age)).hash(hash);
@@ -33,6 +35,7 @@ impl Site {
             let ended = it.ended.as_ref().map(|ended| (ended.why, age(ended.at), ended.said));
             let last_alarm = ended.is_some().then(|| age(it.last_alarm));
             (release, ended, it.alarmed, last_alarm, &it.preferred, &it.opens).hash(hash);
+            it.alarmed.then(|| age(it.alarm_since)).filter(|_| self.has_holds()).hash(hash);
         }
         for it in &self.monitors {
             let closing = it.closing.as_ref().map(|it| (left(it.next), age(it.since)));
@@ -64,6 +67,11 @@ impl Site {
         let young = age(self.started);
         (self.lockout, self.silenced, young).hash(hash);
         (self.pumps_since.map(age), self.pumps_idle_since.map(age)).hash(hash);
+    }
+
+    /// Whether the beginning of an alarm matters.
+    fn has_holds(&self) -> bool {
+        self.plan.contacts(ContactKind::Hold).next().is_some()
     }
 
     /// The longest time of the configuration and the rules, ms.

@@ -149,11 +149,15 @@ impl Site {
         {
             return Err(Refusal::JustRefused);
         }
+        // A test keeps votes dry, never a hand: it is over.
+        if mode.is_test() && self.rules.hand_ends_test {
+            self.set_mode(zone, Mode::Automatic, None, cause.clone());
+        }
         let running = self.zones[zone].release.as_ref();
         if running.is_some_and(|release| !release.automatic) {
             return Ok(());
         }
-        let chosen = running.is_some();
+        let chosen = running.is_some_and(|release| release.wet);
         self.zones[zone].ended = None;
         for &monitor in &self.plan.zone_monitors[zone] {
             let state = &mut self.monitors[monitor];

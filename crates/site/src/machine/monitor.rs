@@ -272,9 +272,21 @@ impl Site {
         }
         for zone in 0..self.zones.len() {
             let wet = released(self, &zone, false) || released(self, &zone, true);
-            let lacks = wet && self.working(zone) == 0;
-            self.trouble(Trouble::NoMonitor, zone, lacks);
+            let working = self.working(zone);
+            self.trouble(Trouble::NoMonitor, zone, wet && working == 0);
+            let few = wet && working > 0 && working < self.jets_wanted(zone);
+            self.trouble(Trouble::FewJets, zone, few);
         }
+    }
+
+    /// So many monitors the zone wants at once: where `jets` says so, as far as the planner has water for
+    /// them.
+    fn jets_wanted(&self, zone: usize) -> usize {
+        let Some(jets) = self.plan.config.zones[zone].jets else { return 0 };
+        let Zone { release, opens, .. } = &self.zones[zone];
+        let automatic = release.as_ref().is_some_and(|it| it.automatic);
+        let most = opens.as_ref().filter(|_| automatic).map_or(usize::MAX, Vec::len);
+        usize::from(jets).min(most)
     }
 
     /// Monitors that work for a zone as ordered.

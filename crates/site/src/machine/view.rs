@@ -7,7 +7,7 @@ use crate::event::{Bypass, Scope};
 use crate::output::Why;
 use crate::state::{
     DetectorState, Disablement, MonitorState, NotReleased, OutputState, Phase, PumpState, State,
-    TroubleState, Voteless, ZoneState,
+    Trouble, TroubleState, Voteless, ZoneState,
 };
 
 impl Site {
@@ -101,7 +101,10 @@ impl Site {
             alarms: detectors.iter().filter(|it| self.alarms(**it)).map(id).collect(),
             need: tally.need,
             unable: unable.collect(),
-            ready: self.armed(zone) && tally.need.is_some() && self.can_serve(zone),
+            ready: self.armed(zone)
+                && tally.need.is_some()
+                && self.can_serve(zone)
+                && self.is_supplied(zone),
             left_ms: coincides.map(|at| at.saturating_sub(self.now)),
             hold_left_ms: ms(configured.hold_max_s).saturating_sub(held_ms),
             water_left_ms: until.map(|until| until.saturating_sub(self.now)),
@@ -113,6 +116,26 @@ impl Site {
 
     fn can_serve(&self, zone: usize) -> bool {
         self.plan.zone_monitors[zone].iter().any(|index| self.withheld(*index).is_none())
+    }
+
+    /// Its valve and as many pumps as it has without those in reserve can be reached and run, and no
+    /// supervised supply is lost.
+    fn is_supplied(&self, zone: usize) -> bool {
+        let config = &self.plan.config;
+        let lost = |id: &String| {
+            let path =
+                self.plan.path(id).and_then(|path| self.troubles.get(&(Trouble::Path, path)));
+            path.is_some_and(|known| known.active)
+        };
+        let valve = config.zones[zone].valve.as_ref();
+        if valve.is_some_and(lost) || config.paths.iter().any(lost) {
+            return false;
+        }
+        let wanted = config.pumps.iter().filter(|pump| !pump.standby).count();
+        let able = config.pumps.iter().zip(&self.pumps);
+        let able =
+            able.filter(|(it, pump)| !pump.failed && pump.hand != Some(false) && !lost(&it.id));
+        !config.zones[zone].pumps || able.count() >= wanted
     }
 
     /// Everything that keeps a zone with an alarm from being released.

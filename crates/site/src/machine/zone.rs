@@ -6,6 +6,7 @@ use super::{Site, ms};
 use crate::config::{ContactKind, Mode};
 use crate::event::Scope;
 use crate::output::{Cause, Entry, Why};
+use crate::state::Trouble;
 
 /// A zone.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +28,8 @@ pub(super) struct Zone {
     pub ended: Option<Ended>,
     /// A detector is in alarm.
     pub alarmed: bool,
+    /// The last alarm began.
+    pub alarm_since: u64,
     /// When the last alarm ended.
     pub last_alarm: u64,
     /// The planner's order of its monitors.
@@ -66,6 +69,9 @@ impl Site {
         let alarm = self.tally(zone).alarm;
         if self.zones[zone].alarmed && !alarm {
             self.zones[zone].last_alarm = self.now;
+        }
+        if !self.zones[zone].alarmed && alarm {
+            self.zones[zone].alarm_since = self.now;
         }
         self.zones[zone].alarmed = alarm;
         self.no_lapses(zone);
@@ -181,6 +187,11 @@ impl Site {
             let entry = Entry::Countdown { zone: self.zone_id(zone), delay_ms: delay };
             self.record(entry, self.vote_causes(&tally, since));
         }
+        let stuck: Vec<usize> =
+            self.holds(zone).filter(|(_, held)| !held).map(|(index, _)| index).collect();
+        for index in stuck {
+            self.trouble(Trouble::ContactStuck, index, true);
+        }
         if self.held(zone, from) {
             return;
         }
@@ -225,14 +236,13 @@ impl Site {
 
     /// A person holds, by contact or console.
     pub(super) fn holding(&self, zone: usize) -> bool {
-        self.zones[zone].hold_by.is_some() || self.pressed(zone, ContactKind::Hold)
+        self.zones[zone].hold_by.is_some() || self.holds(zone).any(|(_, held)| held)
     }
 
     fn record_hold(&mut self, zone: usize, on: bool, left_ms: u64) {
         let by = self.zones[zone].hold_by.clone().map(|by| Cause::Hand { by });
-        let pressed = self.plan.contacts_of(zone, ContactKind::Hold);
-        let pressed = pressed.filter(|index| self.contacts[*index].level);
-        let pressed = pressed.map(|it| self.plan.config.contacts[it].id.clone());
+        let pressed = self.holds(zone).filter(|(_, held)| *held);
+        let pressed = pressed.map(|(it, _)| self.plan.config.contacts[it].id.clone());
         let cause = by.into_iter().chain(pressed.map(|input| Cause::Contact { input })).collect();
         self.record(Entry::Held { zone: self.zone_id(zone), on, left_ms }, cause);
     }

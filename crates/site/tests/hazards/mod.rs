@@ -256,3 +256,141 @@ fn water_taken_over_before_a_restart_ends_in_its_time_and_keeps_its_pumps() {
     assert_eq!(end[0], (40_000, "Close north".to_owned()));
     assert_eq!(of(&end, "Pump p1"), ["Pump p1 off"]);
 }
+
+/// A test keeps votes dry, never a person: the release ends the test, also where votes have released dry before,
+/// and from a station as from a console.
+#[test]
+fn a_release_by_hand_is_wet_in_a_test_too() {
+    for votes_before in [false, true] {
+        for station in [false, true] {
+            let mut hall = Hall::new();
+            hall.hand(Hand::Mode { zone: zone(), mode: Mode::TestDry, for_s: Some(600) });
+            if votes_before {
+                hall.fire();
+                hall.wait(20_000);
+                assert_eq!(hall.phase(), Phase::Released { automatic: true, wet: false });
+            }
+            let released = if station {
+                hall.press("station", false);
+                hall.press("station", true);
+                hall.now += 50;
+                hall.site.step(hall.now)
+            } else {
+                hall.hand(Hand::Release { zone: zone() })
+            };
+            let all = orders(&released);
+            assert!(all.contains(&"Engage north None".to_owned()), "{votes_before} {all:?}");
+            assert_eq!(hall.phase(), Phase::Released { automatic: false, wet: true });
+            let over = Entry::Mode { zone: zone(), mode: Mode::Automatic, returns_in_ms: None };
+            assert!(released.records.iter().any(|it| it.entry == over), "{released:?}");
+            // The time of the test ends nothing any more.
+            hall.monitors(Valve::Open);
+            assert!(of(&hall.wait(700_000), "Close").is_empty());
+        }
+    }
+    // What is stronger than a hand stays so.
+    let mut hall = Hall::new();
+    hall.hand(Hand::Mode { zone: zone(), mode: Mode::TestDry, for_s: None });
+    hall.hand(Hand::Lockout { on: true });
+    let refused = hall.hand(Hand::Release { zone: zone() });
+    assert_eq!(refusal(&refused), Some(Refusal::Lockout));
+    assert_eq!(hall.site.state().zones[0].mode, Mode::TestDry);
+}
+
+/// A hold that was pressed before the alarm is a stuck contact, which would delay each fire.
+#[test]
+fn a_stuck_hold_is_a_trouble_and_holds_nothing() {
+    let mut hall = Hall::new();
+    hall.press("hold", true);
+    hall.wait(1000);
+    hall.fire();
+    assert!(!hall.has(Trouble::ContactStuck, true), "nothing is held yet");
+    let all = hall.wait(15_000);
+    assert!(hall.has(Trouble::ContactStuck, true));
+    assert!(all.contains(&(16_000, "Engage north Some(60000)".to_owned())), "{all:?}");
+    hall.press("hold", false);
+    hall.wait(1000);
+    assert!(hall.has(Trouble::ContactStuck, false));
+    // Pressed for longer than a countdown may be held it is a trouble without any fire too.
+    let mut hall = Hall::new();
+    hall.press("hold", true);
+    hall.wait(19_999);
+    assert!(!hall.has(Trouble::ContactStuck, true));
+    hall.wait(1);
+    assert!(hall.has(Trouble::ContactStuck, true));
+    // One detector is in alarm: who presses then means it.
+    let mut hall = Hall::new();
+    hall.sees("flame", Signal::Alarm);
+    hall.wait(1000);
+    hall.press("hold", true);
+    hall.wait(1000);
+    hall.sees("heat", Signal::Alarm);
+    hall.wait(6000);
+    assert_eq!(hall.phase(), Phase::Held);
+    assert!(!hall.has(Trouble::ContactStuck, true));
+    // A person at a console holds, whatever the contact does.
+    let mut hall = Hall::new();
+    hall.press("hold", true);
+    hall.wait(1000);
+    hall.fire();
+    hall.hand(Hand::Hold { zone: zone(), on: true });
+    hall.wait(6000);
+    assert_eq!(hall.phase(), Phase::Held);
+}
+
+#[test]
+fn fewer_jets_than_wanted_is_a_trouble() {
+    let mut hall = Hall::with(|config| config.zones[0].jets = Some(2));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.monitors(Valve::Open);
+    assert!(!hall.has(Trouble::FewJets, true));
+    hall.monitor("north", MonitorReport { reachable: false, ..OPEN });
+    assert!(hall.has(Trouble::FewJets, true) && !hall.has(Trouble::NoMonitor, true));
+    hall.monitor("south", MonitorReport { reachable: false, ..OPEN });
+    assert!(hall.has(Trouble::NoMonitor, true) && !hall.has(Trouble::FewJets, true));
+    hall.monitors(Valve::Open);
+    assert!(hall.has(Trouble::FewJets, false));
+    // Without `jets`, as with enough of them, there is none.
+    let mut hall = Hall::with(|config| config.zones[0].jets = Some(1));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.monitor("north", MonitorReport { reachable: false, ..OPEN });
+    assert!(!hall.has(Trouble::FewJets, true));
+}
+
+#[test]
+fn a_zone_without_its_pumps_valve_or_supply_is_not_ready() {
+    let ready = |hall: &Hall| hall.site.state().zones[0].ready;
+    let path = |hall: &mut Hall, id: &str, fault: bool| {
+        let fault = fault.then_some(PathFault::Open);
+        hall.event(Event::Path { path: id.to_owned(), fault });
+    };
+    let mut hall = Hall::with(|config| config.paths = vec!["main".to_owned()]);
+    assert!(ready(&hall));
+    for id in ["p1", "zone-valve", "main"] {
+        if id == "p1" {
+            // The pump in reserve takes its place.
+            path(&mut hall, id, true);
+            assert!(ready(&hall), "p3 is there");
+            path(&mut hall, "p2", true);
+            assert!(!ready(&hall), "and no other");
+            path(&mut hall, "p2", false);
+        } else {
+            path(&mut hall, id, true);
+            assert!(!ready(&hall), "{id}");
+        }
+        path(&mut hall, id, false);
+        assert!(ready(&hall), "{id} is well again");
+    }
+    for (pump, is_ready) in [("p1", true), ("p2", false)] {
+        hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
+        assert_eq!(ready(&hall), is_ready, "{pump} is kept off");
+    }
+    hall.hand(Hand::Reset(Scope::Site));
+    assert!(ready(&hall));
+    // One that needs no pumps does not care.
+    let mut hall = Hall::with(|config| config.zones[0].pumps = false);
+    for pump in ["p1", "p2", "p3"] {
+        hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
+    }
+    assert!(ready(&hall));
+}

@@ -34,6 +34,8 @@ set-refused = `{ $line }` is answered with { $status }
 no-request = `{ $request }` is no request: { $error }
 
 a-number = a number, { $what }
+a-whole-number = a whole number, { $what }
+empty-list = an empty list has no effect: leave it out
 true-or-false = true or false
 text-in-quotes = text in quotes
 text-or-texts = text, or a list of texts
@@ -79,6 +81,15 @@ needs-trigger = at, when or after is needed
 needs-action = nothing happens here; give one of: inject, clear, wind, gusts, wind_from, temperature, ignite, radio, external, power, press, release, supply
 a-button = a button: { $known }
 needs-expectation = one of that, never, always is needed
+no-effect-without = has no effect without { $what }
+no-effect-beside = has no effect beside { $what }
+after-the-end = this never comes: the scenario ends at { $end }
+waits-for-itself = waits for itself: it never comes
+nothing-to-undo = nothing to undo: no event of this scenario does the opposite to { $monitor }
+supply-unused = no monitor has this supply
+no-unit-there = has no effect: what it breaks is no remote unit of { $monitor }
+monitor-lacks = has no effect: { $monitor } has no { $subsystem }
+never-answered = has no effect: a request that is repeated until it is answered is never without an answer
 
 heading-time = Time
 heading-events = What happened

@@ -29,7 +29,7 @@ trouble-detector-silent = a detector is silent
 trouble-detector-dirty = a detector's window is dirty
 trouble-detector-stuck = a detector's self-test does not end
 trouble-path = a line is at fault
-trouble-contact-stuck = a release contact was pressed when it was first read
+trouble-contact-stuck = a contact is stuck: a release contact that was pressed when it was first read, or a hold that is pressed since before the alarm or for too long
 trouble-monitor-unreachable = a monitor does not answer
 trouble-monitor-failure = a monitor has failed
 trouble-monitor-idle = a monitor does not act on the order
@@ -39,6 +39,7 @@ trouble-pump-overdue = a pump is not reported as ordered
 trouble-pump-failed = a pump gives no pressure
 trouble-no-pressure = no pump gives pressure
 trouble-no-monitor = no monitor can serve a released zone
+trouble-few-jets = fewer monitors at work than the zone wants
 
 out-of-range = { $key } = { $value } is out of range.
 out-of-range-remedy = Write { $least } to { $most }.

@@ -34,6 +34,8 @@ set-refused = на `{ $line }` ствол отвечает { $status }
 no-request = `{ $request }` — не запрос: { $error }
 
 a-number = число, { $what }
+a-whole-number = целое число, { $what }
+empty-list = пустой список ничего не меняет: уберите его
 true-or-false = true или false
 text-in-quotes = текст в кавычках
 text-or-texts = текст или список текстов
@@ -79,6 +81,15 @@ needs-trigger = нужно at, when или after
 needs-action = здесь ничего не происходит; укажите одно из: inject, clear, wind, gusts, wind_from, temperature, ignite, radio, external, power, press, release, supply
 a-button = кнопка: { $known }
 needs-expectation = нужно одно из: that, never, always
+no-effect-without = ничего не меняет без { $what }
+no-effect-beside = ничего не меняет рядом с { $what }
+after-the-end = этого не будет: сценарий кончается в { $end }
+waits-for-itself = ждёт само себя: этого не будет
+nothing-to-undo = нечего отменять: ни одно событие сценария не делает обратного для { $monitor }
+supply-unused = ни один ствол не питается отсюда
+no-unit-there = ничего не меняет: у { $monitor } это не удалённый блок
+monitor-lacks = ничего не меняет: у { $monitor } нет { $subsystem }
+never-answered = ничего не меняет: запрос, который повторяется до ответа, без ответа не остаётся
 
 heading-time = Время
 heading-events = Ход событий

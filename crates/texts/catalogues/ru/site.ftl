@@ -29,7 +29,7 @@ trouble-detector-silent = извещатель не отвечает
 trouble-detector-dirty = загрязнено окно извещателя
 trouble-detector-stuck = самотестирование извещателя не заканчивается
 trouble-path = неисправность линии
-trouble-contact-stuck = контакт пуска был нажат при первом опросе
+trouble-contact-stuck = контакт залип: пуск был нажат при первом опросе либо задержка нажата ещё до тревоги или слишком долго
 trouble-monitor-unreachable = ствол не отвечает
 trouble-monitor-failure = отказ ствола
 trouble-monitor-idle = ствол не выполняет команду
@@ -39,6 +39,7 @@ trouble-pump-overdue = выполнение команды насосом не �
 trouble-pump-failed = насос не создаёт давления
 trouble-no-pressure = ни один насос не создаёт давления
 trouble-no-monitor = нет ствола для зоны с пуском
+trouble-few-jets = в зоне работает меньше стволов, чем нужно
 
 out-of-range = { $key } = { $value } вне диапазона.
 out-of-range-remedy = Укажите от { $least } до { $most }.

@@ -476,7 +476,7 @@ fn many_random_walks() {
 /// A machine with one wrong rule, and the change that makes it.
 type Wrong = (&'static str, fn(&mut Rules));
 
-const WRONG: [Wrong; 26] = [
+const WRONG: [Wrong; 27] = [
     ("a vote may be missing", |r| r.missing_votes = 1),
     ("a faulty detector votes", |r| r.fault_has_no_vote = false),
     ("a silent detector votes", |r| r.silent_has_no_vote = false),

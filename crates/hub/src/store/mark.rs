@@ -322,7 +322,8 @@ fn or_malformed(
 /// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
 /// the end of the audit log, as far as that is there.
 pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError> {
-    let known = manifest(folder).is_some_and(|it| it.complete && it.mark.site == site);
+    let noted = manifest(folder).ok().flatten();
+    let known = noted.is_some_and(|it| it.complete && it.mark.site == site);
     let mut manifest = Manifest { history, ..Manifest::of_this_program() };
     manifest.mark.site = site.to_owned();
     // A start that is cut off leaves what was noted before it: the next one checks against that.

@@ -69,6 +69,14 @@ export interface components {
             type: "login";
         } | {
             /** @enum {string} */
+            type: "logout";
+        } | {
+            /** @enum {string} */
+            type: "set_up";
+            /** @description Name of the administrator. */
+            user: string;
+        } | {
+            /** @enum {string} */
             type: "change_own_password";
         } | {
             /** @description Role of the user. */
@@ -201,6 +209,24 @@ export interface components {
             n: number;
             /** @enum {string} */
             type: "chain_broken";
+        } | {
+            /**
+             * Format: int64
+             * @description How many.
+             */
+            entries: number;
+            /**
+             * Format: int64
+             * @description Time of the first of them, ms since 1970.
+             */
+            from_ms: number;
+            /**
+             * Format: int64
+             * @description Time of the last of them, ms since 1970.
+             */
+            to_ms: number;
+            /** @enum {string} */
+            type: "entries_lost";
         };
         /** @description A place that the jet is to hit. */
         Aim: {
@@ -540,7 +566,9 @@ export interface components {
              * @description The farthest that this jet lands with any elevation, m.
              */
             reach_m: number | null;
+            strikes: components["schemas"]["Struck"] | null;
             throw: components["schemas"]["Thrown"] | null;
+            throw_strikes: components["schemas"]["Struck"] | null;
         };
         /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
         ConnStatus: {
@@ -1164,6 +1192,11 @@ export interface components {
              * @description Height of the nozzle above the ground, cm.
              */
             height_cm?: number | null;
+            /**
+             * Format: int32
+             * @description Horizontal position of the barrel, arc-minutes: what stands in that direction ends the jet.
+             */
+            horizontal_arcmin?: number | null;
             /** @description The monitor; without one, pressure, nozzle and height are needed. */
             monitor?: string | null;
             /**
@@ -2099,6 +2132,12 @@ export interface components {
             confirm?: string | null;
             /** @description Text form of the request, `Move Vertical 1200`. */
             request: string;
+            /**
+             * Format: double
+             * @description When it was sent, by the sender's clock, ms: late arrival is recognized by it, and a Stop that was
+             *     sent later.
+             */
+            t?: number | null;
         };
         /**
          * @description What a client may do; each role includes the permissions of the ones before it.
@@ -2706,6 +2745,13 @@ export interface components {
         } | {
             /** @enum {string} */
             fault: "emptied";
+        } | {
+            /** @description Its name now; a new file has its old one. */
+            aside?: string | null;
+            /** @description What was found. */
+            error: string;
+            /** @enum {string} */
+            fault: "malformed";
         };
         /**
          * @description A file of the state.
@@ -2730,6 +2776,32 @@ export interface components {
             /** @description The subsystems that the monitor consists of. */
             subsystems: components["schemas"]["Subsystems"];
         };
+        /** @description A tank or a wall that ends the way of the water. */
+        Struck: {
+            /**
+             * Format: float
+             * @description Height above the ground, m.
+             */
+            height_m: number;
+            /** @description What it is. */
+            kind: components["schemas"]["Structure"];
+            /** @description Its name. */
+            name: string;
+            /** @description On its top, not at its side. */
+            on_top: boolean;
+            /**
+             * Format: float
+             * @description Level distance from the nozzle, m.
+             */
+            way_m: number;
+            /** @description All of the water strikes it, as far as is known; else a part of it may pass. */
+            whole: boolean;
+        };
+        /**
+         * @description A structure of the site.
+         * @enum {string}
+         */
+        Structure: "tank" | "wall";
         /** @description The monitors of which a client is sent every change. */
         Subscribed: {
             /** @description Ids of the monitors; null: all. */
@@ -3679,7 +3751,7 @@ export interface components {
              * @description From the condition to the command, ms, of the last release.
              */
             reacted_in_ms?: number | null;
-            /** @description It would release by itself if there were votes. */
+            /** @description It would release by itself if there were votes: with a monitor, its valve and its pumps. */
             ready: boolean;
             /**
              * Format: int64
@@ -3709,7 +3781,7 @@ export interface components {
          * @description A trouble.
          * @enum {string}
          */
-        ZoneTrouble: "detector_fault" | "detector_silent" | "detector_dirty" | "detector_stuck" | "path" | "contact_stuck" | "monitor_unreachable" | "monitor_failure" | "monitor_idle" | "not_closed" | "output_overdue" | "pump_overdue" | "pump_failed" | "no_pressure" | "no_monitor";
+        ZoneTrouble: "detector_fault" | "detector_silent" | "detector_dirty" | "detector_stuck" | "path" | "contact_stuck" | "monitor_unreachable" | "monitor_failure" | "monitor_idle" | "not_closed" | "output_overdue" | "pump_overdue" | "pump_failed" | "no_pressure" | "no_monitor" | "few_jets";
         /** @description A trouble in the list. */
         ZoneTroubleState: {
             /** @description It is there; else it is over and waits for a reset. */
@@ -3958,6 +4030,8 @@ export type Standing = components['schemas']['Standing'];
 export type StateFault = components['schemas']['StateFault'];
 export type StateFile = components['schemas']['StateFile'];
 export type Status = components['schemas']['Status'];
+export type Struck = components['schemas']['Struck'];
+export type Structure = components['schemas']['Structure'];
 export type Subscribed = components['schemas']['Subscribed'];
 export type Subsystems = components['schemas']['Subsystems'];
 export type Switch = components['schemas']['Switch'];

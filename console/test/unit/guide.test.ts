@@ -62,7 +62,7 @@ describe.each([
       expect(words).not.toMatch(/guide\.|\{|undefined/);
       expect(site.monitors).toBeGreaterThan(0);
       if (site.monitors > 1) expect(words).toContain(String(site.monitors));
-      // Something stands or burns on a tank, or the word does not occur.
+      // Something is on a tank or burns there, or the word does not occur.
       const burning = site.fires.filter((one) => one.burns);
       const onTank = burning.some(({ at }) => site.tanks.some((one) => one.at[0] === at[0] && one.at[1] === at[1]));
       expect(tank.test(words), words).toBe(onTank || (site.tanks.length > 0 && !burning.length));

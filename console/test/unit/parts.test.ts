@@ -207,7 +207,7 @@ describe('plan model', () => {
     expect([early.lands, early.flight ?? null, early.reach_m]).toEqual([null, null, null]);
   });
 
-  it('shows the landing at the tank that the jet strikes, and asks anew when the barrel turns', () => {
+  it('shows the landing at the tank that the jet strikes, and asks again when the barrel turns', () => {
     const strikes = { name: 'T-1', kind: 'tank', on_top: false, way_m: 12, height_m: 4, whole: true } as const;
     const open = planMonitor('M1', site, { status: status(['Open']), jet: { ...jet, strikes } })!;
     expect(distanceTo(open.at, open.lands!)).toBeCloseTo(12);

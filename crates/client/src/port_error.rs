@@ -41,9 +41,9 @@ pub enum PortError {
         /// The port.
         path: PathBuf,
         /// The adapter that was used.
-        was: Usb,
+        was: Box<Usb>,
         /// The one that is there.
-        now: Option<Usb>,
+        now: Option<Box<Usb>>,
     },
 }
 
@@ -162,7 +162,7 @@ mod tests {
             (PortError::Permission { path: path.clone(), group: None }, "/dev/ttyUSB7"),
             (PortError::Missing { path: path.clone() }, "lafet ports"),
             (PortError::NotSerial { path: path.clone() }, "lafet ports"),
-            (PortError::OtherAdapter { path, was: Usb::default(), now: None }, "by-id"),
+            (PortError::OtherAdapter { path, was: Box::default(), now: None }, "by-id"),
         ];
         for (error, remedy) in errors {
             for lang in [Lang::En, Lang::Ru] {

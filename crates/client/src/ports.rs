@@ -83,7 +83,8 @@ impl Adapters {
         match (known.get(path), now) {
             (Some(was), Some(now)) if was.is_same(&now) => Ok(()),
             (Some(was), now) => {
-                Err(PortError::OtherAdapter { path: path.into(), was: was.clone(), now }.into())
+                let (was, now) = (Box::new(was.clone()), now.map(Box::new));
+                Err(PortError::OtherAdapter { path: path.into(), was, now }.into())
             }
             (None, Some(now)) => {
                 known.insert(path.into(), now);

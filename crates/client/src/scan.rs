@@ -102,7 +102,8 @@ pub async fn scan(
     // Bytes that are not frames may come from devices at another speed.
     scan.garbage = heard.is_garbage();
     scan.note(heard, source, &[0; 256]);
-    if !scan.speakers.is_empty() || scan.garbage {
+    let talks = !scan.speakers.is_empty() || scan.garbage;
+    if talks && !options.listen.is_zero() {
         scan.held_back = true;
         return Ok(scan);
     }

@@ -130,7 +130,7 @@ impl Condition {
         if let Some((class, names)) = flags_class(&path).zip(flag_names(op, &value)) {
             let alone = matches!(op, Op::Equal | Op::NotEqual) && value.trim() == "none";
             if !alone && value.split_whitespace().any(|name| name == "none") {
-                return Err("`none` stands alone, after = or !=".to_owned());
+                return Err("`none` has to be alone, after = or !=".to_owned());
             }
             for name in names {
                 known_flag(name, &path[0], class)?;

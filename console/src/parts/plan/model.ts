@@ -136,7 +136,7 @@ export function planMonitor(
   return monitor;
 }
 
-/** How much stands on a site that may end a jet. */
+/** How much there is on a site that may end a jet. */
 export const built = ({ tanks, walls }: Pick<PlanSite, 'tanks' | 'walls'>): number => tanks.length + walls.length;
 
 /** Steps of the direction in a query, arc-minutes: 0.2 m of 60 m. */

@@ -155,7 +155,7 @@ async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
 }
 
 /// Serves programs, one after another. A further one is disconnected at once: what it sent would
-/// wait, and reach the monitor when nobody expects it any more.
+/// wait, and reach the monitor when its sender expects it no more.
 async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;

@@ -127,7 +127,7 @@ fn a_log_that_is_not_read_delays_no_stop() {
         assert!(stop(&url), "a line of the log holds up the hub");
     }
     let waiting = hub.0.stderr.as_mut().unwrap();
-    let mut log = vec![0; 256 * 1024];
+    let mut log = vec![0; 128 * 1024];
     waiting.read_exact(&mut log).expect("more than a pipe holds was waiting");
     assert!(stop(&url));
 }

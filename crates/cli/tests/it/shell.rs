@@ -245,6 +245,10 @@ mod terminal {
         typed.types("open --no-wait\r");
         typed.sees("Accepted");
         typed.sees("> ");
+        let began = std::time::Instant::now();
+        while sim.flags("valve1").contains(&"Closed".into()) {
+            assert!(began.elapsed().as_secs() < 60, "it does not open");
+        }
         typed.types("\x03");
         typed.sees("Valve1 is not closed");
         typed.sees("lafet close valve1");

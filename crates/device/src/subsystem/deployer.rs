@@ -24,8 +24,9 @@ use lafet_proto::status::DeployerStatus;
 
 /// Direction of the barrel in which it can be folded (ours): straight ahead, level.
 const REST_ARCMIN: i32 = 0;
-/// A drive comes to rest within this of its target, '.
-const NEAR_ARCMIN: u32 = 2;
+/// A barrel this far off its direction can still be folded (ours), arc-minutes: more than drives with play
+/// and lag miss it by.
+const NEAR_ARCMIN: u32 = 30;
 /// The drives that go there.
 const RESTING: [Axis; 2] = [Axis::Horizontal, Axis::Vertical];
 

@@ -454,7 +454,7 @@ mod tests {
         let folder = Folder::open(None).unwrap();
         let write = move |queue: &Receiver<Work>| {
             _ = hung.recv();
-            drop(queue.try_iter());
+            queue.try_iter().for_each(drop);
         };
         let recordings = Arc::new(Recordings::written_by(&config, folder, write).unwrap());
         let own = recordings.clone();

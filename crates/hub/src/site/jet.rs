@@ -56,7 +56,7 @@ pub struct Asked {
     pub height_cm: Option<i32>,
     /// Elevation of the barrel, arc-minutes.
     pub elevation_arcmin: Option<i32>,
-    /// Horizontal position of the barrel, arc-minutes: what stands in that direction ends the jet.
+    /// Horizontal position of the barrel, arc-minutes: what is in that direction ends the jet.
     pub horizontal_arcmin: Option<i32>,
     /// Flow, l/s, for `throw`; what is not measured is that of the outlet.
     pub flow_lps: Option<f32>,
@@ -219,7 +219,7 @@ pub fn compute(
 }
 
 impl Computed {
-    /// Ends flight and throw at what stands in their way.
+    /// Ends flight and throw at what is in their way.
     fn end_at(&mut self, site: &Site, from: [f64; 2], bearing: f64) {
         let (Ok(jet), Some(elevation), Some(flight)) =
             (self.basis.jet(), self.elevation_arcmin, &self.flight)

@@ -7,6 +7,8 @@ use utoipa::ToSchema;
 
 use super::{Site, Tank, Wall};
 
+/// Sine of the angle below which a jet runs along a wall.
+const PARALLEL: f64 = 1e-9;
 /// Steps in which the place on a tank is found: to a millimetre.
 const HALVINGS: usize = 24;
 
@@ -153,9 +155,12 @@ impl Wall {
         let wall = [0, 1].map(|axis| self.to[axis] - self.from[axis]);
         let off = [0, 1].map(|axis| self.from[axis] - line.from[axis]);
         let cross = way[0] * wall[1] - way[1] * wall[0];
+        // Seen along its length it has no width.
+        if cross.abs() <= PARALLEL * line.way_m * wall[0].hypot(wall[1]) {
+            return None;
+        }
         let part = (off[0] * wall[1] - off[1] * wall[0]) / cross;
         let along = (off[0] * way[1] - off[1] * way[0]) / cross;
-        // Parallel lines give infinities or NaN, which lie in no range.
         ((0.0..1.0).contains(&part) && (0.0..=1.0).contains(&along)).then_some(part)
     }
 }

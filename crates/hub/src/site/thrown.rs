@@ -96,7 +96,7 @@ pub fn thrown(
 }
 
 impl Thrown {
-    /// Ends each distance at what stands in the way of water that would land so far. What that is: what
+    /// Ends each distance at what is in the way of water that would land so far. What that is: what
     /// the middle strikes, else the outermost or the nearest water.
     pub fn end_at(&mut self, strikes: impl Fn(f32) -> Option<Struck>) -> Option<Struck> {
         let ends =

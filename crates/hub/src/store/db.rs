@@ -499,7 +499,7 @@ mod tests {
         anew.execute("INSERT INTO t VALUES (1)", []).unwrap();
         drop(anew);
         // A second time at once: the first one stays.
-        std::fs::write(folder.join("b.db"), "spoilt again").unwrap();
+        std::fs::write(folder.join("b.db"), "corrupt again").unwrap();
         std::fs::write(folder.join("b.db-wal"), "its log").unwrap();
         set_aside(&folder.join("b.db")).unwrap();
         let mut kept: Vec<String> = std::fs::read_dir(&folder)
@@ -511,7 +511,7 @@ mod tests {
             .collect();
         kept.sort();
         let first = "no database, and never was".repeat(100);
-        assert_eq!(kept, ["its log".to_owned(), first, "spoilt again".to_owned()]);
+        assert_eq!(kept, ["its log".to_owned(), first, "corrupt again".to_owned()]);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -528,7 +528,11 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("lafet-cut-{}", std::process::id()));
         _ = std::fs::remove_dir_all(&folder);
         let schemas = [
-            ("hub.db", "CREATE TABLE user (name TEXT) STRICT;"),
+            (
+                "hub.db",
+                "CREATE TABLE user (name TEXT, role TEXT, password TEXT, created_ms INTEGER,
+                 last_login_ms INTEGER) STRICT;",
+            ),
             ("audit.db", "CREATE TABLE audit (n INTEGER PRIMARY KEY, hash TEXT) STRICT;"),
         ];
         for (name, schema) in schemas {

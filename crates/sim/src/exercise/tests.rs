@@ -193,7 +193,7 @@ const WITHOUT_EFFECT: &[(&str, usize, &str, &str)] = &[
         "[[expect]]\ntext = { en = \"a\", ru = \"a\" }\nnever = \"Vertical flags has none\"",
         18,
         "expect.never",
-        "`none` stands alone",
+        "`none` has to be alone",
     ),
     ("[foam]\nexpansion = 5", 16, "foam", "without Valve2"),
     (

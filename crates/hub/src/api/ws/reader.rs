@@ -38,8 +38,9 @@ use crate::words::{MotionEnd, MotionWord};
 
 /// Requests of a connection that wait for their answers.
 pub const REQUESTS_MAX: usize = 32;
-/// Stop, Close and Lockout that wait for theirs; more are carried out, and have no answer of their own.
-pub const URGENT_MAX: usize = 16;
+/// Stop, Close and Lockout that wait for theirs. One more is carried out, and then nothing is read until
+/// one of them is answered: more than a person can send while a monitor does not answer.
+pub const URGENT_MAX: usize = 64;
 
 /// Monitors to which a connection subscribes by name.
 const SUBSCRIBED_MAX: usize = 32;
@@ -236,8 +237,8 @@ impl Reader {
             Err(error) => return self.answer(id, Err(error)).await,
         };
         let all = self.hub.overtake_everywhere(&self.caller, &request);
-        // It is carried out all the same; who asks so often at once gets fewer answers.
-        let Ok(turn) = self.urgent_room.clone().try_acquire_owned() else { return };
+        // It is under way: only what comes next may wait for room for the answers.
+        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let answers = self.answers.clone();
         tokio::spawn(async move {
             let _turn = turn;
@@ -277,11 +278,8 @@ impl Reader {
             };
         let all: Vec<Joined> =
             requests.iter().map(|it| self.hub.urgent(&self.caller, &station, it)).collect();
-        // It is carried out all the same; who asks so often at once learns no more than that.
-        let Ok(turn) = self.urgent_room.clone().try_acquire_owned() else {
-            _ = self.answers.try_send(written(Progress::sent(id, station.id())));
-            return;
-        };
+        // They are under way: only what comes next may wait for room for the answers.
+        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let (answers, monitor) = (self.answers.clone(), station.id().to_owned());
         tokio::spawn(async move {
             let _turn = turn;

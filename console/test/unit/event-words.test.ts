@@ -60,6 +60,8 @@ const acts: Record<Act['type'], Act> = {
   jog: { type: 'jog', drive: 'Vertical', toward: 'max', end: { how: 'stopped', position: 600, reason: 'released' } },
   authority: { type: 'authority', action: 'force', reason: 'fire' },
   login: { type: 'login' },
+  logout: { type: 'logout' },
+  set_up: { type: 'set_up', user: 'anna' },
   change_own_password: { type: 'change_own_password' },
   add_user: { type: 'add_user', user: 'boris', role: 'operator' },
   change_user: { type: 'change_user', user: 'boris', role: 'engineer', password: true },
@@ -79,6 +81,7 @@ const acts: Record<Act['type'], Act> = {
   zone: { type: 'zone', entry: zones.released, cause: [] },
   zone_order: { type: 'zone_order', order: orders.engage, cause: [] },
   end: { type: 'end' },
+  entries_lost: { type: 'entries_lost', entries: 7, from_ms: 1, to_ms: 2 },
   clock_step: { type: 'clock_step', by_ms: -3500 },
   state_lost: { type: 'state_lost', file: 'audit', fault: 'older', noted: 7, found: 3 },
   chain_broken: { type: 'chain_broken', n: 1201 },
@@ -116,7 +119,7 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
     const words = wordsOf(entry(act, type === 'request' ? 'Move Vertical 1200' : TEXT));
     expect(words).not.toMatch(/¤|[{}]|events\.|request\.|undefined|NaN|_/);
     expect(words.length).toBeGreaterThan(3);
-    if (lang === 'ru') expect(words.replace(/M1|r\.mcap|scada|boris|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
+    if (lang === 'ru') expect(words.replace(/M1|r\.mcap|scada|boris|anna|T-1/g, '')).not.toMatch(/[a-z]{2}/i);
     expect(kindOf(entry(act))).not.toBeNull();
   });
 

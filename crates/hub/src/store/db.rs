@@ -302,6 +302,7 @@ pub fn is_malformed(error: &rusqlite::Error) -> bool {
             | Error::IntegralValueOutOfRange(..)
             | Error::InvalidColumnName(_)
             | Error::Utf8Error(..)
+            | Error::SqlInputError { .. }
     );
     other || value || is_corrupt(error)
 }

@@ -67,9 +67,7 @@ impl Ledger {
             let works = &self.works[valve as usize];
             let opens = works.iter().any(|work| work.output == ValveOutput::Opening);
             let sound = !input.open_switch && !input.close_sensor_fault;
-            let closed = self.closings[valve as usize].is_closed();
-            self.owed[valve as usize] &= !closed;
-            if closed && sound && !opens {
+            if self.closings[valve as usize].is_closed() && sound && !opens {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }
         }

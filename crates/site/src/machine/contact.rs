@@ -1,7 +1,7 @@
 //! Contacts: they bounce, and a stop counts at once.
 
 use super::{Site, ms};
-use crate::config::ContactKind;
+use crate::config::{self, ContactKind};
 use crate::event::Scope;
 use crate::output::{Cause, Entry, Why};
 use crate::state::Trouble;
@@ -16,7 +16,7 @@ pub(super) struct Contact {
     pub level: bool,
     /// A hold: pressed since.
     pub since: Option<u64>,
-    /// A hold that is pressed for longer than any countdown may be held.
+    /// A hold that is pressed for longer than any countdown takes, held as long as it may be.
     pub stuck: bool,
 }
 
@@ -64,11 +64,12 @@ impl Site {
         }
     }
 
-    /// A hold that is pressed for longer than a countdown may be held is stuck.
+    /// A hold that is pressed for longer than a countdown takes, held as long as it may be, is stuck.
     fn hold_sticks(&mut self, index: usize) {
         let Contact { since: Some(since), stuck, .. } = self.contacts[index] else { return };
         let zones = self.plan.contact_zones[index].iter().map(|it| &self.plan.config.zones[*it]);
-        let Some(longest) = zones.map(|zone| ms(zone.hold_max_s)).max() else { return };
+        let whole = |it: &config::Zone| ms(it.coincidence_s + it.delay_s + it.hold_max_s);
+        let Some(longest) = zones.map(whole).max() else { return };
         if !stuck && self.due(since.saturating_add(longest)) {
             self.contacts[index].stuck = true;
             self.trouble(Trouble::ContactStuck, index, true);

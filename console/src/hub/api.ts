@@ -1194,7 +1194,7 @@ export interface components {
             height_cm?: number | null;
             /**
              * Format: int32
-             * @description Horizontal position of the barrel, arc-minutes: what stands in that direction ends the jet.
+             * @description Horizontal position of the barrel, arc-minutes: what is in that direction ends the jet.
              */
             horizontal_arcmin?: number | null;
             /** @description The monitor; without one, pressure, nozzle and height are needed. */

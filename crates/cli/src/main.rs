@@ -31,6 +31,7 @@ mod serve;
 mod shell;
 mod simulator;
 mod surroundings;
+mod state;
 mod texts;
 mod top;
 mod undo;

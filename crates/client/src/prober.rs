@@ -14,6 +14,8 @@ use crate::transport::Link;
 const FRAMES_MAX: usize = 256;
 const SAMPLE_MAX: usize = 64;
 
+/// A port that takes no bytes for this long is stuck.
+const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 /// A received frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeardFrame {
@@ -98,7 +100,8 @@ impl Prober {
     ///
     /// # Errors
     ///
-    /// The error of the link when it is lost; `InvalidInput` for more than 512 bytes of payload.
+    /// The error of the link when it is lost, `TimedOut` if it takes no bytes for a second;
+    /// `InvalidInput` for more than 512 bytes of payload.
     pub async fn ask(
         &mut self,
         dst: u8,
@@ -112,7 +115,7 @@ impl Prober {
         let len = encode_with(check, &frame, &mut wire).ok_or(io::ErrorKind::InvalidInput)?;
         let payload = payload.to_vec();
         self.sent = Some(HeardFrame { dst, src, payload, check, after: Duration::ZERO });
-        self.link.send(wire.get(..len).unwrap_or_default()).await?;
+        self.send(wire.get(..len).unwrap_or_default()).await?;
         self.hear(time, |frame| (frame.src, frame.dst) == (dst, src)).await
     }
 
@@ -123,7 +126,7 @@ impl Prober {
     /// The error of the link when it is lost.
     pub async fn say(&mut self, bytes: &[u8], time: Duration) -> io::Result<Heard> {
         self.sent = None;
-        self.link.send(bytes).await?;
+        self.send(bytes).await?;
         self.listen(time).await
     }
 
@@ -150,6 +153,12 @@ impl Prober {
             heard.sample.extend(bytes.iter().take(room));
             if self.link.is_datagram() {
                 // One datagram is one frame: the next one does not continue a broken frame.
+    async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        timeout(SEND_TIMEOUT, self.link.send(bytes))
+            .await
+            .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+    }
+
                 self.decoder.reset();
             }
             for byte in bytes {

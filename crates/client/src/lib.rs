@@ -126,6 +126,8 @@ mod lead;
 #[cfg(feature = "client")]
 mod monitor;
 #[cfg(feature = "client")]
+pub mod overhear;
+#[cfg(feature = "client")]
 mod plan;
 #[cfg(feature = "client")]
 pub mod ports;

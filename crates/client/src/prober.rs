@@ -5,6 +5,7 @@
 use std::io;
 use std::time::Duration;
 
+use lafet_proto::bus;
 use lafet_proto::link::{Check, Counters, Decoder, Frame, WIRE_MAX, encode_with};
 use tokio::time::{Instant, timeout};
 
@@ -13,9 +14,9 @@ use crate::transport::Link;
 /// Frames and bytes that are kept from one call; the rest is only counted.
 const FRAMES_MAX: usize = 256;
 const SAMPLE_MAX: usize = 64;
-
 /// A port that takes no bytes for this long is stuck.
 const SEND_TIMEOUT: Duration = Duration::from_secs(1);
+
 /// A received frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeardFrame {
@@ -29,6 +30,14 @@ pub struct HeardFrame {
     pub check: Check,
     /// Time from the start of the call to the end of the frame.
     pub after: Duration,
+}
+
+impl HeardFrame {
+    /// The address that transmits without being asked: the sender, or the receiver of a monitor's
+    /// answer, which must have asked for it.
+    pub fn speaker(&self) -> u8 {
+        if bus::MONITORS.contains(&self.src) { self.dst } else { self.src }
+    }
 }
 
 /// What was received in one call.
@@ -95,6 +104,20 @@ impl Prober {
         self.hear(time, |_| false).await
     }
 
+    /// Receives until a frame has come, or for this time.
+    ///
+    /// # Errors
+    ///
+    /// The error of the link when it is lost.
+    pub async fn listen_for_frame(&mut self, time: Duration) -> io::Result<Heard> {
+        self.hear(time, |_| true).await
+    }
+
+    /// Gives the link back.
+    pub fn into_link(self) -> Link {
+        self.link
+    }
+
     /// Sends a frame (a presence probe when `payload` is empty), and receives until its receiver
     /// has answered, or for `time`.
     ///
@@ -130,6 +153,12 @@ impl Prober {
         self.listen(time).await
     }
 
+    async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        timeout(SEND_TIMEOUT, self.link.send(bytes))
+            .await
+            .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+    }
+
     async fn hear(
         &mut self,
         time: Duration,
@@ -153,12 +182,6 @@ impl Prober {
             heard.sample.extend(bytes.iter().take(room));
             if self.link.is_datagram() {
                 // One datagram is one frame: the next one does not continue a broken frame.
-    async fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        timeout(SEND_TIMEOUT, self.link.send(bytes))
-            .await
-            .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
-    }
-
                 self.decoder.reset();
             }
             for byte in bytes {

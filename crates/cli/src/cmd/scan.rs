@@ -6,6 +6,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::Args;
+use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
@@ -23,8 +24,6 @@ use crate::out::{Out, columns};
 /// How long a probe may take over a network, ms.
 const NETWORK_WAIT_MS: u64 = 100;
 
-/// How long a line is listened to before it is probed: a controller transmits once a second.
-const LISTEN: Duration = Duration::from_millis(1200);
 /// Interval at which the elapsed time is shown.
 const TICK: Duration = Duration::from_secs(1);
 /// Addresses per line of progress.
@@ -58,8 +57,6 @@ pub struct ScanArgs {
     tries: u32,
     #[arg(long)]
     brief: bool,
-    #[arg(long)]
-    insist: bool,
 }
 
 /// The hosts given by one argument.
@@ -103,7 +100,7 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         _ => NETWORK_WAIT_MS,
     };
     let listen = match endpoint {
-        Endpoint::Serial { .. } | Endpoint::Tcp { .. } if !args.insist => LISTEN,
+        Endpoint::Serial { .. } | Endpoint::Tcp { .. } if !global.insist => CONTROLLER_PAUSE,
         _ => Duration::ZERO,
     };
     let options = ScanOptions { listen, ..options(args, usual) };
@@ -266,7 +263,7 @@ async fn consists(args: &ScanArgs, global: &Global, url: &str, present: &Present
         return Vec::new();
     }
     let global = Global { connect: Some(url.to_owned()), ..global.clone() };
-    let Ok(connection) = Connection::open(&global).await else { return Vec::new() };
+    let Ok(connection) = Connection::open_heard(&global).await else { return Vec::new() };
     match connection.monitor.status_all().await {
         Ok(status) => status.present().map(|who| who.to_string()).collect(),
         Err(_) => Vec::new(),

@@ -31,6 +31,7 @@ mod record;
 mod scan;
 mod server;
 mod shell;
+mod site;
 mod teach;
 mod throw;
 mod top;

@@ -769,3 +769,15 @@ version-allocator = allocator
 version-none = nothing more
 version-system = that of the system
 version-unknown = unknown
+
+site-answered = { $question } — { $answer } (from the file)
+site-hint-yes-no = [y yes, n no, s skip, q end the test]
+site-hint-water = [type water to open, n no, q end the test]
+site-hint-act = [Enter done, s skip, q end the test]
+site-hint-degrees = [degrees, s skip, q end the test]
+site-hint-name = [{ $names }, n none, s skip, q end the test]
+site-bad-url = { $url } is no address of a hub: write http://HOST:8480 or https://HOST:8480
+site-bad-ca = { $file } has no usable certificate: { $error }
+site-lost = { $url } is not reached: { $error }. Does the hub run, and is the address right?
+site-counts = pass { $passed }, FAIL { $failed }, not tried { $not_tried }
+site-water-twice = Water needs both --only water (or a list with it) and --water.

@@ -225,6 +225,19 @@ map-modbus-arg-file = The hub.toml of the hub
 map-modbus-arg-server = Name of the server (default: the first one)
 map-modbus-arg-form = csv (default), with both languages and every bit; markdown; vectors, requests and answers as frames
 
+site = Test an installation as a whole
+site-test = Test an installation behind its hub against its plan, in safe steps
+site-test-arg-plan = The plan: what was designed and surveyed (docs/site-test.md)
+site-test-arg-hub = The hub
+site-test-arg-token-file = A file with a token of the hub: observer for read, engineer for more
+site-test-arg-ca = Certificate of the authority of the hub, PEM; else those of the system
+site-test-arg-only = Steps: read, dry, outlet, water (default: read,dry)
+site-test-arg-water = Allow the step water; a person confirms each monitor at the terminal
+site-test-arg-answers = Answers to questions, TOML; never those to water
+site-test-arg-record = Write the acceptance record into this file, JSON
+site-test-arg-page = Write the record as a page for printing into this file, HTML
+site-test-arg-by = Who tests, for the record
+
 calibrate = Fit the ballistics to the jet and fill the correction table
 calibrate-arg-shot = A shot with the narrowest jet: pressure in atm, elevation in degrees, distance in metres to the middle of the wetted ground; repeat it, three or more at different pressures and angles
 calibrate-arg-outlet = Instead of shots: use the simulated jet of this outlet, mm

@@ -769,3 +769,15 @@ version-allocator = распределитель памяти
 version-none = без дополнений
 version-system = системный
 version-unknown = неизвестен
+
+site-answered = { $question } — { $answer } (из файла)
+site-hint-yes-no = [д да, н нет, п пропустить, стоп — закончить]
+site-hint-water = [слово вода — открыть, н нет, стоп — закончить]
+site-hint-act = [Enter — сделано, п пропустить, стоп — закончить]
+site-hint-degrees = [градусы, п пропустить, стоп — закончить]
+site-hint-name = [{ $names }, н никакой, п пропустить, стоп — закончить]
+site-bad-url = { $url } — не адрес сервера: укажите http://УЗЕЛ:8480 или https://УЗЕЛ:8480
+site-bad-ca = в { $file } нет пригодного сертификата: { $error }
+site-lost = нет связи с { $url }: { $error }. Работает ли сервер, верен ли адрес?
+site-counts = норма { $passed }, ОТКАЗ { $failed }, не проверено { $not_tried }
+site-water-twice = Для воды нужны и --only water (или список с ним), и --water.

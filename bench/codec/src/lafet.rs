@@ -6,7 +6,7 @@ use lafet_device::guard::Passed;
 use lafet_device::{Composition, Device};
 
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
-use lafet_device::image::{Inputs, Outputs};
+use lafet_device::image::Inputs;
 use lafet_device::port::Port;
 use lafet_device::subsystem::conn::Source;
 use lafet_proto::answer::Reply;

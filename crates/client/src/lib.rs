@@ -102,6 +102,7 @@ mod port_error;
 pub mod refusal;
 pub mod session;
 mod url_error;
+mod usb;
 
 #[cfg(feature = "backup")]
 pub mod backup;
@@ -166,6 +167,7 @@ pub use session::medium::{Addresses, Echo, Framing, Role};
 pub use session::statistics::LinkStatistics;
 pub use session::{CheckMode, Config, Direction, Stats, Traced, Verdict};
 pub use url_error::UrlError;
+pub use usb::Usb;
 
 #[cfg(feature = "client")]
 pub use {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use lafet_texts::{Argument, Lang, Shown, Text, client as text};
 
-use crate::ports::Usb;
+use crate::usb::Usb;
 
 /// Why a port cannot be opened.
 #[derive(Clone, Debug, PartialEq, Eq)]

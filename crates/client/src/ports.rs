@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::{fmt, fs, io};
+use std::{fs, io};
 
 use crate::shared::lock;
 use crate::transport::port::{Holder, PortError, holders, may_open};
 use crate::url::Endpoint;
+use crate::usb::Usb;
 
 /// A serial port.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -25,41 +26,6 @@ pub struct Port {
     pub permitted: bool,
     /// Programs that have it open, as far as this user may see them.
     pub in_use: Vec<Holder>,
-}
-
-/// Description of a USB adapter, from the adapter itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Usb {
-    /// Vendor, four hexadecimal digits.
-    pub vendor_id: String,
-    /// Product, four hexadecimal digits.
-    pub product_id: String,
-    /// The vendor's name.
-    pub vendor: Option<String>,
-    /// The product's name.
-    pub product: Option<String>,
-    /// Its serial number.
-    pub serial: Option<String>,
-}
-
-impl Usb {
-    /// Whether it is the same adapter, as far as the system shows: adapters without a serial number
-    /// are alike.
-    fn is_same(&self, other: &Self) -> bool {
-        let told = |it: &Self| (it.vendor_id.clone(), it.product_id.clone(), it.serial.clone());
-        told(self) == told(other)
-    }
-}
-
-impl fmt::Display for Usb {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(product) = &self.product {
-            write!(f, "{product} ")?;
-        }
-        write!(f, "{}:{}", self.vendor_id, self.product_id)?;
-        self.serial.iter().try_for_each(|serial| write!(f, " {serial}"))
-    }
 }
 
 /// The adapters behind the ports that were opened: a port that is opened again must lead to the same
@@ -81,7 +47,7 @@ impl Adapters {
     fn compare(&self, path: &Path, now: Option<Usb>) -> io::Result<()> {
         let mut known = lock(&self.0);
         match (known.get(path), now) {
-            (Some(was), Some(now)) if was.is_same(&now) => Ok(()),
+            (Some(was), Some(now)) if is_same(was, &now) => Ok(()),
             (Some(was), now) => {
                 let (was, now) = (Box::new(was.clone()), now.map(Box::new));
                 Err(PortError::OtherAdapter { path: path.into(), was, now }.into())
@@ -94,6 +60,12 @@ impl Adapters {
             (None, None) => Ok(()),
         }
     }
+}
+
+/// Whether it is the same adapter, as far as the system shows: those without a serial number are alike.
+fn is_same(one: &Usb, other: &Usb) -> bool {
+    let of = |it: &Usb| (it.vendor_id.clone(), it.product_id.clone(), it.serial.clone());
+    of(one) == of(other)
 }
 
 /// The adapter of a port, which may be named by a link.

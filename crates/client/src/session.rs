@@ -285,8 +285,11 @@ impl Session {
         self.next_ticket += 1;
         let stop = urgent.then(|| operation.requests.clone());
         // Urgent ones that have been sent take turns behind those that have not.
-        let place = queue.iter().position(|other| urgent && other.sent).unwrap_or(queue.len());
-        queue.insert(place, operation);
+        let place = if urgent { queue.iter().position(|other| other.sent) } else { None };
+        match place {
+            Some(place) => queue.insert(place, operation),
+            None => queue.push_back(operation),
+        }
         if let Some(stop) = stop {
             self.note_stop(ticket, stop);
         }

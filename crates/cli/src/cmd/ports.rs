@@ -1,7 +1,8 @@
 //! `lafet ports`: the serial ports of this computer.
 
 use clap::Args;
-use lafet_client::ports::{Port, Usb, ports};
+use lafet_client::Usb;
+use lafet_client::ports::{Port, ports};
 use lafet_texts::cli as text;
 use serde::Serialize;
 

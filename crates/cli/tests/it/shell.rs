@@ -250,8 +250,7 @@ mod terminal {
             assert!(began.elapsed().as_secs() < 60, "it does not open");
         }
         typed.types("\x03");
-        typed.sees("Valve1 is not closed");
-        typed.sees("lafet close valve1");
+        typed.sees("Valve1 is not closed, and water may flow. To close it: lafet close valve1");
         typed.types("exit\r");
         assert_eq!(typed.shell.wait().unwrap().code(), Some(0));
     }

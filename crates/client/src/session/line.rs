@@ -366,7 +366,7 @@ impl Line {
         let heard = self.heard.filter(|_| !self.granted);
         let quiet = heard.map(|heard| heard + self.config.turnaround);
         // Bytes without end must not hold back a Stop.
-        let at_most = self.urgent_since().filter(|_| haste == Haste::Urgent);
+        let at_most = if haste == Haste::Urgent { self.urgent_since() } else { None };
         let longest = self.config.patience.max(self.config.turnaround);
         let quiet = quiet.map(|until| at_most.map_or(until, |since| until.min(since + longest)));
         // A console waits for its grant anyway; the controller itself does not wait.

@@ -53,8 +53,10 @@ impl Session {
         if believable {
             let operation = &mut outstanding.operation;
             operation.first_sent.get_or_insert(now);
-            operation.began.get_or_insert(now);
-            operation.silent_from.get_or_insert(now);
+            if operation.is_urgent() {
+                operation.began.get_or_insert(now);
+                operation.silent_from.get_or_insert(now);
+            }
         }
         outstanding.tries += 1;
         outstanding.forms.add(form);

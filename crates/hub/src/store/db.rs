@@ -512,7 +512,7 @@ mod tests {
             .collect();
         kept.sort();
         let first = "no database, and never was".repeat(100);
-        assert_eq!(kept, ["its log".to_owned(), first, "corrupt again".to_owned()]);
+        assert_eq!(kept, ["corrupt again".to_owned(), "its log".to_owned(), first]);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

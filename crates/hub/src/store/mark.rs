@@ -533,7 +533,11 @@ mod tests {
                 "CREATE TABLE user (name TEXT, role TEXT, password TEXT, created_ms INTEGER,
                  last_login_ms INTEGER) STRICT;",
             ),
-            ("audit.db", "CREATE TABLE audit (n INTEGER PRIMARY KEY, hash TEXT) STRICT;"),
+            (
+                "audit.db",
+                "CREATE TABLE audit (n INTEGER PRIMARY KEY, at_ms INTEGER, user TEXT, monitor TEXT,
+                 what TEXT, outcome TEXT, details TEXT, prev TEXT, hash TEXT) STRICT;",
+            ),
         ];
         for (name, schema) in schemas {
             open(Some(&folder), name, schema).unwrap();

@@ -44,8 +44,7 @@ typedef enum {
   LAFET_WAITING,
   // Answered: the frame has the answers.
   LAFET_ANSWERED,
-  // Sent as often as allowed, and silence. Whether it was carried out is unknown. Or it could not
-  // be sent, because `out` was too small.
+  // Sent as often as allowed, and silence. Whether it was carried out is unknown.
   LAFET_SILENCE,
 } lafet_outcome;
 
@@ -352,8 +351,7 @@ bool lafet_state_read(const lafet_record *record, lafet_state *state);
 bool lafet_answer_is_valid(const lafet_record *record);
 
 // Makes a session: `own` is the controller's address (129…254). An answer is waited for
-// `timeout_ms`, and the request sent at most `tries` times; once, if it starts or changes
-// something, since whether it was carried out is unknown without an answer.
+// `timeout_ms`, and the request sent at most `tries` times.
 //
 // # Safety
 // `session` is null or writable.
@@ -366,22 +364,12 @@ void lafet_session_init(lafet_session *session,
 // Asks: `payload` has one record or more, none for a presence probe. False while another request
 // waits, or if it is too long.
 //
-// Stop, Close and Lockout on (with reads, at most) do not wait: they take the place of a request
-// that does neither, of which no outcome is reported then; it may have been carried out.
-//
 // # Safety
 // The session was initialised; `size` is that of `payload`.
 bool lafet_session_ask(lafet_session *session, const uint8_t *payload, size_t size);
 
-// Gives up a request that waits; no outcome of it is reported. It may have been carried out.
-//
-// # Safety
-// The session was initialised.
-void lafet_session_cancel(lafet_session *session);
-
 // Bytes to send now, if any: writes them to `out` and returns their number. Call it after
-// each of the other functions, and when time passes. `LAFET_WIRE_MAX` bytes of `out` are always
-// enough; with too few the outcome is `LAFET_SILENCE`.
+// each of the other functions, and when time passes.
 //
 // # Safety
 // The session was initialised; `out_size` is that of `out`.

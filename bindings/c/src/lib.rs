@@ -14,7 +14,6 @@
 #![cfg_attr(target_os = "none", no_std)]
 #![expect(non_camel_case_types, reason = "names of C")]
 
-mod asked;
 mod device;
 mod image;
 mod link;

@@ -1,13 +1,13 @@
 //! The controlling side of one monitor, without I/O: bytes to send and bytes received go through it,
-//! and the time. One frame is out at a time; it is repeated until it is answered or given up, if
-//! carrying it out twice does no harm. What stops or closes takes the place of what waits.
+//! and the time. One frame is out at a time; it is repeated until it is answered or given up.
 //!
 //! For a controller on a chip; what a PC wants more (queues, redialling, batches, the bus) is the Rust
 //! crate `lafet-client`.
 
+use lafet_proto::RequestId;
 use lafet_proto::link::{self, Decoder, Frame, PAYLOAD_MAX};
+use lafet_proto::record::Records;
 
-use crate::asked::{is_answered_by, is_repeatable, is_urgent};
 use crate::link::lafet_frame;
 use crate::{bytes, room};
 
@@ -21,8 +21,7 @@ pub enum lafet_outcome {
     LAFET_WAITING,
     /// Answered: the frame has the answers.
     LAFET_ANSWERED,
-    /// Sent as often as allowed, and silence. Whether it was carried out is unknown. Or it could not
-    /// be sent, because `out` was too small.
+    /// Sent as often as allowed, and silence. Whether it was carried out is unknown.
     LAFET_SILENCE,
 }
 
@@ -49,24 +48,21 @@ struct Session {
 }
 
 impl Session {
-    fn asked(&self) -> &[u8] {
-        self.payload.get(..self.size).unwrap_or_default()
-    }
-
-    fn waits(&self) -> bool {
-        self.outcome == lafet_outcome::LAFET_WAITING
-    }
-
     fn is_answer(&self, frame: &Frame<'_>) -> bool {
+        let asked = Records::new(self.payload.get(..self.size).unwrap_or_default());
+        let requests = |records: Records<'_>, id: RequestId| {
+            records.flatten().any(|record| record.request == id)
+        };
+        let mut answers = Records::new(frame.payload);
         frame.dst == self.own
             && frame.src == self.monitor
-            && is_answered_by(self.asked(), frame.payload)
+            && frame.payload.is_empty() == (self.size == 0)
+            && answers.all(|a| a.is_ok_and(|a| requests(asked.clone(), a.request)))
     }
 }
 
 /// Makes a session: `own` is the controller's address (129…254). An answer is waited for
-/// `timeout_ms`, and the request sent at most `tries` times; once, if it starts or changes
-/// something, since whether it was carried out is unknown without an answer.
+/// `timeout_ms`, and the request sent at most `tries` times.
 ///
 /// # Safety
 /// `session` is null or writable.
@@ -100,9 +96,6 @@ pub unsafe extern "C" fn lafet_session_init(
 /// Asks: `payload` has one record or more, none for a presence probe. False while another request
 /// waits, or if it is too long.
 ///
-/// Stop, Close and Lockout on (with reads, at most) do not wait: they take the place of a request
-/// that does neither, of which no outcome is reported then; it may have been carried out.
-///
 /// # Safety
 /// The session was initialised; `size` is that of `payload`.
 #[unsafe(no_mangle)]
@@ -113,8 +106,9 @@ pub unsafe extern "C" fn lafet_session_ask(
 ) -> bool {
     // SAFETY: the caller's promise.
     let (session, asked) = unsafe { (session.cast::<Session>().as_mut(), bytes(payload, size)) };
-    let may = |s: &&mut Session| !s.waits() || (is_urgent(asked) && !is_urgent(s.asked()));
-    let Some(session) = session.filter(may) else { return false };
+    let Some(session) = session.filter(|s| s.outcome != lafet_outcome::LAFET_WAITING) else {
+        return false;
+    };
     let Some(place) = session.payload.get_mut(..asked.len()) else { return false };
     place.copy_from_slice(asked);
     session.size = asked.len();
@@ -123,21 +117,8 @@ pub unsafe extern "C" fn lafet_session_ask(
     true
 }
 
-/// Gives up a request that waits; no outcome of it is reported. It may have been carried out.
-///
-/// # Safety
-/// The session was initialised.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lafet_session_cancel(session: *mut lafet_session) {
-    // SAFETY: the caller's promise.
-    if let Some(session) = unsafe { session.cast::<Session>().as_mut() } {
-        session.outcome = lafet_outcome::LAFET_IDLE;
-    }
-}
-
 /// Bytes to send now, if any: writes them to `out` and returns their number. Call it after
-/// each of the other functions, and when time passes. `LAFET_WIRE_MAX` bytes of `out` are always
-/// enough; with too few the outcome is `LAFET_SILENCE`.
+/// each of the other functions, and when time passes.
 ///
 /// # Safety
 /// The session was initialised; `out_size` is that of `out`.
@@ -150,19 +131,20 @@ pub unsafe extern "C" fn lafet_session_transmit(
 ) -> usize {
     // SAFETY: the caller's promise.
     let (session, out) = unsafe { (session.cast::<Session>().as_mut(), room(out, out_size)) };
-    let Some(session) = session.filter(|s| s.waits()) else { return 0 };
+    let Some(session) = session.filter(|s| s.outcome == lafet_outcome::LAFET_WAITING) else {
+        return 0;
+    };
     let waits = session.deadline_ms.wrapping_sub(now_ms) as i32 > 0;
     if session.sent > 0 && waits {
         return 0;
     }
-    let tries = if is_repeatable(session.asked()) { session.tries } else { session.tries.min(1) };
-    if session.sent >= tries {
+    if session.sent >= session.tries {
         session.outcome = lafet_outcome::LAFET_SILENCE;
         return 0;
     }
-    let frame = Frame { dst: session.monitor, src: session.own, payload: session.asked() };
-    let Some(len) = link::encode(&frame, out) else {
-        session.outcome = lafet_outcome::LAFET_SILENCE;
+    let Session { monitor, own, payload, size, .. } = session;
+    let payload = payload.get(..*size).unwrap_or_default();
+    let Some(len) = link::encode(&Frame { dst: *monitor, src: *own, payload }, out) else {
         return 0;
     };
     session.sent += 1;
@@ -189,7 +171,8 @@ pub unsafe extern "C" fn lafet_session_receive(
     let (taken, found) = session.decoder.push_slice(data);
     let found = found.is_some();
     let frame = session.decoder.last().filter(|_| found && session.sent > 0);
-    if let Some(frame) = frame.filter(|frame| session.waits() && session.is_answer(frame)) {
+    let waiting = session.outcome == lafet_outcome::LAFET_WAITING;
+    if let Some(frame) = frame.filter(|frame| waiting && session.is_answer(frame)) {
         let Frame { dst, src, payload } = frame;
         *answer = lafet_frame { dst, src, payload: payload.as_ptr(), size: payload.len() };
         session.outcome = lafet_outcome::LAFET_ANSWERED;

@@ -149,10 +149,8 @@ mod terminal {
     use std::sync::mpsc::{Receiver, channel};
     use std::time::Duration;
 
-    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    use rustix::termios::{Winsize, tcsetwinsize};
-
     use super::*;
+    use crate::support::terminal;
 
     const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -165,13 +163,7 @@ mod terminal {
 
     impl Typed {
         fn start(sim: &Sim, lang: &str) -> Self {
-            let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-            grantpt(&ours).unwrap();
-            unlockpt(&ours).unwrap();
-            let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
-            tcsetwinsize(&ours, size).unwrap();
-            let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-            let keys = File::from(ours);
+            let (keys, path) = terminal();
             let (mut output, mut answers) = (keys.try_clone().unwrap(), keys.try_clone().unwrap());
             let (sender, screen) = channel();
             std::thread::spawn(move || {

@@ -126,6 +126,7 @@ impl Beside {
         let mut command = run::behind(&[&["ci"], &names[..]].concat())?;
         command.stdin(Stdio::null()).stderr(file.try_clone().map_err(failed)?).stdout(file);
         let process = command.spawn().map_err(|e| format!("cannot run nice: {e}"))?;
+        run::limit::spare(process.id());
         println!("\nbeside the next steps run: {}", names.join(", "));
         Ok(Self { process, log })
     }

@@ -1,5 +1,7 @@
 //! Runs commands and steps, and sums up the results.
 
+pub mod limit;
+
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -198,10 +200,17 @@ fn line(command: &Command) -> String {
     text
 }
 
+fn too_long() -> String {
+    format!("took more than {} min", STEP_LIMIT.as_secs() / 60)
+}
+
 fn flush() {
     // A closed stdout must not stop a check.
     let _ = std::io::stdout().flush();
 }
+
+/// Longest time of a step: three times what the longest takes on two cores.
+const STEP_LIMIT: Duration = Duration::from_secs(30 * 60);
 
 /// Steps that run one after another, whether or not the others fail.
 #[derive(Default)]
@@ -221,7 +230,12 @@ impl Steps {
         println!("\n== {name}");
         flush();
         let start = Instant::now();
-        let result = run();
+        let (result, killed) = limit::within(STEP_LIMIT, run);
+        let result = match (result, killed) {
+            (result, false) => result,
+            (Ok(()), true) => Err(too_long()),
+            (Err(message), true) => Err(format!("{}: {message}", too_long())),
+        };
         let time = start.elapsed();
         match &result {
             Ok(()) => println!("   ok, {:.1} s", time.as_secs_f32()),

@@ -117,7 +117,7 @@ fn a_log_that_is_not_read_delays_no_stop() {
     let mut command = site.command();
     command.stderr(Stdio::piped());
     command.stdout(File::create(&out).unwrap());
-    let mut hub = Killed(command.spawn().unwrap());
+    let hub = Killed(command.spawn().unwrap());
     let began = Instant::now();
     let line = loop {
         let said = std::fs::read_to_string(&out).unwrap();

@@ -280,7 +280,7 @@ async fn a_clean_end_leaves_everything_in_the_files() {
     hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
     hub.audit().note(hub.record_of_end()).await.unwrap();
     hub.event(None, &lafet_hub::text::Both::same("it has happened"));
-    hub.history().note(1_000, "M1", "pressure", 5.0);
+    hub.history().note(hub.clock().now_ms(), "M1", "pressure", 5.0);
     drop(end);
     served.await.unwrap();
     // The hub is there and has its files open, as in a program that is about to exit.

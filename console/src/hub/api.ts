@@ -1742,6 +1742,7 @@ export interface components {
             readiness: components["schemas"]["Readiness"] | null;
             status: components["schemas"]["Status"] | null;
             tune: components["schemas"]["Tune"] | null;
+            urgent: components["schemas"]["UrgentCounts"] | null;
         };
         /**
          * @description How a motion by hand ended.
@@ -3002,6 +3003,27 @@ export interface components {
             /** @description Name of the register. */
             register: string;
         };
+        /**
+         * @description How many urgent requests have come for a monitor since the hub was started, from all clients: what is held on a
+         *     page ends when one of them grows.
+         */
+        UrgentCounts: {
+            /**
+             * Format: int64
+             * @description Close.
+             */
+            close: number;
+            /**
+             * Format: int64
+             * @description Lockout.
+             */
+            lockout: number;
+            /**
+             * Format: int64
+             * @description Stop, of the monitor or of a part of it.
+             */
+            stop: number;
+        };
         /** @description A user, as the API lists it. */
         User: {
             /**
@@ -4044,6 +4066,7 @@ export type Tune = components['schemas']['Tune'];
 export type TunePair = components['schemas']['TunePair'];
 export type TuneWord = components['schemas']['TuneWord'];
 export type UnknownBits = components['schemas']['UnknownBits'];
+export type UrgentCounts = components['schemas']['UrgentCounts'];
 export type User = components['schemas']['User'];
 export type UserChange = components['schemas']['UserChange'];
 export type Values = components['schemas']['Values'];

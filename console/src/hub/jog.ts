@@ -153,8 +153,8 @@ export function guardJog(): void {
   window.addEventListener('pointercancel', leave, true);
   document.addEventListener('visibilitychange', leave);
   document.addEventListener('freeze', leave);
-  // The hub ends them with a Close too.
-  onHalt(({ monitor }) => jog.endAll('left', monitor ?? undefined));
+  // The hub ends them with a Close too. One of another client it ends by itself, and reports why.
+  onHalt(({ monitor, own }) => own && jog.endAll('left', monitor ?? undefined));
   store.subscribe(LINKED, () => {
     if (!store.linked || store.source === 'replay') jog.endAll('link');
   });

@@ -140,7 +140,9 @@ export type TopicOf<K extends string> = K extends 'hub'
                               ? Program | null
                               : K extends `monitors/${string}/tune`
                                 ? Tune
-                                : unknown;
+                                : K extends `monitors/${string}/urgent`
+                                  ? api.UrgentCounts
+                                  : unknown;
 
 type Message = api.Message;
 type Of<K extends Message['type']> = Extract<Message, { type: K }>;

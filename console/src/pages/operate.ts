@@ -3,7 +3,7 @@ import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { commands } from '../hub/commands';
 import { HubError } from '../hub/errors';
-import { onHalt } from '../hub/halt';
+import { concerns, onHalt } from '../hub/halt';
 import { has, inControl } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { Readiness, Site } from '../hub/types';
@@ -220,7 +220,8 @@ export class PageOperate extends LitElement {
     super.connectedCallback();
     if (this.view === 'scene') void this.loadScene();
     window.addEventListener('keydown', this.keyed);
-    this.endStop = onHalt(() => {
+    this.endStop = onHalt((halt) => {
+      if (!concerns(halt, this.monitor)) return;
       this.forget();
       // A press on the plan that is not over yet aims at nothing any more.
       if (this.plan) this.plan.drag = null;

@@ -1,8 +1,8 @@
 // A button that must be held: `held` is sent at the end of the time, and nothing before. A Stop, Lockout, Close or Abort
-// from this page ends it, as does a page that stalls.
+// ends it, as does a page that stalls.
 import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { onHalt } from '../hub/halt';
+import { concerns, onHalt } from '../hub/halt';
 import { type Key, t } from '../i18n';
 import { base } from '../theme/shared';
 import { HeldKeys } from './held-keys';
@@ -61,6 +61,8 @@ export class LfHold extends LitElement {
   @property() icon: IconName | '' = '';
   @property() why = '';
   @property({ type: Number }) seconds = 1;
+  /** The monitor that it is for: orders of other clients to others do not end it. Empty: those to any do. */
+  @property() monitor = '';
   @property({ type: Boolean }) nohint = false;
   @state() private holding = false;
   private readonly clock = new Steady();
@@ -98,7 +100,9 @@ export class LfHold extends LitElement {
     super.connectedCallback();
     window.addEventListener('blur', this.abort);
     document.addEventListener('visibilitychange', this.abort);
-    this.endHalt = onHalt(() => this.halted('shell.hold_stopped'));
+    this.endHalt = onHalt((halt) => {
+      if (concerns(halt, this.monitor)) this.halted('shell.hold_stopped');
+    });
   }
 
   override disconnectedCallback(): void {

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { onHalt } from '../hub/halt';
+import { concerns, onHalt } from '../hub/halt';
 import { t } from '../i18n';
 import type { Limits } from './geometry';
 import { emit, partStyle } from './part-style';
@@ -19,6 +19,8 @@ export class LfSlider extends LitElement {
   @property({ type: Number }) target: number | null = null;
   @property({ attribute: false }) limits: Limits | null = null;
   @property({ type: Number }) step: number = 1;
+  /** The monitor that it is of: orders of other clients to others do not end a pull. */
+  @property() monitor: string = '';
   @property() unit: string = 'mm';
   @property() label: string = '';
   @property({ attribute: 'low-text' }) lowText: string = '';
@@ -231,8 +233,8 @@ export class LfSlider extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.endHalt = onHalt(() => {
-      this.halted = this.wish !== null;
+    this.endHalt = onHalt((halt) => {
+      if (concerns(halt, this.monitor)) this.halted = this.wish !== null;
     });
   }
 

@@ -7,6 +7,7 @@ import { commands } from '../hub/commands';
 import { dictionary } from '../hub/dictionary';
 import { HubError } from '../hub/errors';
 import { followFaults } from '../hub/faults';
+import { followHalts } from '../hub/halts';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
 import { type Left, leftOf, UNKNOWN } from '../hub/left';
@@ -203,6 +204,7 @@ export class LfApp extends LitElement {
     followDisplay();
     followFire();
     guardJog();
+    followHalts();
     guardTuning();
     guardStop({ monitor: () => this.stopped(), wanted: () => this.bar !== null, back: () => this.putBack() });
     followAuthority();

@@ -1,5 +1,5 @@
-// What of STOP does not depend on the element of its bar: the keys, the bar's return if something has taken it out of the
-// page, and its place in what the screen shows when the page is magnified by a pinch.
+// What of STOP does not depend on the element of its bar: the keys, the button of a gamepad, the bar's return if something
+// has taken it out of the page, and its place in what the screen shows when the page is magnified by a pinch.
 import { commands } from '../hub/commands';
 
 const LOOK_MS = 500;
@@ -9,6 +9,32 @@ const LEAST = 0.01;
 /** Pause; F9 and Shift+Escape for keyboards without it. None of them types anything. */
 export function isStopKey(event: KeyboardEvent): boolean {
   return event.key === 'Pause' || event.key === 'F9' || (event.key === 'Escape' && event.shiftKey);
+}
+
+/** B of a gamepad. */
+export const PAD_STOP = 1;
+const PAD_MS = 30;
+
+export interface PadLike {
+  index: number;
+  /** Only of a `standard` one it is known which button is which. */
+  mapping: string;
+  buttons: readonly { pressed: boolean }[];
+}
+
+/** Whether STOP has just been pressed on a gamepad: once for each press. */
+export class PadStop {
+  private readonly pressed = new Set<number>();
+
+  read(all: readonly PadLike[]): boolean {
+    const now = all
+      .filter((pad) => pad.mapping === 'standard' && pad.buttons[PAD_STOP]?.pressed)
+      .map(({ index }) => index);
+    const stop = now.some((index) => !this.pressed.has(index));
+    this.pressed.clear();
+    for (const index of now) this.pressed.add(index);
+    return stop;
+  }
 }
 
 export interface Bar {
@@ -32,7 +58,26 @@ export function guardStop({ monitor, wanted, back }: Bar): void {
     },
     true,
   );
+  guardPads(() => commands.stop(monitor() ?? undefined).catch(() => {}));
   window.setInterval(() => wanted() && back(), LOOK_MS);
+}
+
+/** A timer: pages that are covered by others are not drawn. It runs while there is a gamepad. */
+function guardPads(stop: () => void): void {
+  const pads = new PadStop();
+  let timer = 0;
+  const look = () => {
+    const all = navigator.getGamepads?.().filter((pad) => pad !== null) ?? [];
+    if (pads.read(all)) stop();
+    if (all.length > 0) return;
+    clearInterval(timer);
+    timer = 0;
+  };
+  const begin = () => {
+    timer ||= window.setInterval(look, PAD_MS);
+  };
+  window.addEventListener('gamepadconnected', begin);
+  begin();
 }
 
 /** Keeps the bar inside of the visible part of the page, as large as always. Returns the function that ends it. */

@@ -337,6 +337,30 @@ describe('valves and lockout', () => {
     await close();
   });
 
+  test('what is held for a valve ends with a STOP of another client, and must be held again', async () => {
+    await take(page);
+    const open = page.locator('#Valve1 .open-button');
+    await able(open).hover();
+    // Long enough for any machine.
+    await open.evaluate((button: HTMLElement & { seconds: number }) => (button.seconds = 20));
+    const holding = open.locator('button.holding');
+    const held = async (id: string) => {
+      await page.mouse.down();
+      await holding.waitFor();
+      const { ok } = await fetch(`${site.api}/api/monitors/${id}/stop`, { method: 'POST' });
+      expect(ok).toBe(true);
+    };
+    await held('M2');
+    await passes(page, 700);
+    expect(await holding.count(), 'it is for another monitor').toBe(1);
+    await page.mouse.up();
+    await held('M1');
+    await holding.waitFor({ state: 'detached' });
+    await page.getByText('Ended by an order to stop or close').waitFor();
+    await page.mouse.up();
+    expect((await site.outputs('M1')).Valve1!.flags).toContain('Closed');
+  });
+
   test('LOCKOUT is held, apart from STOP, and says its name on a phone; a touch does nothing', async () => {
     await take(page);
     const lockout = page.locator('#lockout');
@@ -533,6 +557,15 @@ describe('other input devices', () => {
   });
 
   test('a button of the gamepad is STOP, without any control', async () => {
+    const target = await site.sentAway();
+    await pad([0, 0], [PAD_STOP]);
+    await stoppedShortOf(target);
+    await pad([0, 0]);
+  });
+
+  test('on other pages too it is STOP', async () => {
+    await page.evaluate(() => (location.hash = '#/alarms'));
+    await page.locator('lf-page-alarms').waitFor();
     const target = await site.sentAway();
     await pad([0, 0], [PAD_STOP]);
     await stoppedShortOf(target);

@@ -181,10 +181,10 @@ test('every order to stop or close is one event, before it is sent', () => {
   void commands.lockout('M3');
   for (const end of ends) end();
   expect(heard).toEqual([
-    { kind: 'stop', monitor: 'M1' },
-    { kind: 'stop', monitor: null },
-    { kind: 'close', monitor: 'M2' },
-    { kind: 'lockout', monitor: 'M3' },
+    { kind: 'stop', monitor: 'M1', own: true },
+    { kind: 'stop', monitor: null, own: true },
+    { kind: 'close', monitor: 'M2', own: true },
+    { kind: 'lockout', monitor: 'M3', own: true },
   ]);
   expect(stops).toEqual(['M1', null, 'M3']);
 });

@@ -1,5 +1,6 @@
 import { expect, test } from 'vitest';
 import { ofCodes, ofPad, Pads, together } from '../../src/pages/operate/input';
+import { PadStop } from '../../src/shell/stop-keys';
 
 const pad = (axes: number[], pressed: number[] = [], index = 0, mapping = 'standard') => ({
   index,
@@ -32,7 +33,7 @@ test('the first of two sources gets the drive', () => {
 
 test('a gamepad moves only what was at rest before, also after it was blocked', () => {
   const pads = new Pads();
-  const reads = (...all: ReturnType<typeof pad>[]) => pads.read(all, {}).holding;
+  const reads = (...all: ReturnType<typeof pad>[]) => pads.read(all, {});
   const [pulled, rest] = [pad([-1, 0]), pad([0, 0])];
   expect(reads(pulled), 'it was connected with its stick pulled').toEqual({});
   expect(reads(rest)).toEqual({});
@@ -48,12 +49,13 @@ test('a gamepad moves only what was at rest before, also after it was blocked', 
 test('a gamepad of an unknown kind moves nothing, and its buttons are not STOP', () => {
   const pads = new Pads();
   const odd = (axes: number[], pressed: number[] = []) => pad(axes, pressed, 0, '');
-  expect(pads.read([odd([0, 0])], {})).toEqual({ holding: {}, stop: false });
-  expect(pads.read([odd([-1, 0], [1])], {})).toEqual({ holding: {}, stop: false });
+  expect(pads.read([odd([0, 0])], {})).toEqual({});
+  expect(pads.read([odd([-1, 0], [1])], {})).toEqual({});
+  expect(new PadStop().read([odd([0, 0], [1])])).toBe(false);
 });
 
 test('STOP is a button of every gamepad, once for each press', () => {
-  const pads = new Pads();
-  const stop = (pressed: number[]) => pads.read([pad([0, 0], [], 0), pad([0, 0], pressed, 3)], {}).stop;
+  const pads = new PadStop();
+  const stop = (pressed: number[]) => pads.read([pad([0, 0], [], 0), pad([0, 0], pressed, 3)]);
   expect([stop([]), stop([1]), stop([1]), stop([]), stop([1])]).toEqual([false, true, false, false, true]);
 });

@@ -102,7 +102,7 @@ export class StepZero extends Teaching {
       <p>${t(`commissioning.zero.${drive}`)}</p>
       ${this.hold(drive)}
       <div class="acts">
-        <lf-hold .why=${why} @held=${() => this.zero(drive)}>${t('commissioning.zero.take')}</lf-hold>
+        <lf-hold .monitor=${this.monitor} .why=${why} @held=${() => this.zero(drive)}>${t('commissioning.zero.take')}</lf-hold>
         <lf-button .why=${why || off} @click=${() => this.keep({ [drive]: 'kept' })}>${t('commissioning.zero.keep')}</lf-button>
       </div>
       ${done ? this.told('good', t(done === 'kept' ? 'commissioning.zero.kept' : 'commissioning.zero.taken')) : nothing}
@@ -227,7 +227,7 @@ export class StepLimits extends Teaching {
       ${this.hold(drive)}
       <div class="pair">${seen('max', of.seenMax)} ${seen('min', of.seenMin)}</div>
       <div class="acts">
-        <lf-hold kind="danger" .why=${why || switches} @held=${() => this.teach(drive)}>${t('commissioning.limits.teach')}</lf-hold>
+        <lf-hold .monitor=${this.monitor} kind="danger" .why=${why || switches} @held=${() => this.teach(drive)}>${t('commissioning.limits.teach')}</lf-hold>
       </div>`;
   }
 

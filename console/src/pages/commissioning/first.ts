@@ -79,7 +79,7 @@ export class StepStop extends Step {
         <li>${t('commissioning.stop.deploy_2')}</li>
       </ol>
       <div class="acts">
-        <lf-hold icon="deploy" .why=${this.why()} @held=${() => this.send('Deploy')}>${t('commissioning.stop.deploy')}</lf-hold>
+        <lf-hold .monitor=${this.monitor} icon="deploy" .why=${this.why()} @held=${() => this.send('Deploy')}>${t('commissioning.stop.deploy')}</lf-hold>
       </div>`;
   }
 
@@ -96,7 +96,7 @@ export class StepStop extends Step {
       </div>
       <p class="dim">${t('commissioning.stop.mouse')}</p>
       <div class="acts">
-        <lf-hold .why=${why} @held=${this.run}>${t('commissioning.stop.run')}</lf-hold>
+        <lf-hold .monitor=${this.monitor} .why=${why} @held=${this.run}>${t('commissioning.stop.run')}</lf-hold>
       </div>`;
   }
 
@@ -106,7 +106,7 @@ export class StepStop extends Step {
         wrapped
           ? html`${this.moves(t('commissioning.stop.moves_rest'))}
             <div class="acts">
-              <lf-hold icon="deploy" .why=${this.why()} @held=${() => this.send('Deploy')}
+              <lf-hold .monitor=${this.monitor} icon="deploy" .why=${this.why()} @held=${() => this.send('Deploy')}
                 >${t('commissioning.stop.deploy_rest')}</lf-hold
               >
             </div>`

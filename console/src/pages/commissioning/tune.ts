@@ -102,7 +102,7 @@ export class StepTune extends Step {
         ${
           own?.state === 'running'
             ? html`<lf-button kind="danger" icon="stop" id="tune-end" @click=${() => tuning.end()}>${t('commissioning.tune.end')}</lf-button>`
-            : html`<lf-hold .why=${why} @held=${() => this.measure(drive)}>${t(found ? 'commissioning.tune.again' : 'commissioning.tune.measure')}</lf-hold>`
+            : html`<lf-hold .monitor=${this.monitor} .why=${why} @held=${() => this.measure(drive)}>${t(found ? 'commissioning.tune.again' : 'commissioning.tune.measure')}</lf-hold>`
         }
         ${
           found && !outcome && own?.state !== 'running'

@@ -80,7 +80,7 @@ export class StepValves extends Step {
         <span class=${this.stale ? 'stale' : ''}><b>${t(`commissioning.valves.is_${now ?? 'between'}` as 'commissioning.valves.is_Open')}</b></span>
       </div>
       <div class="acts">
-        <lf-hold .why=${why} @held=${() => this.open(valve)}>${t('commissioning.valves.open')}</lf-hold>
+        <lf-hold .monitor=${this.monitor} .why=${why} @held=${() => this.open(valve)}>${t('commissioning.valves.open')}</lf-hold>
         <lf-button @click=${() => this.close(valve)}>${t('commissioning.valves.close')}</lf-button>
       </div>
       ${time(opened_ms, 'opened')} ${time(closed_ms, 'closed')}
@@ -147,7 +147,7 @@ export class StepDetector extends Step {
       <div class="box">
         <h3>${t('commissioning.detector.justify')}</h3>
         <div class="acts">
-          <lf-hold .why=${this.whyMove('Detector')} @held=${() => this.begin('justify', 'StartJustify Detector')}
+          <lf-hold .monitor=${this.monitor} .why=${this.whyMove('Detector')} @held=${() => this.begin('justify', 'StartJustify Detector')}
             >${t('commissioning.detector.start')}</lf-hold
           >
           ${busy ? html`<lf-button icon="stop" @click=${() => commands.stop(this.monitor, 'Detector').catch(() => {})}>${t('commissioning.detector.stop')}</lf-button>` : nothing}
@@ -168,7 +168,7 @@ export class StepDetector extends Step {
         <h3>${t('commissioning.detector.seek')}</h3>
         <p>${t('commissioning.detector.seek_text')}</p>
         <div class="acts">
-          <lf-hold .why=${this.whyMove('Detector')} @held=${() => this.begin('seek', this.sector())}
+          <lf-hold .monitor=${this.monitor} .why=${this.whyMove('Detector')} @held=${() => this.begin('seek', this.sector())}
             >${t('commissioning.detector.seek_start')}</lf-hold
           >
         </div>
@@ -250,7 +250,7 @@ export class StepLockout extends Step {
         <h3>2 · ${t('commissioning.lockout.try')}</h3>
         <p>${t('commissioning.lockout.try_text')}</p>
         <div class="acts">
-          <lf-hold .why=${locked ? this.why({ lockedOut: true }) : t('commissioning.lockout.why_engage')} @held=${this.attempt}
+          <lf-hold .monitor=${this.monitor} .why=${locked ? this.why({ lockedOut: true }) : t('commissioning.lockout.why_engage')} @held=${this.attempt}
             >${t('commissioning.lockout.try_do')}</lf-hold
           >
         </div>
@@ -260,7 +260,7 @@ export class StepLockout extends Step {
       <div class="box">
         <h3>3 · ${t('commissioning.lockout.release')}</h3>
         <div class="acts">
-          <lf-hold
+          <lf-hold .monitor=${this.monitor}
             icon="unlock"
             .why=${!locked ? t('commissioning.lockout.why_off') : !work.refused ? t('commissioning.lockout.why_try') : this.why({ lockedOut: true })}
             @held=${this.release}

@@ -339,7 +339,7 @@ export class LfAutomatic extends LitElement {
                 })
               : '';
             return html`<div class="row">
-              <lf-hold .why=${why} @held=${start(n, close)}>${t('operate.program_n', { n })}</lf-hold>
+              <lf-hold .monitor=${this.monitor} .why=${why} @held=${start(n, close)}>${t('operate.program_n', { n })}</lf-hold>
               <span class="dim grow">${why ? why : what}</span>
             </div>`;
           })}

@@ -147,8 +147,8 @@ export class LfHand extends LitElement {
     document.addEventListener('visibilitychange', this.left);
     window.addEventListener('gamepadconnected', this.padCame);
     dialog.addEventListener('change', this.dialogTurned);
-    this.endHalt = onHalt(({ monitor }) => {
-      if (monitor === null || monitor === this.monitor) this.drop();
+    this.endHalt = onHalt(({ monitor, own }) => {
+      if (own && (monitor === null || monitor === this.monitor)) this.drop();
     });
     this.padCame();
   }
@@ -194,6 +194,7 @@ export class LfHand extends LitElement {
       <div class="nozzle">
         ${this.nozzleButton('min', whyNozzle)}
         <lf-slider
+          .monitor=${monitor}
           .value=${position(monitor, 'Nozzle')}
           .limits=${limits(monitor, 'Nozzle')}
           .unit=${unitText('nozzle')}
@@ -364,10 +365,7 @@ export class LfHand extends LitElement {
     this.pad = all.length > 0;
     this.padFrame = this.pad ? requestAnimationFrame(this.padLoop) : 0;
     if (dialog.stack.length > 0 || document.hidden || !document.hasFocus()) this.pads.block();
-    const { holding, stop } = this.pads.read(all, this.sources.pad);
-    // STOP acts in every window.
-    if (stop) commands.stop(this.monitor).catch(() => {});
-    const next = stop ? {} : holding;
+    const next = this.pads.read(all, this.sources.pad);
     if (AIMED.some((drive) => next[drive] !== this.sources.pad[drive])) this.want('pad', next);
   };
 }

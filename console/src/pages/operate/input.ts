@@ -49,23 +49,19 @@ export function ofPad(pad: PadLike, held: Holding): Holding {
   return holding;
 }
 
-/** B of a gamepad. */
-export const PAD_STOP = 1;
-
 const NOTHING: Holding = {};
 
 /** Gamepads that move only what was at rest before: since they were connected, and since they were blocked. */
 export class Pads {
   private readonly free = new Set<number>();
-  private readonly stopped = new Set<number>();
 
   /** Nothing moves until each is at rest again: after the focus, a STOP, a dialog, an end that was no release. */
   block(): void {
     this.free.clear();
   }
 
-  /** What they want to move, and whether STOP has just been pressed on one of them. */
-  read(all: readonly PadLike[], held: Holding): { holding: Holding; stop: boolean } {
+  /** What they want to move. */
+  read(all: readonly PadLike[], held: Holding): Holding {
     const standard = all.filter(({ mapping }) => mapping === 'standard');
     for (const index of this.free) if (!standard.some((pad) => pad.index === index)) this.free.delete(index);
     const wanted = standard.map((pad) => {
@@ -73,18 +69,7 @@ export class Pads {
       if (isEmpty(ofPad(pad, NOTHING))) this.free.add(pad.index);
       return this.free.has(pad.index) ? ofPad(pad, held) : NOTHING;
     });
-    return { holding: together(wanted), stop: this.stopOf(standard) };
-  }
-
-  private stopOf(all: readonly PadLike[]): boolean {
-    let stop = false;
-    for (const { index, buttons } of all) {
-      const pressed = buttons[PAD_STOP]?.pressed ?? false;
-      if (pressed && !this.stopped.has(index)) stop = true;
-      if (pressed) this.stopped.add(index);
-      else this.stopped.delete(index);
-    }
-    return stop;
+    return together(wanted);
   }
 }
 

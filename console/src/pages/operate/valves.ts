@@ -158,7 +158,7 @@ export class LfValves extends LitElement {
           <span class=${stale ? 'dim stale' : fault ? 'bad' : 'dim'}>${stale && heard ? wasSo(monitor, word) : word}</span>
         </span>
       </div>
-      <lf-hold
+      <lf-hold .monitor=${this.monitor}
         class="open-button"
         .why=${why}
         @held=${() => commands.request(monitor, `Open ${valve}`).catch(() => {})}

@@ -141,7 +141,7 @@ export class LfProgramRun extends LitElement {
           </div>`
           : nothing
       }
-      <lf-hold kind="primary" icon="play" .why=${this.why(empty)} @held=${this.run}>${t(key, { n: which.number })}</lf-hold>
+      <lf-hold .monitor=${this.monitor} kind="primary" icon="play" .why=${this.why(empty)} @held=${this.run}>${t(key, { n: which.number })}</lf-hold>
     </section>`;
   }
 

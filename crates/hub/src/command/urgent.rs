@@ -160,6 +160,7 @@ impl Hub {
             return (self.refused_as_ended(caller, station, request), Taken::Refused);
         }
         station.withdraw(request);
+        station.publish_urgent(self);
         station.interrupt_tuning(caller);
         self.counts().commands.fetch_add(1, Ordering::Relaxed);
         let (now_ms, session) = (self.clock().now_ms(), caller.seat.seat.clone());

@@ -13,6 +13,7 @@ use tokio::time::Instant;
 use super::request::MonitorRequest;
 use crate::monitor::program::begins;
 use crate::monitor::station::Station;
+use crate::monitor::view::UrgentCounts;
 use crate::sync::lock;
 
 /// Urgent requests to a monitor so far, by their bytes, and when each came last: few, as they are the names of
@@ -40,6 +41,19 @@ impl Station {
     /// Urgent requests so far, of any kind and from anywhere.
     pub fn urgent_count(&self) -> u64 {
         lock(&self.withdrawn.0).values().map(|(count, _)| count).sum()
+    }
+
+    /// The same by kind.
+    pub fn urgent_counts(&self) -> UrgentCounts {
+        let mut counts = UrgentCounts::default();
+        for (urgent, (count, _)) in lock(&self.withdrawn.0).iter() {
+            match urgent.id() {
+                RequestId::CLOSE => counts.close += count,
+                RequestId::LOCKOUT => counts.lockout += count,
+                _ => counts.stop += count,
+            }
+        }
+        counts
     }
 
     /// Whether something that undoes a request has come since this moment: a request that was under way then

@@ -30,7 +30,7 @@ use crate::sync::lock;
 use crate::text::Both;
 
 /// What is published of a monitor.
-pub const PARTS: [&str; 12] = [
+pub const PARTS: [&str; 13] = [
     "info",
     "status",
     "summary",
@@ -43,6 +43,7 @@ pub const PARTS: [&str; 12] = [
     "params_progress",
     "program",
     "tune",
+    "urgent",
 ];
 
 /// A monitor: its client, state and authority.
@@ -214,6 +215,12 @@ impl Station {
         self.publish_params(hub);
         self.publish_progress(hub, None);
         self.publish_program(hub);
+        self.publish_urgent(hub);
+    }
+
+    /// Publishes how many urgent requests there were.
+    pub fn publish_urgent(&self, hub: &Hub) {
+        hub.topics().set(&self.topic("urgent"), &self.urgent_counts());
     }
 
     /// Takes everything back that was published.
@@ -241,6 +248,7 @@ impl Station {
             hotbeds: part("hotbeds"),
             program: part("program"),
             tune: part("tune"),
+            urgent: part("urgent"),
             params_at_ms: lock(&self.params).at_ms,
         }
     }

@@ -58,9 +58,24 @@ pub struct MonitorView {
     /// The tuning of a drive that runs, or the last one.
     #[schema(value_type = Option<TuneView>, required)]
     pub tune: Option<Arc<RawValue>>,
+    /// Urgent requests so far.
+    #[schema(value_type = Option<UrgentCounts>, required)]
+    pub urgent: Option<Arc<RawValue>>,
     /// When its parameters were read.
     #[schema(required)]
     pub params_at_ms: Option<u64>,
+}
+
+/// How many urgent requests have come for a monitor since the hub was started, from all clients: what is held on a
+/// page ends when one of them grows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+pub struct UrgentCounts {
+    /// Stop, of the monitor or of a part of it.
+    pub stop: u64,
+    /// Close.
+    pub close: u64,
+    /// Lockout.
+    pub lockout: u64,
 }
 
 /// The authority over a monitor.

@@ -78,7 +78,7 @@ pub struct Audience(pub Option<BTreeSet<String>>);
 
 /// Parts of a monitor that people wait for, as they do for alarms: of who is not looked at, their
 /// news go before those of
-const FIRST: [&str; 3] = ["authority", "readiness", "program"];
+const FIRST: [&str; 4] = ["authority", "readiness", "program", "urgent"];
 /// these parts.
 const REST: [&str; 4] = ["link", "limits", "hotbeds", SUMMARY];
 /// Parts that are sent only to who looks at the monitor.

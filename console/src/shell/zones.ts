@@ -3,6 +3,7 @@ import type { DetectorBypass, ZoneMode } from '../hub/api';
 import { HubError } from '../hub/errors';
 import { halt } from '../hub/halt';
 import { http } from '../hub/http';
+import { store } from '../hub/store';
 import { insist } from '../hub/urgent';
 import { goesOn, phaseOf, zones } from '../hub/zones';
 import { lang, t } from '../i18n';
@@ -21,11 +22,16 @@ function path(zone: string, what: string): string {
   return `/api/zones/${encodeURIComponent(zone)}/${what}`;
 }
 
+/** A network that was dead delivers what was sent meanwhile: the hub refuses what people were shown as unanswered. */
+function inTime(to: string): string {
+  return `${to}?not_after_ms=${Math.round(store.hubNow() + ANSWER_MS)}`;
+}
+
 /** Sends an order and shows what became of it; whether the hub has accepted it. */
 async function order(to: string, body: unknown, what: string): Promise<boolean> {
   const timer = setTimeout(() => toast({ kind: 'warning', text: t('zones.no_answer', { what }) }), ANSWER_MS);
   try {
-    await http.post(to, body);
+    await http.post(inTime(to), body);
     toast({ kind: 'ok', text: what });
     return true;
   } catch (cause) {
@@ -174,7 +180,7 @@ class Holding extends EventTarget {
   private async renew(zone: string): Promise<void> {
     this.look();
     if (!this.has(zone)) return;
-    const renewal = async () => this.has(zone) && http.post(path(zone, 'hold'), { on: true });
+    const renewal = async () => this.has(zone) && http.post(inTime(path(zone, 'hold')), { on: true });
     await this.after(zone, renewal).catch((cause) => {
       const error = HubError.of(cause);
       // Without a link it is tried again until the hub lets the delay go on.

@@ -5,7 +5,7 @@ import { http } from '../../src/hub/http';
 import { store } from '../../src/hub/store';
 import { Appeared } from '../../src/hub/zones';
 import { hasMoved } from '../../src/parts/moved';
-import { abortZone, holding } from '../../src/shell/zones';
+import { abortZone, holding, lockZones, releaseZone, runPump } from '../../src/shell/zones';
 
 let sent: string[];
 let answers: (() => void)[];
@@ -16,7 +16,9 @@ beforeEach(() => {
   sent = [];
   answers = [];
   vi.spyOn(http, 'post').mockImplementation((path: string, body?: unknown) => {
-    sent.push(`${path.split('/').at(-1)} ${(body as { on?: boolean } | undefined)?.on ?? ''}`.trim());
+    sent.push(
+      `${path.split('/').at(-1)!.replace(/\?.*/, '')} ${(body as { on?: boolean } | undefined)?.on ?? ''}`.trim(),
+    );
     return new Promise((done) => answers.push(() => done(undefined as never)));
   });
 });
@@ -100,4 +102,21 @@ test('something has moved where something else was', () => {
   expect(hasMoved(['a', 'b'], ['a'])).toBe(false);
   expect(hasMoved(['a', 'b'], ['b'])).toBe(true);
   expect(hasMoved(['a', 'b'], ['c', 'a', 'b'])).toBe(true);
+});
+
+test('what people were shown as unanswered is refused by the hub, what ends water is not', () => {
+  vi.spyOn(store, 'hubNow').mockReturnValue(1_000_000);
+  void holding.begin('z');
+  void releaseZone('a');
+  void runPump('p', true);
+  void abortZone('a');
+  void lockZones(true);
+  const paths = vi.mocked(http.post).mock.calls.map(([path]) => path);
+  expect(paths).toEqual([
+    '/api/zones/z/hold?not_after_ms=1002000',
+    '/api/zones/a/release?not_after_ms=1002000',
+    '/api/pumps/p?not_after_ms=1002000',
+    '/api/zones/a/abort',
+    '/api/zones/lock',
+  ]);
 });

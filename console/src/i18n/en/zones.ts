@@ -88,7 +88,7 @@ export default {
   'zones.did_reset_all': 'All zones: reset',
   'zones.did_hold': '{zone}: hold',
   'zones.did_let_go': '{zone}: hold ended',
-  'zones.no_answer': '{what}: sent, no answer yet',
+  'zones.no_answer': '{what}: sent, no answer yet. If it comes late the hub refuses it',
   'zones.release_title': 'Release zone {zone} by hand',
   'zones.release_text':
     'Water at once, without votes and without a delay. Monitors of the zone: {monitors}. It runs until it is ended by hand.',

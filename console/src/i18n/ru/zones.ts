@@ -88,7 +88,7 @@ export default {
   'zones.did_reset_all': 'Все зоны: сброс',
   'zones.did_hold': '{zone}: удержание',
   'zones.did_let_go': '{zone}: удержание снято',
-  'zones.no_answer': '{what}: отправлено, ответа пока нет',
+  'zones.no_answer': '{what}: отправлено, ответа пока нет. Опоздавшую команду сервер не выполнит',
   'zones.release_title': 'Пуск рукой в зоне {zone}',
   'zones.release_text':
     'Вода сразу, без голосов и без задержки. Стволы зоны: {monitors}. Подача идёт, пока её не прекратят рукой.',

@@ -5,14 +5,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::Bytes;
-use axum::extract::{FromRequest, FromRequestParts, Request, State};
+use axum::extract::{FromRequest, FromRequestParts, Query, Request, State};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use lafet_texts::{Text as _, hub as text};
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tokio::time::timeout;
+use utoipa::IntoParams;
 
 use super::BODY_MAX;
 use super::packed::refuse_packed;
@@ -81,6 +83,18 @@ pub struct Body<T>(pub T);
 #[derive(Debug)]
 pub struct Lenient(pub Bytes);
 
+/// A caller whose order has come in time: a network that was dead delivers what was sent meanwhile.
+pub struct InTime(pub Caller);
+
+/// Until when an order counts.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub struct Until {
+    /// By the hub's clock, ms since 1970: an order that comes later is refused (409 `late`). Without it, it counts
+    /// whenever it comes.
+    not_after_ms: Option<u64>,
+}
+
 impl FromRequestParts<Hub> for Caller {
     type Rejection = ApiError;
 
@@ -121,6 +135,20 @@ impl FromRequestParts<Hub> for Urgent {
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
         let principal = principal(parts, hub).ok_or_else(|| login_needed(hub, None))?;
         Ok(Self(Caller::http(principal, address(parts, hub))))
+    }
+}
+
+impl FromRequestParts<Hub> for InTime {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
+        let caller = Caller::from_request_parts(parts, hub).await?;
+        let until =
+            Query::<Until>::try_from_uri(&parts.uri).map_err(|error| not_understood(&error))?;
+        match until.not_after_ms {
+            Some(until_ms) if hub.clock().now_ms() > until_ms => Err(ApiError::late()),
+            _ => Ok(Self(caller)),
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, Lenient, Urgent};
+use super::guard::{Body, InTime, Lenient, Until, Urgent};
 use crate::access::{Role, Standing};
 use crate::error::ApiError;
 use crate::field::view::ModbusView;
@@ -189,12 +189,12 @@ async fn report_wind(
 }
 
 /// Masks or disables a detector, or ends that.
-#[utoipa::path(post, path = "/api/detectors/{id}/bypass", params(("id" = String, Path)),
+#[utoipa::path(post, path = "/api/detectors/{id}/bypass", params(("id" = String, Path), Until),
     request_body = DetectorBypassing, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn bypass_detector(
     State(hub): State<Hub>,
-    caller: Caller,
+    InTime(caller): InTime,
     Path(detector): Path<String>,
     Body(DetectorBypassing { bypass }): Body<DetectorBypassing>,
 ) -> Result<Json<ZonesView>, ApiError> {
@@ -203,12 +203,12 @@ async fn bypass_detector(
 }
 
 /// Holds the delay before a release, or lets it go on.
-#[utoipa::path(post, path = "/api/zones/{id}/hold", params(("id" = String, Path)), request_body = ZoneHold,
+#[utoipa::path(post, path = "/api/zones/{id}/hold", params(("id" = String, Path), Until), request_body = ZoneHold,
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404),
     (status = 409)))]
 async fn hold_zone(
     State(hub): State<Hub>,
-    caller: Caller,
+    InTime(caller): InTime,
     Path(zone): Path<String>,
     Body(ZoneHold { on }): Body<ZoneHold>,
 ) -> Result<Json<ZonesView>, ApiError> {
@@ -231,12 +231,12 @@ async fn abort_zone(
 }
 
 /// Releases a zone by hand: no votes are needed.
-#[utoipa::path(post, path = "/api/zones/{id}/release", params(("id" = String, Path)),
+#[utoipa::path(post, path = "/api/zones/{id}/release", params(("id" = String, Path), Until),
     request_body = ZoneRelease, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn release_zone(
     State(hub): State<Hub>,
-    caller: Caller,
+    InTime(caller): InTime,
     Path(zone): Path<String>,
     Body(ZoneRelease { confirm }): Body<ZoneRelease>,
 ) -> Result<Json<ZonesView>, ApiError> {
@@ -249,12 +249,12 @@ async fn release_zone(
 }
 
 /// Sets the mode of a zone.
-#[utoipa::path(post, path = "/api/zones/{id}/mode", params(("id" = String, Path)),
+#[utoipa::path(post, path = "/api/zones/{id}/mode", params(("id" = String, Path), Until),
     request_body = ZoneModeChange, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn set_zone_mode(
     State(hub): State<Hub>,
-    caller: Caller,
+    InTime(caller): InTime,
     Path(zone): Path<String>,
     Body(ZoneModeChange { mode, for_s }): Body<ZoneModeChange>,
 ) -> Result<Json<ZonesView>, ApiError> {
@@ -263,11 +263,11 @@ async fn set_zone_mode(
 }
 
 /// Makes a zone that was ended, and its monitors that were stopped, ready again.
-#[utoipa::path(post, path = "/api/zones/{id}/reset", params(("id" = String, Path)),
+#[utoipa::path(post, path = "/api/zones/{id}/reset", params(("id" = String, Path), Until),
     responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn reset_zone(
     State(hub): State<Hub>,
-    caller: Caller,
+    InTime(caller): InTime,
     Path(zone): Path<String>,
 ) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
@@ -275,9 +275,12 @@ async fn reset_zone(
 }
 
 /// Makes all zones and monitors ready again, and forgets troubles that are over.
-#[utoipa::path(post, path = "/api/zones/reset",
+#[utoipa::path(post, path = "/api/zones/reset", params(Until),
     responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
-async fn reset_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
+async fn reset_zones(
+    State(hub): State<Hub>,
+    InTime(caller): InTime,
+) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
     ordered(&hub, &caller, Hand::Reset(Scope::Site)).await
 }
@@ -294,12 +297,12 @@ async fn silence_zones(
 }
 
 /// Starts or stops a pump by hand, whatever the water needs. A reset of all zones ends that.
-#[utoipa::path(post, path = "/api/pumps/{id}", params(("id" = String, Path)), request_body = PumpByHand,
+#[utoipa::path(post, path = "/api/pumps/{id}", params(("id" = String, Path), Until), request_body = PumpByHand,
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404),
     (status = 409)))]
 async fn run_pump(
     State(hub): State<Hub>,
-    caller: Caller,
+    InTime(caller): InTime,
     Path(pump): Path<String>,
     Body(PumpByHand { on }): Body<PumpByHand>,
 ) -> Result<Json<ZonesView>, ApiError> {
@@ -320,9 +323,12 @@ async fn lock_zones(
 }
 
 /// Releases the lockout of the zones.
-#[utoipa::path(post, path = "/api/zones/unlock",
+#[utoipa::path(post, path = "/api/zones/unlock", params(Until),
     responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
-async fn unlock_zones(State(hub): State<Hub>, caller: Caller) -> Result<Json<ZonesView>, ApiError> {
+async fn unlock_zones(
+    State(hub): State<Hub>,
+    InTime(caller): InTime,
+) -> Result<Json<ZonesView>, ApiError> {
     at_least(&caller, Role::Operator)?;
     ordered(&hub, &caller, Hand::Lockout { on: false }).await
 }

@@ -525,6 +525,37 @@ async fn bad_requests_are_answered_in_words() {
     assert_eq!((reply.status, reply.code()), (404, "no_zones"));
 }
 
+/// A network that was dead delivers what was sent meanwhile, when people have walked up to the monitor.
+#[tokio::test]
+async fn an_order_that_comes_late_is_refused() {
+    let site = quiet(1, "").await;
+    let now_ms = site.hub.clock().now_ms();
+    let late = now_ms - 1000;
+    for (path, body) in [
+        ("zones/hall/release", json!({ "confirm": "hall" })),
+        ("zones/hall/hold", json!({ "on": true })),
+        ("zones/hall/mode", json!({ "mode": "off" })),
+        ("zones/hall/reset", json!({})),
+        ("zones/reset", json!({})),
+        ("zones/unlock", json!({})),
+        ("detectors/flame/bypass", json!({ "bypass": "disabled" })),
+        ("pumps/p1", json!({ "on": true })),
+    ] {
+        let post = async |until: &str| {
+            site.post("", &format!("/api/{path}?not_after_ms={until}"), body.clone()).await
+        };
+        let reply = post(&late.to_string()).await;
+        assert_eq!((reply.status, reply.code()), (409, "late"), "{path}: {reply:?}");
+        assert_eq!(post("soon").await.status, 400, "{path}");
+    }
+    assert_eq!(state(&site).await["zones"][0]["phase"], "quiet");
+    assert!(is_closed(&site, "M1"));
+    let soon = format!("hall/release?not_after_ms={}", now_ms + 60_000);
+    assert_eq!(order(&site, &soon, json!({ "confirm": "hall" })).await.status, 200);
+    let abort = format!("hall/abort?not_after_ms={late}");
+    assert_eq!(order(&site, &abort, json!({})).await.status, 200, "what ends water is never late");
+}
+
 #[tokio::test]
 async fn each_order_has_its_role() {
     let zones = hall(1, "");

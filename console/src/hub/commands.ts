@@ -3,7 +3,7 @@
 import { HubError, REPLAYED } from './errors';
 import { type HaltKind, halt, onHalt } from './halt';
 import { socket } from './socket';
-import { store } from './store';
+import { LINKED, store } from './store';
 import type { Authority, FrameSeen, Result, Valve } from './types';
 import { type Results, sendUrgent } from './urgent';
 
@@ -43,7 +43,9 @@ const STOPS: readonly HaltKind[] = ['stop', 'lockout'];
 class Commands {
   private readonly outcomes = new Set<(outcome: Outcome) => void>();
   /** Monitors that an urgent request was sent to, and that have not answered. */
-  private readonly silent = new Set<string>();
+  private readonly silent = new Map<string, number>();
+  /** Reports of monitors that have not answered, counted. */
+  private reports = 0;
   private urgents = 0;
   private readonly watched = new Map<string, Set<(frame: FrameSeen) => void>>();
 
@@ -51,9 +53,11 @@ class Commands {
     socket.on('hello', () => this.watch());
     socket.on('progress', ({ monitor, answered }) => {
       if (answered) return this.answered([monitor]);
-      this.silent.add(monitor);
+      this.silent.set(monitor, ++this.reports);
       this.tellSilent();
     });
+    // What becomes of them is reported to the connection that asked.
+    store.subscribe(LINKED, () => !store.linked && this.answered([...this.silent.keys()]));
     socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
   }
 
@@ -104,7 +108,9 @@ class Commands {
 
   authority(monitor: string, action: AuthorityAction, reason?: string): Promise<Authority> {
     const send = () => socket.ask({ type: 'authority', monitor, action, reason }).then((answer) => answer.authority!);
-    return this.told(monitor, `authority ${action}`, {}, this.live(send));
+    // An answer to a client that waits is about now, whatever is shown.
+    const sent = action === 'grant' || action === 'deny' ? send() : this.live(send);
+    return this.told(monitor, `authority ${action}`, {}, sent);
   }
 
   /** Frames of a monitor's link as they pass. Returns the function that ends it. */
@@ -147,8 +153,10 @@ class Commands {
   ): Promise<Results> {
     const key = `urgent ${this.urgents++}`;
     const about = { monitor: monitor ?? null, what, key, urgent: true };
-    // Where the hub has said that a monitor is silent, it has the request.
-    const heard = () => (monitor ? this.silent.has(monitor) : this.silent.size > 0);
+    // Where the hub has said since that a monitor is silent, it has the request.
+    const before = this.reports;
+    const heard = () =>
+      [...this.silent].some(([id, report]) => report > before && (monitor === undefined || id === monitor));
     const unconfirmed = () => heard() || this.tell({ ...about, unconfirmed: true });
     try {
       const results = await sendUrgent({ message, path, body, monitor, unconfirmed });
@@ -170,7 +178,7 @@ class Commands {
   }
 
   private tellSilent(): void {
-    this.tell({ monitor: null, what: 'Stop All', waiting: [...this.silent], key: 'silent' });
+    this.tell({ monitor: null, what: 'Stop All', waiting: [...this.silent.keys()], key: 'silent' });
   }
 
   private async told<T>(monitor: string | null, what: string, options: Options, pending: Promise<T>): Promise<T> {

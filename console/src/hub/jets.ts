@@ -53,6 +53,8 @@ const JETS_MAX = 16;
 const PAUSE_MS = 40;
 /** After a failed query, ms. */
 const RETRY_MS = 1000;
+/** Without an answer after this time it is asked for again, ms. */
+const ASK_MOST_MS = 3000;
 /** The previous answer is drawn for this time while the next one is awaited; it is never used to aim. */
 const HELD_MS = 500;
 
@@ -120,7 +122,10 @@ export class Jets {
     try {
       const known = new Set(store.liveMonitors());
       // A recording may show monitors that this hub does not have.
-      const jets = await this.ask(asked.map(({ monitor, jet }) => (known.has(monitor) ? { monitor, ...jet } : jet)));
+      const jets = await within(
+        ASK_MOST_MS,
+        this.ask(asked.map(({ monitor, jet }) => (known.has(monitor) ? { monitor, ...jet } : jet))),
+      );
       asked.forEach(({ id, monitor, key }, index) => {
         const slot = this.slots.get(id)!;
         const late = slot.key !== key;
@@ -135,6 +140,14 @@ export class Jets {
     this.under_way = false;
     if (this.open.size) this.soon(wait_ms);
   }
+}
+
+/** A network that is dead answers nothing for minutes. */
+function within<T>(most_ms: number, answer: Promise<T>): Promise<T> {
+  return new Promise((resolve, reject) => {
+    const timer = setTimeout(() => reject(new Error('no answer')), most_ms);
+    answer.finally(() => clearTimeout(timer)).then(resolve, reject);
+  });
 }
 
 /** Elements that show a monitor receive its jet as one of its topics. */

@@ -80,6 +80,14 @@ export class Store {
     return this.keep(`alarms ${monitor}`, () => all.filter((alarm) => alarm.monitor === monitor)).slice();
   }
 
+  /** Alarms now, also while a recording is shown. */
+  alarmsLive(): Alarm[] {
+    if (!this.replayed) return this.alarms();
+    return [...this.live]
+      .flatMap(([key, value]) => (key.startsWith('alarms/') ? [value as Alarm] : []))
+      .sort(byUrgency);
+  }
+
   /** `fn` is called for each change of a topic that starts with this. Returns the function that ends it. */
   subscribe(prefix: string, fn: Listener): () => void {
     const entry = { prefix, fn };

@@ -31,7 +31,11 @@ export function sendUrgent(urgent: Urgent): Promise<Results> {
 export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Promise<T> {
   return new Promise((resolve, reject) => {
     const late = setTimeout(unconfirmed, CONFIRMED_MS);
-    const end = setTimeout(() => over(() => reject(new HubError(NOT_LINKED))), GIVEN_UP_MS);
+    const give_up = () => over(() => reject(new HubError(NOT_LINKED)));
+    const end = setTimeout(give_up, GIVEN_UP_MS);
+    // One of them goes on while the machine sleeps, when timers do not.
+    const began = [Date.now(), performance.now()] as const;
+    const isOld = () => Math.max(Date.now() - began[0], performance.now() - began[1]) > GIVEN_UP_MS;
     let settled = false;
     let unfollow = () => {};
     const over = (act: () => void) => {
@@ -51,7 +55,9 @@ export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Prom
         },
       );
     unfollow = store.subscribe(LINKED, () => {
-      if (store.linked && !settled) void attempt();
+      if (!store.linked || settled) return;
+      if (isOld()) give_up();
+      else void attempt();
     });
     void attempt();
   });

@@ -125,6 +125,33 @@ describe('a STOP into a dead network', () => {
     expect(vi.mocked(socket.ask).mock.calls.length).toBe(asked);
   });
 
+  test('is not sent again hours later, after the machine has slept', async () => {
+    vi.spyOn(http, 'post').mockRejectedValue(new HubError(NOT_LINKED));
+    const ask = vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.lockout('M1').catch((error: HubError) => error.code);
+    await vi.advanceTimersByTimeAsync(5000);
+    const asked = ask.mock.calls.length;
+    // Timers do not run meanwhile.
+    vi.setSystemTime(Date.now() + 7_200_000);
+    store.setLinked(true);
+    await vi.advanceTimersByTimeAsync(100);
+    expect(await result).toBe('not_linked');
+    expect(ask).toHaveBeenCalledTimes(asked);
+  });
+
+  test('is said not to be confirmed although a monitor was silent before', async () => {
+    const progress = vi.spyOn(http, 'post').mockResolvedValue({ M7: { pending: true } } as never);
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const listeners = Reflect.get(socket, 'listeners') as Map<string, Set<(message: object) => void>>;
+    for (const hear of listeners.get('progress')!) hear({ monitor: 'M7', answered: false });
+    await commands.stop();
+    progress.mockImplementation(() => new Promise(() => {}));
+    told.length = 0;
+    void commands.stop();
+    await vi.advanceTimersByTimeAsync(1100);
+    expect(notes()).toContain('unconfirmed');
+  });
+
   test('is not given up because a proxy says that it cannot reach the hub', async () => {
     const proxy = new HubError(ofStatus(502));
     vi.spyOn(http, 'post').mockRejectedValue(proxy);

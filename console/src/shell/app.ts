@@ -35,7 +35,7 @@ import { followTheme, openHelp } from './settings';
 import './replay-bar';
 import './stop';
 import { guardStop } from './stop-keys';
-import { toast } from './toasts';
+import { followOutcomes, toast } from './toasts';
 import './toasts';
 import './topbar';
 import './zone-alert';
@@ -208,6 +208,7 @@ export class LfApp extends LitElement {
     guardTuning();
     guardStop({ monitor: () => this.stopped(), wanted: () => this.bar !== null, back: () => this.putBack() });
     followAuthority();
+    followOutcomes();
     http.onLoginNeeded = (setup) => this.leave(setup ? 'setup' : 'login');
     http.onOtherUser = (user) => {
       toast({ kind: 'error', text: t('shell.other_user', { user }), stays: true });

@@ -1,6 +1,6 @@
 // Outcomes of commands, and notes of pages: `toast({kind, text})`.
 import { css, html, LitElement, nothing } from 'lit';
-import { customElement, state } from 'lit/decorators.js';
+import { customElement } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { commands, type Outcome } from '../hub/commands';
 import type { HubError } from '../hub/errors';
@@ -35,11 +35,51 @@ const ICONS: Record<Toast['kind'], IconName> = {
   error: 'alarm',
 };
 
-const events = new EventTarget();
+/** The notes of the page. They outlive the element that shows them: another language or size makes another one. */
+class Notes extends EventTarget {
+  shown: readonly Shown[] = [];
+  private nextId = 1;
+
+  add(note: Toast): void {
+    const former = note.key && this.shown.find(({ key }) => key === note.key);
+    const same = this.shown.find((s) => s !== former && s.text === note.text && s.kind === note.kind);
+    const id = this.nextId++;
+    const others = this.shown.filter((s) => s !== same && s !== former);
+    const all = [...others, { ...note, id, count: (same?.count ?? 0) + 1 }];
+    const leaving = all.filter(({ stays }) => !stays).slice(0, -MOST);
+    this.show(all.filter((one) => !leaving.includes(one)));
+    if (!note.stays) setTimeout(() => this.drop(id), STAY_MS[note.kind]);
+  }
+
+  drop(id: number): void {
+    this.show(this.shown.filter((note) => note.id !== id));
+  }
+
+  /** What was said with this key is over. */
+  settle(key: string): void {
+    this.show(this.shown.filter((note) => note.key !== key));
+  }
+
+  private show(shown: readonly Shown[]): void {
+    this.shown = shown;
+    this.dispatchEvent(new Event('change'));
+  }
+}
+
+export const notes = new Notes();
 
 /** Shows a note. */
 export function toast(note: Toast): void {
-  events.dispatchEvent(new CustomEvent('toast', { detail: note }));
+  notes.add(note);
+}
+
+/** Shows what becomes of commands: once, at the start. */
+export function followOutcomes(): void {
+  commands.onOutcome((outcome) => {
+    const note = noteOf(outcome);
+    if (note) toast(note);
+    else if (outcome.key) notes.settle(outcome.key);
+  });
 }
 
 /** The text of an outcome; none if the effect is visible anyway. */
@@ -171,30 +211,20 @@ export class LfToasts extends LitElement {
     `,
   ];
 
-  @state() private shown: Shown[] = [];
-  private nextId = 1;
-  private endOutcomes = () => {};
-
   override connectedCallback(): void {
     super.connectedCallback();
-    events.addEventListener('toast', this.heard);
-    this.endOutcomes = commands.onOutcome((outcome) => {
-      const note = noteOf(outcome);
-      if (note) toast(note);
-      else if (outcome.key) this.drop(this.shown.find(({ key }) => key === outcome.key)?.id ?? 0);
-    });
+    notes.addEventListener('change', this.changed);
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    events.removeEventListener('toast', this.heard);
-    this.endOutcomes();
+    notes.removeEventListener('change', this.changed);
   }
 
   override render() {
     return html`<div role="status" aria-live="polite" class="notes">
       ${repeat(
-        this.shown,
+        notes.shown,
         (note) => note.id,
         (note) => html`<div class="toast ${note.kind}">
           ${icon(ICONS[note.kind])}
@@ -202,27 +232,13 @@ export class LfToasts extends LitElement {
             ${note.text}${note.count > 1 ? html` <b>×${note.count}</b>` : nothing}
             ${note.more ? html`<div class="more">${note.more}</div>` : nothing}
           </div>
-          <button aria-label=${t('shell.close')} @click=${() => this.drop(note.id)}>${icon('close', 18)}</button>
+          <button aria-label=${t('shell.close')} @click=${() => notes.drop(note.id)}>${icon('close', 18)}</button>
         </div>`,
       )}
     </div>`;
   }
 
-  private readonly heard = (event: Event): void => {
-    const note = (event as CustomEvent<Toast>).detail;
-    const former = note.key && this.shown.find(({ key }) => key === note.key);
-    const same = this.shown.find((s) => s !== former && s.text === note.text && s.kind === note.kind);
-    const id = this.nextId++;
-    const others = this.shown.filter((s) => s !== same && s !== former);
-    const all = [...others, { ...note, id, count: (same?.count ?? 0) + 1 }];
-    const leaving = all.filter(({ stays }) => !stays).slice(0, -MOST);
-    this.shown = all.filter((one) => !leaving.includes(one));
-    if (!note.stays) window.setTimeout(() => this.drop(id), STAY_MS[note.kind]);
-  };
-
-  private drop(id: number): void {
-    this.shown = this.shown.filter((note) => note.id !== id);
-  }
+  private readonly changed = (): void => this.requestUpdate();
 }
 
 declare global {

@@ -1,6 +1,7 @@
 // The zones of the installation: a list of all, and one of them whole.
 import { css, html, LitElement, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import { keyed } from 'lit/directives/keyed.js';
 import type { ZonesView } from '../hub/api';
 import { may } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
@@ -63,6 +64,8 @@ export class PageZones extends LitElement {
 
   /** The zone of the address; null: none is named. */
   @state() private wanted = named();
+  /** Without one, the zone that is shown: another one never comes under a hand. */
+  private pinned = '';
 
   constructor() {
     super();
@@ -94,7 +97,7 @@ export class PageZones extends LitElement {
       <div class="body">
         <lf-zone-list .chosen=${shown}></lf-zone-list>
         <div class="main">
-          <lf-zone-detail .zone=${shown}></lf-zone-detail>
+          ${keyed(shown, html`<lf-zone-detail .zone=${shown}></lf-zone-detail>`)}
           <lf-zone-outputs></lf-zone-outputs>
           <lf-zone-troubles></lf-zone-troubles>
           ${may('operator') ? html`<lf-zone-deeds .zone=${shown}></lf-zone-deeds>` : nothing}
@@ -140,15 +143,17 @@ export class PageZones extends LitElement {
     return missing ? note('', t('zones.missing', { zone: this.wanted! })) : nothing;
   }
 
-  /** The one of the address, else the most urgent, else the first. */
+  /** The one of the address, else the one that was shown, else the most urgent, else the first. */
   private shown(view: ZonesView): string {
     const all = view.state.zones;
-    const wanted = all.find(({ zone }) => zone === this.wanted);
+    const [wanted, pinned] = [this.wanted, this.pinned].map((name) => all.find(({ zone }) => zone === name));
     const urgent = runningOf(view)[0] ?? all.find(({ alarms }) => alarms.length > 0);
-    return (wanted ?? urgent ?? all[0])?.zone ?? '';
+    this.pinned = (wanted ?? pinned ?? urgent ?? all[0])?.zone ?? '';
+    return this.pinned;
   }
 
   private readonly moved = (): void => {
+    this.pinned = '';
     this.wanted = named();
   };
 }

@@ -21,6 +21,25 @@ export interface HotbedBox {
   brightness: number;
 }
 
+/** Which of them is the one that was chosen: the one that it overlaps most. -1: none, it is gone. */
+export function sameOf(all: readonly HotbedBox[], chosen: HotbedBox): number {
+  const overlaps = all.map(
+    (box) => overlap(box.x1, box.x2, chosen.x1, chosen.x2) * overlap(box.y1, box.y2, chosen.y1, chosen.y2),
+  );
+  const most = Math.max(0, ...overlaps);
+  return most > 0 ? overlaps.indexOf(most) : -1;
+}
+
+/** Of two ranges, in wire units; one that touches overlaps by the least. */
+function overlap(a1: number, a2: number, b1: number, b2: number): number {
+  const [from, to] = [Math.max(Math.min(a1, a2), Math.min(b1, b2)), Math.min(Math.max(a1, a2), Math.max(b1, b2))];
+  return to < from ? 0 : to - from + 1;
+}
+
+export function brightest(all: readonly HotbedBox[]): number {
+  return all.reduce((best, box, n) => (box.brightness > all[best]!.brightness ? n : best), 0);
+}
+
 export interface Sight {
   /** Centre, and foot: where the flames meet the burning surface. */
   horizontal_arcmin: number;

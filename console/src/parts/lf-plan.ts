@@ -416,7 +416,10 @@ export class LfPlan extends LitElement {
   private down(event: PointerEvent): void {
     if (!this.view || event.button > 1) return;
     const from = this.point(event);
+    // All others are up, whatever was heard of them.
+    if (event.isPrimary) this.pinch.clear();
     this.pinch.set(event.pointerId, from);
+    (event.currentTarget as Element).setPointerCapture(event.pointerId);
     if (this.pinch.size > 1) {
       this.drag = null;
       return;
@@ -435,7 +438,6 @@ export class LfPlan extends LitElement {
       began: this.siteAt(from),
       far: false,
     };
-    (event.currentTarget as Element).setPointerCapture(event.pointerId);
     if (!grip) (event.currentTarget as SVGElement).focus({ preventScroll: true });
     else event.preventDefault();
   }

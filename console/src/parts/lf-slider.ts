@@ -211,6 +211,9 @@ export class LfSlider extends LitElement {
           @change=${this.change}
           @keydown=${(event: KeyboardEvent) => this.disabled && event.key !== 'Tab' && event.preventDefault()}
           @pointerdown=${(event: PointerEvent) => this.disabled && event.preventDefault()}
+          @pointerup=${() => setTimeout(this.over)}
+          @pointercancel=${this.over}
+          @blur=${this.over}
         />
       </div>
       <footer>
@@ -248,6 +251,13 @@ export class LfSlider extends LitElement {
     this.wish = Number((event.target as HTMLInputElement).value);
     emit(this, 'set-change', { value: this.wish });
   }
+
+  /** A pull that ends where it began, or that the system cancels, changes nothing. */
+  private readonly over = (): void => {
+    if (this.wish === null) return;
+    this.wish = null;
+    this.halted = false;
+  };
 
   private change(event: Event): void {
     const value = Number((event.target as HTMLInputElement).value);

@@ -84,7 +84,7 @@ export function followAuthority(): void {
         asked.delete(message.monitor);
         askedChanged.dispatchEvent(new Event('change'));
       },
-      Math.max(0, message.until_ms - store.now()),
+      Math.max(0, message.until_ms - store.hubNow()),
     );
   });
   socket.on('authority_lost', (message) => {

@@ -261,7 +261,7 @@ export class LfBanners extends LitElement {
   }
 
   private asked({ monitor, by, until_ms }: AskedSeen) {
-    const left = Math.max(0, Math.ceil((until_ms - store.now()) / 1000));
+    const left = Math.max(0, Math.ceil((until_ms - store.hubNow()) / 1000));
     return html`<div class="banner medium" role="alert">
       ${icon('hand')}<span><b>${by.seat === ZONES ? t('banner.asked_zones', { monitor }) : t('banner.asked', { user: by.user, monitor })}</b></span>
       <span class="count">${left} ${t('banner.s')}</span>

@@ -10,9 +10,11 @@ const TONE_S = 0.22;
 const LOUDNESS = 0.2;
 const AGAIN_MS = 2000;
 
-/** Fires that detectors see now; without shelved ones. */
+/** Fires that detectors see now, whatever recording is shown; without shelved ones. */
 export function firesNow(): Alarm[] {
-  return store.alarms().filter(({ priority, state, active }) => priority === 'fire' && active && state !== 'shelved');
+  return store
+    .alarmsLive()
+    .filter(({ priority, state, active }) => priority === 'fire' && active && state !== 'shelved');
 }
 
 export function soundWanted(): boolean {
@@ -50,7 +52,7 @@ function zonesSound(): boolean {
 /** Sounds until every fire is acknowledged, and while the zones sound. */
 export function followFire(): void {
   window.setInterval(() => {
-    const waiting = store.source === 'live' && firesNow().some(({ state }) => state === 'unack');
+    const waiting = firesNow().some(({ state }) => state === 'unack');
     if ((waiting || zonesSound()) && soundWanted()) sound();
   }, AGAIN_MS);
 }

@@ -8,6 +8,7 @@ import { whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import { t } from '../i18n';
 import { icon } from '../parts/icons';
+import { Steady } from '../parts/steady';
 import { base } from '../theme/shared';
 import { takeControl } from './authority';
 import { confirmDialog, dialog } from './dialog';
@@ -210,6 +211,7 @@ export class LfStop extends LitElement {
   /** A first press without a pointer: only then is there a second one. */
   private pressedOnce = false;
   private lockoutTimer = 0;
+  private readonly held = new Steady();
   private pressedAt = -Infinity;
   private endSight = () => {};
   /** STOP alone: the hub does not accept LOCKOUT from this page. */
@@ -241,6 +243,8 @@ export class LfStop extends LitElement {
     this.rise();
     this.endSight = keepInSight(this);
     document.addEventListener('toggle', this.covered, true);
+    window.addEventListener('blur', this.unseen);
+    document.addEventListener('visibilitychange', this.unseen);
   }
 
   override disconnectedCallback(): void {
@@ -249,6 +253,8 @@ export class LfStop extends LitElement {
     this.turnLockout('idle');
     this.endSight();
     document.removeEventListener('toggle', this.covered, true);
+    window.removeEventListener('blur', this.unseen);
+    document.removeEventListener('visibilitychange', this.unseen);
   }
 
   override render() {
@@ -311,10 +317,12 @@ export class LfStop extends LitElement {
     if (event.button !== 0) return;
     this.pressedAt = event.timeStamp;
     (event.currentTarget as Element).setPointerCapture(event.pointerId);
-    this.turnLockout('held', HOLD_MS, () => {
+    this.turnLockout('held');
+    const done = () => {
       this.turnLockout('idle');
       this.lockout(monitor);
-    });
+    };
+    this.held.start(HOLD_MS, done, () => this.ask(false));
   }
 
   /** A finger that slides off releases it. */
@@ -331,6 +339,11 @@ export class LfStop extends LitElement {
     if (this.lockoutIs === 'held') this.ask(false);
   };
 
+  /** What is held on a page that is not seen ends, without a question. */
+  private readonly unseen = (): void => {
+    if (this.lockoutIs === 'held') this.turnLockout('idle');
+  };
+
   /** The keyboard and assistive technology: the second press within the time. */
   private again(monitor: string | null): void {
     if (this.lockoutIs !== 'asks' || !this.pressedOnce) return this.ask(true);
@@ -345,6 +358,7 @@ export class LfStop extends LitElement {
 
   private turnLockout(to: 'idle' | 'held' | 'asks', after_ms = 0, then?: () => void): void {
     clearTimeout(this.lockoutTimer);
+    this.held.stop();
     this.lockoutIs = to;
     if (then) this.lockoutTimer = window.setTimeout(then, after_ms);
   }

@@ -257,7 +257,7 @@ export class LfTopbar extends LitElement {
   /** On every page, above all other alarms: something burns. */
   private fire() {
     const fires = firesNow();
-    if (!fires.length || (!store.linked && store.source === 'live')) return nothing;
+    if (!fires.length || !store.linked) return nothing;
     const waiting = fires.some(({ state }) => state === 'unack');
     const monitors = [...new Set(fires.map(({ monitor }) => monitor))].join(', ');
     const text = t('topbar.fire', { monitors });

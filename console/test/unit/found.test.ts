@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { type HotbedBox, isDoubtful, reckon, type Seen, spotsOf } from '../../src/parts/found';
+import { brightest, type HotbedBox, isDoubtful, reckon, type Seen, sameOf, spotsOf } from '../../src/parts/found';
 import type { Place, Tank } from '../../src/parts/geometry';
 
 const TANK: Tank = { name: 'T-1', at: [0, 0], diameter: 10, height: 6 };
@@ -80,5 +80,26 @@ describe('fires on the plan of a site', () => {
     // Two fires: what one monitor has as the distance contradicts the crossing.
     const two = spotsOf([seen('M1', [0, 0], 45, 80), seen('M2', [40, 0], 315, 28)]);
     expect(two.map(({ crossed }) => crossed)).toEqual([false, false]);
+  });
+});
+
+describe('the fire spot that was chosen', () => {
+  const at = (x: number, brightness: number): HotbedBox => ({ x1: x + 60, x2: x - 60, y1: -100, y2: 0, brightness });
+
+  it('stays the same when another one becomes brighter, or the list another order', () => {
+    const chosen = at(600, 5);
+    expect(sameOf([at(-600, 9), at(610, 4)], chosen)).toBe(1);
+    expect(sameOf([at(590, 4), at(-600, 9)], chosen)).toBe(0);
+    expect(sameOf([at(660, 4), at(605, 4)], chosen), 'the nearer of two that overlap').toBe(1);
+  });
+
+  it('is gone when nothing is seen there', () => {
+    expect(sameOf([at(-600, 9)], at(600, 5))).toBe(-1);
+    expect(sameOf([], at(600, 5))).toBe(-1);
+  });
+
+  it('is the brightest at first', () => {
+    expect(brightest([at(0, 3), at(600, 8), at(900, 8)])).toBe(1);
+    expect(brightest([])).toBe(0);
   });
 });

@@ -63,6 +63,8 @@ export default {
   'operate.searching': 'Searching for fire',
   'operate.draw_first': 'Draw the sector on the plan first',
   'operate.use_found': 'Use the found fire spot',
+  'operate.found_gone': '{monitor}: the fire spot whose distance was entered is not seen any more. Choose again.',
+  'operate.found_seen': 'Seen {age} ago.',
   'operate.found_title': 'Fire spot found by the search',
   'operate.found_n': 'Fire spot {n}',
   'operate.found_at': 'Direction {h}; the base of the fire is seen at {v}.',

@@ -62,6 +62,8 @@ export default {
   'operate.searching': 'Поиск очага',
   'operate.draw_first': 'Сначала нарисуйте сектор на плане',
   'operate.use_found': 'Взять найденный очаг',
+  'operate.found_gone': '{monitor}: очаг, для которого введена дальность, больше не виден. Выберите снова.',
+  'operate.found_seen': 'Замечен {age} назад.',
   'operate.found_title': 'Очаг, найденный поиском',
   'operate.found_n': 'Очаг {n}',
   'operate.found_at': 'Направление {h}, низ очага виден под углом {v}.',

@@ -128,6 +128,8 @@ export const stepStyle = css`
 `;
 
 export type Tone = 'good' | 'bad' | 'soso' | 'dim';
+/** What has a position, and moves only where it is known; valves and the detector have none. */
+const DRIVES: readonly string[] = ['Horizontal', 'Vertical', 'Nozzle'];
 const PICTURES = { good: 'check', bad: 'alarm', soso: 'warning', dim: 'right' } as const;
 
 export class Step extends LitElement {
@@ -192,7 +194,8 @@ export class Step extends LitElement {
   protected whyMove(drive: string): string {
     const why = this.why({ subsystem: drive });
     if (why) return why;
-    if (this.position(drive) === null) return `${this.monitor}: ${t('operate.position_unknown')}`;
+    if (DRIVES.includes(drive) && this.position(drive) === null)
+      return `${this.monitor}: ${t('operate.position_unknown')}`;
     if (this.has('Detector', 'Searching') || this.has('Detector', 'Justifying'))
       return t('commissioning.why_searching');
     if (!this.exists('Deployer') || this.has('Deployer', 'Deployed')) return '';

@@ -1,20 +1,23 @@
 // A found fire spot becomes a sector to extinguish: which one, its distance, how the distance was
 // computed and how reliable it is. No command uses a distance that the operator has not seen.
-import { css, html, LitElement, nothing } from 'lit';
+import { css, html, LitElement, nothing, type PropertyValues } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { store, TopicController } from '../../hub/store';
+import { SECOND, store, TopicController } from '../../hub/store';
 import type { Site } from '../../hub/types';
-import { num, t } from '../../i18n';
-import { type HotbedBox, isDoubtful, type Reckoned, reckon } from '../../parts/found';
+import { age, num, t } from '../../i18n';
+import { brightest, type HotbedBox, isDoubtful, type Reckoned, reckon, sameOf } from '../../parts/found';
 import { DISTANCE_MAX_M, type QuenchSector, sectorOf } from '../../parts/geometry';
 import { icon } from '../../parts/icons';
 import { standAlone } from '../../parts/stand-alone';
+import { toast } from '../../shell/toasts';
 import { base, fields } from '../../theme/shared';
 import { fromWire, parse, show, unitText } from '../../units';
 import { configured, limits } from './state';
 
 /** A fire spot looks smaller than the fire; the jet must also fall around it. */
 const LEAST_ARCMIN = 60;
+/** A list that is older says so, ms. */
+const FRESH_MS = 10_000;
 /** Permitted difference between the monitor's own height and the hub's, m. */
 const SAME_HEIGHT_M = 0.25;
 const CM = 100;
@@ -71,15 +74,30 @@ export class LfFound extends LitElement {
   ];
 
   @property() monitor = '';
-  /** Of the fire spots, the brightest first. */
+  /** Of the fire spots, in the monitor's order, as on the plan. */
   @state() private chosen = 0;
+  /** What it is: the monitor lists its spots again each second, and may list them otherwise. */
+  private followed: HotbedBox | null = null;
   /** What the operator has entered; null: the computed value counts. */
   @state() private typed: string | null = null;
   private told = '';
 
   constructor() {
     super();
-    new TopicController(this, () => ['hub', `monitors/${this.monitor}/`]);
+    new TopicController(this, () => [SECOND, 'hub', `monitors/${this.monitor}/`]);
+  }
+
+  override willUpdate(changed: PropertyValues): void {
+    if (changed.has('monitor')) this.followed = null;
+    const all = hotbedsOf(this.monitor);
+    const same = this.followed ? sameOf(all, this.followed) : -1;
+    // A distance is of one fire: it is not that of another one.
+    if (same < 0 && this.followed && this.typed !== null) {
+      this.typed = null;
+      toast({ kind: 'warning', text: t('operate.found_gone', { monitor: this.monitor }) });
+    }
+    this.chosen = same < 0 ? brightest(all) : same;
+    this.followed = all[this.chosen] ?? null;
   }
 
   override render() {
@@ -99,7 +117,7 @@ export class LfFound extends LitElement {
           </div>`
           : nothing
       }
-      <p class="dim small">${t('operate.found_at', where)}</p>
+      <p class="dim small">${t('operate.found_at', where)} ${this.seen()}</p>
       <div class="far">
         <label class="field"
           >${t('operate.found_distance')}, ${unitText('length')}
@@ -156,6 +174,13 @@ export class LfFound extends LitElement {
     return texts.map((text) => html`<p class="warn" role="note">${icon('warning', 18)}<span>${text}</span></p>`);
   }
 
+  /** The list stays after the search has ended. */
+  private seen(): string {
+    const at_ms = store.get(`monitors/${this.monitor}/hotbeds`)?.at_ms;
+    const old_ms = at_ms === undefined ? 0 : store.now() - at_ms;
+    return old_ms > FRESH_MS ? t('operate.found_seen', { age: age(old_ms) }) : '';
+  }
+
   private reckoned(): Reckoned | null {
     const box = hotbedsOf(this.monitor)[this.chosen] ?? hotbedsOf(this.monitor)[0];
     return box ? reckonFor(this.monitor, box) : null;
@@ -199,6 +224,7 @@ export class LfFound extends LitElement {
   }
 
   private choose(n: number): void {
+    this.followed = hotbedsOf(this.monitor)[n] ?? null;
     this.chosen = n;
     this.typed = null;
   }
@@ -218,8 +244,7 @@ function rangeText(): string {
 }
 
 export function hotbedsOf(monitor: string): HotbedBox[] {
-  const list = store.get(`monitors/${monitor}/hotbeds`)?.list ?? [];
-  return list.toSorted((a, b) => b.brightness - a.brightness);
+  return store.get(`monitors/${monitor}/hotbeds`)?.list ?? [];
 }
 
 function siteNow(): Site {

@@ -3,7 +3,7 @@ import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { http } from '../../hub/http';
 import { validOf } from '../../hub/readings';
-import { store } from '../../hub/store';
+import { SECOND, store, TopicController } from '../../hub/store';
 import { t } from '../../i18n';
 import type { LfPlot, PlotSeries } from '../../parts/lf-plot';
 import '../../parts/lf-plot';
@@ -97,12 +97,16 @@ export class LfTrends extends LitElement {
   ];
 
   @property() monitor = '';
-  @state() private stale = false;
   @state() private span_ms = MINUTE_MS;
   @state() private shown: What = 'water';
   @query('#water') private water!: LfPlot;
   @query('#currents') private currents!: LfPlot;
   private end = () => {};
+
+  constructor() {
+    super();
+    new TopicController(this, () => [SECOND]);
+  }
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -139,7 +143,7 @@ export class LfTrends extends LitElement {
           .minutes=${Math.min(this.span_ms, PAST_MS) / MINUTE_MS}
           .windows=${NO_WINDOWS}
           .now=${() => store.now()}
-          .stale=${this.stale}
+          .stale=${store.stale(this.monitor)}
           .label=${t(`operate.plot_${what}`)}
         ></lf-plot>
         ${
@@ -181,7 +185,6 @@ export class LfTrends extends LitElement {
   private push(): void {
     const status = store.get(`monitors/${this.monitor}/status`);
     if (!status || !this.hasUpdated) return;
-    this.stale = status.stale;
     const at = status.stale ? store.now() : (status.at_ms ?? store.now());
     for (const what of ['water', 'currents'] as const) {
       const values = SOURCES[what].map(({ id, subsystem, field, quantity }) => {

@@ -67,6 +67,8 @@ pub struct Ledger {
     pub valve_over_ms: [u64; VALVES],
     /// How each valve is being closed.
     closings: [Closing; VALVES],
+    /// It has not closed since power-up, and no request has said what it is to do.
+    pub owed: [bool; VALVES],
     /// §D/8 When a client has last confirmed the water of each valve, or it was last closed.
     confirmed_ms: [u64; VALVES],
     /// Its closing for want of that has started.
@@ -117,6 +119,7 @@ impl Ledger {
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
+            owed: [true; VALVES],
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],
             broken_ms: [None; AXES],
@@ -188,7 +191,7 @@ impl Ledger {
             matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
                 && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
         // §1/9 Stop All and Lockout on take effect though their answers find no room.
-        if full && as_a_whole && !self.refuses(record.request) {
+        if full && as_a_whole && !self.refuses(record.request, &body) {
             if self.lock == Lock::Unknown {
                 // Carried out or refused: it depends on a lockout that is not reported yet.
                 return self.recent.push((*asked, Status::OK));
@@ -215,8 +218,10 @@ impl Ledger {
         }
     }
 
-    fn refuses(&self, request: RequestId) -> bool {
-        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some()
+    fn refuses(&self, request: RequestId, body: &Body<'_>) -> bool {
+        // §3.12/2 What ends something is carried out before a reset, too.
+        let ends = matches!(body, Body::Stop | Body::Lockout { key: key::ENABLE });
+        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some() && !ends
     }
 
     /// What an accepted request permits and ends.
@@ -270,7 +275,13 @@ impl Ledger {
                 }
             }
             Body::Restart | Body::CleanFlash { .. } => {
+                // With ResetValves what closes goes on for the reason it had.
+                let mut closing = self.works.clone();
                 self.close_everything(asked);
+                for (works, before) in self.works.iter_mut().zip(&mut closing) {
+                    before.retain(|work| work.output == ValveOutput::Closing);
+                    works.append(before);
+                }
                 self.restart_ms = Some(self.now_ms);
             }
             _ => {}
@@ -343,6 +354,7 @@ impl Ledger {
         }
         if valves {
             self.works = Default::default();
+            self.owed = [false; VALVES];
         }
     }
 
@@ -354,6 +366,7 @@ impl Ledger {
             SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
                 let index = usize::from(id == SubsystemId::VALVE2);
                 self.works[index].clear();
+                self.owed[index] = false;
                 self.closings[index].stop(self.now_ms);
             }
             _ => {}
@@ -377,6 +390,7 @@ impl Ledger {
         let works = &mut self.works[index];
         works.retain(|work| work.output == output);
         works.push(Work { output, cause, at_ms, travel_ms });
+        self.owed[index] = false;
         match output {
             ValveOutput::Opening => {
                 self.closings[index].open();

@@ -123,9 +123,9 @@ impl Device {
         hal.read(inputs);
         self.contacts = Debounce::starting(Contacts::of(inputs));
         // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
-        if params.is_incomplete(SubsystemId::GENERAL) {
+        if params.has_lost_general() {
             params.stand_in(self.address, self.chain);
-        } else {
+        } else if !params.is_incomplete(SubsystemId::GENERAL) {
             self.chain = ChainSet::from_bits(params.get(Param::GeneralChain) as u16);
             self.address = params.get(Param::GeneralAddress) as u8;
         }

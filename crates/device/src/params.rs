@@ -63,7 +63,7 @@ pub struct Params {
     unwritten: u32,
     retry_in: Timer,
     incomplete: u16,
-    /// Address and composition with which a start without General's set goes on.
+    /// Address and composition with which a start that has lost General's set goes on.
     stand_in: Option<(u8, ChainSet)>,
 }
 
@@ -334,13 +334,22 @@ impl Params {
         self.incomplete == 0 && self.unread | self.unwritten == 0
     }
 
+    /// §3.3.1/2 General's set is missing, and the memory is not blank: it was damaged, or erased in part. What is
+    /// blank has its default address on purpose (§3.19/3).
+    pub(crate) fn has_lost_general(&self) -> bool {
+        const ALL: u32 = u32::MAX >> (u32::BITS - Group::COUNT as u32);
+        // A lockout may be stored before any set.
+        let is_blank = self.absent | Group::Lockout.bit() == ALL;
+        self.is_incomplete(SubsystemId::GENERAL) && !is_blank
+    }
+
     /// §3.3.1 ConfigInvalid: parameters of this subsystem are still unset.
     pub fn is_incomplete(&self, id: SubsystemId) -> bool {
         self.incomplete & owner_bit(id) != 0
     }
 
-    /// §3.3.1/2 General's set is not there at the start: address and composition are those that are
-    /// compiled in, which may be another monitor's.
+    /// §3.3.1/2 General's set is lost at the start: address and composition are those that are compiled in, which
+    /// may be another monitor's.
     pub(crate) const fn stand_in(&mut self, address: u8, chain: ChainSet) {
         self.stand_in = Some((address, chain));
     }

@@ -416,6 +416,35 @@ fn a_set_that_says_the_same() {
     rig.run_while(50, |rig| rig.speed(Axis::Vertical) != 0);
 }
 
+/// §3.19/3, §3.5/6 A blank memory has lost nothing, also locked out meanwhile: a drive works as soon as its own set
+/// is complete. Where a start finds sets, and not General's, part of the memory is gone.
+#[test]
+fn blank_is_not_lost() {
+    let mut plant = Plant::of(&Composition::REMOTE);
+    Device::provision(&mut plant, &Composition::REMOTE, 7).unwrap();
+    plant.memory.clear();
+    let mut rig = Rig::power_up(Composition::REMOTE, plant, 0);
+    rig.run(200);
+    for key in [key::ENABLE, key::DISABLE] {
+        rig.ask(SubsystemId::ALL, Body::Lockout { key });
+        rig.run(200);
+    }
+    rig.power_cycle_and_settle();
+    assert!(rig.plant.memory.contains_key(&KEY_LOCKOUT));
+    for param in Param::of(SubsystemId::VERTICAL).filter(|param| param.spec().required) {
+        let moved = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 60 });
+        assert_eq!(moved, Status::MODULE_FAULT, "{param:?}");
+        rig.set(param, Composition::REMOTE.factory_value(param));
+    }
+    rig.run(20);
+    assert!(common(&mut rig, SubsystemId::GENERAL).contains(CommonFlags::CONFIG_INVALID));
+    rig.move_to(Axis::Vertical, 60);
+    rig.run(5000);
+    rig.power_cycle_and_settle();
+    let moved = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 600 });
+    assert_eq!(moved, Status::MODULE_FAULT);
+}
+
 /// §3.3.1/1 A program damaged: its values are lost, ConfigFault reports it, the others are whole.
 #[test]
 fn damaged_program() {

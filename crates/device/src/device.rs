@@ -595,21 +595,21 @@ impl Device {
 
     /// §3.12/2, §3.19/1
     fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
+        // §3.3.1/4
+        let bad = self.general.has_bad_power();
+        // A lockout that has come meanwhile is not erased with the rest (§3.18/6), and its valves close on.
+        if reset == Reset::CleanFlash && (bad || self.general.is_locked()) {
+            return self.general.erase_failed();
+        }
         // Flash stops the program while it is written or erased: nothing may run on meanwhile.
         self.outputs = self.outputs.inert();
         hal.write(&self.outputs);
         self.causes = Causes::all(Rule::Inert);
-        // §3.3.1/4
-        let bad = self.general.has_bad_power();
         match reset {
             Reset::Restart if bad => self.params.flush_lockout(now, hal),
             Reset::Restart => self.params.flush_all(now, hal),
-            // A lockout that has come meanwhile is not erased with the rest (§3.18/6).
-            Reset::CleanFlash if bad || self.general.is_locked() || hal.erase().is_err() => {
-                self.general.erase_failed();
-                return;
-            }
-            _ => {}
+            Reset::CleanFlash if hal.erase().is_err() => return self.general.erase_failed(),
+            Reset::CleanFlash => {}
         }
         hal.reset();
     }

@@ -260,14 +260,17 @@ fn what_ends_is_carried_out_before_a_reset() {
     }
 }
 
-/// §3.19/1, §3.18/6 A lockout that comes before the memory is erased is not erased with it.
+/// §3.19/1, §3.18/1, §3.18/6 A lockout that comes before the memory is erased is not erased with it, and its valve
+/// closes without a moment's rest.
 #[test]
 fn a_lockout_before_the_memory_is_erased() {
     let mut rig = Rig::deployed();
+    rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+    rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1).contains(ValveFlags::OPEN));
     rig.accepts(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
     rig.run(50);
     rig.all_accept(Body::Lockout { key: key::ENABLE });
-    rig.run(500);
+    rig.run_while(500, |rig| rig.valve_output(0) == ValveOutput::Closing);
     let flags = GeneralFlags::LOCKED_OUT | GeneralFlags::CONFIG_WRITE_FAULT;
     assert_eq!((rig.plant.resets, rig.general().flags), (0, flags));
     rig.power_cycle_and_settle();

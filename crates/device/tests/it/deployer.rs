@@ -294,8 +294,8 @@ fn a_barrel_turned_aside_is_not_folded() {
     for (axis, aside, folds) in [
         (Axis::Horizontal, 5400, false),
         (Axis::Vertical, -300, false),
-        (Axis::Horizontal, 3, false),
-        (Axis::Horizontal, -2, true),
+        (Axis::Horizontal, 31, false),
+        (Axis::Horizontal, -30, true),
         (Axis::Nozzle, 40, true),
     ] {
         let mut rig = Rig::deployed();

@@ -4,6 +4,7 @@ use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
+use lafet_device::params::Params;
 use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::{DriveParam, Param};
@@ -138,7 +139,7 @@ impl Ledger {
         }
     }
 
-    pub(super) fn powered_up(&mut self, now_ms: u64, memory_is_sound: bool) {
+    pub(super) fn powered_up(&mut self, now_ms: u64, params: &Params, memory_is_sound: bool) {
         let sure = self.memory_is_sound && memory_is_sound && self.lock_is_stored;
         let lock = if sure { self.lock } else { Lock::Unknown };
         *self = Self {
@@ -150,7 +151,7 @@ impl Ledger {
             move_timeout_ms: self.move_timeout_ms,
             deployer_travel_ms: self.deployer_travel_ms,
             valve_travel_ms: self.valve_travel_ms,
-            homings: self.homings.powered_up(),
+            homings: self.homings.powered_up(params),
             ..Self::new(now_ms)
         };
     }

@@ -633,7 +633,8 @@ impl Drive {
             cap: if self.slowed { cap / 2 } else { cap },
             acceleration: self.acceleration(params),
             lag_ms: of(DriveParam::StopLag),
-            least: of(DriveParam::MinSpeed),
+            // What it needs to turn at all must not make it faster than it is set to.
+            least: of(DriveParam::MinSpeed).min(set),
             nozzle: self.axis == Axis::Nozzle,
         }
     }

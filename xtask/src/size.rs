@@ -36,8 +36,8 @@ const LIMITS: [Limit; 5] = [
         what: "whole monitor, flash",
         board: "stm32f103",
         of: Of::Flash(&[]),
-        goal: Some(60 * 1024),
-        limit: 60 * 1024,
+        goal: Some(62 * 1024),
+        limit: 62 * 1024,
     },
     Limit {
         what: "whole monitor, RAM with the stack at most",
@@ -58,7 +58,7 @@ const LIMITS: [Limit; 5] = [
         board: firmware::EMULATED,
         of: Of::Flash(&[]),
         goal: None,
-        limit: 58 * 1024,
+        limit: 60 * 1024,
     },
     Limit {
         what: "with the emulator's plant and semihosting, RAM with the stack at most",

@@ -111,6 +111,17 @@ const fn passes_lockout(request: RequestId) -> bool {
     is_read(request) || matches!(request, RequestId::SET_PARAM | RequestId::LOCKOUT)
 }
 
+/// §3.12/2 What ends something, and nothing else: it is carried out while a reset is awaited, too.
+fn is_safe(request: RequestId, data: &[u8]) -> bool {
+    match request {
+        RequestId::STOP | RequestId::CLOSE => true,
+        RequestId::LOCKOUT => {
+            Body::decode(request, data) == Ok(Body::Lockout { key: lafet_proto::id::key::ENABLE })
+        }
+        _ => false,
+    }
+}
+
 /// §3.3.9/1 Requests that count as an attempt to control the monitor.
 const fn is_control(request: RequestId) -> bool {
     matches!(
@@ -170,7 +181,7 @@ impl Device {
         if request == RequestId::UPDATE && self.software.is_present() {
             return self.update(record, answers);
         }
-        if let Some(status) = self.general_refusal(request) {
+        if let Some(status) = self.general_refusal(request, record.data) {
             return answers.bare(SubsystemId::GENERAL, request, status);
         }
         // §1/4; whatever its number, it comes back in the answer (§2/5).
@@ -184,10 +195,10 @@ impl Device {
     }
 
     /// §3.18/2, §3.12/2 General looks before any other subsystem.
-    fn general_refusal(&self, request: RequestId) -> Option<Status> {
+    fn general_refusal(&self, request: RequestId, data: &[u8]) -> Option<Status> {
         if self.general.is_locked() && !passes_lockout(request) {
             Some(Status::DENIED)
-        } else if self.general.is_restarting() && !is_read(request) {
+        } else if self.general.is_restarting() && !is_read(request) && !is_safe(request, data) {
             Some(Status::BUSY)
         } else {
             None
@@ -273,7 +284,8 @@ impl Device {
     /// §1/9 Stop All and Lockout on take effect even where their answers find no room: a stop that
     /// waits for a buffer is no stop.
     fn stop_unanswered(&mut self, now: Millis, record: &Record<'_>, by: Asked) {
-        if record.device != SubsystemId::ALL || self.general_refusal(record.request).is_some() {
+        let refused = || self.general_refusal(record.request, record.data).is_some();
+        if record.device != SubsystemId::ALL || refused() {
             return;
         }
         match Body::decode(record.request, record.data) {
@@ -296,7 +308,7 @@ impl Device {
         let mut header = rest.iter().copied();
         let request = RequestId(header.next().unwrap_or_default());
         let to = header.next().map_or(SubsystemId::GENERAL, SubsystemId);
-        if let Some(status) = self.general_refusal(request) {
+        if let Some(status) = self.general_refusal(request, &[]) {
             return answers.bare(SubsystemId::GENERAL, request, status);
         }
         let from = if self.has(to) { to } else { SubsystemId::GENERAL };
@@ -410,7 +422,7 @@ impl Device {
     }
 
     /// Searching or justifying.
-    fn busy_detector(&self) -> Option<SubsystemId> {
+    pub(crate) fn busy_detector(&self) -> Option<SubsystemId> {
         (self.detector.is_searching() || self.detector.is_justifying())
             .then_some(SubsystemId::DETECTOR)
     }

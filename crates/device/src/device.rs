@@ -123,7 +123,9 @@ impl Device {
         hal.read(inputs);
         self.contacts = Debounce::starting(Contacts::of(inputs));
         // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
-        if !params.is_incomplete(SubsystemId::GENERAL) {
+        if params.has_lost_general() {
+            params.stand_in(self.address, self.chain);
+        } else if !params.is_incomplete(SubsystemId::GENERAL) {
             self.chain = ChainSet::from_bits(params.get(Param::GeneralChain) as u16);
             self.address = params.get(Param::GeneralAddress) as u8;
         }
@@ -133,8 +135,10 @@ impl Device {
         // A request may come before the first step: each subsystem has its inputs by then.
         self.general.step(0, inputs, params);
         self.climatics.power_up(inputs);
+        let chain = self.chain;
         for ((drive, axis), input) in self.drives.iter_mut().zip(&Axis::ALL).zip(&inputs.drives) {
-            drive.power_up(params, *input, unit_of(&inputs.units, axis.unit()));
+            let unit = unit_of(&inputs.units, axis.unit());
+            drive.power_up(params, *input, unit, chain.contains(axis.id()));
         }
         for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {
             let unit = unit_of(&inputs.units, no.unit());
@@ -281,7 +285,8 @@ impl Device {
         if self.detector.is_saturated() {
             bits |= bit::SATURATED;
         }
-        if self.valves.iter().any(Valve::is_unconfirmed) {
+        let mut valves = self.valves.iter().zip(ValveNo::ALL);
+        if valves.any(|(valve, no)| self.has(no.id()) && valve.is_unconfirmed()) {
             bits |= bit::UNCONFIRMED;
         }
         for (axis, drive) in self.drives.iter().enumerate() {
@@ -397,7 +402,7 @@ impl Device {
     #[inline(never)]
     fn end_aims(&mut self) {
         for valve in &mut self.valves {
-            valve.end_opening(Rule::NotDeployed);
+            valve.end_opening(Cause::Rule(Rule::NotDeployed));
         }
         self.end_moves(Cause::Rule(Rule::NotDeployed));
     }
@@ -450,10 +455,17 @@ impl Device {
     ) {
         // §3.3.1/4 What is held may go on, and not begin.
         let goes_on = matches!(of_axis(&self.drives, axis).mover(), Some(Cause::Button(_)));
-        let allowed = self.chain.contains(axis.id())
-            && self.refusal_of_work().is_none()
-            && (goes_on || !self.general.is_weak())
-            && !of_axis(&self.drives, axis).is_faulty();
+        let weak = !goes_on && self.general.is_weak();
+        let busy = self.busy_detector().is_some();
+        let faulty = of_axis(&self.drives, axis).is_faulty();
+        let refused = self.refusal_of_work().is_some() || weak || faulty;
+        let allowed = self.chain.contains(axis.id()) && !refused;
+        // What was pressed while its drive could not run is not to start when that ends by itself: a
+        // repaired wire, an E-stop pulled out. Held through a deployment or an overload it acts on purpose.
+        if direction.is_some() && (weak || busy || faulty) {
+            self.buttons.disarm(axis);
+            self.ext_buttons.disarm(axis);
+        }
         let drive = by_axis(&mut self.drives, axis);
         match direction {
             Some((up, post)) if allowed => {
@@ -583,20 +595,21 @@ impl Device {
 
     /// §3.12/2, §3.19/1
     fn reset(&mut self, now: Millis, reset: Reset, hal: &mut impl Hal) {
-        // Flash stops the program while it is written or erased: nothing may run on meanwhile.
-        self.outputs = Passed::default();
-        hal.write(&self.outputs);
-        self.causes = Causes::all(Rule::Inert);
         // §3.3.1/4
         let bad = self.general.has_bad_power();
+        // A lockout that has come meanwhile is not erased with the rest (§3.18/6), and its valves close on.
+        if reset == Reset::CleanFlash && (bad || self.general.is_locked()) {
+            return self.general.erase_failed();
+        }
+        // Flash stops the program while it is written or erased: nothing may run on meanwhile.
+        self.outputs = self.outputs.inert();
+        hal.write(&self.outputs);
+        self.causes = Causes::all(Rule::Inert);
         match reset {
             Reset::Restart if bad => self.params.flush_lockout(now, hal),
             Reset::Restart => self.params.flush_all(now, hal),
-            Reset::CleanFlash if bad || hal.erase().is_err() => {
-                self.general.erase_failed();
-                return;
-            }
-            _ => {}
+            Reset::CleanFlash if hal.erase().is_err() => return self.general.erase_failed(),
+            Reset::CleanFlash => {}
         }
         hal.reset();
     }

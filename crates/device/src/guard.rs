@@ -42,6 +42,13 @@ impl Passed {
     pub const fn outputs(&self) -> &Outputs {
         &self.0
     }
+
+    /// Nothing is driven; the supplies that are cut stay so.
+    pub(crate) fn inert(&self) -> Self {
+        let drives =
+            self.0.drives.map(|DriveOutput { cut, .. }| DriveOutput { speed_tenths: 0, cut });
+        Self(Outputs { drives, ..Outputs::default() })
+    }
 }
 
 impl core::ops::Deref for Passed {

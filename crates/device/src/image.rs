@@ -178,6 +178,8 @@ pub struct DriveInput {
     pub position_sensor_fault: bool,
     /// The speed sensor's own diagnosis.
     pub speed_sensor_fault: bool,
+    /// The position counts, but from where is not known: a fault, unless the drive is homed (§D/7).
+    pub unreferenced: bool,
 }
 
 /// One valve as sensed.

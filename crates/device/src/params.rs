@@ -6,7 +6,7 @@
 
 mod group;
 
-use crate::composition::{Composition, table_index};
+use crate::composition::{ChainSet, Composition, table_index};
 use crate::hal::{Storage, StorageError, VALUE_MAX};
 use crate::image::Axis;
 use crate::time::{Millis, Timer};
@@ -63,6 +63,8 @@ pub struct Params {
     unwritten: u32,
     retry_in: Timer,
     incomplete: u16,
+    /// Address and composition with which a start that has lost General's set goes on.
+    stand_in: Option<(u8, ChainSet)>,
 }
 
 impl Params {
@@ -156,6 +158,7 @@ impl Params {
         unwritten: 0,
         retry_in: Timer::STOPPED,
         incomplete: 0,
+        stand_in: None,
     };
 
     /// A parameter that holds one number; its default while it is unset.
@@ -177,6 +180,12 @@ impl Params {
     pub fn trajectory(&self, number: usize) -> &[TrajectoryPoint] {
         let Some(stored) = self.trajectories.get(number) else { return &[] };
         stored.points.get(..usize::from(stored.len)).unwrap_or_default()
+    }
+
+    /// §3.3.1/1 A program or a trajectory whose stored values could not be read, and were not set since.
+    pub(crate) fn is_lost(&self, param: Param) -> bool {
+        let bit = Group::of(param).bit();
+        self.unread & !(self.dirty | self.unwritten) & bit != 0
     }
 
     /// §3.6 Degrees to add to the elevation at a pressure; `None` when the table is damaged.
@@ -297,6 +306,7 @@ impl Params {
         }
         let owner = param.subsystem();
         self.update_incomplete();
+        self.end_stand_in();
         // §3.5/6
         if self.is_incomplete(owner) {
             return Status::INCOMPLETE_CONFIG;
@@ -324,9 +334,38 @@ impl Params {
         self.incomplete == 0 && self.unread | self.unwritten == 0
     }
 
+    /// §3.3.1/2 General's set is missing, and the memory is not blank: it was damaged, or erased in part. What is
+    /// blank has its default address on purpose (§3.19/3).
+    pub(crate) fn has_lost_general(&self) -> bool {
+        const ALL: u32 = u32::MAX >> (u32::BITS - Group::COUNT as u32);
+        // A lockout may be stored before any set.
+        let is_blank = self.absent | Group::Lockout.bit() == ALL;
+        self.is_incomplete(SubsystemId::GENERAL) && !is_blank
+    }
+
     /// §3.3.1 ConfigInvalid: parameters of this subsystem are still unset.
     pub fn is_incomplete(&self, id: SubsystemId) -> bool {
         self.incomplete & owner_bit(id) != 0
+    }
+
+    /// §3.3.1/2 General's set is lost at the start: address and composition are those that are compiled in, which
+    /// may be another monitor's.
+    pub(crate) const fn stand_in(&mut self, address: u8, chain: ChainSet) {
+        self.stand_in = Some((address, chain));
+    }
+
+    /// §3.3.1/2 Whether address and composition in force may be another monitor's: until General's set is
+    /// complete, and says the same or has taken effect.
+    pub const fn is_stand_in(&self) -> bool {
+        self.stand_in.is_some()
+    }
+
+    fn end_stand_in(&mut self) {
+        let [address, chain] = [Param::GeneralAddress, Param::GeneralChain].map(|it| self.get(it));
+        let said = (address as u8, ChainSet::from_bits(chain as u16));
+        if !self.is_incomplete(SubsystemId::GENERAL) && self.stand_in == Some(said) {
+            self.stand_in = None;
+        }
     }
 
     /// §3.3.1/2 Values are checked one by one; those that contradict each other show here.

@@ -7,11 +7,17 @@ use crate::subsystem::conn::Source;
 use lafet_proto::link::{self, BODY_MAX, Check, Counters, Decoder, Frame, PAYLOAD_MAX, Tally};
 use lafet_proto::record::{DATA_MAX, HEADER_SIZE};
 
+/// §L/4 A frame that has not been finished for so long, without a byte, is none any more, ms (ours): noise that
+/// looks like its end must not carry out minutes later what it asks for.
+const STALE_MS: u32 = 1000;
+
 /// One medium: an RS-485 line, a TCP connection, a radio modem. `C` is what is counted: `()` is nothing.
 #[derive(Clone, Debug)]
 pub struct Port<C = Counters> {
     source: Source,
     decoder: Decoder<BODY_MAX, C>,
+    /// When the last bytes came.
+    heard_ms: u32,
     ear: Ear,
 }
 
@@ -39,6 +45,9 @@ impl Port {
         out: &mut [u8],
     ) -> (usize, usize) {
         let mut taken = 0;
+        if !bytes.is_empty() {
+            self.hear(now_ms);
+        }
         while let Some(rest) = bytes.get(taken..).filter(|rest| !rest.is_empty()) {
             let (used, frame) = self.decoder.push_slice(rest);
             let found = frame.is_some();
@@ -61,7 +70,14 @@ impl Port {
 impl<C: Tally> Port<C> {
     /// A medium that belongs to this interface, whatever it counts.
     pub const fn counting(source: Source) -> Self {
-        Self { source, decoder: Decoder::counting(), ear: Ear::new() }
+        Self { source, decoder: Decoder::counting(), heard_ms: 0, ear: Ear::new() }
+    }
+
+    /// Bytes come now: of what came long before them nothing is left.
+    fn hear(&mut self, now_ms: u32) {
+        if now_ms.wrapping_sub(core::mem::replace(&mut self.heard_ms, now_ms)) >= STALE_MS {
+            self.decoder.reset();
+        }
     }
 
     /// Takes all these bytes, and puts those of the answers on the line one by one: no room for
@@ -73,6 +89,9 @@ impl<C: Tally> Port<C> {
         bytes: &[u8],
         put: &mut dyn FnMut(u8),
     ) {
+        if !bytes.is_empty() {
+            self.hear(now_ms);
+        }
         for byte in bytes {
             if self.decoder.push(*byte).is_none() {
                 continue;

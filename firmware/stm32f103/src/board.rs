@@ -149,7 +149,7 @@ impl<B: Bus> Stm32f103<B> {
         self.bus.get(TIM6.cnt()).cnt()
     }
 
-    /// Drives and valves may have power.
+    /// Drives and heaters may have power, and valves may open.
     fn may_drive(&self) -> bool {
         self.record.is_some() && self.sampled && !power::is_failing(&self.bus)
     }
@@ -246,7 +246,10 @@ impl<B: Bus> Hal for Stm32f103<B> {
         self.drives.read(dt_ms, &mut inputs.drives, current_da);
         let [_, _, _, deployer] = &mut inputs.drives;
         self.contacts.read_deployer(dt_ms, deployer);
-        self.contacts.read_valves(dt_ms, &mut inputs.valves, current_da(analog::VALVES));
+        // Without scales or samples it is none: a valve is to close all the same.
+        let known = self.record.is_some() && self.sampled;
+        let valves_da = if known { current_da(analog::VALVES) } else { 0 };
+        self.contacts.read_valves(dt_ms, &mut inputs.valves, valves_da);
         self.contacts.read_heaters(dt_ms, &mut inputs.places);
         for (place, input) in (analog::PLACES..).zip(&mut inputs.places) {
             input.temperature_dc = analog::temperature_dc(analog.sample(place));
@@ -268,7 +271,9 @@ impl<B: Bus> Hal for Stm32f103<B> {
         let may_drive = may && !outputs.drives.iter().any(|drive| drive.cut);
         let speeds = outputs.drives.map(|drive| drive.speed_tenths);
         self.drives.write(speeds, self.dt_ms, may_drive);
-        self.contacts.write(outputs.valves, outputs.heaters, may);
+        // A relay needs neither scale nor sample, and the core bounds its time: Close and Lockout always act.
+        let may_close = !power::is_failing(&self.bus);
+        self.contacts.write(outputs.valves, outputs.heaters, may, may_close);
     }
 
     fn reset(&mut self) {

@@ -48,20 +48,22 @@ impl<B: Bus> Contacts<B> {
         }
     }
 
-    /// Samples the valves; `current_da` is that of whichever is driven.
+    /// Samples the valves; `current_da` is that of all that are driven, so it is believed of one that is
+    /// driven alone: a valve that jams must not keep the other from closing.
     pub fn read_valves(&mut self, dt_ms: u32, inputs: &mut [ValveInput; 2], current_da: u16) {
         let bus = &self.bus;
         let mirrors = MIRRORS.map(|pair| pair.map(|pin| is_closed(bus, pin)));
         let stray = mirrors.iter().flatten().zip(self.relays.iter().flatten());
         let stray = stray.into_iter().any(|(mirror, relay)| *mirror && !relay);
         self.welded |= lasting(&mut self.relay_ms, dt_ms, stray);
+        let alone = self.relays.iter().flatten().filter(|relay| **relay).count() == 1;
         let parts = inputs.iter_mut().zip(VALVE_AT).zip(VALVE_FREE.iter().zip(self.relays));
         for ((input, [open, closed]), (free, relays)) in parts {
             // Which of the two contacts is wrong cannot be seen here; the core finds a contradiction.
             *input = ValveInput::default();
             input.open_switch = is_closed(bus, open);
             input.close_switch = is_closed(bus, closed);
-            input.current_da = if relays == [false; 2] { 0 } else { current_da };
+            input.current_da = if alone && relays != [false; 2] { current_da } else { 0 };
             input.blocked = self.welded || !is_closed(bus, *free);
         }
     }
@@ -85,16 +87,23 @@ impl<B: Bus> Contacts<B> {
         }
     }
 
-    /// Drives relays and heaters; with a welded relay, or when nothing may be driven, none has power.
-    pub fn write(&mut self, valves: [ValveOutput; 2], heaters: [bool; 5], may: bool) {
-        let may = may && !self.welded;
-        VALVES_ENABLE.drive(&self.bus, may);
+    /// Drives relays and heaters; with a welded relay none has power. `may` is for all of them, `may_close` for
+    /// valves that close.
+    pub fn write(
+        &mut self,
+        valves: [ValveOutput; 2],
+        heaters: [bool; 5],
+        may: bool,
+        may_close: bool,
+    ) {
+        let (may, may_close) = (may && !self.welded, may_close && !self.welded);
         self.relays = valves.map(|valve| match valve {
-            _ if !may => [false; 2],
+            ValveOutput::Opening => [may, false],
+            ValveOutput::Closing => [false, may_close],
             ValveOutput::Off => [false; 2],
-            ValveOutput::Opening => [true, false],
-            ValveOutput::Closing => [false, true],
         });
+        let closes = self.relays.iter().any(|[_, closes]| *closes);
+        VALVES_ENABLE.drive(&self.bus, may || closes);
         for (pins, states) in RELAYS.iter().zip(self.relays) {
             // What goes off goes first: the two of a valve are never on together.
             for on in [false, true] {

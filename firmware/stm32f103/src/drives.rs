@@ -106,6 +106,8 @@ pub struct Drives<B> {
     armed: bool,
     /// A motor has had voltage that nothing had commanded: over until the next start.
     tripped: bool,
+    /// The counts mean ways.
+    has_record: bool,
     /// The positions are known.
     referenced: bool,
     still_ms: u32,
@@ -131,7 +133,7 @@ impl<B: Bus> Drives<B> {
             };
         }
         let referenced = has_record && (parked || kept.is_some());
-        Self { bus, drives, top, armed: false, tripped: false, referenced, still_ms: 0 }
+        Self { bus, drives, top, armed: false, tripped: false, has_record, referenced, still_ms: 0 }
     }
 
     /// Samples encoders, end switches and what is read back. `current` gives 0.1 A of a drive.
@@ -155,7 +157,8 @@ impl<B: Bus> Drives<B> {
             let margin = (max - min) / 16;
             let far_from_min = at_min && position > min + margin;
             let far_from_max = at_max && position < max - margin;
-            let absurd = (at_min && at_max) || far_from_min || far_from_max;
+            let far = self.referenced && (far_from_min || far_from_max);
+            let absurd = (at_min && at_max) || far;
             let has_voltage = !live.is_high(bus);
             drive.live_ms = if has_voltage && drive.duty == 0 { drive.live_ms + dt_ms } else { 0 };
             let must = armed && drive.duty > top / 8;
@@ -173,7 +176,8 @@ impl<B: Bus> Drives<B> {
             input.current_da = current(index);
             (input.min_switch, input.max_switch) = (at_min, at_max);
             input.motor_open = !armed || drive.broken_ms > 0;
-            input.position_sensor_fault = !self.referenced || absurd;
+            input.position_sensor_fault = !self.has_record || absurd;
+            input.unreferenced = !self.referenced;
         }
         self.keep(still, dt_ms);
     }

@@ -34,7 +34,7 @@ impl Device {
     /// Where the way of this request would end now.
     pub fn way(&self, record: &Record<'_>) -> Way {
         let Record { request, device: to, data, .. } = *record;
-        if let Some(status) = self.general_refusal(request) {
+        if let Some(status) = self.general_refusal(request, data) {
             return Way::Closed(status);
         }
         let Some(who) = addressees(request) else { return Way::Unknown };

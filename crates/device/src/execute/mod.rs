@@ -114,7 +114,7 @@ impl Device {
     }
 
     /// A subsystem's part of what was done as a whole: a valve that closes has only accepted it,
-    /// and so has General a lockout that is not stored yet (§3.18/8).
+    /// and so has General a lockout that is not stored yet (§3.18/8). One that rests does not close (§3.3.5).
     pub(crate) fn part_of_whole(
         &self,
         id: SubsystemId,
@@ -126,6 +126,10 @@ impl Device {
             .valve(id)
             .is_some_and(|valve| valve.flags().contains(ValveFlags::CLOSING) && !valve.is_closed());
         let storing = locking && !self.params.lockout_is_stored();
+        let locked = request == RequestId::LOCKOUT && self.general.is_locked();
+        if locked && status == Status::OK && self.valve(id).is_some_and(Valve::rests) {
+            return Status::MODULE_FAULT;
+        }
         if (closing || storing) && status == Status::OK { Status::ACCEPTED } else { status }
     }
 

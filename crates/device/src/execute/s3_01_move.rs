@@ -2,6 +2,7 @@
 
 use crate::cause::Asked;
 use crate::device::Device;
+use crate::subsystem::deployer::is_straight;
 use crate::time::Millis;
 use lafet_proto::param::Param;
 use lafet_proto::{Status, SubsystemId};
@@ -17,7 +18,12 @@ impl Device {
     ) -> Status {
         // §D/4
         let timeout_ms = self.params.get(Param::GeneralMoveTimeout).unsigned_abs();
+        let straight = id != SubsystemId::DEPLOYER || is_straight(&self.drives);
         let Some(drive) = self.drive_mut(id) else { return Status::SYSTEM_FAULT };
+        // §3.1/9 As Wrap: a barrel that is turned aside is not folded.
+        if !straight && i32::from(destination) < drive.position() && !drive.refuses(false) {
+            return Status::DENIED;
+        }
         let status = drive.move_to(now, destination.into(), timeout_ms, by);
         if status.is_success() {
             if id == SubsystemId::DEPLOYER {

@@ -15,7 +15,9 @@ impl Device {
         if self.params.get(Param::GeneralResetValves) == 0 {
             self.close_everything(now, Cause::Request(by));
         } else {
-            self.stop_motion(true, Cause::Request(by));
+            self.stop_motion(false, Cause::Request(by));
+            // What closes goes on, and so it does behind the reset.
+            self.valves.iter_mut().for_each(|valve| valve.end_opening(Cause::Request(by)));
         }
         self.general.schedule(now, Reset::Restart);
         Status::OK

@@ -2,6 +2,7 @@
 
 use crate::cause::{Asked, Cause};
 use crate::device::Device;
+use crate::subsystem::valve::Valve;
 use crate::time::Millis;
 use lafet_proto::Status;
 use lafet_proto::id::key;
@@ -13,6 +14,7 @@ impl Device {
             // §3.18/1
             key::ENABLE => {
                 self.close_everything(now, Cause::Request(by));
+                self.valves.iter_mut().for_each(Valve::note_lockout);
                 self.general.set_locked(true);
                 self.params.set_lockout(true);
                 Status::OK

@@ -29,6 +29,7 @@ use elevation::{Aim, Elevation, Law, ballistics_on};
 use lafet_ballistics::NARROWEST_MM;
 use lafet_proto::Status;
 use lafet_proto::flags::ControlFlags;
+use lafet_proto::param::Param;
 use lafet_proto::request::{self, Quench, Trajectory};
 use path::{Path, TRAJECTORIES};
 use raster::{Area, Raster};
@@ -169,6 +170,10 @@ impl Control {
                 let Some([_, _, _, width, height, step, distance]) = stored else {
                     return Status::INVALID_VALUE;
                 };
+                // What was lost is not the direct aim that was never set.
+                if is_lost(Param::ControlProgram0, *program, env) {
+                    return Status::MODULE_FAULT;
+                }
                 let step = i8::try_from(step).unwrap_or(i8::MAX);
                 let (centre_h, centre_v, nozzle) = (*centre_h, *centre_v, *nozzle);
                 let sector = request::Sector { centre_h, centre_v, nozzle, width, height, step };
@@ -221,6 +226,9 @@ impl Control {
             // §3.15/3, §3.15/2
             if numbers.iter().any(|number| *number >= TRAJECTORIES) {
                 return Status::INVALID_VALUE;
+            }
+            if numbers.iter().any(|it| is_lost(Param::ControlTrajectory0, i16::from(*it), env)) {
+                return Status::MODULE_FAULT;
             }
             let empty = |number: &u8| env.params.trajectory(usize::from(*number)).is_empty();
             if numbers.iter().any(empty) {
@@ -554,6 +562,13 @@ impl Scan {
         let from = Direction { vertical: from.vertical.saturating_sub(raised), ..from };
         Raster::stepping(area, self.step, from)
     }
+}
+
+/// §3.3.1/1 Whether this program or trajectory, counted from the first, could not be read.
+fn is_lost(first: Param, number: i16, env: &Env<'_>) -> bool {
+    let place =
+        usize::try_from(number).ok().and_then(|number| (first as usize).checked_add(number));
+    place.and_then(|place| Param::ALL.get(place)).is_some_and(|param| env.params.is_lost(*param))
 }
 
 /// §3.14/3; `None` for a negative distance. The distance 0 asks for no ballistics.

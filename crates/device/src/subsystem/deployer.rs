@@ -13,6 +13,7 @@
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis, DriveInput};
 use crate::params::Params;
+use crate::subsystem::control::approach::PATIENCE_MS;
 use crate::subsystem::drive::Drive;
 use crate::subsystem::{by_axis, of_axis};
 use crate::time::{Millis, Timer};
@@ -23,6 +24,9 @@ use lafet_proto::status::DeployerStatus;
 
 /// Direction of the barrel in which it can be folded (ours): straight ahead, level.
 const REST_ARCMIN: i32 = 0;
+/// A barrel this far off its direction can still be folded (ours), arc-minutes: more than drives with play
+/// and lag miss it by.
+const NEAR_ARCMIN: u32 = 30;
 /// The drives that go there.
 const RESTING: [Axis; 2] = [Axis::Horizontal, Axis::Vertical];
 
@@ -49,7 +53,12 @@ pub struct Deployer {
     position: Position,
     /// Of what it moves.
     cause: Cause,
+    /// For the motion of its drive; for a barrel that goes to its rest, until it has come nearer.
     travel: Timer,
+    /// How far the barrel was from its rest when it last came nearer, '.
+    nearest: u32,
+    /// Water in the barrel holds it: for TravelTime at most.
+    held: bool,
     failed: bool,
     internal_fault: bool,
 }
@@ -60,6 +69,8 @@ impl Default for Deployer {
             position: Position::Between,
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
+            nearest: u32::MAX,
+            held: false,
             failed: false,
             internal_fault: false,
         }
@@ -153,6 +164,8 @@ impl Deployer {
             // §D/7 Where its rest is, is not known.
             Position::Deployed if !can_rest(drives) => return Status::DENIED,
             Position::Deployed => self.begin(now, Position::Resting, params),
+            // Nothing brings it to its rest here.
+            _ if !is_straight(drives) => return Status::DENIED,
             Position::Deploying | Position::Between => self.begin(now, Position::Folding, params),
         }
         for drive in drives {
@@ -193,7 +206,14 @@ impl Deployer {
                 self.arrive(Position::Wrapped, drives);
             }
             Position::Deploying => self.drive_to(DriveParam::MaxLimit, drives, params),
-            Position::Folding => self.drive_to(DriveParam::MinLimit, drives, params),
+            Position::Folding => {
+                let held = by_axis(drives, Axis::Deployer).is_held_dry();
+                // Neither is the time to wait for it that of the drive, nor the other way round.
+                if held != core::mem::replace(&mut self.held, held) {
+                    self.travel.start(now, travel_ms(params));
+                }
+                self.drive_to(DriveParam::MinLimit, drives, params);
+            }
             Position::Resting => self.rest(now, drives, params),
             Position::Wrapped | Position::Deployed | Position::Between => {
                 if by_axis(drives, Axis::Deployer).is_idle() {
@@ -203,7 +223,8 @@ impl Deployer {
         }
         let late = self.travel.poll(now);
         if late || self.is_hindered(drives) {
-            self.internal_fault |= late;
+            // That the barrel comes no nearer, or is not dry, says nothing of Deployer's own drive.
+            self.internal_fault |= late && self.position != Position::Resting && !self.held;
             self.failed = true;
             let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
             self.end(drives, input, Cause::Rule(why));
@@ -250,7 +271,8 @@ impl Deployer {
 
     fn begin(&mut self, now: Millis, position: Position, params: &Params) {
         self.position = position;
-        self.travel.start(now, params.get(Param::DeployerTravelTime).unsigned_abs());
+        (self.nearest, self.held) = (u32::MAX, false);
+        self.travel.start(now, travel_ms(params));
     }
 
     fn arrive(&mut self, position: Position, drives: &mut [Drive; AXES]) {
@@ -269,17 +291,24 @@ impl Deployer {
         self.travel.stop();
     }
 
-    /// The barrel goes to its rest; then folding begins, with the time it is given.
+    /// The barrel goes to its rest, as long as it comes nearer: how long that takes is a matter of its own
+    /// drives. Then folding begins, with the time it is given.
     fn rest(&mut self, now: Millis, drives: &mut [Drive; AXES], params: &Params) {
-        let mut there = true;
+        let (mut there, mut far) = (true, 0_u32);
         for axis in RESTING {
             let drive = by_axis(drives, axis);
             let rest = drive.clamp(REST_ARCMIN);
-            let off = drive.position().saturating_sub(rest).unsigned_abs() > 1;
+            let way = drive.position().abs_diff(rest);
+            far = far.saturating_add(way);
+            let off = way > 1;
             if off && drive.is_idle() {
                 drive.go(rest, None, self.cause);
             }
-            there &= !off && drive.is_idle();
+            there &= !off && drive.is_idle() && drive.knows_position();
+        }
+        if far < self.nearest {
+            self.nearest = far;
+            self.travel.start(now, PATIENCE_MS);
         }
         if there {
             self.begin(now, Position::Folding, params);
@@ -299,6 +328,19 @@ impl Deployer {
 
 fn can_rest(drives: &[Drive; AXES]) -> bool {
     RESTING.iter().all(|axis| of_axis(drives, *axis).is_homed())
+}
+
+fn travel_ms(params: &Params) -> u32 {
+    params.get(Param::DeployerTravelTime).unsigned_abs()
+}
+
+/// The barrel is where it can be folded, as far as that is known.
+pub(crate) fn is_straight(drives: &[Drive; AXES]) -> bool {
+    RESTING.iter().all(|axis| {
+        let drive = of_axis(drives, *axis);
+        let off = drive.position().abs_diff(drive.clamp(REST_ARCMIN));
+        drive.knows_position() && off <= NEAR_ARCMIN && !drive.is_moving()
+    })
 }
 
 fn at_rest(input: &DriveInput) -> Position {

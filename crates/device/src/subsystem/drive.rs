@@ -5,6 +5,8 @@
 //!  Hold ─────────────▶ Position | Run ────────────────────────────────────────▶ Hold
 //! ```
 
+mod limits;
+
 use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
 use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
@@ -17,7 +19,6 @@ use crate::time::{Millis, Timer};
 use lafet_proto::Status;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::param::{DriveParam, Param};
-use lafet_proto::request::LimitsState;
 use lafet_proto::status::{DriveStatus, Limits};
 
 /// §3.3.4: AmperageOverload clears this long after the drive has stopped.
@@ -31,6 +32,16 @@ enum Goal {
     Position(i32),
     /// §3.17 Without limits: up/left (true) or down/right until stopped.
     Run(bool),
+}
+
+/// Whether the monitor has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Presence {
+    Sure,
+    /// §3.3.1/2 It may be another monitor's that is addressed: it is not driven.
+    Unsure,
+    /// It is at rest, never faulty and never driven.
+    Absent,
 }
 
 /// Taken while limits are off (§3.17): limits, in force after SwitchLimits On, and the zero point.
@@ -47,6 +58,7 @@ struct Staged {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     axis: Axis,
+    presence: Presence,
     kind: DriveKind,
     goal: Goal,
     /// Of the motion, or of its end.
@@ -70,6 +82,8 @@ pub struct Drive {
     overload: Timer,
     overload_up: bool,
     cut_off: bool,
+    /// The guard holds it for water in the barrel.
+    held_dry: bool,
     timeout: Timer,
     /// MoveHold set since the last step, for a Move in the same frame, ms.
     next_hold_ms: u32,
@@ -103,6 +117,7 @@ impl Drive {
     pub(crate) fn new(axis: Axis) -> Self {
         Self {
             axis,
+            presence: Presence::Sure,
             kind: DriveKind::Encoder,
             goal: Goal::Hold,
             cause: Cause::Rule(Rule::Inert),
@@ -122,6 +137,7 @@ impl Drive {
             overload: Timer::default(),
             overload_up: false,
             cut_off: false,
+            held_dry: false,
             timeout: Timer::default(),
             next_hold_ms: 0,
             hold_ms: 0,
@@ -139,9 +155,19 @@ impl Drive {
     }
 
     /// Takes what memory, sensors and a remote unit say at the start.
-    pub(crate) fn power_up(&mut self, params: &Params, input: DriveInput, unit: &UnitInput) {
-        self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
+    pub(crate) fn power_up(
+        &mut self,
+        params: &Params,
+        input: DriveInput,
+        unit: &UnitInput,
+        present: bool,
+    ) {
         self.limits = stored_limits(self.axis, params);
+        if !present {
+            self.presence = Presence::Absent;
+            return;
+        }
+        self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
         self.homing = Homing::starting(self.axis, self.kind, params, &input);
         self.input = input;
         self.position = self.sensed(params);
@@ -156,6 +182,11 @@ impl Drive {
     /// Position, arc-minutes or mm from the zero point.
     pub fn position(&self) -> i32 {
         self.position
+    }
+
+    /// The monitor has none.
+    pub(crate) const fn is_absent(&self) -> bool {
+        matches!(self.presence, Presence::Absent)
     }
 
     /// Neither moving nor about to move.
@@ -173,6 +204,15 @@ impl Drive {
         self.driven
     }
 
+    /// §3.11/1 What its sensor says of its position can be relied on.
+    pub(crate) fn knows_position(&self) -> bool {
+        const DOUBTS: DriveFlags = DriveFlags::POSITION_WAY_FAULT
+            .union(DriveFlags::POS_ENCODER_FAULT)
+            .union(DriveFlags::CONFIG_INVALID)
+            .union(DriveFlags::CONN_LOST);
+        self.is_absent() || self.is_homed() && !self.flags().intersects(DOUBTS)
+    }
+
     /// Connected as a remote unit.
     pub fn is_remote(&self) -> bool {
         self.kind == DriveKind::Remote
@@ -188,7 +228,7 @@ impl Drive {
             .union(DriveFlags::INTERNAL_FAULT)
             .union(DriveFlags::CONFIG_INVALID)
             .union(DriveFlags::CONN_LOST);
-        self.flags().intersects(FAULTS)
+        !self.is_absent() && (self.presence == Presence::Unsure || self.flags().intersects(FAULTS))
     }
 
     /// §3.3.4/1 It cannot go up/left (true) or down/right: after an overload the same direction is
@@ -220,6 +260,8 @@ impl Drive {
     /// A target brought inside the limits, if there are any.
     pub fn clamp(&self, target: i32) -> i32 {
         match self.limits() {
+            // What cannot be turned points where it points; of a nozzle any position may be asked for.
+            _ if self.is_absent() && self.axis != Axis::Nozzle => self.position,
             Some(Limits { min, max }) => target.min(max).max(min),
             None => target,
         }
@@ -307,95 +349,6 @@ impl Drive {
         Status::ACCEPTED
     }
 
-    /// §3.17 SwitchLimits.
-    pub(crate) fn switch_limits(
-        &mut self,
-        state: LimitsState,
-        params: &mut Params,
-        by: Asked,
-    ) -> Status {
-        // §3.17/4
-        if self.kind == DriveKind::LimitSwitches {
-            return Status::NOT_SUPPORTED;
-        }
-        match state {
-            // §3.17/1
-            LimitsState::Off => self.limitless = true,
-            // §3.17/3
-            LimitsState::Reject => self.staged = Staged::default(),
-            // §D/7
-            LimitsState::On if !self.is_homed() => return Status::DENIED,
-            // §3.17/2
-            LimitsState::On => {
-                let min = self.staged.min.unwrap_or(self.limits.min);
-                let max = self.staged.max.unwrap_or(self.limits.max);
-                // §3.17/6
-                if min >= max {
-                    return Status::INVALID_VALUE;
-                }
-                if !self.store_staged(params) {
-                    return Status::BUSY;
-                }
-            }
-        }
-        if state != LimitsState::Off && self.limitless {
-            self.limitless = false;
-            // What runs without limits must not go on into a limit that has just come back.
-            self.stop(Cause::Request(by));
-        }
-        Status::OK
-    }
-
-    /// §3.5, §3.17/5 SetParam of this drive; range and access have been checked.
-    pub(crate) fn set_param(
-        &mut self,
-        param: DriveParam,
-        value: i32,
-        params: &mut Params,
-        by: Asked,
-    ) -> Status {
-        let homed = self.is_homed();
-        let staged = match param {
-            DriveParam::MinLimit => &mut self.staged.min,
-            DriveParam::MaxLimit => &mut self.staged.max,
-            DriveParam::ZeroPoint => return self.set_zero_point(value, params),
-            other => return self.write(other, value, params),
-        };
-        if self.limitless {
-            // §D/7
-            if !homed {
-                return Status::DENIED;
-            }
-            if self.goal != Goal::Hold {
-                return Status::BUSY;
-            }
-            if value != self.position {
-                return Status::INVALID_VALUE;
-            }
-            *staged = Some(value);
-            return Status::ACCEPTED;
-        }
-        let status = self.write(param, value, params);
-        self.limits = stored_limits(self.axis, params);
-        if status.is_success() {
-            self.stop_outside_limits(by);
-        }
-        status
-    }
-
-    /// §3.4 A limit taken while limits are off is read back before it is in force; MoveHold and what is
-    /// measured are kept nowhere else.
-    pub(crate) fn staged_param(&self, param: DriveParam) -> Option<i32> {
-        match param {
-            DriveParam::MinLimit => self.staged.min,
-            DriveParam::MaxLimit => self.staged.max,
-            DriveParam::StopLagSeen => Some(self.seen.lag_ms()),
-            DriveParam::MinSpeedSeen => Some(self.seen.least()),
-            DriveParam::MoveHold => Some(self.next_hold_ms.max(self.hold_ms).cast_signed()),
-            _ => None,
-        }
-    }
-
     /// The internal bus to this drive's remote unit.
     pub(crate) fn unit(&mut self) -> &mut remote::Link {
         &mut self.unit
@@ -415,6 +368,11 @@ impl Drive {
         unit: &UnitInput,
         params: &Params,
     ) {
+        if self.is_absent() {
+            return;
+        }
+        // Otherwise the guard had stopped it.
+        self.held_dry &= self.output().speed_tenths == 0;
         self.sense(dt_ms, input, unit, params);
         self.limits = stored_limits(self.axis, params);
         self.watch_current(now, dt_ms, params);
@@ -436,6 +394,12 @@ impl Drive {
         self.speed_milli = 0;
         self.arrival.begin();
         self.cut_off = matches!(why, Cause::Rule(Rule::CutOff));
+        self.held_dry |= matches!(why, Cause::Rule(Rule::Water));
+    }
+
+    /// The guard holds it for water in the barrel: it has not been fed since.
+    pub(crate) const fn is_held_dry(&self) -> bool {
+        self.held_dry
     }
 
     /// What the drive wants of its motor.
@@ -450,7 +414,8 @@ impl Drive {
         flags.set(DriveFlags::MOVE, self.is_moving());
         flags.set(DriveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
         flags.set(DriveFlags::MOTOR_BROKEN, self.input.motor_open);
-        if self.input.position_sensor_fault {
+        let lost = self.input.unreferenced && !self.homing.is_used();
+        if self.input.position_sensor_fault || lost {
             flags |= DriveFlags::POS_ENCODER_FAULT;
         }
         if self.input.speed_sensor_fault {
@@ -498,92 +463,17 @@ impl Drive {
             }
             Goal::Position(target) => target > self.position,
         };
-        if self.refuses(up) || self.is_at_end(up) {
+        if self.is_absent() || self.refuses(up) || self.is_at_end(up) {
             return self.stop(cause);
         }
         self.end_times();
+        self.held_dry = false;
         self.arrival.begin();
         self.missed = false;
         self.staged.zero = None;
         self.goal = goal;
         self.speed_cap_tenths = speed_tenths;
         self.cause = cause;
-    }
-
-    fn write(&mut self, param: DriveParam, value: i32, params: &mut Params) -> Status {
-        let Some(param) = Param::of_drive(self.axis.id(), param) else {
-            return Status::INVALID_ID;
-        };
-        if self.kind == DriveKind::Remote
-            && param.kind().placement == lafet_proto::param::Placement::Unit
-            && !self.unit.write(param.id(), value)
-        {
-            return Status::CACHED;
-        }
-        let status = params.write(param, lafet_proto::Ints::Values(&[value]));
-        self.faulty_config = config_invalid(self.axis, params);
-        status
-    }
-
-    /// §3.17 Without limits the present position becomes zero; with limits a plain value is taken.
-    fn set_zero_point(&mut self, value: i32, params: &mut Params) -> Status {
-        if self.goal != Goal::Hold {
-            return Status::BUSY;
-        }
-        if !self.limitless {
-            let status = self.write(DriveParam::ZeroPoint, value, params);
-            self.position = self.sensed(params);
-            return status;
-        }
-        // §D/7
-        if !self.is_homed() {
-            return Status::DENIED;
-        }
-        let repeated = self.staged.zero == Some(value) && self.position == 0;
-        if value != self.position && !repeated {
-            return Status::INVALID_VALUE;
-        }
-        // Nothing is left to shift where it is repeated.
-        let shift = self.position;
-        let zero = params.drive(self.axis, DriveParam::ZeroPoint).saturating_add(shift);
-        // The encoder's own zero is too far away for the parameter.
-        if zero.unsigned_abs() > i16::MAX.unsigned_abs().into() {
-            return Status::INVALID_VALUE;
-        }
-        let status = self.write(DriveParam::ZeroPoint, zero, params);
-        if status.is_success() {
-            self.position = self.sensed(params);
-            self.staged.min = self.staged.min.map(|min| min.saturating_sub(shift));
-            self.staged.max = self.staged.max.map(|max| max.saturating_sub(shift));
-            self.staged.zero = Some(value);
-        }
-        status
-    }
-
-    /// Puts the limits taken into force; false while a remote unit has not got them yet.
-    fn store_staged(&mut self, params: &mut Params) -> bool {
-        if let Some(min) = self.staged.min {
-            if self.write(DriveParam::MinLimit, min, params) == Status::CACHED {
-                return false;
-            }
-            self.staged.min = None;
-        }
-        if let Some(max) = self.staged.max {
-            if self.write(DriveParam::MaxLimit, max, params) == Status::CACHED {
-                return false;
-            }
-            self.staged.max = None;
-        }
-        self.limits = stored_limits(self.axis, params);
-        true
-    }
-
-    fn stop_outside_limits(&mut self, by: Asked) {
-        if let (Goal::Position(target), Some(Limits { min, max })) = (self.goal, self.limits())
-            && !(min..=max).contains(&target)
-        {
-            self.stop(Cause::Request(by));
-        }
     }
 
     fn sensed(&self, params: &Params) -> i32 {
@@ -593,6 +483,7 @@ impl Drive {
     #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &DriveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = config_invalid(self.axis, params);
+        self.presence = if params.is_stand_in() { Presence::Unsure } else { Presence::Sure };
         self.online = self.kind != DriveKind::Remote || unit.online;
         if self.kind == DriveKind::Remote {
             self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
@@ -742,7 +633,8 @@ impl Drive {
             cap: if self.slowed { cap / 2 } else { cap },
             acceleration: self.acceleration(params),
             lag_ms: of(DriveParam::StopLag),
-            least: of(DriveParam::MinSpeed),
+            // What it needs to turn at all must not make it faster than it is set to.
+            least: of(DriveParam::MinSpeed).min(set),
             nozzle: self.axis == Axis::Nozzle,
         }
     }

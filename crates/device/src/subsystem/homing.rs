@@ -24,6 +24,8 @@ const LEFT_MM: u32 = 1;
 pub(crate) struct Homing {
     /// At which end it is homed: up/left (true) or down/right; `None` when the position is known.
     end: Option<bool>,
+    /// It has to be homed, or has been.
+    used: bool,
     /// It has been off the switch there.
     left: bool,
     /// Reading at the start.
@@ -41,12 +43,17 @@ impl Homing {
             _ => None,
         };
         let on = end.is_some_and(|up| is_closed(up, input));
-        Self { end, left: !on, start: input.position, offset: 0 }
+        Self { end, used: end.is_some(), left: !on, start: input.position, offset: 0 }
     }
 
     /// The position can be relied on.
     pub const fn is_known(self) -> bool {
         self.end.is_none()
+    }
+
+    /// Its sensor need not know where it counts from.
+    pub const fn is_used(self) -> bool {
+        self.used
     }
 
     /// What is to be added to a reading.

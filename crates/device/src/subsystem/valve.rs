@@ -30,6 +30,13 @@ const LEAVING_PART: u32 = 15;
 /// Least time for it: motors start, units answer late.
 const LEAVING_MIN_MS: u32 = 400;
 
+/// With any of these it is faulty.
+const FAULTS: ValveFlags = ValveFlags::OPEN_SENSOR_FAULT
+    .union(ValveFlags::CLOSE_SENSOR_FAULT)
+    .union(ValveFlags::INTERNAL_FAULT)
+    .union(ValveFlags::CONFIG_INVALID)
+    .union(ValveFlags::CONN_LOST);
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
     Still,
@@ -50,16 +57,22 @@ pub struct Valve {
     tried: Motion,
     /// A request, not a rule, is its cause.
     asked: bool,
+    /// The rule for which it is to close, until it has or a request says something else: no client repeats that.
+    owed: Option<Rule>,
     /// It could not be closed: it rests.
     rest: Timer,
     /// Its time for closing was over, and no Close has come since.
     spent: bool,
-    /// Runs while the valve is driven away from the end where it is.
+    /// A lockout has come while it rested: it closes when it has.
+    due: bool,
+    /// Runs while the valve is driven away from the end where it is; of one at rest, after an opening in vain.
     leaving: Timer,
     input: ValveInput,
     /// Water flows though its switch says closed.
     doubted: bool,
     latched: ValveFlags,
+    /// What is latched was found while it opened.
+    opened_in_vain: bool,
     overload_ms: u32,
     overload: Timer,
     /// It was opening.
@@ -72,6 +85,8 @@ pub struct Valve {
     unit_flags: ValveFlags,
     online: bool,
     faulty_config: bool,
+    /// §3.3.1/2 It may be another monitor's that is addressed.
+    unsure: bool,
 }
 
 impl Valve {
@@ -91,12 +106,15 @@ impl Valve {
             travel: Timer::default(),
             tried: Motion::Still,
             asked: false,
+            owed: None,
             rest: Timer::default(),
             spent: false,
+            due: false,
             leaving: Timer::default(),
             input: ValveInput::default(),
             doubted: false,
             latched: ValveFlags::empty(),
+            opened_in_vain: false,
             overload_ms: 0,
             overload: Timer::default(),
             overload_opening: false,
@@ -106,10 +124,12 @@ impl Valve {
             unit_flags: ValveFlags::empty(),
             online: true,
             faulty_config: false,
+            unsure: false,
         }
     }
 
-    /// §D/2 Closes at the start, unless it is to be kept as it is.
+    /// §D/2 Closes at the start, unless it is open and to be kept so: half-way it was on its way, and of a lost
+    /// unit that is known when it is back.
     pub(crate) fn power_up(
         &mut self,
         now: Millis,
@@ -120,8 +140,11 @@ impl Valve {
         self.remote = param(self.no, ValveParam::ValveType, params) == 1;
         self.input = *input;
         self.sense(0, input, unit, params);
-        if !keep {
+        let rests = self.is_at(Motion::Opening) || self.is_at(Motion::Closing);
+        if !keep || self.online && !rests {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
+        } else if !self.online {
+            self.owed = Some(Rule::PowerUp);
         }
     }
 
@@ -138,7 +161,7 @@ impl Valve {
     /// §3.8/3 Open; its key has been checked.
     pub(crate) fn open(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
         self.confirm();
-        if self.is_faulty() || self.overload.is_running() && self.overload_opening {
+        if self.hinders_opening() || self.overload.is_running() && self.overload_opening {
             return Status::MODULE_FAULT;
         }
         // §3.3.5 Blocked is a state of the valve, not a fault of it.
@@ -153,7 +176,7 @@ impl Valve {
     /// answer of one that cannot be driven (§3.3.5/1: a faulty sensor does not hinder), or has been in vain
     /// and rests.
     pub(crate) fn close(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
-        let rests = self.rest.is_running() && !self.is_at(Motion::Closing);
+        let rests = self.rests();
         let driven = self.online && !self.overload.is_running() && !rests;
         if !rests {
             self.start(now, Motion::Closing, params, cause);
@@ -165,6 +188,9 @@ impl Valve {
     pub(crate) const fn confirm(&mut self) {
         self.water = Timer::STOPPED;
         self.unconfirmed = false;
+        if matches!(self.owed, Some(Rule::Unconfirmed)) {
+            self.owed = None;
+        }
     }
 
     /// §D/8 It was closed because no client did.
@@ -172,9 +198,20 @@ impl Valve {
         self.unconfirmed
     }
 
-    /// §3.18/1 Locked out it is closed again, should it leave its switch.
+    /// It is open, was closed in vain, and is not driven now.
+    pub(crate) fn rests(&self) -> bool {
+        self.rest.is_running() && !self.is_at(Motion::Closing)
+    }
+
+    /// §3.18/1 Locked out while it rests, it closes when it has.
+    pub(crate) fn note_lockout(&mut self) {
+        self.due = self.rests();
+    }
+
+    /// §3.18/1 Locked out it is closed again, should it leave its switch, and driven on through an overload, as
+    /// the guard does: keeping the water off is more important than the motor.
     pub(crate) fn keep_closed(&mut self, now: Millis, params: &Params) {
-        let waits = self.travel.is_running() || self.spent;
+        let waits = self.spent && (!self.due || self.rests());
         if self.motion == Motion::Still && !waits && !self.is_at(Motion::Closing) {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::Lockout));
         }
@@ -190,10 +227,13 @@ impl Valve {
     pub(crate) fn stop(&mut self, why: Cause) {
         if self.motion != Motion::Still {
             self.cause = why;
+            self.leaving.stop();
         }
         let goes_on = self.motion == Motion::Closing && why == Cause::Rule(Rule::Overload);
         self.motion = Motion::Still;
-        self.leaving.stop();
+        if !matches!(why, Cause::Rule(_)) {
+            self.owed = None;
+        }
         if !goes_on {
             self.end_attempt();
         }
@@ -225,18 +265,22 @@ impl Valve {
         let freed = unit.online && !self.online || self.input.blocked && !input.blocked;
         self.sense(dt_ms, input, unit, params);
         if self.input.blocked {
-            self.end_opening(Rule::Blocked);
+            self.end_opening(Cause::Rule(Rule::Blocked));
         }
         // What was in vain without a unit or behind a block says nothing of the motor.
         if freed || self.is_at(Motion::Closing) {
             self.rest.stop();
             self.spent = false;
         }
-        if freed && self.tried == Motion::Closing && self.travel.is_running() {
-            self.travel.start(now, self.limit_ms(params));
+        if self.is_at(Motion::Closing) {
+            self.owed = None;
+        }
+        if freed {
+            self.give_chance(now, params);
         }
         self.rest.poll(now);
         self.watch_current(now, dt_ms, params);
+        self.take_up(now, params);
         self.watch_leaving(now, params);
         self.watch_travel(now, params);
         self.watch_water(now, params);
@@ -245,6 +289,7 @@ impl Valve {
     #[inline(never)]
     fn sense(&mut self, dt_ms: u32, input: &ValveInput, unit: &UnitInput, params: &Params) {
         self.faulty_config = params.is_incomplete(self.no.id());
+        self.unsure = params.is_stand_in();
         self.online = !self.remote || unit.online;
         if self.remote {
             self.unit_flags = ValveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
@@ -262,9 +307,9 @@ impl Valve {
 
     /// What forbids Open also ends it: an opening that waits behind a block, or for the working
     /// position, would come by itself when it is not expected any more.
-    pub(crate) fn end_opening(&mut self, why: Rule) {
+    pub(crate) fn end_opening(&mut self, why: Cause) {
         if self.motion == Motion::Opening {
-            self.stop(Cause::Rule(why));
+            self.stop(why);
         }
     }
 
@@ -288,9 +333,14 @@ impl Valve {
     }
 
     fn own_flags(&self) -> ValveFlags {
+        self.latched | self.present_flags()
+    }
+
+    /// Those that show now, whatever an attempt has found.
+    fn present_flags(&self) -> ValveFlags {
         let input = &self.input;
         let both = input.open_switch && input.close_switch;
-        let mut flags = self.latched | self.unit_flags;
+        let mut flags = self.unit_flags;
         flags.set(ValveFlags::OPENING, self.motion == Motion::Opening);
         flags.set(ValveFlags::CLOSING, self.motion == Motion::Closing);
         flags.set(ValveFlags::AMPERAGE_OVERLOAD, self.overload.is_running());
@@ -313,14 +363,21 @@ impl Valve {
         ValveStatus { flags: self.flags() }
     }
 
-    /// ModuleFault is the answer to Open (§3.8/3).
+    /// Something is wrong with it.
     pub fn is_faulty(&self) -> bool {
-        const FAULTS: ValveFlags = ValveFlags::OPEN_SENSOR_FAULT
-            .union(ValveFlags::CLOSE_SENSOR_FAULT)
-            .union(ValveFlags::INTERNAL_FAULT)
-            .union(ValveFlags::CONFIG_INVALID)
-            .union(ValveFlags::CONN_LOST);
-        self.own_flags().intersects(FAULTS)
+        self.unsure || self.own_flags().intersects(FAULTS)
+    }
+
+    /// ModuleFault is the answer to Open (§3.8/3). What an opening has found is tried again once it has rested.
+    fn hinders_opening(&self) -> bool {
+        let again = self.opened_in_vain && !self.leaving.is_running();
+        let flags = if again { self.present_flags() } else { self.own_flags() };
+        self.unsure || flags.intersects(FAULTS)
+    }
+
+    fn opens_in_vain(&mut self, now: Millis, params: &Params) {
+        self.opened_in_vain = true;
+        self.leaving.start(now, self.limit_ms(params));
     }
 
     fn start(&mut self, now: Millis, motion: Motion, params: &Params, cause: Cause) {
@@ -338,8 +395,45 @@ impl Valve {
         self.motion = motion;
         self.cause = cause;
         self.latched = ValveFlags::empty();
-        self.spent = false;
+        self.opened_in_vain = false;
+        (self.spent, self.due) = (false, false);
         self.asked |= !matches!(cause, Cause::Rule(_));
+        self.owed = match (motion, cause) {
+            (Motion::Closing, Cause::Rule(rule @ (Rule::PowerUp | Rule::Unconfirmed))) => {
+                Some(rule)
+            }
+            _ => None,
+        };
+    }
+
+    /// Its unit is back, or its block is gone: a closing that runs has all its time again, and what a rule
+    /// has closed in vain is closed now.
+    fn give_chance(&mut self, now: Millis, params: &Params) {
+        if self.tried == Motion::Closing && self.travel.is_running() {
+            self.travel.start(now, self.limit_ms(params));
+        } else if let Some(rule) = self.owed
+            && self.motion == Motion::Still
+        {
+            let keeps = rule == Rule::PowerUp && params.get(Param::GeneralResetValves) != 0;
+            if keeps && self.is_at(Motion::Opening) {
+                self.owed = None;
+            } else {
+                self.start(now, Motion::Closing, params, Cause::Rule(rule));
+            }
+        }
+    }
+
+    /// What a rule closes goes on after an overload, in the time that it has: ice or grit must not leave it open
+    /// with no client there to repeat a Close.
+    fn take_up(&mut self, now: Millis, params: &Params) {
+        let tried = self.tried == Motion::Closing && self.travel.is_running();
+        if let Some(rule) = self.owed
+            && tried
+            && self.motion == Motion::Still
+            && !self.overload.is_running()
+        {
+            self.start(now, Motion::Closing, params, Cause::Rule(rule));
+        }
     }
 
     /// A valve in the cold is slower than its nameplate: half as much again is allowed, ms.
@@ -392,7 +486,10 @@ impl Valve {
     /// gear is broken. Opening ends here; closing, the safe direction, is tried to the end.
     fn watch_leaving(&mut self, now: Millis, params: &Params) {
         let from = match self.motion {
-            Motion::Still => return,
+            Motion::Still => {
+                self.leaving.poll(now);
+                return;
+            }
             Motion::Opening => Motion::Closing,
             Motion::Closing => Motion::Opening,
         };
@@ -401,6 +498,7 @@ impl Valve {
         } else if self.leaving.poll(now) {
             if self.motion == Motion::Opening {
                 self.stop(Cause::Rule(Rule::Fault));
+                self.opens_in_vain(now, params);
             }
             self.latched |= ValveFlags::INTERNAL_FAULT;
         } else if !self.leaving.is_running() && self.latched.is_empty() {
@@ -432,6 +530,9 @@ impl Valve {
         // It has left the one end and not shown at the other: the sensor there; otherwise the valve itself
         // has not moved.
         self.latched |= if left { fault } else { ValveFlags::INTERNAL_FAULT };
+        if way == Motion::Opening {
+            self.opens_in_vain(now, params);
+        }
         if way == Motion::Closing {
             self.spent = true;
             // The first Close after a power-up that could not close it is not a repetition.

@@ -31,13 +31,20 @@ pub const STORED_OR_INVALID: &[u8] = &[0, 1, 11];
 pub const STORED_BUSY_OR_INVALID: &[u8] = &[0, 1, 6, 11];
 pub const INCOMPLETE_OR_INVALID: &[u8] = &[1, 11, 14];
 
+/// §3.12/2: what ends something is carried out before a reset, too.
+pub fn is_safe(request: u8, data: &[u8]) -> bool {
+    matches!(request, STOP | CLOSE) || request == LOCKOUT && data == [0xFA, 0x2F]
+}
+
 /// §1/11: the order of checks.
 pub fn expected(state: &State, request: u8, device: u8, data: &[u8]) -> Vec<Expected> {
     let bare = |from, statuses| vec![Expected { from, statuses, size: 0 }];
     let passes = READS.contains(&request) || matches!(request, SET_PARAM | LOCKOUT);
     match state.gate {
         Gate::Locked if !passes => return bare(GENERAL, DENIED),
-        Gate::Restarting if !READS.contains(&request) => return bare(GENERAL, BUSY),
+        Gate::Restarting if !READS.contains(&request) && !is_safe(request, data) => {
+            return bare(GENERAL, BUSY);
+        }
         _ => {}
     }
     if !KNOWN.contains(&request) {

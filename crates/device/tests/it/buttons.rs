@@ -329,3 +329,62 @@ fn a_faulty_drive() {
     rig.run_while(200, |rig| rig.is_still());
     assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::MOTOR_BROKEN);
 }
+
+/// §3.3.10/1, §3.3.4 What is held while its drive is faulty, lost or has no supply, or while a search has it,
+/// does not begin when that ends: an E-stop that is pulled out starts nothing. Pressed again it acts.
+#[test]
+fn held_until_a_fault_ends() {
+    type Hinder = fn(&mut Rig, bool);
+    let hindrances: [(&str, Hinder); 4] = [
+        ("motor", |rig, on| rig.plant.inputs.drives[Axis::Horizontal as usize].motor_open = on),
+        ("sensor", |rig, on| {
+            rig.plant.inputs.drives[Axis::Horizontal as usize].position_sensor_fault = on;
+        }),
+        ("supply", |rig, on| rig.plant.inputs.main_voltage_dv = if on { 90 } else { 240 }),
+        ("search", |rig, on| {
+            let seek = Seek { start_h: -900, end_h: 900, start_v: 0, end_v: 600, analyse: 0 };
+            let body = if on { Body::StartSeek(seek) } else { Body::Stop };
+            rig.accepts(SubsystemId::DETECTOR, body);
+        }),
+    ];
+    for (name, hinder) in hindrances {
+        for held_before in [false, true] {
+            let mut rig = Rig::deployed();
+            if held_before && name != "supply" && name != "search" {
+                press(&mut rig, 0, Button::Left);
+                rig.run(300);
+                assert!(rig.speed(Axis::Horizontal) > 0);
+            }
+            hinder(&mut rig, true);
+            rig.run(500);
+            press(&mut rig, 0, Button::Left);
+            rig.run(300);
+            hinder(&mut rig, false);
+            rig.run(20);
+            rig.run_while(2000, |rig| rig.speed(Axis::Horizontal) == 0);
+            // Another drive is free.
+            press(&mut rig, 0, Button::Up);
+            rig.run(200);
+            assert!(rig.speed(Axis::Vertical) > 0, "{name}");
+            release(&mut rig, 0, Button::Left);
+            rig.run(50);
+            press(&mut rig, 0, Button::Left);
+            rig.run(200);
+            assert!(rig.speed(Axis::Horizontal) > 0, "{name}");
+        }
+    }
+}
+
+/// §3.3.1/3 Nor when a lost unit is back.
+#[test]
+fn held_until_a_unit_is_back() {
+    let mut rig = Rig::new(Composition::EX);
+    rig.deploy();
+    press(&mut rig, 0, Button::Left);
+    rig.run(500);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+    rig.plant.units[Axis::Horizontal as usize].offline = true;
+    rig.run(300);
+    rig.plant.units[Axis::Horizontal as usize].offline = false;
+    rig.run_while(2000, |rig| rig.speed(Axis::Horizontal) == 0);
+}

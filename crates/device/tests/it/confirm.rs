@@ -121,6 +121,27 @@ fn what_it_concerns() {
     rig.run_while(20_000, |rig| rig.valve_output(0) == ValveOutput::Off);
 }
 
+/// §3.3.5 The closing of what no client confirms goes on after an overload.
+#[test]
+fn an_overload_does_not_end_it() {
+    let mut rig = limited(0);
+    rig.run_until(LIMIT_MS + 100, |rig| closes(rig));
+    rig.plant.valves[0].current_da = 80;
+    rig.run_until(1000, |rig| rig.valve(VALVE).contains(ValveFlags::AMPERAGE_OVERLOAD));
+    rig.plant.valves[0].current_da = 20;
+    rig.run_until(8000, |rig| rig.valve(VALVE) == ValveFlags::CLOSED);
+}
+
+/// §1/3 A valve that the monitor does not have has no water to confirm, whatever its contacts say.
+#[test]
+fn an_absent_valve() {
+    let chain = Composition::REMOTE.chain.without(&[SubsystemId::VALVE2]);
+    let mut rig = Rig::new(Composition { chain, ..Composition::REMOTE });
+    rig.plant.valves[1].opening_ms = 2000;
+    assert_eq!(rig.set(Param::GeneralWaterTimeout, 20), Status::ACCEPTED);
+    rig.run_while(2 * LIMIT_MS, |rig| !told(rig));
+}
+
 /// §3.3.5 One that cannot close is driven for one attempt, however short the limit is.
 #[test]
 fn in_vain() {

@@ -58,9 +58,9 @@ fn an_aim_ends_when_the_barrel_is_folded() {
     rig.move_to(Axis::Horizontal, 21_600);
     rig.run(200);
     assert!(rig.speed(Axis::Horizontal) > 0);
-    rig.move_to(Axis::Deployer, -21_600);
-    rig.run(20);
-    assert!(rig.speed(Axis::Deployer) < 0);
+    rig.plant.place(Axis::Deployer, 4000);
+    rig.run(50);
+    assert_eq!(position(&mut rig), F::empty());
     let flags = rig.drive_flags(Axis::Horizontal);
     assert!(!flags.intersects(DriveFlags::MOVE | DriveFlags::INTERNAL_FAULT), "{flags:?}");
     rig.run(1000);
@@ -282,6 +282,67 @@ fn move_deployer() {
     assert_eq!(answer, (SubsystemId::VALVE1, Status::DENIED));
 }
 
+/// §3.1/9, §3.11/1 Once it has left its working position turned aside, the barrel is not folded: neither by
+/// Wrap, nor by Move Deployer in one go or in two; nor while it turns. Deploy leads out of it.
+#[test]
+fn a_barrel_turned_aside_is_not_folded() {
+    let fold = Body::Move { destination: -32_767 };
+    let nothing_folds = |rig: &mut Rig, body: Body<'_>| {
+        assert_eq!(rig.one(DEPLOYER, body), (DEPLOYER, Status::DENIED), "{body:?}");
+        rig.run_while(300, |rig| rig.speed(Axis::Deployer) >= 0);
+    };
+    for (axis, aside, folds) in [
+        (Axis::Horizontal, 5400, false),
+        (Axis::Vertical, -300, false),
+        (Axis::Horizontal, 31, false),
+        (Axis::Horizontal, -30, true),
+        (Axis::Nozzle, 40, true),
+    ] {
+        let mut rig = Rig::deployed();
+        rig.plant.place(axis, aside);
+        rig.run(500);
+        let mut wrapped = rig.clone();
+        if folds {
+            rig.accepts(DEPLOYER, fold);
+            rig.run(500);
+            assert!(rig.speed(Axis::Deployer) < 0, "{axis:?} {aside}");
+            continue;
+        }
+        nothing_folds(&mut rig, fold);
+        nothing_folds(&mut rig, Body::Move { destination: 5000 });
+        // Its switch is lost: the sensor still says where the barrel is.
+        rig.plant.drive(Axis::Deployer).switches = (0, 9000);
+        rig.run(100);
+        assert_eq!(position(&mut rig), F::empty());
+        nothing_folds(&mut rig, Body::Wrap);
+        nothing_folds(&mut rig, fold);
+        rig.accepts(DEPLOYER, Body::Deploy);
+        nothing_folds(&mut rig, Body::Wrap);
+        // With the switch it goes to its rest first.
+        wrapped.accepts(DEPLOYER, Body::Wrap);
+        wrapped.run_until(40_000, |rig| position(rig) == F::WRAPPED);
+        assert_eq!(wrapped.plant.position(axis), 0);
+    }
+    // Where the sensor cannot be believed, what it says is no rest.
+    for lie in [0, 1] {
+        let mut rig = between();
+        if lie == 1 {
+            rig.plant.inputs.drives[Axis::Vertical as usize].position_sensor_fault = true;
+        } else {
+            rig.plant.drive(Axis::Horizontal).runaway_tenths = 40;
+        }
+        rig.run(20);
+        nothing_folds(&mut rig, Body::Wrap);
+        nothing_folds(&mut rig, fold);
+    }
+    let mut rig = Rig::deployed();
+    rig.plant.inputs.drives[Axis::Vertical as usize].position_sensor_fault = true;
+    rig.run(20);
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run_while(300, |rig| rig.speed(Axis::Deployer) == 0);
+    assert_eq!(position(&mut rig), F::DEPLOYED);
+}
+
 /// §3.3.8, §D/3 Too long: it stops in between with InternalFault, whatever the clock does.
 #[test]
 fn time_over() {
@@ -498,6 +559,32 @@ fn a_barrel_that_cannot_rest() {
     rig.run_until(1000, |rig| rig.drive_flags(Axis::Horizontal).contains(overload));
     rig.accepts(DEPLOYER, Body::Wrap);
     rig.run_until(20_000, |rig| position(rig) == F::WRAPPED);
+}
+
+/// §3.11/1 How long the barrel takes to its rest is not TravelTime's business; one that comes no nearer ends the
+/// wrapping, deployed, and is no fault of Deployer.
+#[test]
+fn a_long_way_to_rest() {
+    let mut rig = Rig::deployed();
+    rig.set(Param::HorizontalSpeed, 3);
+    rig.plant.place(Axis::Horizontal, 10_000);
+    rig.run(100);
+    rig.accepts(DEPLOYER, Body::Wrap);
+    rig.run(50);
+    rig.run_while(50_000, |rig| position(rig) == F::WRAPPING && rig.speed(Axis::Horizontal) < 0);
+    let mut held = rig.clone();
+    rig.run_until(40_000, |rig| position(rig) == F::WRAPPED);
+    // Its end switch is closed by a stone: the drive is at rest, and says nothing.
+    held.plant.drive(Axis::Horizontal).switches = (9000, 90_000);
+    held.run(9000);
+    assert_eq!(position(&mut held), F::WRAPPING);
+    held.run(2000);
+    assert_eq!(held.deployer() & (WHERE | F::INTERNAL_FAULT), F::DEPLOYED);
+    assert_eq!(held.speed(Axis::Deployer), 0);
+    held.plant.drive(Axis::Horizontal).switches = (-90_000, 90_000);
+    held.run(50);
+    held.accepts(DEPLOYER, Body::Wrap);
+    held.run_until(40_000, |rig| position(rig) == F::WRAPPED);
 }
 
 /// §3.11/1 A minute beside its rest the barrel has arrived; two, and it is turned.

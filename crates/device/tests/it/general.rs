@@ -219,6 +219,64 @@ fn restart() {
     }
 }
 
+/// §3.12/2 While a reset is awaited Stop, Close and Lockout are carried out; a release, or anything that begins, is
+/// Busy. With ResetValves the water would run on over the reset.
+#[test]
+fn what_ends_is_carried_out_before_a_reset() {
+    let restarting = || {
+        let mut rig = Rig::deployed();
+        rig.set(Param::GeneralResetValves, 1);
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+        rig.all_accept(Body::Restart);
+        rig.run(20);
+        rig
+    };
+    let mut closed = restarting();
+    let close = Body::Close { key: key::CLOSE };
+    assert_eq!(closed.status(SubsystemId::VALVE1, close), Status::ACCEPTED);
+    let release = Body::Lockout { key: key::DISABLE };
+    for (to, body) in [
+        (SubsystemId::ALL, release),
+        (SubsystemId::ALL, Body::Restart),
+        (SubsystemId::VALVE2, Body::Open { key: key::OPEN }),
+        (SubsystemId::VERTICAL, Body::Move { destination: 60 }),
+    ] {
+        assert_eq!(closed.one(to, body), (SubsystemId::GENERAL, Status::BUSY), "{body:?}");
+    }
+    closed.all_accept(Body::Stop);
+    let mut locked = restarting();
+    let mut full = locked.clone();
+    locked.all_accept(Body::Lockout { key: key::ENABLE });
+    // Behind more than the answers have room for.
+    let mut frame = payload(&[Request::new(SubsystemId::ALL, Body::GetStatus); 8]);
+    frame.extend(payload(&[Request::lockout(true)]));
+    full.handle(&frame);
+    for rig in [&mut locked, &mut full] {
+        rig.run(500);
+        assert_eq!(rig.plant.resets, 1);
+        assert!(rig.general().flags.contains(GeneralFlags::LOCKED_OUT));
+        rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    }
+}
+
+/// §3.19/1, §3.18/1, §3.18/6 A lockout that comes before the memory is erased is not erased with it, and its valve
+/// closes without a moment's rest.
+#[test]
+fn a_lockout_before_the_memory_is_erased() {
+    let mut rig = Rig::deployed();
+    rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+    rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1).contains(ValveFlags::OPEN));
+    rig.accepts(SubsystemId::GENERAL, Body::CleanFlash { key: key::CLEAN_FLASH });
+    rig.run(50);
+    rig.all_accept(Body::Lockout { key: key::ENABLE });
+    rig.run_while(500, |rig| rig.valve_output(0) == ValveOutput::Closing);
+    let flags = GeneralFlags::LOCKED_OUT | GeneralFlags::CONFIG_WRITE_FAULT;
+    assert_eq!((rig.plant.resets, rig.general().flags), (0, flags));
+    rig.power_cycle_and_settle();
+    assert!(rig.general().flags.contains(GeneralFlags::LOCKED_OUT));
+}
+
 /// §3.12 Before the reset everything is driven inert once more.
 #[test]
 fn the_reset_leaves_nothing_driven() {
@@ -601,6 +659,41 @@ fn a_port_answers_its_own_frames() {
         }
         assert_eq!(put, said);
         assert!(port.counters().crc_errors > 0);
+    }
+}
+
+/// §L/4 A frame whose end is lost is not carried out by noise that looks like one, a second later or at any time; a
+/// pause within a frame that is shorter, also while the clock wraps, takes nothing, and the next frame is heard.
+#[test]
+fn an_unfinished_frame_gets_stale() {
+    let request = Request::new(SubsystemId::VERTICAL, Body::Move { destination: 600 });
+    let wire = frame(ADDRESS, 0x80, &payload(&[request]));
+    let (most, end) = wire.split_at(wire.len() - 1);
+    for (pause_ms, heard) in [(10, true), (999, true), (1000, false), (600_000, false)] {
+        for now_ms in [5000, u32::MAX - 300] {
+            for bytewise in [false, true] {
+                let mut rig = Rig::at(Composition::REMOTE, now_ms);
+                let mut port = Port::new(Source::ExternalConn);
+                let mut hear = |rig: &mut Rig, after_ms: u32, bytes: &[u8]| {
+                    let now_ms = now_ms.wrapping_add(after_ms);
+                    let mut answer = vec![];
+                    if bytewise {
+                        port.serve(now_ms, &mut rig.device, bytes, &mut |byte| answer.push(byte));
+                        return !answer.is_empty();
+                    }
+                    let mut out = [0; WIRE_MAX];
+                    let (taken, len) = port.receive(now_ms, &mut rig.device, bytes, &mut out);
+                    assert_eq!(taken, bytes.len());
+                    len > 0
+                };
+                assert!(!hear(&mut rig, 0, most));
+                assert!(!hear(&mut rig, pause_ms - 1, &[]), "no bytes are no sign of life");
+                assert_eq!(hear(&mut rig, pause_ms, end), heard, "{pause_ms}");
+                rig.run(100);
+                assert_eq!(rig.speed(Axis::Vertical) != 0, heard, "{pause_ms}");
+                assert!(hear(&mut rig, pause_ms + 10, &wire));
+            }
+        }
     }
 }
 

@@ -197,3 +197,33 @@ fn an_absolute_sensor() {
         }
     }
 }
+
+/// §D/7 A sensor that says it does not know where it counts from is faulty where the position is relied on, and as it
+/// should be where the drive is homed.
+#[test]
+fn a_sensor_that_has_lost_its_place() {
+    for homing in [0, 1] {
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.set(Param::HorizontalHoming, homing);
+        rig.run(100);
+        rig.plant.inputs.drives[Axis::Horizontal as usize].unreferenced = true;
+        rig.plant.place(Axis::Horizontal, 300);
+        rig.plant.drive(Axis::Horizontal).switches = (0, 90_000);
+        rig.power_cycle_and_settle();
+        let status = rig.status(SubsystemId::HORIZONTAL, Body::Move { destination: -32_767 });
+        let lost = rig.drive_flags(Axis::Horizontal).contains(DriveFlags::POS_ENCODER_FAULT);
+        assert_eq!(
+            (status, lost),
+            match homing {
+                0 => (Status::MODULE_FAULT, true),
+                _ => (Status::ACCEPTED, false),
+            }
+        );
+        if homing == 1 {
+            rig.run_until(10_000, |rig| {
+                !rig.drive_flags(Axis::Horizontal).contains(DriveFlags::LIMITLESS)
+            });
+            rig.move_to(Axis::Horizontal, 60);
+        }
+    }
+}

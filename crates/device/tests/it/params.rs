@@ -1,12 +1,12 @@
 //! Parameters: reading, setting, storing, and a memory that fails.
 
 use crate::common::{Plant, Rig, payload};
-use lafet_device::image::Axis;
+use lafet_device::image::{Axis, ValveOutput};
 use lafet_device::{Composition, Device};
-use lafet_proto::flags::{CommonFlags, ControlFlags, DriveFlags, GeneralFlags};
+use lafet_proto::flags::{CommonFlags, ControlFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::{Access, Param, Storage};
-use lafet_proto::request::Body;
+use lafet_proto::request::{Body, Quench};
 use lafet_proto::{Bytes, Ints, ParamId, Request, Status, SubsystemId};
 
 /// Where the values of each subsystem are stored, by its place in the table of §1; then programs,
@@ -15,6 +15,7 @@ const KEY_GENERAL: u16 = 1;
 const KEY_VERTICAL: u16 = 3;
 const KEY_CONTROL: u16 = 8;
 const KEY_PROGRAM0: u16 = 15;
+const KEY_TRAJECTORY0: u16 = 23;
 const KEY_CORRECTION: u16 = 31;
 const KEY_LOCKOUT: u16 = 32;
 
@@ -311,7 +312,8 @@ fn damaged_correction_table() {
 }
 
 /// §3.3.1/1, §3.3.1/2 A damaged set: ConfigFault and ConfigInvalid of that subsystem alone; its drive
-/// answers ModuleFault and everything else works.
+/// answers ModuleFault and everything else works. Without General's nothing moves: whose address it has is
+/// not known.
 #[test]
 fn damaged_set() {
     for (key, id) in [
@@ -334,11 +336,113 @@ fn damaged_set() {
             }
         }
         let vertical = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 60 });
-        let broken = id == SubsystemId::VERTICAL;
-        assert_eq!(vertical, if broken { Status::MODULE_FAULT } else { Status::ACCEPTED });
-        rig.move_to(Axis::Horizontal, 60);
+        let unsure = id == SubsystemId::GENERAL;
+        let status = |works| if works { Status::ACCEPTED } else { Status::MODULE_FAULT };
+        assert_eq!(vertical, status(id == SubsystemId::CONTROL));
+        let horizontal = rig.status(SubsystemId::HORIZONTAL, Body::Move { destination: 60 });
+        assert_eq!(horizontal, status(!unsure));
         assert_eq!(rig.device.address(), 1);
     }
+}
+
+/// §3.3.1/2 A monitor that has lost General's set answers to the address that is compiled in, which is that of
+/// another one on the same line: nothing moves or opens, and Close is carried out.
+#[test]
+fn nothing_moves_in_the_name_of_another() {
+    const OPEN: Body<'static> = Body::Open { key: key::OPEN };
+    let mut plant = Plant::of(&Composition::REMOTE);
+    Device::provision(&mut plant, &Composition::REMOTE, 7).unwrap();
+    let mut rig = Rig::power_up(Composition::REMOTE, plant, 0);
+    rig.run(200);
+    assert_eq!(rig.device.address(), 7);
+    rig.move_to(Axis::Vertical, 60);
+    rig.run(5000);
+    rig.plant.damage(KEY_GENERAL);
+    rig.power_cycle_and_settle();
+    assert_eq!(rig.device.address(), 1);
+    let refuses = |rig: &mut Rig| {
+        let quench = Quench::Program { program: 0, centre_h: 600, centre_v: 600, nozzle: 30 };
+        for (to, body) in [
+            (SubsystemId::VERTICAL, Body::Move { destination: 600 }),
+            (SubsystemId::HORIZONTAL, Body::Move { destination: 600 }),
+            (SubsystemId::VALVE1, OPEN),
+            (SubsystemId::CONTROL, Body::StartQuench(quench)),
+        ] {
+            assert_eq!(rig.status(to, body), Status::MODULE_FAULT, "{to}");
+        }
+        rig.run_while(200, |rig| rig.is_still() && rig.valve_output(0) == ValveOutput::Off);
+    };
+    refuses(&mut rig);
+    rig.plant.valves[0].opening_ms = 2000;
+    rig.run(20);
+    rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+    rig.run_until(3000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    // Its own address has effect after a Restart: until then it answers to the other.
+    for param in Param::of(SubsystemId::GENERAL).filter(|param| param.spec().required) {
+        let chain = i32::from(Composition::REMOTE.chain.bits());
+        let value = match param {
+            Param::GeneralAddress => 7,
+            Param::GeneralChain => chain,
+            param => param.spec().default,
+        };
+        rig.set(param, value);
+    }
+    rig.run(20);
+    assert!(!common(&mut rig, SubsystemId::GENERAL).contains(CommonFlags::CONFIG_INVALID));
+    refuses(&mut rig);
+    rig.all_accept(Body::Restart);
+    rig.run(500);
+    assert_eq!((rig.plant.resets, rig.device.address()), (1, 7));
+    rig.move_to(Axis::Vertical, 600);
+    rig.accepts(SubsystemId::VALVE1, OPEN);
+}
+
+/// §3.3.1/2 Where the set that comes says what is in force, nothing has to be restarted.
+#[test]
+fn a_set_that_says_the_same() {
+    let mut rig = Rig::new(Composition::REMOTE);
+    rig.plant.damage(KEY_GENERAL);
+    rig.power_cycle_and_settle();
+    let chain = i32::from(Composition::REMOTE.chain.bits());
+    for param in Param::of(SubsystemId::GENERAL).filter(|param| param.spec().required) {
+        let moved = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 60 });
+        assert_eq!(moved, Status::MODULE_FAULT, "{param:?}");
+        let is_chain = param == Param::GeneralChain;
+        rig.set(param, if is_chain { chain } else { param.spec().default });
+    }
+    rig.run(20);
+    rig.move_to(Axis::Vertical, 60);
+    rig.set(Param::GeneralAddress, 9);
+    rig.run_while(50, |rig| rig.speed(Axis::Vertical) != 0);
+}
+
+/// §3.19/3, §3.5/6 A blank memory has lost nothing, also locked out meanwhile: a drive works as soon as its own set
+/// is complete. Where a start finds sets, and not General's, part of the memory is gone.
+#[test]
+fn blank_is_not_lost() {
+    let mut plant = Plant::of(&Composition::REMOTE);
+    Device::provision(&mut plant, &Composition::REMOTE, 7).unwrap();
+    plant.memory.clear();
+    let mut rig = Rig::power_up(Composition::REMOTE, plant, 0);
+    rig.run(200);
+    for key in [key::ENABLE, key::DISABLE] {
+        rig.ask(SubsystemId::ALL, Body::Lockout { key });
+        rig.run(200);
+    }
+    rig.power_cycle_and_settle();
+    assert!(rig.plant.memory.contains_key(&KEY_LOCKOUT));
+    for param in Param::of(SubsystemId::VERTICAL).filter(|param| param.spec().required) {
+        let moved = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 60 });
+        assert_eq!(moved, Status::MODULE_FAULT, "{param:?}");
+        rig.set(param, Composition::REMOTE.factory_value(param));
+    }
+    rig.run(20);
+    assert!(common(&mut rig, SubsystemId::GENERAL).contains(CommonFlags::CONFIG_INVALID));
+    rig.move_to(Axis::Vertical, 60);
+    rig.run(5000);
+    rig.power_cycle_and_settle();
+    let moved = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 600 });
+    assert_eq!(moved, Status::MODULE_FAULT);
 }
 
 /// §3.3.1/1 A program damaged: its values are lost, ConfigFault reports it, the others are whole.
@@ -353,6 +457,46 @@ fn damaged_program() {
     assert_eq!(rig.get(Param::ControlProgram0), Ok(vec![0; 7]));
     assert_eq!(rig.get(Param::ControlProgram1), Ok(vec![7, 6, 5, 4, 3, 2, 1]));
     assert_eq!(common(&mut rig, SubsystemId::CONTROL), CommonFlags::CONFIG_FAULT);
+}
+
+/// §3.14/2, §3.15/2, §3.3.1/1 A stored program or trajectory that is lost is refused with ModuleFault, until it is set
+/// again; one that was never set is a direct aim, or InvalidId, and the others run.
+#[test]
+fn a_lost_program_is_not_run() {
+    const CONTROL: SubsystemId = SubsystemId::CONTROL;
+    let mut rig = rig();
+    rig.deploy();
+    let program = [0, 0, 30, 600, 300, 2, 0];
+    set_values(&mut rig, Param::ControlProgram0, &program);
+    set_values(&mut rig, Param::ControlProgram1, &program);
+    set_values(&mut rig, Param::ControlTrajectory0, &[60, 60, 0, 5]);
+    set_values(&mut rig, Param::ControlTrajectory1, &[60, 60, 0, 5]);
+    rig.run(500);
+    rig.plant.damage(KEY_PROGRAM0);
+    rig.plant.damage(KEY_TRAJECTORY0);
+    rig.power_cycle_and_settle();
+    let quench = |program| {
+        Body::StartQuench(Quench::Program { program, centre_h: 60, centre_v: 60, nozzle: 30 })
+    };
+    let trajectory =
+        |rig: &mut Rig, number: u8| rig.handle(&[0x5C, CONTROL.0, 0, 4, 1, 0, 1, number])[0].status;
+    assert_eq!(rig.status(CONTROL, quench(0)), Status::MODULE_FAULT);
+    assert_eq!(trajectory(&mut rig, 0), Status::MODULE_FAULT);
+    rig.run_while(100, |rig| rig.is_still());
+    for number in [1, 2] {
+        assert_eq!(rig.status(CONTROL, quench(number)), Status::ACCEPTED);
+    }
+    assert_eq!(trajectory(&mut rig, 1), Status::ACCEPTED);
+    assert_eq!(trajectory(&mut rig, 2), Status::INVALID_ID);
+    // Set again it holds at once, though nothing is stored while the barrel moves.
+    set_values(&mut rig, Param::ControlProgram0, &program);
+    set_values(&mut rig, Param::ControlTrajectory0, &[60, 60, 0, 5]);
+    assert_eq!(rig.status(CONTROL, quench(0)), Status::ACCEPTED);
+    assert_eq!(trajectory(&mut rig, 0), Status::ACCEPTED);
+    rig.accepts(CONTROL, Body::Stop);
+    rig.run(500);
+    assert_eq!(rig.status(CONTROL, quench(0)), Status::ACCEPTED);
+    assert!(common(&mut rig, CONTROL).is_empty());
 }
 
 /// §3.3.1/1 A memory that cannot be read at all: nothing moves, the lockout is assumed, and it is reported.

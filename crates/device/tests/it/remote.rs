@@ -187,6 +187,62 @@ fn a_lost_valve() {
     assert_eq!(rig.valve_output(0), ValveOutput::Off);
 }
 
+/// §D/1, §3.3.5 A unit that is back long after power-up, or a block that is gone then, finds the valve closed by the
+/// rule that had closed it in vain; once, and not after a request that says something else.
+#[test]
+fn a_valve_that_comes_late_is_closed() {
+    type Hinder = fn(&mut Rig, bool);
+    let hindrances: [Hinder; 2] = [
+        |rig, on| rig.plant.units[4].offline = on,
+        |rig, on| rig.plant.inputs.valves[0].blocked = on,
+    ];
+    let late = |hinder: Hinder| {
+        let mut rig = rig();
+        rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
+        rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+        hinder(&mut rig, true);
+        rig.plant.valves[0].jammed = true;
+        rig.power_cycle();
+        rig.run(60_000);
+        assert_eq!(rig.valve_output(0), ValveOutput::Off);
+        rig.plant.valves[0].jammed = false;
+        rig
+    };
+    for hinder in hindrances {
+        let mut rig = late(hinder);
+        let mut stopped = rig.clone();
+        hinder(&mut rig, false);
+        rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+        rig.plant.valves[0].opening_ms = 2000;
+        hinder(&mut rig, true);
+        rig.run(100);
+        hinder(&mut rig, false);
+        rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        stopped.ask(SubsystemId::VALVE1, Body::Stop);
+        hinder(&mut stopped, false);
+        stopped.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
+    }
+}
+
+/// §D/2 With ResetValves a valve whose unit is lost at power-up is judged when the unit is back: open it stays so.
+#[test]
+fn a_lost_valve_is_kept() {
+    for (opening_ms, stays) in [(4000, true), (2000, false)] {
+        let mut rig = rig();
+        rig.set(Param::GeneralResetValves, 1);
+        rig.run(100);
+        rig.plant.valves[0].opening_ms = opening_ms;
+        rig.plant.units[4].offline = true;
+        rig.run(20);
+        rig.power_cycle();
+        rig.run_while(30_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        rig.plant.units[4].offline = false;
+        rig.run(6000);
+        let expected = if stays { ValveFlags::OPEN } else { ValveFlags::CLOSED };
+        assert_eq!(rig.valve(SubsystemId::VALVE1), expected);
+    }
+}
+
 /// §3.3.1/3, §3.10/3 The Deployer's unit is lost on the way: it stops in between.
 #[test]
 fn a_lost_deployer() {

@@ -442,6 +442,39 @@ fn why_a_button_ends() {
     assert!(!control(&mut rig).contains(ControlFlags::PAUSED));
 }
 
+/// §1/3, §3.14/1, §3.15/1 A program has no business with a drive that the monitor does not have: it runs on,
+/// whatever its inputs say, and the others go where they are to go.
+#[test]
+fn programs_without_a_drive() {
+    let absent = |id: SubsystemId| {
+        let chain = Composition::REMOTE.chain.without(&[id]);
+        let mut rig = Rig::new(Composition { chain, ..Composition::REMOTE });
+        let axis = Axis::ALL.into_iter().find(|axis| axis.id() == id).unwrap();
+        let input = &mut rig.plant.inputs.drives[axis as usize];
+        (input.motor_open, input.position_sensor_fault) = (true, true);
+        rig.power_cycle_and_settle();
+        rig
+    };
+    // One point, 10° to the left and up, for 10 s.
+    let trajectory = [0x5C, CONTROL.0, 0, 9, 0, 0, 1, 0x58, 0x02, 0x58, 0x02, 0, 100];
+    for id in [SubsystemId::NOZZLE, SubsystemId::HORIZONTAL, SubsystemId::VERTICAL] {
+        for start in [payload(&[Request::new(CONTROL, quench())]), trajectory.to_vec()] {
+            let mut rig = absent(id);
+            assert_eq!(rig.handle(&start)[0].status, Status::ACCEPTED, "{id}");
+            rig.run_while(5000, |rig| rig.plant.outputs.drives.iter().all(|drive| !drive.cut));
+            let flags = control(&mut rig);
+            let faults = ControlFlags::INTERNAL_FAULT | ControlFlags::MODE_FAULT;
+            let runs = flags.contains(ControlFlags::QUENCH) && !flags.intersects(faults);
+            assert!(runs, "{id} {flags:?}");
+            assert_eq!(rig.get(Param::GeneralInputFaults), Ok(vec![0]), "{id}");
+            for axis in [Axis::Horizontal, Axis::Vertical] {
+                let aimed = rig.plant.position(axis) != 0;
+                assert_eq!(aimed, axis.id() != id, "{axis:?} without {id}");
+            }
+        }
+    }
+}
+
 /// §3.3.10/1 A monitor without valves has none to open by a button, and says nothing of one.
 #[test]
 fn valve_buttons_without_valves() {

@@ -4,6 +4,7 @@ use crate::common::{Rig, STEP_MS};
 use lafet_device::Composition;
 use lafet_device::image::Axis;
 use lafet_proto::flags::DriveFlags;
+use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
 use lafet_proto::{Status, SubsystemId};
@@ -63,6 +64,26 @@ fn runs_away(axis: Axis, runaway_tenths: i16, stops: bool) {
     rig.run_while(2000, |rig| rig.plant.outputs.drives[axis as usize].cut && rig.is_still());
     assert!((rig.plant.drive(axis).position_milli - from_milli).abs() <= far_milli(axis));
     assert_eq!(rig.status(axis.id(), Body::Move { destination: 0 }), Status::MODULE_FAULT);
+}
+
+/// §3.3.4, §3.12/2, §3.19/1 The supply stays cut up to the reset itself: while the memory is written or erased
+/// nothing watches the drive.
+#[test]
+fn cut_up_to_the_reset() {
+    let clean = Body::CleanFlash { key: key::CLEAN_FLASH };
+    for (to, body) in [(SubsystemId::ALL, Body::Restart), (SubsystemId::GENERAL, clean)] {
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.plant.drive(Axis::Horizontal).runaway_tenths = 100;
+        rig.run_until(1000, |rig| rig.plant.outputs.drives[Axis::Horizontal as usize].cut);
+        assert!(rig.ask(to, body).iter().all(|answer| answer.status.is_success()));
+        while rig.plant.resets == 0 {
+            rig.now_ms += STEP_MS;
+            rig.plant.advance(STEP_MS);
+            rig.device.step(rig.now_ms, &mut rig.plant);
+            assert!(rig.plant.outputs.drives[Axis::Horizontal as usize].cut, "{body:?}");
+        }
+        assert!(rig.is_still());
+    }
 }
 
 /// §3.3.4 Each sensor by itself is enough, and the flag says which of them speaks against the other.

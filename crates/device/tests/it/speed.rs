@@ -103,6 +103,17 @@ fn a_new_speed() {
     }
 }
 
+/// §D/9 MinSpeed above Speed: a drive does not turn faster than it is set to.
+#[test]
+fn least_speed_above_the_highest() {
+    let mut rig = rig();
+    rig.set(Param::VerticalSpeed, 1);
+    rig.set(Param::VerticalMinSpeed, 30);
+    rig.move_to(Axis::Vertical, 600);
+    rig.run_while(12_000, |rig| rig.speed(Axis::Vertical).abs() <= 10);
+    assert_eq!(rig.drive(Axis::Vertical).position, 600);
+}
+
 /// §3.3.4/1 More than MaxCurrent for 0.2 s is a start, for longer an overload; MaxCurrent itself never.
 #[test]
 fn starting_current() {

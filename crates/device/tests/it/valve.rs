@@ -119,6 +119,32 @@ fn time_over() {
     }
 }
 
+/// §3.3.5, §3.8/3 An opening in vain is tried again with the next Open behind a rest; what a sensor says now, or what
+/// a closing has found, still refuses it.
+#[test]
+fn an_opening_in_vain_can_be_repeated() {
+    let mut rig = rig();
+    rig.plant.valves[0].jammed = true;
+    rig.accepts(VALVE, OPEN);
+    rig.run_until(1000, |rig| rig.valve(VALVE).contains(F::INTERNAL_FAULT));
+    let fed_ms = fed_ms(&mut rig, 17_900, 100, |rig| {
+        assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
+    });
+    assert_eq!(fed_ms, 0);
+    rig.run(200);
+    let mut doubtful = rig.clone();
+    doubtful.plant.inputs.valves[0].open_sensor_fault = true;
+    doubtful.run(20);
+    assert_eq!(doubtful.status(VALVE, OPEN), Status::MODULE_FAULT);
+    rig.plant.valves[0].jammed = false;
+    assert_eq!(rig.status(VALVE, OPEN), Status::ACCEPTED);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN);
+    rig.plant.valves[0].jammed = true;
+    rig.accepts(VALVE, CLOSE);
+    rig.run(60_000);
+    assert_eq!(rig.status(VALVE, OPEN), Status::MODULE_FAULT);
+}
+
 /// §3.3.5 A valve that does not leave "open": InternalFault, and closing is tried to the end; when
 /// the plug comes loose it closes.
 #[test]
@@ -251,6 +277,34 @@ fn restart() {
     }
 }
 
+/// §D/2 With ResetValves a valve that is open stays so; one that was on its way, either way, closes: a Close under
+/// way is not forgotten.
+#[test]
+fn a_close_goes_on_behind_the_reset() {
+    let on_its_way = |body| {
+        let mut rig = if matches!(body, Body::Close { .. }) { open() } else { rig() };
+        rig.set(Param::GeneralResetValves, 1);
+        rig.accepts(VALVE, body);
+        rig.run(2000);
+        rig
+    };
+    for body in [OPEN, CLOSE] {
+        let mut rig = on_its_way(body);
+        rig.power_cycle();
+        rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
+    }
+    let mut rig = on_its_way(CLOSE);
+    rig.plant.valves[0].opening_ms = 3500;
+    let answers = rig.ask(SubsystemId::ALL, Body::Restart);
+    let valve = answers.iter().find(|answer| answer.from == VALVE).unwrap();
+    assert_eq!(valve.status, Status::ACCEPTED);
+    rig.run_while(150, |rig| rig.valve_output(0) == ValveOutput::Closing);
+    rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
+    let mut rig = on_its_way(OPEN);
+    rig.all_accept(Body::Restart);
+    rig.run_while(150, |rig| rig.valve_output(0) == ValveOutput::Off);
+}
+
 /// §D/1 A valve found open at power-up with nothing stored is closed all the same.
 #[test]
 fn power_up_without_parameters() {
@@ -358,6 +412,43 @@ fn closing_an_overloaded_valve() {
     rig.plant.valves[0].current_da = 20;
     assert_eq!(rig.status(VALVE, CLOSE), Status::MODULE_FAULT);
     rig.run_until(5000, |rig| rig.valve(VALVE) == F::CLOSED);
+}
+
+/// §D/1, §3.3.5 What closes without being asked goes on after an overload, within its one attempt; a Stop, an Open or a
+/// Close of a client ends that.
+#[test]
+fn an_overload_does_not_leave_it_open() {
+    let overloaded = || {
+        let mut rig = open();
+        rig.plant.valves[0].current_da = 80;
+        rig.power_cycle();
+        rig.run_until(2000, |rig| rig.valve(VALVE).contains(F::AMPERAGE_OVERLOAD));
+        assert_eq!(rig.valve_output(0), ValveOutput::Off);
+        rig.plant.valves[0].current_da = 20;
+        rig
+    };
+    let mut rig = overloaded();
+    rig.run_while(2900, |rig| rig.valve_output(0) == ValveOutput::Off);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::CLOSED);
+    rig.accepts(VALVE, OPEN);
+    rig.run_until(5000, |rig| rig.valve(VALVE) == F::OPEN);
+    rig.run_while(60_000, |rig| rig.valve(VALVE) == F::OPEN);
+    for (body, output) in [(OPEN, ValveOutput::Opening), (Body::Stop, ValveOutput::Off)] {
+        let mut rig = overloaded();
+        rig.accepts(VALVE, body);
+        rig.run_while(1000, |rig| {
+            rig.valve_output(0) == output || rig.valve(VALVE).contains(F::OPEN)
+        });
+        rig.run_while(10_000, |rig| rig.valve_output(0) != ValveOutput::Closing);
+    }
+    // Overloaded for ever, it is one attempt.
+    let mut rig = open();
+    rig.plant.valves[0].current_da = 80;
+    rig.plant.valves[0].jammed = true;
+    rig.power_cycle();
+    let fed_ms = fed_ms(&mut rig, 120_000, 1_000_000, |_| {});
+    assert!((1500..3000).contains(&fed_ms), "{fed_ms}");
+    assert!(rig.valve(VALVE).contains(F::INTERNAL_FAULT));
 }
 
 /// §3.3.5/1 A faulty "open" sensor: Open is refused, and Open never believed.
@@ -470,6 +561,48 @@ fn lockout_ends_too() {
         assert_eq!(rig.valve_output(0), ValveOutput::Closing);
         rig.run_until(3000, |rig| rig.valve(VALVE) == F::CLOSED);
     }
+}
+
+/// §3.18/1, §3.3.5 A lockout in the rest after a Close in vain: the valve says ModuleFault, and is driven for one
+/// attempt when it has rested; not if the lockout is released before.
+#[test]
+fn lockout_while_it_rests() {
+    let resting = || {
+        let mut rig = open();
+        rig.plant.valves[0].jammed = true;
+        rig.accepts(VALVE, CLOSE);
+        rig.run(20_000);
+        assert_eq!(rig.status(VALVE, CLOSE), Status::MODULE_FAULT);
+        let answers = rig.ask(SubsystemId::ALL, Body::Lockout { key: key::ENABLE });
+        let valve = answers.iter().find(|answer| answer.from == VALVE).unwrap();
+        assert_eq!(valve.status, Status::MODULE_FAULT);
+        rig.run_while(15_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        rig
+    };
+    let mut rig = resting();
+    let mut loose = rig.clone();
+    let mut released = rig.clone();
+    let fed_ms = fed_ms(&mut rig, 600_000, 1_000_000, |_| {});
+    assert!((17_900..18_200).contains(&fed_ms), "{fed_ms}");
+    loose.plant.valves[0].jammed = false;
+    loose.run_until(10_000, |rig| rig.valve(VALVE) == F::CLOSED);
+    let answers = released.ask(SubsystemId::ALL, Body::Lockout { key: key::DISABLE });
+    assert!(answers.iter().all(|answer| answer.status.is_success()), "{answers:?}");
+    released.run_while(20_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+}
+
+/// §3.18/1, §3.3.5 Under lockout an overloaded motor is fed on, and the valve says so.
+#[test]
+fn what_an_overloaded_valve_says_under_lockout() {
+    let mut rig = open();
+    rig.plant.valves[0].jammed = true;
+    rig.plant.valves[0].current_da = 80;
+    rig.all_accept(Body::Lockout { key: key::ENABLE });
+    rig.run(500);
+    let driven = F::CLOSING | F::AMPERAGE_OVERLOAD;
+    rig.run_while(10_000, |rig| {
+        rig.valve_output(0) == ValveOutput::Closing && rig.valve(VALVE).contains(driven)
+    });
 }
 
 /// §3.18/1 What could not be closed behind a block is closed when that is gone.

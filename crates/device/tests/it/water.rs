@@ -44,6 +44,38 @@ fn flow_holds_a_folding_barrel() {
     rig.run_until(20_000, |rig| rig.deployer().contains(DeployerFlags::WRAPPED));
 }
 
+/// §D/5, §3.11/6 Water that lasts ends the wrapping in between, and is no fault of Deployer: when it has ended, Wrap
+/// goes on. Water that ends in time takes nothing of the time to fold.
+#[test]
+fn water_is_no_fault_of_the_deployer() {
+    let folding = || {
+        let mut rig = Rig::deployed();
+        rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
+        rig.run(1000);
+        rig.plant.inputs.flow_lps = 20;
+        rig
+    };
+    let dry = |rig: &mut Rig| {
+        rig.plant.inputs.flow_lps = 0;
+        let closed = [VALVE, SubsystemId::VALVE2];
+        rig.run_until(5000, |rig| closed.iter().all(|id| rig.valve(*id) == F::CLOSED));
+        rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
+        rig.run_until(20_000, |rig| rig.deployer().contains(DeployerFlags::WRAPPED));
+    };
+    let mut rig = folding();
+    rig.run_while(19_000, |rig| rig.deployer().contains(DeployerFlags::WRAPPING));
+    let mut in_time = rig.clone();
+    rig.run(3000);
+    let none = DeployerFlags::WRAPPING | DeployerFlags::INTERNAL_FAULT;
+    assert!(!rig.deployer().intersects(none), "{:?}", rig.deployer());
+    // What was given up does not begin by itself when the water ends.
+    rig.plant.inputs.flow_lps = 0;
+    rig.run_while(1000, |rig| rig.speed(Axis::Deployer) == 0);
+    dry(&mut rig);
+    dry(&mut in_time);
+    assert!(!in_time.deployer().contains(DeployerFlags::INTERNAL_FAULT));
+}
+
 /// §D/6 Its lasting is a fault of the switches, which ends with it; and does not refuse Open.
 #[test]
 fn flow_contradicts_the_switches() {

@@ -8,14 +8,14 @@ use lafet_device::Source;
 use lafet_device::cause::{Cause, Rule};
 use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Storage, StorageError};
-use lafet_device::image::{Axis, Inputs, Outputs, VALVES, ValveNo, ValveOutput};
+use lafet_device::image::{Axis, Inputs, Outputs, VALVES, ValveInput, ValveNo, ValveOutput};
 use lafet_device::port::Port;
 use lafet_proto::Request;
-use lafet_proto::SubsystemId;
 use lafet_proto::flags::{ButtonState, GeneralFlags};
 use lafet_proto::link::WIRE_MAX;
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
+use lafet_proto::{RequestId, SubsystemId};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -257,6 +257,9 @@ impl Firmware {
         }
         self.rig.now_ms = self.now_ms();
         self.rig.plant.reset_requested = false;
+        let between = |valve: &ValveInput| !valve.open_switch && !valve.close_switch;
+        // What was on its way closes.
+        let closes = self.rig.plant.inputs.valves.iter().any(between);
         self.rig.power_cycle();
         let keep = self.rig.get(Param::GeneralResetValves) == Ok(vec![1]);
         let reset_us = at_us;
@@ -264,7 +267,7 @@ impl Firmware {
             at_us = self.next_step_us(at_us);
             self.step(at_us, random);
             let (_, outputs) = self.driven.last().unwrap();
-            assert!(is_quiet(!keep, outputs), "{name}: after a reset: {outputs:?}");
+            assert!(is_quiet(!keep || closes, outputs), "{name}: after a reset: {outputs:?}");
         }
         keep
     }
@@ -300,12 +303,13 @@ enum Kind {
 }
 
 impl Kind {
-    /// Whether the valves close; `keep`: a restart leaves them as they are.
-    const fn closes(self, keep: bool) -> bool {
+    /// Whether the valves close; `keep`: a restart closes none, and what closes already goes on.
+    const fn closes(self, keep: bool) -> Option<bool> {
         match self {
-            Self::Stop => false,
-            Self::Lockout => true,
-            Self::Restart => !keep,
+            Self::Stop => Some(false),
+            Self::Lockout => Some(true),
+            Self::Restart if keep => None,
+            Self::Restart => Some(true),
         }
     }
 }
@@ -344,7 +348,16 @@ fn command(random: &mut Random, locked: bool) -> Command {
 
 /// Whether the outputs are off; `closing`: and valves that are not closed are driven there, once
 /// the monitor has settled.
-fn is_off(rig: &Rig, closing: bool, outputs: &Outputs) -> bool {
+fn is_off(rig: &Rig, closing: Option<bool>, outputs: &Outputs) -> bool {
+    let Some(closing) = closing else {
+        let mut valves = outputs.valves.iter().zip(&rig.device.causes().valves);
+        let closed = valves.any(|(output, cause)| {
+            let by_restart =
+                matches!(cause, Cause::Request(by) if by.request == RequestId::RESTART);
+            *output == ValveOutput::Closing && by_restart
+        });
+        return is_quiet(true, outputs) && !closed;
+    };
     let valves = (0..VALVES).all(|valve| {
         let input = &rig.device.inputs().valves[valve];
         let inert = rig.device.causes().valves[valve] == Cause::Rule(Rule::Inert);
@@ -386,7 +399,7 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     let other: &[u8] = if random.one_in(2) { random.of::<Vec<u8>>(frames) } else { &[] };
     let ran = firmware.driven.last().is_some_and(|(_, outputs)| is_running(outputs));
     let before = firmware.driven.last().map(|(_, outputs)| *outputs).unwrap_or_default();
-    let closing_before = is_off(&firmware.rig, true, &before);
+    let closing_before = is_off(&firmware.rig, Some(true), &before);
     firmware.receive(1 - port, other);
     firmware.receive(port, &waiting);
     firmware.receive(port, &command.bytes);
@@ -408,9 +421,9 @@ fn one(life: &Life, frames: &[Vec<u8>], random: &mut Random, tally: &mut Tally, 
     );
     let since_us = off_us - arrival_us;
     // Nothing was on while the flash was busy.
-    let latency_us = if is_quiet(closing, &before) { 0 } else { since_us };
+    let latency_us = if is_quiet(closing != Some(false), &before) { 0 } else { since_us };
     assert!(latency_us <= 10_000, "{name}: {what:?} while {}: {latency_us} µs", activity.name);
-    let closing_us = if closing && !closing_before { since_us } else { 0 };
+    let closing_us = if closing == Some(true) && !closing_before { since_us } else { 0 };
     let flash_us = if in_flash { 2 * ERASE_US } else { 0 };
     assert!(closing_us <= 10_000 + flash_us, "{name}: closes after {closing_us} µs");
     stays_off(&mut firmware, next_us, closing, random, name);
@@ -476,7 +489,7 @@ fn press(firmware: &mut Firmware, random: &mut Random) {
 fn stays_off(
     firmware: &mut Firmware,
     since_us: u64,
-    closing: bool,
+    closing: Option<bool>,
     random: &mut Random,
     name: &str,
 ) {

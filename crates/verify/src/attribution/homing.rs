@@ -37,20 +37,26 @@ struct Homing {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Homings {
     drives: [Homing; AXES],
+    /// At which ends they are homed, as the parameters had it when the program started: what is set before its
+    /// first step is for the next start.
+    ends: Option<[Option<bool>; AXES]>,
     /// How many times a drive was homed.
     pub homed: u64,
 }
 
 impl Homings {
     /// The program starts again: what counts from there has to be homed again.
-    pub(super) fn powered_up(&self) -> Self {
-        Self { homed: self.homed, ..Self::default() }
+    pub(super) fn powered_up(&self, params: &Params) -> Self {
+        let ends = Axis::ALL.map(|axis| end_of(axis, params));
+        Self { ends: Some(ends), homed: self.homed, ..Self::default() }
     }
 
     /// The first step: each drive is where it was switched on.
     pub(super) fn start(&mut self, view: &View<'_>) {
+        let ends = self.ends.take();
+        let ends = ends.unwrap_or_else(|| Axis::ALL.map(|axis| end_of(axis, view.params)));
         self.drives = Axis::ALL
-            .map(|axis| Homing::starting(axis, view.params, &view.inputs.drives[axis as usize]));
+            .map(|axis| Homing::starting(ends[axis as usize], &view.inputs.drives[axis as usize]));
     }
 
     /// Takes over what is sensed and reported; returns which drives claim to know their position and cannot.
@@ -112,16 +118,20 @@ impl Homings {
 }
 
 impl Homing {
-    fn starting(axis: Axis, params: &Params, input: &DriveInput) -> Self {
-        let local = params.drive(axis, DriveParam::DriveType) == 0;
-        let homing = Param::by_name(axis.id(), "Homing").map_or(0, |param| params.get(param));
-        let end = match homing {
-            1 if local => Some(false),
-            2 if local => Some(true),
-            _ => None,
-        };
+    fn starting(end: Option<bool>, input: &DriveInput) -> Self {
         let left = !end.is_some_and(|up| is_closed(up, input));
         Self { end, start: input.position, left, ..Self::default() }
+    }
+}
+
+/// The end at which a drive is homed that starts with these parameters.
+fn end_of(axis: Axis, params: &Params) -> Option<bool> {
+    let local = params.drive(axis, DriveParam::DriveType) == 0;
+    let homing = Param::by_name(axis.id(), "Homing").map_or(0, |param| params.get(param));
+    match homing {
+        1 if local => Some(false),
+        2 if local => Some(true),
+        _ => None,
     }
 }
 

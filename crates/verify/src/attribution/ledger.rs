@@ -4,7 +4,8 @@ use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
-use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
+use lafet_device::params::Params;
+use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::record::{Record, Records};
@@ -67,6 +68,8 @@ pub struct Ledger {
     pub valve_over_ms: [u64; VALVES],
     /// How each valve is being closed.
     closings: [Closing; VALVES],
+    /// It has not closed since power-up, and no request has said what it is to do.
+    pub owed: [bool; VALVES],
     /// §D/8 When a client has last confirmed the water of each valve, or it was last closed.
     confirmed_ms: [u64; VALVES],
     /// Its closing for want of that has started.
@@ -117,6 +120,7 @@ impl Ledger {
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
+            owed: [true; VALVES],
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],
             broken_ms: [None; AXES],
@@ -135,7 +139,7 @@ impl Ledger {
         }
     }
 
-    pub(super) fn powered_up(&mut self, now_ms: u64, memory_is_sound: bool) {
+    pub(super) fn powered_up(&mut self, now_ms: u64, params: &Params, memory_is_sound: bool) {
         let sure = self.memory_is_sound && memory_is_sound && self.lock_is_stored;
         let lock = if sure { self.lock } else { Lock::Unknown };
         *self = Self {
@@ -147,7 +151,7 @@ impl Ledger {
             move_timeout_ms: self.move_timeout_ms,
             deployer_travel_ms: self.deployer_travel_ms,
             valve_travel_ms: self.valve_travel_ms,
-            homings: self.homings.powered_up(),
+            homings: self.homings.powered_up(params),
             ..Self::new(now_ms)
         };
     }
@@ -188,7 +192,7 @@ impl Ledger {
             matches!(record.request, RequestId::STOP | RequestId::LOCKOUT | RequestId::RESTART)
                 && matches!(record.device, SubsystemId::ALL | SubsystemId::MOTORS);
         // §1/9 Stop All and Lockout on take effect though their answers find no room.
-        if full && as_a_whole && !self.refuses(record.request) {
+        if full && as_a_whole && !self.refuses(record.request, &body) {
             if self.lock == Lock::Unknown {
                 // Carried out or refused: it depends on a lockout that is not reported yet.
                 return self.recent.push((*asked, Status::OK));
@@ -215,8 +219,10 @@ impl Ledger {
         }
     }
 
-    fn refuses(&self, request: RequestId) -> bool {
-        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some()
+    fn refuses(&self, request: RequestId, body: &Body<'_>) -> bool {
+        // §3.12/2 What ends something is carried out before a reset, too.
+        let ends = matches!(body, Body::Stop | Body::Lockout { key: key::ENABLE });
+        self.lock == Lock::On && request != RequestId::LOCKOUT || self.restart_ms.is_some() && !ends
     }
 
     /// What an accepted request permits and ends.
@@ -270,7 +276,13 @@ impl Ledger {
                 }
             }
             Body::Restart | Body::CleanFlash { .. } => {
+                // With ResetValves what closes goes on for the reason it had.
+                let mut closing = self.works.clone();
                 self.close_everything(asked);
+                for (works, before) in self.works.iter_mut().zip(&mut closing) {
+                    before.retain(|work| work.output == ValveOutput::Closing);
+                    works.append(before);
+                }
                 self.restart_ms = Some(self.now_ms);
             }
             _ => {}
@@ -343,6 +355,7 @@ impl Ledger {
         }
         if valves {
             self.works = Default::default();
+            self.owed = [false; VALVES];
         }
     }
 
@@ -354,6 +367,7 @@ impl Ledger {
             SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
                 let index = usize::from(id == SubsystemId::VALVE2);
                 self.works[index].clear();
+                self.owed[index] = false;
                 self.closings[index].stop(self.now_ms);
             }
             _ => {}
@@ -377,6 +391,7 @@ impl Ledger {
         let works = &mut self.works[index];
         works.retain(|work| work.output == output);
         works.push(Work { output, cause, at_ms, travel_ms });
+        self.owed[index] = false;
         match output {
             ValveOutput::Opening => {
                 self.closings[index].open();
@@ -464,11 +479,12 @@ impl Ledger {
                     work.travel_ms = travel_ms;
                 }
             }
+            // §D/2 What is kept is not closed; a valve that closes does so from the start on.
             let keeps = view.params.get(Param::GeneralResetValves) != 0 && self.lock != Lock::On;
-            for (closing, travel_ms) in self.closings.iter_mut().zip(self.valve_travel_ms) {
-                if !keeps {
-                    closing.begin_by_rule(self.powered_ms, travel_ms);
-                }
+            let closes = |told: u32| !keeps || told & ValveFlags::CLOSING.bits() != 0;
+            let valves = self.closings.iter_mut().zip(view.told.valves).zip(self.valve_travel_ms);
+            for ((closing, _), travel_ms) in valves.filter(|((_, told), _)| closes(*told)) {
+                closing.begin_by_rule(self.powered_ms, travel_ms);
             }
         }
         self.follow_valves(view);

@@ -37,6 +37,7 @@ use invariants::Invariants;
 use lafet_device::Source;
 use lafet_device::cause::Causes;
 use lafet_device::image::Outputs;
+use lafet_device::params::Params;
 use ledger::Ledger;
 
 /// What must never happen, and has happened.
@@ -85,9 +86,9 @@ impl Attribution {
         Some(Violation { at_ms: now_ms, unexplained: false, text })
     }
 
-    /// The program starts again: after a power cut, a crash or a reset.
-    pub fn powered_up(&mut self, now_ms: u64, memory_is_sound: bool) {
-        self.ledger.powered_up(now_ms, memory_is_sound);
+    /// The program starts again, with these parameters: after a power cut, a crash or a reset.
+    pub fn powered_up(&mut self, now_ms: u64, params: &Params, memory_is_sound: bool) {
+        self.ledger.powered_up(now_ms, params, memory_is_sound);
         self.outputs = Outputs::default();
     }
 

@@ -412,6 +412,11 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
         (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => {
             holds(ledger.is_unconfirmed(view, valve), "its water was confirmed, or needs not be")
         }
+        // What power-up closes goes on after an overload, and when a block is gone or a unit is back.
+        (Cause::Rule(Rule::PowerUp), ValveOutput::Closing) => holds(
+            ledger.owed[valve as usize],
+            "it has closed, or a request has come since power-up",
+        ),
         (Cause::Rule(_), ValveOutput::Opening) => no("a rule never opens"),
         (Cause::Program(..), _) => no("no program drives valves"),
         (_, ValveOutput::Opening | ValveOutput::Closing) => no("no such request is in force"),

@@ -117,7 +117,7 @@ fn water_past_a_valve_that_is_not_in_the_chain() {
     bench.ask(&format!("SetParam General Chain {chain}"));
     bench.is_fine(2_000);
     bench.sim.power_cycle();
-    bench.check.powered_up(bench.sim.now_ms(), true);
+    bench.check.powered_up(bench.sim.now_ms(), bench.sim.device().params(), true);
     bench.is_fine(5_000);
     assert!(!bench.sim.device().has(SubsystemId::VALVE2));
     assert!(bench.sim.world().inputs().flow_lps > 2, "the water runs");
@@ -372,4 +372,19 @@ fn a_lie_that_nobody_can_see_through() {
     bench.ask("Open Valve1");
     bench.is_fine(5_000);
     assert!(bench.sim.world().flooded());
+}
+
+/// §3.5/8, §D/7 Homing that is set before the first step of a program is for its next start: that one has its
+/// position to find.
+#[test]
+fn homing_that_is_set_before_the_first_step() {
+    let mut bench = Bench::deployed();
+    for known in [true, false] {
+        bench.sim.power_cycle();
+        bench.check.powered_up(bench.sim.now_ms(), bench.sim.device().params(), true);
+        bench.ask("SetParam Vertical Homing 1");
+        bench.is_fine(1_000);
+        let unknown = bench.sim.device().input_faults() & 1 << (8 + Axis::Vertical as usize);
+        assert_eq!(unknown == 0, known);
+    }
 }

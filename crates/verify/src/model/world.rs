@@ -294,7 +294,8 @@ impl<M: Monitor> World<M> {
         }
     }
 
-    /// What is driven, in the true situation.
+    /// What is driven, in the true situation. With its reset the program ends inert (§3.12/2, §D/1), also where a lockout
+    /// has come before it: the next one closes the valves.
     fn moment(&self, before: &View, now: &View) -> Moment<'_> {
         let Self { plant, mandate, mended, .. } = self;
         let stowed = before.has_deployer() && !plant.is_deployed();
@@ -307,10 +308,11 @@ impl<M: Monitor> World<M> {
             Valve {
                 open: open && before.has_deployer(),
                 blocked: plant.fault == Some(Fault::ValveBlocked(valve)),
-                must_close: open && before.has_valve(valve) && !rests,
+                must_close: open && before.has_valve(valve) && !rests && !plant.reset,
             }
         };
         Moment {
+            settling: plant.reset,
             locked: mandate.locked,
             stopped: mandate.stopped,
             stowed,

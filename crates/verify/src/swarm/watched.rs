@@ -377,7 +377,8 @@ impl<'l> Watched<'l> {
         let faults = &self.sim.world().faults;
         let sound =
             !faults.single(SingleFault::FlashRead) && !faults.single(SingleFault::FlashWrite);
-        self.attribution.powered_up(self.booted_ms, sound);
+        let params = self.sim.device().params();
+        self.attribution.powered_up(self.booted_ms, params, sound);
         // What was driven went off with the power, which needs no explanation.
         self.values.fill(0);
     }

@@ -1,6 +1,7 @@
 //! Whether a board is as it should be: what is looked at before one is let near a motor, in the model.
 
 mod busy;
+mod closing;
 mod starts;
 
 use lafet_device::image::{Axis, Inputs};
@@ -14,13 +15,13 @@ use lafet_sim::fire::FireSpec;
 use crate::chip::Reset;
 use crate::plant::{DEPLOYER_AT, ENDS, RELAYS};
 use crate::rig::{Rig, Wrong};
-use starts::{blank, crystal, memory, position, record};
+use starts::{blank, crystal, homing, memory, position, record};
 
 /// A look at a board: what is wrong, if anything is.
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 20] = [
+pub const CHECKS: [(&str, Check); 23] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -32,10 +33,13 @@ pub const CHECKS: [(&str, Check); 20] = [
     ("supply", supply),
     ("stop", stop),
     ("valves", valves),
+    ("closing", closing::whatever_fails),
+    ("a jammed valve", closing::beside_a_jam),
     ("heaters", heaters),
     ("flow", flow),
     ("memory", memory),
     ("position", position),
+    ("homing", homing),
     ("record", record),
     ("crystal", crystal),
     ("blank flash", blank),

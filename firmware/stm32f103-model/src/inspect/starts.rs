@@ -71,6 +71,43 @@ pub(super) fn position(wrong: Wrong) -> Result<(), String> {
     ensure(!is_live(&rig), "a motor has voltage after a power cut")
 }
 
+/// A drive that is homed comes back from a reset in motion: slowly to its end switch, and then it knows where
+/// it is. Of the others, whose position is lost, none moves.
+pub(super) fn homing(wrong: Wrong) -> Result<(), String> {
+    let mut own = Record::NOMINAL;
+    (wrong.record)(&mut own);
+    let mut rig = deployed(wrong)?;
+    for (name, value) in [("Homing", 1), ("HomePosition", own.drives[0].ends.0)] {
+        let (id, values) = (ParamId::of(name), [value]);
+        let body = Body::SetParam { id, values: Ints::Values(&values) };
+        rig.order(SubsystemId::VERTICAL, body)?;
+        rig.run(300);
+    }
+    rig.order(SubsystemId::VERTICAL, Body::Move { destination: 1_200 })?;
+    rig.run(800);
+    rig.cut_power();
+    rig.run(500);
+    let found = drive_flags(&mut rig, Axis::Vertical)?;
+    let homes = found & (DriveFlags::POS_ENCODER_FAULT | DriveFlags::LIMITLESS);
+    ensure(homes == DriveFlags::LIMITLESS, format!("to be homed, and says {found:?}"))?;
+    let found = drive_flags(&mut rig, Axis::Horizontal)?;
+    let lost = found.contains(DriveFlags::POS_ENCODER_FAULT);
+    ensure(lost, format!("its position is lost, and it says {found:?}"))?;
+    rig.order(SubsystemId::VERTICAL, Body::Move { destination: -32_767 })?;
+    let mut homed = false;
+    for _ in 0..120 {
+        rig.run(500);
+        homed |= !drive_flags(&mut rig, Axis::Vertical)?.contains(DriveFlags::LIMITLESS);
+        if homed {
+            break;
+        }
+    }
+    ensure(homed, "it is not homed at its end")?;
+    rig.order(SubsystemId::VERTICAL, Body::Move { destination: 300 })?;
+    rig.run(15_000);
+    near("position of a drive that was homed", truth(&rig, Axis::Vertical), 300.0, 10.0)
+}
+
 type Change = fn(&mut Record);
 
 /// Counts that were kept under another record mean no position, and none do without a record.
@@ -112,7 +149,7 @@ pub(super) fn record(wrong: Wrong) -> Result<(), String> {
 }
 
 /// Switches on with this record, with or without the jumper.
-fn restart(rig: &mut Rig, record: &[u8], parked: bool) {
+pub(super) fn restart(rig: &mut Rig, record: &[u8], parked: bool) {
     rig.parts(|parts| {
         parts.chip.program(START, record);
         parts.plant.parked = parked;

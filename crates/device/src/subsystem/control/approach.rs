@@ -10,7 +10,7 @@ use crate::time::{Millis, Timer};
 const TOLERANCE_ARCMIN: i32 = 3;
 /// A drive that comes no nearer for this long will not arrive. An overload clears in 3 s (§3.3.4)
 /// and is tried again.
-const PATIENCE_MS: u32 = 10_000;
+pub(crate) const PATIENCE_MS: u32 = 10_000;
 /// What counts as nearer, arc-minutes.
 const NEARER_ARCMIN: i32 = 2;
 
@@ -119,7 +119,7 @@ impl Approach {
 pub(crate) fn can_aim(drives: &[Drive; AXES], axes: &[Axis]) -> bool {
     axes.iter().all(|axis| {
         let drive = of_axis(drives, *axis);
-        drive.limits().is_some() || drive.is_remote()
+        drive.is_absent() || drive.limits().is_some() || drive.is_remote()
     })
 }
 

@@ -98,7 +98,12 @@ impl Bench {
             now: Millis(u32::MAX - 5000),
             drives: Axis::ALL.map(|axis| {
                 let mut drive = Drive::new(axis);
-                drive.power_up(&params, *of_axis(&inputs.drives, axis), &UnitInput::default());
+                drive.power_up(
+                    &params,
+                    *of_axis(&inputs.drives, axis),
+                    &UnitInput::default(),
+                    true,
+                );
                 drive
             }),
             params,

@@ -67,7 +67,9 @@ impl Ledger {
             let works = &self.works[valve as usize];
             let opens = works.iter().any(|work| work.output == ValveOutput::Opening);
             let sound = !input.open_switch && !input.close_sensor_fault;
-            if self.closings[valve as usize].is_closed() && sound && !opens {
+            let closed = self.closings[valve as usize].is_closed();
+            self.owed[valve as usize] &= !closed;
+            if closed && sound && !opens {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }
         }

@@ -15,8 +15,6 @@ const ALLOWANCE: f64 = 2.0;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Said {
     pub is_locked: bool,
-    /// §3.3.1/4 Nothing is erased on it.
-    pub has_bad_power: bool,
     /// Limits in force, by [`Axis`].
     pub limits: [Option<Limits>; AXES],
 }

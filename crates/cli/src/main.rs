@@ -34,6 +34,7 @@ mod serve;
 mod shell;
 mod simulator;
 mod surroundings;
+mod state;
 mod texts;
 mod top;
 mod undo;

@@ -271,6 +271,43 @@ async fn a_line_that_is_never_quiet_is_examined_to_the_end() {
         let endpoint: Endpoint = url.parse().unwrap();
         let (quiet, wait, probe_wait) = (ms(20), ms(2), ms(1));
         let options = Options { quiet, wait, probe_wait, ..Options::of(&endpoint) };
+/// A stuck adapter takes no bytes.
+struct Stuck;
+
+impl AsyncRead for Stuck {
+    fn poll_read(
+        self: Pin<&mut Self>,
+        _: &mut Context<'_>,
+        _: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Poll::Pending
+    }
+}
+
+impl AsyncWrite for Stuck {
+    fn poll_write(self: Pin<&mut Self>, _: &mut Context<'_>, _: &[u8]) -> Poll<io::Result<usize>> {
+        Poll::Pending
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_port_that_takes_no_bytes_ends_the_examination() {
+    let endpoint: Endpoint = SERIAL.parse().unwrap();
+    let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(Stuck)));
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
+    assert_eq!(findings(&evidence), [Finding::NoLink]);
+    let seen = Finding::NoLink.seen(&evidence, Lang::Ru);
+    assert!(seen.contains("время ожидания вышло"), "{seen}");
+}
+
         let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(Babble(0))));
         let evidence = examine(&endpoint, &options, dial, |_| {}).await;
         assert_eq!(findings(&evidence), [Finding::Noise { answered: false }], "{url}");

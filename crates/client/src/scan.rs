@@ -150,9 +150,7 @@ impl Scan {
         let mut answered = false;
         for frame in heard.frames {
             if frame.dst != source {
-                // A device that answers another console was asked by that console.
-                let speaker =
-                    if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
+                let speaker = frame.speaker();
                 if speaker != source && !self.speakers.contains(&speaker) {
                     self.speakers.push(speaker);
                 }

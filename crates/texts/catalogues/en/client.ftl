@@ -299,7 +299,7 @@ seen-echo = { $frames } frames came back just as they were sent.
 seen-no-echo = The URL promises an echo (echo=), and none came.
 seen-other-speed = At the speed of the URL nothing can be read{ $sample }; at { $baud } baud it can.
 seen-wrong-speed = Probes are answered by { $bytes } bytes that are no frame{ $sample }; without probes the line is quiet.
-seen-noise = { $silent }{ $broken } broken frames and { $stray_bytes } bytes that belong to no frame{ $unasked }{ $exchange }.
+seen-noise = { $silent }{ $broken } broken frames and { $stray_bytes } bytes that belong to no frame{ $unasked }{ $exchange }.{ $held_back }
 noise-silent = The monitor does not answer:{ " " }
 noise-unasked = ; { $bytes } bytes came without a request
 seen-loss = { $answered } of { $probes } probes were answered{ $exchange }; nothing else was heard.

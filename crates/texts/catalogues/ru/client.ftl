@@ -299,7 +299,7 @@ seen-echo = Кадров, вернувшихся точно такими, как
 seen-no-echo = URL обещает эхо (echo=), но его нет.
 seen-other-speed = На скорости из URL кадры не читаются{ $sample }; на { $baud } бод — читаются.
 seen-wrong-speed = В ответ на пробы приходят байты ({ $bytes }), но не кадры{ $sample }; без проб линия молчит.
-seen-noise = { $silent }Испорченных кадров: { $broken }, байт вне кадров: { $stray_bytes }{ $unasked }{ $exchange }.
+seen-noise = { $silent }Испорченных кадров: { $broken }, байт вне кадров: { $stray_bytes }{ $unasked }{ $exchange }.{ $held_back }
 noise-silent = Ствол не отвечает.{ " " }
 noise-unasked = ; байт, пришедших без запроса: { $bytes }
 seen-loss = Ответов на пробы: { $answered } из { $probes }{ $exchange }; больше ничего не слышно.

@@ -23,7 +23,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
 
 use crate::cli::{Global, seconds};
-use crate::connect::{link, url_of};
+use crate::connect::{link, undisturbed, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
@@ -118,7 +118,7 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
     let answer = Duration::from_secs_f64(global.timeout);
     // Other clients may use this bus, behind a serial server too: listen first.
     let config = Config { timeout: answer, listen: LISTEN, ..Config::default() }.of(&endpoint);
-    let mut link = link(url, &endpoint).await?;
+    let mut link = undisturbed(url, &endpoint, global).await?;
     let (ours, theirs) = tokio::io::duplex(PIPE);
     let client = Client::over(url, ours, config);
     let held_back = Arc::new(AtomicBool::new(false));
@@ -162,7 +162,7 @@ async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Ou
     let framing = endpoint.framing();
     let what = || text::CannotListenTap { address: Shown(address) }.of(current());
     let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
-    let mut link = link(url, &endpoint).await?;
+    let mut link = undisturbed(url, &endpoint, global).await?;
     let bound = listener.local_addr()?;
     out.show(
         text::ConnectTap { bound: Shown(bound), url }.of(current()),

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::Args;
+use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
@@ -23,8 +24,6 @@ use crate::out::{Out, columns};
 /// How long a probe may take over a network, ms.
 const NETWORK_WAIT_MS: u64 = 100;
 
-/// How long a line is listened to before it is probed: a controller transmits once a second.
-const LISTEN: Duration = Duration::from_millis(1200);
 /// Interval at which the elapsed time is shown.
 const TICK: Duration = Duration::from_secs(1);
 /// Addresses per line of progress.
@@ -58,8 +57,6 @@ pub struct ScanArgs {
     tries: u32,
     #[arg(long)]
     brief: bool,
-    #[arg(long)]
-    insist: bool,
 }
 
 /// The hosts given by one argument.
@@ -103,7 +100,7 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         _ => NETWORK_WAIT_MS,
     };
     let shared = matches!(endpoint, Endpoint::Serial { .. } | Endpoint::Tcp { .. });
-    let options = options(args, usual, shared);
+    let options = options(args, usual, shared && !global.insist);
     let probing = text::ProbingAddresses.str(current());
     let source = endpoint.addresses().source;
     let link = link(url, &endpoint).await?;
@@ -160,7 +157,7 @@ fn why_held_back(scan: &Scan) -> String {
 
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let hosts: Vec<String> = args.hosts.iter().flat_map(|hosts| hosts.0.clone()).collect();
-    let options = options(args, NETWORK_WAIT_MS, !args.udp);
+    let options = options(args, NETWORK_WAIT_MS, !args.udp && !global.insist);
     let places = places(&hosts, args, &options, out).await;
     let mut rows = Vec::new();
     let mut all = Vec::new();
@@ -233,14 +230,14 @@ async fn places(
     }
 }
 
-/// `shared`: others may be on the line, behind a serial server too.
-fn options(args: &ScanArgs, usual_ms: u64, shared: bool) -> ScanOptions {
+/// `listen`: others may be on the line, behind a serial server too.
+fn options(args: &ScanArgs, usual_ms: u64, listen: bool) -> ScanOptions {
     ScanOptions {
         addresses: args.addresses.clone(),
         wait: Duration::from_millis(args.wait.unwrap_or(usual_ms)),
         tries: args.tries,
         crc32c: true,
-        listen: if shared && !args.insist { LISTEN } else { Duration::ZERO },
+        listen: if listen { CONTROLLER_PAUSE } else { Duration::ZERO },
         // A timeout chosen by the user is kept.
         adapt: args.wait.is_none() && !args.hosts.is_empty(),
     }
@@ -273,7 +270,7 @@ async fn consists(args: &ScanArgs, global: &Global, url: &str, present: &Present
         return Vec::new();
     }
     let global = Global { connect: Some(url.to_owned()), ..global.clone() };
-    let Ok(connection) = Connection::open(&global).await else { return Vec::new() };
+    let Ok(connection) = Connection::open_heard(&global).await else { return Vec::new() };
     match connection.monitor.status_all().await {
         Ok(status) => status.present().map(|who| who.to_string()).collect(),
         Err(_) => Vec::new(),

@@ -332,6 +332,10 @@ sim-options = sim: does not support `{ $key }={ $value }`. Supported: profile={ 
 
 # coverage/file.rs
 site-needs-monitor = at least one [[monitor]] is needed
+listening-first = listening to the line before it is used, { $s } s
+line-at-other-speed = { $url }: others transmit on this line at { $baud } baud ({ $who }), not at { $own }. Nothing was sent: it would reach no device and disturb theirs. Write baud={ $baud } into the URL; where there is a controller, also role=active and a src= of your own.
+line-not-frames = { $url }: bytes arrive that nobody asked for and that are no frames ({ $bytes } of them): devices at a speed that is not in the URL, or noise. Nothing was sent: it could collide with a Stop of others. `lafet doctor` says more; --insist sends all the same. Stop, Close and Lockout on are always sent.
+others-on-line = { $url }: others transmit on this line ({ $who }). The tests need it for themselves, so nothing was sent. Switch the others off, or disconnect them; --insist sends all the same, and both may be disturbed.
 coverage-no-places = The hub knows no places: give its monitors `at = [east, north]`, `heading` and `height`.
 site-needs-site = [site] is needed
 tables-at-most = { $count } tables, { $most } at most

@@ -88,11 +88,12 @@ fn probe() -> Vec<u8> {
 const OFTEN: Duration = Duration::from_millis(20);
 
 /// Every command that opens a line, with the words after its URL.
-const COMMANDS: [&[&str]; 11] = [
+const COMMANDS: [&[&str]; 12] = [
     &["status"],
     &["watch", "--for", "1"],
     &["bus", "who"],
     &["bus", "log"],
+    &["bus"],
     &["scan"],
     &["conform"],
     &["param", "list", "general"],
@@ -161,5 +162,40 @@ fn unreadable_bytes_hold_back_what_does_not_stop() {
                 line.used();
             });
         }
+    });
+}
+
+/// The bus has a controller already: a second one would transmit in its turns.
+#[test]
+fn a_second_controller_does_not_start() {
+    scope(|scope| {
+        for (baud, lang, words) in [
+            ("57600", "en", "at 57600 baud (address 128)"),
+            ("19200", "ru", "57600 бод (адрес 128)"),
+        ] {
+            scope.spawn(move || {
+                let line = Line::new(57_600, Duration::from_secs(1));
+                let url = line.url(&format!("baud={baud}"));
+                let run = Run::of(&["--lang", lang, "bus", &url]);
+                assert_eq!((run.code, line.sent()), (3, 0), "{run:?}");
+                assert!(run.err.contains(words) && run.err.contains("--force"), "{run:?}");
+            });
+        }
+        scope.spawn(|| {
+            let line = Line::new(57_600, Duration::from_secs(1));
+            let url = line.url("baud=57600");
+            let mut bus = Running::stdout(lafet().args(["bus", &url, "--force"]));
+            line.used();
+            bus.signal("TERM");
+            assert_eq!(bus.code(), Some(0));
+        });
+        // Noise does not leave a bus without its controller.
+        scope.spawn(|| {
+            let line = Line::new(0, Duration::from_millis(300));
+            let mut bus = Running::stderr(lafet().args(["bus", &line.url("baud=19200")]));
+            line.used();
+            bus.signal("TERM");
+            assert_eq!(bus.code(), Some(0));
+        });
     });
 }

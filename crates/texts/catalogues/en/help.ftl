@@ -295,6 +295,7 @@ bus-arg-watch = Seconds of silence after which a monitor is checked for presence
 bus-arg-baud = Speed of the line behind a TCP or UDP link (default 19200; a serial URL gives its own)
 bus-arg-latency = Delay that the links add to an answer, seconds: serial servers, radio modems (default 0, or 0.02 when a URL is not serial)
 bus-arg-repeat-all = Repeat every unanswered request of a console, not only those that are safe to execute twice: a monitor whose answer was lost then executes the request twice
+bus-arg-force = Start although there is a controller, or devices at another speed
 bus-arg-duration = End after this many seconds; otherwise Ctrl-C ends it
 
 bus-who = Show the addresses present on the bus

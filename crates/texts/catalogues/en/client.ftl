@@ -75,6 +75,7 @@ os-invalid = invalid value
 os-too-large = file too large
 os-quota = quota exceeded
 os-no-utf8 = this is no UTF-8 text
+os-host-unknown = this name of a host is not known here: check its spelling and the name server, or write the address ({ $error })
 os-other = system error: { $error }
 os-numbered = { $what } (system error { $number })
 

@@ -111,10 +111,10 @@ allowed-with-rs485 = left out unless rs485=rts or rs485=rts-low is given
 # backup/file.rs: errors in a file of parameters.
 file-no-toml = this is no TOML, line { $line }: { $what }
 file-format = this is no file of `lafet param backup`, or one of a later lafet: `format = { $format }` is missing
-file-unknown = { $name }: the dictionary has no such parameter
-file-count = { $title }: { $min } to { $max } whole numbers expected
-file-range = { $title }: allowed are { $allowed }
-file-read-only = { $title }: cannot be set; remove it from the file
+file-unknown = line { $line }: { $name }: the dictionary has no such parameter
+file-count = line { $line }: { $title }: { $min } to { $max } whole numbers expected
+file-range = line { $line }: { $title }: allowed are { $allowed }
+file-read-only = line { $line }: { $title }: cannot be set; remove it from the file
 
 # parse_error_text.rs: what is wrong in the text of a request.
 parse-error = column { $column }: { $expected }

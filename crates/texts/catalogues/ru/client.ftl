@@ -111,10 +111,10 @@ allowed-with-rs485 = только вместе с rs485=rts или rs485=rts-low
 # backup/file.rs: errors in a file of parameters.
 file-no-toml = это не TOML, строка { $line }: { $what }
 file-format = это не файл `lafet param backup` либо файл более новой lafet: нет `format = { $format }`
-file-unknown = { $name }: такого параметра нет в словаре
-file-count = { $title }: ожидаются целые числа, от { $min } до { $max }
-file-range = { $title }: допустимо { $allowed }
-file-read-only = { $title }: не устанавливается; удалите его из файла
+file-unknown = строка { $line }: { $name }: такого параметра нет в словаре
+file-count = строка { $line }: { $title }: ожидаются целые числа, от { $min } до { $max }
+file-range = строка { $line }: { $title }: допустимо { $allowed }
+file-read-only = строка { $line }: { $title }: не устанавливается; удалите его из файла
 
 # parse_error_text.rs: what is wrong in the text of a request.
 parse-error = позиция { $column }: { $expected }

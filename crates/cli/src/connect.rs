@@ -8,7 +8,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use lafet_client::overhear::{CONTROLLER_PAUSE, Overheard, Times, overhear};
+use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
 use lafet_client::{
@@ -41,7 +41,10 @@ const TIMES: Times = Times {
     first: Duration::from_millis(100),
     own: CONTROLLER_PAUSE,
     elsewhere: Duration::from_millis(600),
+    silent: Duration::ZERO,
 };
+/// How long a line is listened to of which nothing is known: until a controller would have been heard.
+pub const THOROUGH: Times = Times { first: CONTROLLER_PAUSE, silent: GLANCE, ..TIMES };
 /// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
 
@@ -100,7 +103,11 @@ impl Connection {
                 Client::over(url, stream, config)
             }
             Endpoint::Serial { .. } => {
-                let link = undisturbed(url, &endpoint, global).await?;
+                let (link, heard) = undisturbed(url, &endpoint, global).await?;
+                if heard.has_controller() {
+                    // On its bus a direct client must not transmit at all.
+                    return Err(Failure::Silent(text::ControllerOnLine { url }.of(current())));
+                }
                 Client::connect_on(&endpoint, link, config)
             }
             _ => Client::connect_with(&endpoint, config).await?,
@@ -175,44 +182,46 @@ fn lost(url: &str, source: io::Error) -> Error {
     Error::Link { endpoint: url.into(), source: Arc::new(source) }
 }
 
-/// Opens the bare link of a command that transmits, and listens first. Fails where bytes arrive that
-/// are no frames, unless the user insists. A console of a bus transmits in its turns alone, so it
-/// need not listen.
-pub async fn undisturbed(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Link, Failure> {
+/// Opens the bare link of a command that transmits, and listens first; what was heard is frames, if
+/// anything. Fails where bytes arrive that are none, unless the user insists. A console of a bus
+/// transmits in its turns alone, so it need not listen.
+pub async fn undisturbed(
+    url: &str,
+    endpoint: &Endpoint,
+    global: &Global,
+) -> Result<(Link, Overheard), Failure> {
     let console = endpoint.behaviour().role == Role::Active;
     if global.insist || console || !can_be_overheard(endpoint) {
-        return link(url, endpoint).await;
+        return Ok((link(url, endpoint).await?, Overheard::default()));
     }
     let Endpoint::Serial { path, line, .. } = endpoint else {
-        let (link, heard) = listened(url, endpoint, TIMES).await?;
-        return unless_disturbing(url, endpoint, link, &heard);
+        return unless_disturbing(url, endpoint, listened(url, endpoint, TIMES).await?);
     };
     let notes = Notes::of_user();
-    let mut times = TIMES;
-    if !notes.has(path, line.baud) {
-        times.first = CONTROLLER_PAUSE;
-        if io::stderr().is_terminal() {
-            let s = times.first.as_secs();
-            // The command continues even if standard error is closed.
-            let _ = writeln!(io::stderr(), "{}", text::ListeningFirst { s }.of(current()));
-        }
+    let known = notes.has(path, line.baud);
+    if !known && io::stderr().is_terminal() {
+        let s = CONTROLLER_PAUSE.as_secs();
+        // The command continues even if standard error is closed.
+        let _ = writeln!(io::stderr(), "{}", text::ListeningFirst { s }.of(current()));
     }
-    let (link, heard) = listened(url, endpoint, times).await?;
-    let ready = unless_disturbing(url, endpoint, link, &heard);
-    // It was listened to for long enough now, or before.
-    notes.set(path, line.baud, ready.is_ok());
+    let times = if known { TIMES } else { THOROUGH };
+    let ready = unless_disturbing(url, endpoint, listened(url, endpoint, times).await?);
+    let quiet = ready.as_ref().is_ok_and(|(_, heard)| !heard.has_controller());
+    // A note is as old as the last time that a controller would have been heard.
+    if !quiet || !known {
+        notes.set(path, line.baud, quiet);
+    }
     ready
 }
 
 fn unless_disturbing(
     url: &str,
     endpoint: &Endpoint,
-    link: Link,
-    heard: &Overheard,
-) -> Result<Link, Failure> {
-    match disturbs(url, endpoint, heard) {
+    (link, heard): (Link, Overheard),
+) -> Result<(Link, Overheard), Failure> {
+    match disturbs(url, endpoint, &heard) {
         Some(why) => Err(Failure::Silent(why)),
-        None => Ok(link),
+        None => Ok((link, heard)),
     }
 }
 
@@ -222,7 +231,7 @@ pub async fn alone(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Li
     if global.insist || !can_be_overheard(endpoint) {
         return link(url, endpoint).await;
     }
-    let (link, heard) = listened(url, endpoint, Times { first: CONTROLLER_PAUSE, ..TIMES }).await?;
+    let (link, heard) = listened(url, endpoint, THOROUGH).await?;
     let others = || {
         let who = who(&heard.speakers());
         (!who.is_empty()).then(|| text::OthersOnLine { url, who }.of(current()))
@@ -250,7 +259,7 @@ pub async fn listened(
 }
 
 /// Why a frame would disturb others; `None` where it would not.
-fn disturbs(url: &str, endpoint: &Endpoint, heard: &Overheard) -> Option<String> {
+pub fn disturbs(url: &str, endpoint: &Endpoint, heard: &Overheard) -> Option<String> {
     if let (Some((baud, _)), Endpoint::Serial { line, .. }) = (&heard.elsewhere, endpoint) {
         let (own, who) = (line.baud, who(&heard.speakers()));
         return Some(text::LineAtOtherSpeed { url, own, baud, who }.of(current()));

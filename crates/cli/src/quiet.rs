@@ -38,7 +38,7 @@ impl Notes {
         };
     }
 
-    /// A port that was unplugged and came back is another one: the system has made it anew.
+    /// A port that was unplugged and came back is another one: the system has made it again.
     #[cfg(unix)]
     fn file(&self, port: &Path, baud: u32) -> Option<PathBuf> {
         use std::os::unix::fs::MetadataExt;

@@ -13,8 +13,10 @@ use crate::prober::{Heard, HeardFrame, Prober};
 use crate::transport::Link;
 use crate::url::{Endpoint, SerialLine};
 
-/// Longer than a bus controller is ever silent: one that has nobody to ask transmits every 2.5 s.
+/// Longer than a bus controller is ever silent: one without a device to ask transmits every 2.5 s.
 pub const CONTROLLER_PAUSE: Duration = Duration::from_secs(3);
+/// How long is listened at each other speed to a line that is silent at its own.
+pub const GLANCE: Duration = Duration::from_millis(150);
 /// Time to hear, after the first frame, who else transmits.
 const COMPANY: Duration = Duration::from_millis(500);
 /// Speeds to try: those of the bus (observed) and other common settings of adapters.
@@ -29,6 +31,8 @@ pub struct Times {
     pub own: Duration,
     /// For a first frame at each other speed.
     pub elsewhere: Duration,
+    /// The same after silence: a driver may drop what comes at a wrong speed. Zero: not at all.
+    pub silent: Duration,
 }
 
 /// What was heard.
@@ -63,7 +67,8 @@ impl Overheard {
 
 /// Listens to a line that `dial` opens, and gives it back. If bytes come that are no frames, listens
 /// for longer, since the first ones may be the end of a frame, and then at the other speeds of a
-/// serial line; not of one that another program shares, whose speed must not change.
+/// serial line; after silence, too, for as long as `times` says. Not at those of a line that another
+/// program shares, whose speed must not change.
 ///
 /// # Errors
 ///
@@ -82,10 +87,12 @@ pub async fn overhear(
         unreadable = later.is_garbage();
         here.add(later);
     }
-    if unreadable && at_other_speeds(endpoint).next().is_some() {
+    let time = if unreadable { times.elsewhere } else { times.silent };
+    let wanted = (unreadable || here.bytes == 0) && !time.is_zero();
+    if wanted && at_other_speeds(endpoint).next().is_some() {
         // A port is opened again only after it is closed.
         drop(prober);
-        elsewhere = listen_elsewhere(endpoint, times.elsewhere, &mut dial).await?;
+        elsewhere = listen_elsewhere(endpoint, time, &mut dial).await?;
         prober = Prober::new(dial(endpoint).await?, endpoint.addresses().source);
     }
     Ok((prober.into_link(), Overheard { here, unreadable, elsewhere }))

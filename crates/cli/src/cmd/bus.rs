@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 use lafet_client::bus::{
     Change, ControllerConfig, Driver, DriverConfig, Entry, Event, LENT, Port, Repeat,
 };
-use lafet_client::overhear::{CONTROLLER_PAUSE, Overheard, Times};
+use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times};
 use lafet_client::transport::Link;
 use lafet_client::{Endpoint, Error, Framing, Role, SystemError, os_text};
 use lafet_proto::bus::{BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS};
@@ -32,8 +32,12 @@ use crate::lang::current;
 use crate::out::Out;
 
 /// How long the lines are listened to before the first frame.
-const LISTEN: Times =
-    Times { first: CONTROLLER_PAUSE, own: CONTROLLER_PAUSE, elsewhere: CONTROLLER_PAUSE };
+const LISTEN: Times = Times {
+    first: CONTROLLER_PAUSE,
+    own: CONTROLLER_PAUSE,
+    elsewhere: CONTROLLER_PAUSE,
+    silent: GLANCE,
+};
 /// Silence on the line between the last byte received and our frame, unless the URL gives it.
 const TURNAROUND: Duration = Duration::from_millis(1);
 

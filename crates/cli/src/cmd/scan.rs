@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
+use lafet_client::transport::Link;
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
@@ -16,7 +17,7 @@ use serde_json::{Value, json};
 use tokio::time::{Instant, interval};
 
 use crate::cli::Global;
-use crate::connect::{Connection, link, url_of};
+use crate::connect::{Connection, THOROUGH, can_be_overheard, disturbs, link, listened, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::lang::current;
 use crate::out::{Out, columns};
@@ -99,11 +100,11 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         Endpoint::Serial { .. } | Endpoint::Sim { .. } => bus::PROBE_TIMEOUT_MS.into(),
         _ => NETWORK_WAIT_MS,
     };
-    let shared = matches!(endpoint, Endpoint::Serial { .. } | Endpoint::Tcp { .. });
-    let options = options(args, usual, shared && !global.insist);
+    // It listens before, at every speed.
+    let options = options(args, usual, false);
     let probing = text::ProbingAddresses.str(current());
     let source = endpoint.addresses().source;
-    let link = link(url, &endpoint).await?;
+    let link = quiet(url, &endpoint, global).await?;
     let scanned = scan(link, source, &options, |address| {
         // Where progress lines stay on the screen, one per address would be too many.
         if address % BLOCK == 1 || address == *args.addresses.start() {
@@ -120,9 +121,6 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         let consists = consists(args, global, &at, present).await;
         rows.push(row(&at, present, &consists));
         devices.push(device_json(&at, present, &consists));
-    }
-    if scan.held_back {
-        return Err(Failure::Ended(why_held_back(&scan)));
     }
     if scan.present.is_empty() {
         out.say(nobody(&args.addresses))?;
@@ -146,12 +144,31 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     found(!scan.present.is_empty())
 }
 
+/// Opens a line on which no other device transmits: listens to it, at every speed, unless the user
+/// insists.
+async fn quiet(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Link, Failure> {
+    if global.insist || !can_be_overheard(endpoint) {
+        return link(url, endpoint).await;
+    }
+    let (link, heard) = listened(url, endpoint, THOROUGH).await?;
+    let speakers = heard.speakers();
+    if heard.elsewhere.is_some()
+        && let Some(why) = disturbs(url, endpoint, &heard)
+    {
+        return Err(Failure::Ended(why));
+    }
+    match speakers.is_empty() && !heard.unreadable {
+        true => Ok(link),
+        false => Err(Failure::Ended(why_held_back(&speakers))),
+    }
+}
+
 /// Why nothing was probed.
-fn why_held_back(scan: &Scan) -> String {
-    if scan.speakers.is_empty() {
+fn why_held_back(speakers: &[u8]) -> String {
+    if speakers.is_empty() {
         return text::NoiseBeforeScan.str(current()).into();
     }
-    let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+    let who = speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
     text::OthersBeforeScan { who }.of(current())
 }
 
@@ -167,9 +184,9 @@ async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         let endpoint = endpoint(place, args.udp, Framing::Link);
         match &place.told {
             Told::Bus(scan) if scan.held_back => {
-                rows.push(vec![endpoint.to_string(), why_held_back(scan)]);
+                rows.push(vec![endpoint.to_string(), why_held_back(&scan.speakers)]);
                 all.push(json!({ "url": endpoint.to_string(), "others": scan.speakers }));
-                held_back = Some(why_held_back(scan));
+                held_back = Some(why_held_back(&scan.speakers));
             }
             Told::Bus(scan) => {
                 for present in &scan.present {

@@ -130,7 +130,7 @@ fn nothing_is_sent_at_a_wrong_speed() {
     });
 }
 
-/// A controller that has nobody to ask is heard too: a port that nothing is known of is listened to for
+/// A controller without a device to ask is heard too: a port that nothing is known of is listened to for
 /// longer than it pauses.
 #[test]
 fn a_controller_that_seldom_speaks_is_heard() {

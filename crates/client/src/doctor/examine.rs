@@ -90,8 +90,7 @@ async fn look(
     progress(text::DoingOpen.fixed());
     let mut prober = Prober::new(dial(&endpoint).await?, source);
     progress(text::DoingListen.fixed());
-    evidence.quiet = prober.listen(options.quiet).await?;
-    evidence.quiet_for = options.quiet;
+    let unreadable = listen(evidence, options, &mut prober).await?;
     // A monitor's frame to our address may be a late answer to another program.
     let unasked = |frame: &HeardFrame| frame.dst != source || !bus::MONITORS.contains(&frame.src);
     evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(unasked);
@@ -107,7 +106,8 @@ async fn look(
     if matches!(endpoint, Endpoint::Serial { .. }) && evidence.quiet.frames.is_empty() {
         drop(prober);
         progress(text::DoingListenAtSpeeds.fixed());
-        listen_elsewhere(evidence, options, dial).await?;
+        let time = if unreadable { options.quiet } else { options.wait };
+        listen_elsewhere(evidence, time, dial).await?;
         if evidence.speeds.iter().any(Speed::has_others) {
             // Frames at a wrong speed reach no device and disturb those of others.
             evidence.held_back = true;
@@ -115,7 +115,7 @@ async fn look(
         }
         prober = Prober::new(dial(&endpoint).await?, source);
     }
-    if evidence.quiet.is_garbage() && !options.insist {
+    if unreadable && !options.insist {
         // Devices at a speed that was not tried, or paused while it was.
         evidence.held_back = true;
         return Ok(());
@@ -151,6 +151,25 @@ async fn look(
         }
     }
     look_elsewhere(evidence, options, dial, progress).await
+}
+
+/// Listens before anything is sent; returns whether bytes keep coming that are no frames.
+async fn listen(
+    evidence: &mut Evidence,
+    options: &Options,
+    prober: &mut Prober,
+) -> io::Result<bool> {
+    evidence.quiet = prober.listen(options.quiet).await?;
+    evidence.quiet_for = options.quiet;
+    if !evidence.quiet.is_garbage() || options.insist {
+        return Ok(evidence.quiet.is_garbage());
+    }
+    // Bytes that come once, as when a transceiver is switched on, are no traffic.
+    let later = prober.listen_for_frame(options.quiet).await?;
+    let unreadable = later.is_garbage();
+    evidence.quiet.add(later);
+    evidence.quiet_for += options.quiet;
+    Ok(unreadable)
 }
 
 /// Examines the other addresses and, on a serial line, other speeds.
@@ -319,14 +338,12 @@ async fn as_console(
     Ok(())
 }
 
-/// Listens at other speeds of a serial line. If bytes come at its own speed, listens as long as a
-/// controller may pause.
+/// Listens at other speeds of a serial line.
 async fn listen_elsewhere(
     evidence: &mut Evidence,
-    options: &Options,
+    time: Duration,
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
 ) -> io::Result<()> {
-    let time = if evidence.quiet.bytes > 0 { options.quiet } else { options.wait };
     let heard = overhear::listen_elsewhere(&evidence.endpoint, time, dial).await?;
     evidence.speeds.extend(heard.map(|(baud, heard)| Speed { baud, heard, answered: false }));
     Ok(())

@@ -9,13 +9,15 @@ use std::time::Duration;
 
 use crate::fake::answer;
 use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
-use lafet_client::overhear::{CONTROLLER_PAUSE, Overheard, Times, overhear};
+use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::scan::{ScanOptions, scan};
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
 use lafet_client::{Endpoint, Lang, PortError};
 use lafet_proto::bus::CONTROLLER;
 use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
+use rmodbus::ModbusProto;
+use rmodbus::client::ModbusRequest;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::time::{Instant, sleep, sleep_until};
 
@@ -463,7 +465,7 @@ async fn quietly(url: &str, plant: &Plant) -> Evidence {
     examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await
 }
 
-/// A controller with nobody to ask transmits every 2.5 s: no byte goes onto its line, whatever its
+/// A controller without a device to ask transmits every 2.5 s: no byte goes onto its line, whatever its
 /// speed and whomever it probes.
 #[tokio::test(start_paused = true)]
 async fn a_controller_that_seldom_speaks_is_not_disturbed() {
@@ -486,7 +488,7 @@ async fn a_controller_that_seldom_speaks_is_not_disturbed() {
     }
 }
 
-/// Bytes that nobody asked for and that no speed makes readable: a probe could disturb whoever sends
+/// Bytes that were not asked for and that no speed makes readable: a probe could disturb what sends
 /// them.
 #[tokio::test(start_paused = true)]
 async fn unreadable_bytes_hold_back() {
@@ -516,8 +518,12 @@ async fn a_shared_port_keeps_its_speed() {
     assert!(!opened.is_empty() && opened.iter().all(|at| *at == endpoint), "{opened:?}");
 }
 
-const TIMES: Times =
-    Times { first: Duration::from_millis(100), own: CONTROLLER_PAUSE, elsewhere: CONTROLLER_PAUSE };
+const TIMES: Times = Times {
+    first: Duration::from_millis(100),
+    own: CONTROLLER_PAUSE,
+    elsewhere: CONTROLLER_PAUSE,
+    silent: GLANCE,
+};
 
 async fn overheard(plant: &Plant, times: Times) -> Overheard {
     let endpoint: Endpoint = SERIAL.parse().unwrap();
@@ -542,6 +548,14 @@ async fn a_line_is_listened_to_before_it_is_used() {
         assert_eq!(heard.elsewhere.as_ref().map(|(baud, _)| *baud), Some(57_600));
         assert_eq!(heard.speakers(), [CONTROLLER, 130]);
     }
+    // A driver that drops what comes at a wrong speed makes silence of it.
+    let plant =
+        Plant { chatter, chatter_baud: Some(57_600), mute: true, often: true, ..monitors(&[5]) };
+    let heard = overheard(&plant, TIMES).await;
+    assert!(!heard.unreadable && heard.has_controller());
+    assert_eq!(heard.elsewhere.as_ref().map(|(baud, _)| *baud), Some(57_600));
+    let unasked = overheard(&plant, Times { silent: Duration::ZERO, ..TIMES }).await;
+    assert!(unasked.elsewhere.is_none());
     // The end of a frame is no noise where the next one can be read, nor is what does not come again.
     let cut = Plant { chatter, hum: &[0x13, 0x80], ..monitors(&[5]) };
     let heard = overheard(&cut, TIMES).await;
@@ -562,6 +576,32 @@ async fn a_scan_holds_back_from_what_it_cannot_read() {
     let scanned = scan(plant.link(&SERIAL.parse().unwrap()), 129, &options, |_| {}).await.unwrap();
     assert!(scanned.held_back && scanned.garbage && scanned.present.is_empty());
     assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+    // What comes once is no traffic.
+    let once = Plant { hum: &[0], hum_ticks: 1, ..monitors(&[5]) };
+    let scanned = scan(once.link(&SERIAL.parse().unwrap()), 129, &options, |_| {}).await.unwrap();
+    assert!(!scanned.held_back && scanned.present.len() == 1, "{scanned:?}");
+}
+
+/// A master of Modbus RTU on the line, by a library that is not ours: its bytes are no frames at any
+/// speed, and its slaves must not be disturbed.
+#[tokio::test(start_paused = true)]
+async fn a_modbus_master_is_not_disturbed() {
+    let mut asked = Vec::new();
+    for unit in [1, 5, 17] {
+        let mut request = ModbusRequest::new(unit, ModbusProto::Rtu);
+        request.generate_get_holdings(0, 10, &mut asked).expect("it fits");
+    }
+    let hum = asked.leak();
+    for seldom in [false, true] {
+        let plant = Plant { hum, seldom, ..monitors(&[5]) };
+        for url in [SERIAL, TCP] {
+            let seen = quietly(url, &plant).await;
+            assert_eq!(findings(&seen), [Finding::Noise { answered: false }], "{url}");
+        }
+        let first = CONTROLLER_PAUSE;
+        assert!(overheard(&plant, Times { first, ..TIMES }).await.unreadable);
+        assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+    }
 }
 
 /// A monitor that answers something else is not a good one.
@@ -597,8 +637,17 @@ async fn two_programs_with_one_address() {
 async fn healthy_lines_of_every_kind() {
     let well = [Finding::Well];
     let echo = [Finding::Well, Finding::Echo { told: true }];
+    let fast = Plant { baud: Some(57_600), ..monitors(&[5]) };
     let slow = Plant { delay: Duration::from_millis(400), ..monitors(&[5]) };
-    let lines: [(&str, &str, Plant, &[Finding]); 7] = [
+    let lines: [(&str, &str, Plant, &[Finding]); 10] = [
+        ("shared", "serial:///dev/x?addr=5&shared=1", monitors(&[5]), &well),
+        (
+            "compared with its echo",
+            "serial:///dev/x?addr=5&echo=verify",
+            Plant { echo: true, ..monitors(&[5]) },
+            &echo,
+        ),
+        ("at a speed of its own", "serial:///dev/x?addr=5&baud=57600", fast, &well),
         ("direct", SERIAL, monitors(&[5]), &well),
         (
             "an echo",
@@ -619,6 +668,19 @@ async fn healthy_lines_of_every_kind() {
     ];
     for (name, url, plant, expected) in lines {
         assert_eq!(found(url, &plant).await, expected, "{name}");
+        let seen = quietly(url, &plant).await;
+        assert_eq!(findings(&seen), expected, "{name}, without insisting");
+    }
+}
+
+/// An adapter that makes a byte when it is opened: the line is examined, and the byte reported.
+#[tokio::test(start_paused = true)]
+async fn a_byte_of_the_adapter_holds_nothing_back() {
+    let plant = Plant { hum: &[0], hum_ticks: 1, ..monitors(&[5]) };
+    for url in [SERIAL, TCP] {
+        let seen = quietly(url, &plant).await;
+        assert!(!seen.held_back && seen.is_answered(), "{url}: {seen:?}");
+        assert_eq!(findings(&seen), [Finding::Noise { answered: true }], "{url}");
     }
 }
 

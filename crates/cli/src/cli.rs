@@ -48,6 +48,8 @@ pub struct Global {
         value_parser = timeout
     )]
     pub timeout: f64,
+    #[arg(long, global = true, help_heading = GENERAL)]
+    pub insist: bool,
     /// The connection that `lafet shell` shares between its commands, and its URL.
     #[arg(skip)]
     pub open: Option<(String, Connection)>,

@@ -1,13 +1,20 @@
 //! The connection of a command to its monitor.
+//!
+//! A serial line is listened to before a direct client's first frame ([`undisturbed`]): at a wrong
+//! speed it would reach no device and disturb others. Stop, Close and Lockout on wait for nothing.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
-use lafet_client::{AnswerBuf, Answers, Client, Config, Endpoint, Error, LinkEvent, Monitor};
+use lafet_client::{
+    AnswerBuf, Answers, Client, Config, Endpoint, Error, Framing, LinkEvent, Monitor, RequestBuf,
+    Role,
+};
 use lafet_device::Source;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, Status, SubsystemId};
@@ -19,13 +26,25 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::timeout;
 
 use crate::cli::Global;
+use crate::cmd::bus::called;
 use crate::failure::{Asked, Failure};
 use crate::lang::current;
+use crate::quiet::Notes;
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
 
 /// Longest wait of a refusal for the state that explains it.
 const EXPLAINED: Duration = Duration::from_secs(1);
+/// How long a line that was quiet lately is listened to before its first frame, and if bytes come that
+/// are no frames. Then nothing is sent, so the other speeds are tried only to say more.
+const TIMES: Times = Times {
+    first: Duration::from_millis(100),
+    own: CONTROLLER_PAUSE,
+    elsewhere: Duration::from_millis(600),
+    silent: Duration::ZERO,
+};
+/// How long a line is listened to of which nothing is known: until a controller would have been heard.
+pub const THOROUGH: Times = Times { first: CONTROLLER_PAUSE, silent: GLANCE, ..TIMES };
 /// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
 
@@ -41,12 +60,35 @@ pub struct Connection {
 impl Connection {
     /// Connects as `--connect` says, or reuses the connection of the shell.
     pub async fn open(global: &Global) -> Result<Self, Failure> {
-        if let Some((url, open)) = &global.open
-            && global.connect.as_ref() == Some(url)
-        {
-            return Ok(open.clone());
+        match Self::shared(global) {
+            Some(open) => Ok(open),
+            None => Self::new(global).await,
         }
-        Self::new(global).await
+    }
+
+    /// The same for these requests: if they are Stop, Close and Lockout on alone, nothing holds them
+    /// back.
+    pub async fn open_for(global: &Global, requests: &[Request<'_>]) -> Result<Self, Failure> {
+        let urgent = |request: &Request<'_>| {
+            RequestBuf::new(request).is_ok_and(|request| request.is_urgent())
+        };
+        match requests.iter().all(urgent) {
+            true => Self::open_heard(global).await,
+            false => Self::open(global).await,
+        }
+    }
+
+    /// The same on a line that this command has listened to already.
+    pub async fn open_heard(global: &Global) -> Result<Self, Failure> {
+        match Self::shared(global) {
+            Some(open) => Ok(open),
+            None => Self::new(&Global { insist: true, ..global.clone() }).await,
+        }
+    }
+
+    fn shared(global: &Global) -> Option<Self> {
+        let (url, open) = global.open.as_ref()?;
+        (global.connect.as_ref() == Some(url)).then(|| open.clone())
     }
 
     /// Connects as `--connect` says. `sim:` starts a simulator inside this process.
@@ -59,6 +101,14 @@ impl Connection {
             Endpoint::Sim { query, .. } => {
                 let stream = simulated(query, config.addresses.monitor)?;
                 Client::over(url, stream, config)
+            }
+            Endpoint::Serial { .. } => {
+                let (link, heard) = undisturbed(url, &endpoint, global).await?;
+                if heard.has_controller() {
+                    // On its bus a direct client must not transmit at all.
+                    return Err(Failure::Silent(text::ControllerOnLine { url }.of(current())));
+                }
+                Client::connect_on(&endpoint, link, config)
             }
             _ => Client::connect_with(&endpoint, config).await?,
         };
@@ -119,15 +169,108 @@ pub fn url_of(global: &Global) -> Result<&str, Failure> {
         .ok_or_else(|| Failure::Usage(text::WhichMonitor.str(current()).into()))
 }
 
-/// Opens the bare link, for commands that work on bytes.
+/// Opens the bare link, for commands that work on bytes and listen themselves.
 pub async fn link(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
     if let Endpoint::Sim { query, .. } = endpoint {
         let stream = simulated(query, endpoint.addresses().monitor)?;
         return Ok(Link::Memory(Memory::new(stream)));
     }
-    Ok(Link::open(endpoint)
-        .await
-        .map_err(|source| Error::Link { endpoint: url.into(), source: Arc::new(source) })?)
+    Ok(Link::open(endpoint).await.map_err(|source| lost(url, source))?)
+}
+
+fn lost(url: &str, source: io::Error) -> Error {
+    Error::Link { endpoint: url.into(), source: Arc::new(source) }
+}
+
+/// Opens the bare link of a command that transmits, and listens first; what was heard is frames, if
+/// anything. Fails where bytes arrive that are none, unless the user insists. A console of a bus
+/// transmits in its turns alone, so it need not listen.
+pub async fn undisturbed(
+    url: &str,
+    endpoint: &Endpoint,
+    global: &Global,
+) -> Result<(Link, Overheard), Failure> {
+    let console = endpoint.behaviour().role == Role::Active;
+    if global.insist || console || !can_be_overheard(endpoint) {
+        return Ok((link(url, endpoint).await?, Overheard::default()));
+    }
+    let Endpoint::Serial { path, line, .. } = endpoint else {
+        return unless_disturbing(url, endpoint, listened(url, endpoint, TIMES).await?);
+    };
+    let notes = Notes::of_user();
+    let known = notes.has(path, line.baud);
+    if !known && io::stderr().is_terminal() {
+        let s = CONTROLLER_PAUSE.as_secs();
+        // The command continues even if standard error is closed.
+        let _ = writeln!(io::stderr(), "{}", text::ListeningFirst { s }.of(current()));
+    }
+    let times = if known { TIMES } else { THOROUGH };
+    let ready = unless_disturbing(url, endpoint, listened(url, endpoint, times).await?);
+    let quiet = ready.as_ref().is_ok_and(|(_, heard)| !heard.has_controller());
+    // A note is as old as the last time that a controller would have been heard.
+    if !quiet || !known {
+        notes.set(path, line.baud, quiet);
+    }
+    ready
+}
+
+fn unless_disturbing(
+    url: &str,
+    endpoint: &Endpoint,
+    (link, heard): (Link, Overheard),
+) -> Result<(Link, Overheard), Failure> {
+    match disturbs(url, endpoint, &heard) {
+        Some(why) => Err(Failure::Silent(why)),
+        None => Ok((link, heard)),
+    }
+}
+
+/// Opens the bare link of a command that needs the line for itself, and listens for as long as a
+/// controller may be silent. Fails where anything arrives, unless the user insists.
+pub async fn alone(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Link, Failure> {
+    if global.insist || !can_be_overheard(endpoint) {
+        return link(url, endpoint).await;
+    }
+    let (link, heard) = listened(url, endpoint, THOROUGH).await?;
+    let others = || {
+        let who = who(&heard.speakers());
+        (!who.is_empty()).then(|| text::OthersOnLine { url, who }.of(current()))
+    };
+    match disturbs(url, endpoint, &heard).or_else(others) {
+        Some(why) => Err(Failure::Silent(why)),
+        None => Ok(link),
+    }
+}
+
+/// Whether others can be heard on such a link before anything is sent: on a line, also behind a
+/// serial server.
+pub const fn can_be_overheard(endpoint: &Endpoint) -> bool {
+    let lines = matches!(endpoint, Endpoint::Serial { .. } | Endpoint::Tcp { .. });
+    lines && matches!(endpoint.framing(), Framing::Link)
+}
+
+/// Opens a link and listens to it.
+pub async fn listened(
+    url: &str,
+    endpoint: &Endpoint,
+    times: Times,
+) -> Result<(Link, Overheard), Failure> {
+    Ok(overhear(endpoint, times, Link::open).await.map_err(|source| lost(url, source))?)
+}
+
+/// Why a frame would disturb others; `None` where it would not.
+pub fn disturbs(url: &str, endpoint: &Endpoint, heard: &Overheard) -> Option<String> {
+    if let (Some((baud, _)), Endpoint::Serial { line, .. }) = (&heard.elsewhere, endpoint) {
+        let (own, who) = (line.baud, who(&heard.speakers()));
+        return Some(text::LineAtOtherSpeed { url, own, baud, who }.of(current()));
+    }
+    let bytes = heard.here.bytes;
+    heard.unreadable.then(|| text::LineNotFrames { url, bytes }.of(current()))
+}
+
+/// Devices by their addresses.
+pub fn who(addresses: &[u8]) -> String {
+    addresses.iter().map(|address| called(*address)).collect::<Vec<_>>().join(", ")
 }
 
 /// Starts a simulator that runs as long as this command; returns its end of the pipe.

@@ -58,18 +58,25 @@ impl Client {
         if matches!(endpoint, Endpoint::Sim { .. }) {
             return Err(Error::NeedsStream);
         }
+        let link = Link::open(endpoint).await.map_err(|source| Error::Link {
+            endpoint: endpoint.to_string().into(),
+            source: Arc::new(source),
+        })?;
+        Ok(Self::connect_on(endpoint, link, config))
+    }
+
+    /// Uses a link of this endpoint that is open already, as after [`crate::overhear::overhear`]; when
+    /// it is lost, the endpoint is opened again.
+    pub fn connect_on(endpoint: &Endpoint, link: Link, config: Config) -> Self {
         let name: Arc<str> = endpoint.to_string().into();
-        let adapters = Arc::new(Adapters::default());
-        let link = Link::open_same(endpoint, &adapters)
-            .await
-            .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
+        let adapters = Arc::new(Adapters::of(endpoint));
         let config = config.of(endpoint);
         let endpoint = endpoint.clone();
         let redial = Redial::new(move || {
             let (endpoint, adapters) = (endpoint.clone(), adapters.clone());
             Box::pin(async move { Link::open_same(&endpoint, &adapters).await })
         });
-        Ok(Self::start(name, link, Some(redial), config))
+        Self::start(name, link, Some(redial), config)
     }
 
     /// Uses an existing stream, which is not reopened when it ends: a simulator in this process, a

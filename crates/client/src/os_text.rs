@@ -7,8 +7,14 @@ use lafet_texts::{Argument, Fixed, Lang, Shown, Text, client as text};
 
 use crate::port_error::PortError;
 
+/// How the standard library begins what a resolver says; the words after it are the resolver's own.
+const LOOKUP: &str = "failed to lookup address information";
+/// The same of Windows: WSAHOST_NOT_FOUND.
+const LOOKUP_CODE: i32 = 11_001;
+
 /// The text of an error of the system, without a full stop at its end. Its own words are English; in
 /// other languages the common errors are translated, and any other is quoted as a text of the system.
+/// A name of a host that is not known is said in words of ours in every language.
 pub fn os_text(error: &Error, lang: Lang) -> String {
     SystemError(error).of(lang)
 }
@@ -22,6 +28,9 @@ impl Argument for SystemError<'_> {
         let Self(error) = *self;
         if let Some(port) = PortError::of(error) {
             return out.write_str(port.localized(lang).trim_end_matches('.'));
+        }
+        if is_lookup(error) {
+            return text::OsHostUnknown { error: Shown(error) }.write(lang, out);
         }
         if lang == Lang::En {
             return write!(out, "{error}");
@@ -39,6 +48,12 @@ impl Argument for SystemError<'_> {
 }
 
 impl Text for SystemError<'_> {}
+
+/// Whether no address was found for the name of a host. The standard library has no kind for it.
+fn is_lookup(error: &Error) -> bool {
+    let of_windows = cfg!(windows) && error.raw_os_error() == Some(LOOKUP_CODE);
+    of_windows || error.raw_os_error().is_none() && error.to_string().starts_with(LOOKUP)
+}
 
 const fn common(kind: ErrorKind) -> Option<Fixed> {
     Some(match kind {
@@ -72,6 +87,19 @@ const fn common(kind: ErrorKind) -> Option<Fixed> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A real one: no resolver knows a name under `.invalid` (RFC 6761).
+    #[test]
+    fn an_unknown_host_is_named_in_every_language() {
+        use std::net::ToSocketAddrs;
+        let error = ("host.invalid", 1).to_socket_addrs().unwrap_err();
+        let (english, russian) = (os_text(&error, Lang::En), os_text(&error, Lang::Ru));
+        assert!(english.starts_with("this name of a host is not known"), "{english}");
+        assert!(russian.starts_with("имя узла не найдено"), "{russian}");
+        for text in [english, russian] {
+            assert!(text.contains(&error.to_string()), "{text}: {error}");
+        }
+    }
 
     #[test]
     fn usual_errors_speak_russian_and_the_others_are_introduced() {

@@ -34,6 +34,14 @@ pub struct Port {
 pub(crate) struct Adapters(Mutex<BTreeMap<PathBuf, Usb>>);
 
 impl Adapters {
+    /// Remembers the adapter of a port that is open already.
+    pub fn of(endpoint: &Endpoint) -> Self {
+        let adapters = Self::default();
+        // Nothing was remembered before that could differ.
+        let _ = adapters.check(endpoint);
+        adapters
+    }
+
     /// Remembers the adapter of a port that was opened for the first time.
     ///
     /// # Errors

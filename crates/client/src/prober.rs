@@ -5,6 +5,7 @@
 use std::io;
 use std::time::Duration;
 
+use lafet_proto::bus;
 use lafet_proto::link::{Check, Counters, Decoder, Frame, WIRE_MAX, encode_with};
 use tokio::time::{Instant, timeout};
 
@@ -29,6 +30,14 @@ pub struct HeardFrame {
     pub check: Check,
     /// Time from the start of the call to the end of the frame.
     pub after: Duration,
+}
+
+impl HeardFrame {
+    /// The address that transmits without being asked: the sender, or the receiver of a monitor's
+    /// answer, which must have asked for it.
+    pub fn speaker(&self) -> u8 {
+        if bus::MONITORS.contains(&self.src) { self.dst } else { self.src }
+    }
 }
 
 /// What was received in one call.
@@ -93,6 +102,20 @@ impl Prober {
     /// The error of the link when it is lost.
     pub async fn listen(&mut self, time: Duration) -> io::Result<Heard> {
         self.hear(time, |_| false).await
+    }
+
+    /// Receives until a frame has come, or for this time.
+    ///
+    /// # Errors
+    ///
+    /// The error of the link when it is lost.
+    pub async fn listen_for_frame(&mut self, time: Duration) -> io::Result<Heard> {
+        self.hear(time, |_| true).await
+    }
+
+    /// Gives the link back.
+    pub fn into_link(self) -> Link {
+        self.link
     }
 
     /// Sends a frame (a presence probe when `payload` is empty), and receives until its receiver

@@ -98,9 +98,14 @@ pub async fn scan(
 ) -> io::Result<Scan> {
     let mut prober = Prober::new(link, source);
     let mut scan = Scan::default();
-    let heard = prober.listen(options.listen).await?;
-    // Bytes that are not frames may come from devices at another speed.
-    scan.garbage = heard.is_garbage();
+    let mut heard = prober.listen(options.listen).await?;
+    // Bytes that are not frames may come from devices at another speed; those that come once, as when
+    // a transceiver is switched on, do not.
+    if heard.is_garbage() {
+        let later = prober.listen_for_frame(options.listen).await?;
+        scan.garbage = later.is_garbage();
+        heard.add(later);
+    }
     scan.note(heard, source, &[0; 256]);
     let talks = !scan.speakers.is_empty() || scan.garbage;
     if talks && !options.listen.is_zero() {
@@ -150,9 +155,7 @@ impl Scan {
         let mut answered = false;
         for frame in heard.frames {
             if frame.dst != source {
-                // A device that answers another console was asked by that console.
-                let speaker =
-                    if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
+                let speaker = frame.speaker();
                 if speaker != source && !self.speakers.contains(&speaker) {
                     self.speakers.push(speaker);
                 }

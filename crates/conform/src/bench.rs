@@ -67,6 +67,8 @@ pub struct Bench<'a> {
     pub water: bool,
     /// The monitor is being restored, and an interrupt does not stop that.
     pub restoring: bool,
+    /// The states of the monitor cannot be read: only reads are tested.
+    pub blind: bool,
     /// Observations while the memory was erased.
     pub erased: Option<Erased>,
     splitter: Splitter,
@@ -91,6 +93,7 @@ impl<'a> Bench<'a> {
             movers: Vec::new(),
             water: false,
             restoring: false,
+            blind: false,
             erased: None,
             splitter: Splitter::default(),
             records_in: Vec::new(),

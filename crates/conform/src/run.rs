@@ -8,9 +8,16 @@ use crate::bench::Bench;
 use crate::checks::{TESTS, Test};
 use crate::line::Line;
 use crate::report::{Report, TestReport};
+use crate::safety::{Odd, Undo};
 use crate::spec::{self, Label};
 use crate::verdict::{Halt, Note, Outcome};
 use crate::{Level, Options};
+
+/// How often the monitor is looked at if its answers break the protocol.
+const LOOKS: u32 = 2;
+/// Names and items of what is done before the first test.
+const FIRST_LOOK: (&str, &str) = ("first-look", "§3.3");
+const SLOW_DOWN: (&str, &str) = ("slow-down", "§3.5");
 
 /// Progress of a run.
 #[derive(Clone, Copy, Debug)]
@@ -30,71 +37,160 @@ pub enum Progress<'a> {
     PuttingBack,
 }
 
-/// Tests a monitor.
+/// Tests a monitor. An answer that breaks the protocol fails what asked for it, and the run goes on.
 pub fn run(line: &mut dyn Line, options: &Options, see: &mut dyn FnMut(Progress<'_>)) -> Report {
+    let reads = Options { level: Level::ReadOnly, ..options.clone() };
     let mut bench = Bench::new(line, options);
     let mut report = Report::new(options);
-    if let Err(halt) = bench.look().and_then(|()| bench.is_ready()) {
-        report.unreachable = bench.found.present.is_empty() && !bench.was_answered;
-        report.aborted = Some(told(&halt));
-        if let Halt::Fail { expected, found } = halt
-            && !report.unreachable
-        {
-            report.tests.push(first_look(&mut bench, expected, found));
-        }
+    let looked = first_look(&mut bench, &mut report);
+    let mut slowed = Vec::new();
+    if looked.is_ok() && !bench.blind {
+        slow_down(&mut bench, &mut slowed, &mut report);
+    }
+    report.tests.iter().for_each(|test| see(Progress::Ended(test)));
+    if looked.is_err() || report.aborted.is_some() && slowed.is_empty() {
         finish(&mut report, &mut bench);
         return report;
     }
-    let slowed = bench.slow_down();
-    bench.log.clear();
-    let chosen: Vec<&Test> = TESTS.iter().filter(|test| is_chosen(test, options)).collect();
-    if let Err(halt) = &slowed {
-        report.aborted = Some(told(halt));
-    } else {
-        for (index, test) in chosen.iter().enumerate() {
-            let (number, of) = (index + 1, chosen.len());
-            see(Progress::Begins { number, of, test: (test.name, test.item) });
-            let (ended, halt) = one(&mut bench, test);
-            see(Progress::Ended(&ended));
-            let failed = ended.outcome == Outcome::Fail
-                || (options.strict && ended.outcome == Outcome::Differs);
-            report.tests.push(ended);
-            report.aborted = halt;
-            if report.aborted.is_some() || (failed && options.fail_fast) {
-                break;
-            }
-        }
+    if bench.blind {
+        bench.options = &reads;
     }
-    if options.level > Level::ReadOnly {
+    bench.log.clear();
+    if report.aborted.is_none() && !(options.fail_fast && report.failures().next().is_some()) {
+        all(&mut bench, options, &mut report, see);
+    }
+    if bench.options.level > Level::ReadOnly || !slowed.is_empty() {
         see(Progress::PuttingBack);
-        bench.log.clear();
-        bench.undo.extend(slowed.unwrap_or_default());
-        bench.dirty = true;
-        let back = bench.put_back();
-        let home = bench.return_home();
-        let back = back.and(home);
-        report.cut = matches!(back, Err(Halt::Link(_))) || (back.is_err() && bench.silent);
-        report.not_restored = back.err().map(|halt| told(&halt));
+        restore(&mut bench, slowed, &mut report);
     }
     finish(&mut report, &mut bench);
     report
 }
 
-/// A failure of the very first frame belongs to an item too: the one that the expectation names, or
-/// else that of the status.
-fn first_look(bench: &mut Bench<'_>, expected: Note, found: Note) -> TestReport {
+/// Looks at the monitor, once more if an answer breaks the protocol. If one does so again, the monitor
+/// cannot be seen to be at rest: only reads are tested.
+fn first_look(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), ()> {
+    for _ in 0..LOOKS {
+        let (began_ms, mut odd) = (bench.now_ms(), Vec::new());
+        let looked = bench.look(&mut odd);
+        bench.blind = !odd.is_empty();
+        let took_ms = bench.now_ms() - began_ms;
+        for odd in odd {
+            // A mistake of every answer is one failure, with the bytes of the first.
+            let failed = failed(FIRST_LOOK, odd, took_ms);
+            if report.tests.iter().all(|test| test.item != failed.item) {
+                report.tests.push(failed);
+            }
+        }
+        if let Err(halt) = looked {
+            report.unreachable = bench.found.present.is_empty() && !bench.was_answered;
+            report.aborted = Some(told(&halt));
+            return Err(());
+        }
+        if !bench.blind {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Slows the drives down. Where an answer breaks the protocol, they are not moved.
+fn slow_down(bench: &mut Bench<'_>, slowed: &mut Vec<Undo>, report: &mut Report) {
+    let began_ms = bench.now_ms();
+    bench.log.clear();
+    match bench.slow_down(slowed) {
+        Ok(()) => {}
+        Err(Halt::Fail { expected, found }) => {
+            bench.blind = true;
+            let (log, silent) = (std::mem::take(&mut bench.log), bench.silent);
+            let odd = Odd { expected, found, log, silent };
+            report.tests.push(failed(SLOW_DOWN, odd, bench.now_ms() - began_ms));
+        }
+        Err(halt) => report.aborted = Some(told(&halt)),
+    }
+}
+
+/// Executes the chosen tests; those that are not executed because the monitor is not moved are listed.
+fn all(
+    bench: &mut Bench<'_>,
+    options: &Options,
+    report: &mut Report,
+    see: &mut dyn FnMut(Progress<'_>),
+) {
+    let chosen = TESTS.iter().filter(|test| is_chosen(test, options));
+    let (now, not): (Vec<&Test>, Vec<_>) =
+        chosen.partition(|test| test.level <= bench.options.level);
+    for (index, test) in now.iter().enumerate() {
+        let (number, of) = (index + 1, now.len());
+        see(Progress::Begins { number, of, test: (test.name, test.item) });
+        let (ended, halt) = one(bench, test);
+        see(Progress::Ended(&ended));
+        let failed =
+            ended.outcome == Outcome::Fail || (options.strict && ended.outcome == Outcome::Differs);
+        report.tests.push(ended);
+        report.aborted = halt;
+        if report.aborted.is_some() || (failed && options.fail_fast) {
+            return;
+        }
+    }
+    for test in not {
+        let found = text::NotMoved.words();
+        let skipped = TestReport { outcome: Outcome::NotApplicable, found, ..blank(test) };
+        see(Progress::Ended(&skipped));
+        report.tests.push(skipped);
+    }
+}
+
+/// Restores what was changed.
+fn restore(bench: &mut Bench<'_>, slowed: Vec<Undo>, report: &mut Report) {
+    bench.log.clear();
+    bench.undo.extend(slowed);
+    bench.dirty = true;
+    let back = bench.put_back();
+    let home = match bench.options.level > Level::ReadOnly {
+        true => bench.return_home(),
+        false => Ok(()),
+    };
+    let back = back.and(home);
+    report.cut = matches!(back, Err(Halt::Link(_))) || (back.is_err() && bench.silent);
+    report.not_restored = back.err().map(|halt| told(&halt));
+}
+
+/// A failure outside of the tests belongs to an item too: the one that the expectation names, or else
+/// the usual one.
+fn failed((name, usual): (&'static str, &'static str), odd: Odd, took_ms: u64) -> TestReport {
+    let Odd { expected, found, log, .. } = odd;
     let named = expected.en.split_once(": ").and_then(|(id, _)| spec::item(id));
-    let item = named.or_else(|| spec::item("§3.3"));
+    let item = named.or_else(|| spec::item(usual));
     TestReport {
-        name: "first-look",
-        item: item.map_or("§3.3", |item| item.id),
+        name,
+        item: item.map_or(usual, |item| item.id),
         label: item.map_or(Label::Read, |item| item.label),
         level: Level::ReadOnly,
         outcome: Outcome::Fail,
         expected,
         found,
-        log: std::mem::take(&mut bench.log),
-        took_ms: bench.now_ms(),
+        log,
+        took_ms,
+    }
+}
+
+/// A test that passes, without exchanges.
+fn blank(test: &Test) -> TestReport {
+    let label = match test.ours {
+        true => Label::Ours,
+        false => spec::item(test.item).map_or(Label::Ours, |item| item.label),
+    };
+    TestReport {
+        name: test.name,
+        item: test.item,
+        label,
+        level: test.level,
+        outcome: Outcome::Pass,
+        expected: Note::default(),
+        found: Note::default(),
+        log: Vec::new(),
+        took_ms: 0,
     }
 }
 
@@ -131,22 +227,8 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
     let began_ms = bench.now_ms();
     let result = (test.run)(bench).and_then(|()| bench.watch());
     let back = bench.put_back();
-    let label = match test.ours {
-        true => Label::Ours,
-        false => spec::item(test.item).map_or(Label::Ours, |item| item.label),
-    };
-    let against = if label == Label::Read { Outcome::Fail } else { Outcome::Differs };
-    let mut ended = TestReport {
-        name: test.name,
-        item: test.item,
-        label,
-        level: test.level,
-        outcome: Outcome::Pass,
-        expected: Note::default(),
-        found: Note::default(),
-        log: Vec::new(),
-        took_ms: 0,
-    };
+    let mut ended = blank(test);
+    let against = if ended.label == Label::Read { Outcome::Fail } else { Outcome::Differs };
     let mut end = None;
     match result {
         Ok(()) => {}
@@ -168,8 +250,11 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
     }
     if let Err(halt) = back {
         // What the test did cannot be undone: that is a failure whatever the rulings, and nothing
-        // else is tried.
-        end = Some(told(&halt));
+        // else is tried. Where nothing is moved, an answer that breaks the protocol ends nothing.
+        let odd = matches!(halt, Halt::Fail { .. }) && bench.options.level == Level::ReadOnly;
+        if !odd {
+            end = Some(told(&halt));
+        }
         if ended.outcome != Outcome::Fail {
             ended.outcome = Outcome::Fail;
             ended.expected = text::AsBeforeTheTest.words();

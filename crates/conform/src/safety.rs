@@ -5,10 +5,10 @@ use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 use lafet_texts::{Fixed, Text as _, conform as text};
 
 use crate::Level;
-use crate::bench::Bench;
+use crate::bench::{Bench, Exchange};
 use crate::checks::bits;
 use crate::raw::{self, Rec};
-use crate::verdict::{Halt, Step, fail};
+use crate::verdict::{Halt, Note, Step, fail};
 
 /// Drives that aim.
 pub const AIMING: [S; 3] = [S::HORIZONTAL, S::VERTICAL, S::NOZZLE];
@@ -58,34 +58,76 @@ pub enum Undo {
     Valve(S),
 }
 
+/// An answer of the first look that breaks the protocol.
+#[derive(Debug)]
+pub struct Odd {
+    /// What the protocol requires.
+    pub expected: Note,
+    /// What came.
+    pub found: Note,
+    /// The exchanges before it, the last one with its bytes.
+    pub log: Vec<Exchange>,
+    /// There was no answer.
+    pub silent: bool,
+}
+
 impl Bench<'_> {
-    /// Finds the subsystems, without changing anything.
-    pub fn look(&mut self) -> Step {
-        self.found.present.clear();
+    /// Finds the subsystems, without changing anything, and fails if the monitor is at work. `odd` takes
+    /// the answers that break the protocol, and the look goes on.
+    pub fn look(&mut self, odd: &mut Vec<Odd>) -> Step {
+        self.found = Found::default();
         for id in S::CHAIN {
-            let rec = self.ask(R::GET_STATUS, id, &[])?;
-            if rec.status != Status::MODULE_NOT_EXIST {
+            let asked = self.ask(R::GET_STATUS, id, &[]);
+            let rec = self.unless_odd(asked, odd)?;
+            // What is answered, however badly, is there.
+            let there = rec.map_or(!self.silent, |rec| rec.status != Status::MODULE_NOT_EXIST);
+            if there {
                 self.found.present.push(id);
             }
         }
-        let answers = self.frame(&Rec::new(R::GET_STATUS, S::ALL, &[]).bytes())?;
-        self.found.fits = answers.iter().all(|rec| rec.status != Status::NO_ROOM);
+        let answers = self.frame(&Rec::new(R::GET_STATUS, S::ALL, &[]).bytes());
+        let answers = self.unless_odd(answers, odd)?;
+        let fits = |all: &Vec<Rec>| all.iter().all(|rec| rec.status != Status::NO_ROOM);
+        self.found.fits = answers.as_ref().is_some_and(fits);
         for id in DRIVES {
             if self.has(id) {
-                let (_, position) = self.drive(id)?;
-                self.found.positions.push((id, position));
+                let drive = self.drive(id);
+                let drive = self.unless_odd(drive, odd)?;
+                self.found.positions.extend(drive.map(|(_, position)| (id, position)));
             }
         }
         self.found.seen.clone_from(&self.found.positions);
-        self.found.locked_out = self.flags(S::GENERAL)? & bits::LOCKED_OUT != 0;
+        let flags = self.flags(S::GENERAL);
+        let flags = self.unless_odd(flags, odd)?.unwrap_or(0);
+        self.found.locked_out = flags & bits::LOCKED_OUT != 0;
         if self.has(S::DEPLOYER) {
-            self.found.wrapped = self.flags(S::DEPLOYER)? & bits::WRAPPED != 0;
+            let flags = self.flags(S::DEPLOYER);
+            let flags = self.unless_odd(flags, odd)?.unwrap_or(0);
+            self.found.wrapped = flags & bits::WRAPPED != 0;
         }
+        let ready = self.is_ready();
+        self.unless_odd(ready, odd)?;
         Ok(())
     }
 
+    /// The result of a step of the first look; `None` if its answer breaks the protocol. A monitor that
+    /// has never answered ends the look, and so does a second silence: it takes long.
+    fn unless_odd<T>(&mut self, step: Step<T>, odd: &mut Vec<Odd>) -> Step<Option<T>> {
+        match step {
+            Ok(found) => Ok(Some(found)),
+            Err(Halt::Fail { expected, found })
+                if self.was_answered && !(self.silent && odd.iter().any(|odd| odd.silent)) =>
+            {
+                let (log, silent) = (std::mem::take(&mut self.log), self.silent);
+                odd.push(Odd { expected, found, log, silent });
+                Ok(None)
+            }
+            Err(halt) => Err(halt),
+        }
+    }
+
     /// Fails if the monitor is at work; a monitor to be moved must also be ready for it.
-    pub fn is_ready(&mut self) -> Step {
+    fn is_ready(&mut self) -> Step {
         let not = |why: Fixed| Err(Halt::Abort(why.words()));
         if self.moving()?.is_some() {
             return not(text::AtWork.fixed());
@@ -112,11 +154,11 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// With --motion, lowers the speed of drives whose Speed parameter the monitor has.
-    pub fn slow_down(&mut self) -> Step<Vec<Undo>> {
-        let mut undo = Vec::new();
+    /// With --motion, lowers the speed of drives whose Speed parameter the monitor has; `undo` takes
+    /// what has to be restored, also after a failure.
+    pub fn slow_down(&mut self, undo: &mut Vec<Undo>) -> Step {
         if self.options.level != Level::Motion {
-            return Ok(undo);
+            return Ok(());
         }
         for id in AIMING {
             if !self.has(id) {
@@ -130,7 +172,7 @@ impl Bench<'_> {
                 self.try_set(id, "Speed", &[SLOW])?;
             }
         }
-        Ok(undo)
+        Ok(())
     }
 
     /// States of all subsystems, in as many frames as needed.
@@ -182,7 +224,8 @@ impl Bench<'_> {
 
     /// Ends everything if something moves unasked.
     pub fn watch(&mut self) -> Step {
-        if self.restoring {
+        // Where the states cannot be read, nothing is moved.
+        if self.restoring || self.blind {
             return Ok(());
         }
         match self.moving()? {
@@ -269,9 +312,13 @@ impl Bench<'_> {
             }
         };
         if std::mem::take(&mut self.dirty) {
-            note(self.surely(|b| b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes()).map(|_| ())));
+            let stopped =
+                self.surely(|b| b.frame(&Rec::new(R::STOP, S::ALL, &[]).bytes()).map(|_| ()));
             self.water = true;
-            note(self.surely(Self::rest));
+            let rests = self.surely(Self::rest);
+            // Nothing was moved, and that answers break the protocol is known.
+            let known = |step: &Step| self.blind && matches!(step, Err(Halt::Fail { .. }));
+            [stopped, rests].into_iter().filter(|step| !known(step)).for_each(&mut note);
         }
         for undo in std::mem::take(&mut self.undo).into_iter().rev() {
             note(self.surely(|b| b.take_back(undo)));

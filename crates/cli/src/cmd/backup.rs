@@ -160,8 +160,8 @@ fn value(param: Param, values: Option<&[i32]>) -> String {
 /// Runs `lafet param restore`: writes what differs from the file.
 pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> Outcome {
     let file = load(&args.file)?;
-    let mut interrupt = Interrupt::catch()?;
     let connection = Connection::open(global).await?;
+    let mut interrupt = Interrupt::catch()?;
     let present = connection.monitor.status_all().await?;
     let present: Vec<String> = present.present().map(|who| who.to_string()).collect();
     let (mut wanted, absent) = file.of(&present);

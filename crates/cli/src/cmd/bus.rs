@@ -2,12 +2,15 @@
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
 use lafet_client::bus::{
     Change, ControllerConfig, Driver, DriverConfig, Entry, Event, LENT, Port, Repeat,
 };
+use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times};
+use lafet_client::transport::Link;
 use lafet_client::{Endpoint, Error, Framing, Role, SystemError, os_text};
 use lafet_proto::bus::{BAUD_DEFAULT, CONSOLES, CONTROLLER, MONITORS};
 use lafet_proto::{Record, Request, Status};
@@ -15,11 +18,12 @@ use lafet_texts::{Fixed, Shown, Text as _, cli as text};
 use serde_json::{Value, json};
 use time::OffsetDateTime;
 use tokio::net::TcpListener;
+use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use super::bus_ask;
 use crate::cli::{Global, seconds};
-use crate::connect::url_of;
+use crate::connect::{can_be_overheard, listened, url_of, who};
 use crate::describe::hex;
 use crate::exchange::name;
 use crate::failure::{Failure, Outcome};
@@ -27,6 +31,13 @@ use crate::interrupt::Interrupt;
 use crate::lang::current;
 use crate::out::Out;
 
+/// How long the lines are listened to before the first frame.
+const LISTEN: Times = Times {
+    first: CONTROLLER_PAUSE,
+    own: CONTROLLER_PAUSE,
+    elsewhere: CONTROLLER_PAUSE,
+    silent: GLANCE,
+};
 /// Silence on the line between the last byte received and our frame, unless the URL gives it.
 const TURNAROUND: Duration = Duration::from_millis(1);
 
@@ -58,6 +69,8 @@ pub struct BusArgs {
     latency: Option<f64>,
     #[arg(long)]
     repeat_all: bool,
+    #[arg(long)]
+    force: bool,
     #[arg(long = "for", value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
 }
@@ -111,15 +124,22 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
         urls => urls.to_vec(),
     };
     let lines = urls.iter().map(|url| line(url)).collect::<Result<Vec<_>, _>>()?;
+    let controller = configured(&args, &lines, args.listen.is_some())?;
+    let force = args.force || global.insist;
+    let ready = tokio::select! {
+        ready = vacant(&urls, &lines, force, out) => ready?,
+        () = interrupt.wait() => return Err(Failure::Interrupted),
+    };
+    // Not before: what programs ask meanwhile would be sent when they have stopped waiting for it.
     let programs = match &args.listen {
         Some(place) => Some(listen(place, out).await?),
         None => None,
     };
-    let controller = configured(&args, &lines, programs.is_some())?;
+    let controller = ControllerConfig { epoch_s: wall_s(), ..controller };
     let mut lines = lines.into_iter();
     let Some(monitors) = lines.next() else { return Ok(()) };
     let config = DriverConfig { controller, monitors, consoles: lines.next(), programs };
-    let mut driver = Driver::new(config);
+    let mut driver = driver(config, ready);
     let mut told = Ok(());
     let mut opened = [false; 2];
     {
@@ -145,6 +165,85 @@ pub async fn run(args: BusArgs, global: &Global, out: &mut Out) -> Outcome {
     }
     told?;
     finish(&driver, out)
+}
+
+/// A controller that begins with these open links; a line that is lost is opened again at once.
+fn driver(config: DriverConfig, ready: Vec<(Endpoint, Link)>) -> Driver {
+    let ready = Mutex::new(ready);
+    Driver::opening(config, move |endpoint| {
+        let mut ready = ready.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = ready.iter().position(|(at, _)| *at == endpoint);
+        let link = place.map(|place| ready.swap_remove(place).1);
+        async move {
+            match link {
+                Some(link) => Ok(link),
+                None => Link::open(&endpoint).await,
+            }
+        }
+    })
+}
+
+/// Opens the lines and listens to them, for as long as a controller may be silent. Fails if there is
+/// one, or devices at another speed, unless the user wants it all the same. Noise is reported: a bus
+/// must not be without its controller because of it.
+async fn vacant(
+    urls: &[String],
+    lines: &[Endpoint],
+    force: bool,
+    out: &mut Out,
+) -> Result<Vec<(Endpoint, Link)>, Failure> {
+    if force {
+        return Ok(Vec::new());
+    }
+    let s = CONTROLLER_PAUSE.as_secs();
+    out.progress(text::ListeningForController { s }.of(current()));
+    let mut listening = JoinSet::new();
+    for (url, line) in urls.iter().zip(lines).filter(|(_, line)| can_be_overheard(line)) {
+        let (url, line) = (url.clone(), line.clone());
+        listening.spawn(async move { (listened(&url, &line, LISTEN).await, url, line) });
+    }
+    let mut ready = Vec::new();
+    while let Some(ended) = listening.join_next().await {
+        let Ok((heard, url, line)) = ended else { continue };
+        let (link, heard) = heard.map_err(|failure| never_open(&url, failure))?;
+        if let Some(why) = occupied(&url, &line, &heard) {
+            return Err(Failure::Silent(why));
+        }
+        let others = who(&heard.speakers());
+        if heard.unreadable {
+            out.warn(&text::BusLineUnreadable { url: &url }.of(current()));
+        } else if !others.is_empty() {
+            out.warn(&text::OthersOnBus { url: &url, who: &others }.of(current()));
+        }
+        ready.push((line, link));
+    }
+    Ok(ready)
+}
+
+/// Why there must be no controller on this line.
+fn occupied(url: &str, line: &Endpoint, heard: &Overheard) -> Option<String> {
+    let own = match line {
+        Endpoint::Serial { line, .. } => Some(line.baud),
+        _ => None,
+    };
+    let baud = heard.elsewhere.as_ref().map(|(baud, _)| *baud).or(own);
+    let at = baud.map(|baud| text::AtBaud { baud }.of(current())).unwrap_or_default();
+    if heard.has_controller() {
+        return Some(text::SecondController { url, at, controller: CONTROLLER }.of(current()));
+    }
+    let who = who(&heard.speakers());
+    heard.elsewhere.as_ref().map(|_| text::BusAtOtherSpeed { url, at, who }.of(current()))
+}
+
+/// A line that cannot be opened the first time: its URL is most likely wrong.
+fn never_open(url: &str, failure: Failure) -> Failure {
+    match failure {
+        Failure::Client(Error::Link { source, .. }) => {
+            let never = text::LineNeverOpen { url, why: SystemError(&source) };
+            Failure::Silent(never.of(current()))
+        }
+        failure => failure,
+    }
 }
 
 /// Fails when a line cannot be opened the first time: its URL is most likely wrong. A line that was
@@ -194,7 +293,12 @@ async fn listen(place: &str, out: &mut Out) -> Result<TcpListener, Failure> {
     Ok(listener)
 }
 
+/// The time field of the journal has 32 bits (observed).
 #[expect(clippy::disallowed_methods, reason = "the journal of a bus records the time of day")]
+fn wall_s() -> u32 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs()) as u32
+}
+
 fn configured(
     args: &BusArgs,
     lines: &[Endpoint],
@@ -216,7 +320,6 @@ fn configured(
         },
         None => usual.addresses.into_iter().filter(|address| !lent(address)).collect(),
     };
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
     Ok(ControllerConfig {
         baud,
         addresses,
@@ -225,8 +328,6 @@ fn configured(
         watch: Some(Duration::from_secs_f64(args.watch)),
         turnaround: TURNAROUND,
         repeat: if args.repeat_all { Repeat::All } else { Repeat::Repeatable },
-        // The time field of the journal has 32 bits (observed).
-        epoch_s: now as u32,
         ..usual
     })
 }

@@ -15,7 +15,7 @@ use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::time::Instant;
 
 use crate::cli::Global;
-use crate::connect::{link, url_of};
+use crate::connect::{alone, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
@@ -129,7 +129,7 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     if options.level >= Level::Full {
         out.progress(text::ConformTakesLong.str(current()));
     }
-    let (mut report, shown) = tested(&args, &endpoint, &options, &url, out).await?;
+    let (mut report, shown) = tested(&args, &endpoint, &options, &global, out).await?;
     report.url = url;
     let written = write(&args, &report);
     let shown = shown.and_then(|()| {
@@ -163,11 +163,15 @@ async fn tested(
     args: &ConformArgs,
     endpoint: &Endpoint,
     options: &Options,
-    url: &str,
+    global: &Global,
     out: &mut Out,
 ) -> Result<(Report, Outcome), Failure> {
     let mut interrupt = Interrupt::catch()?;
-    let open = link(url, endpoint).await?;
+    let url = url_of(global)?;
+    let open = tokio::select! {
+        open = alone(url, endpoint, global) => open?,
+        () = interrupt.wait() => return Err(Failure::Interrupted),
+    };
     let handle = tokio::runtime::Handle::current();
     let again = Some(endpoint.clone());
     let (told, mut hear) = unbounded_channel();

@@ -31,15 +31,13 @@ use crate::out::Out;
 pub struct DoctorArgs {
     #[arg(value_name = "URL")]
     url: Option<String>,
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.5, value_parser = listen)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = listen)]
     listen: f64,
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     requests: u32,
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     wait: Option<u64>,
-    #[arg(long)]
-    insist: bool,
-    #[arg(long, conflicts_with_all = ["url", "listen", "requests", "wait", "insist"])]
+    #[arg(long, conflicts_with_all = ["url", "listen", "requests", "wait"])]
     install: bool,
     #[arg(long, value_name = "FILE", requires = "install")]
     config: Option<PathBuf>,
@@ -66,7 +64,7 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
         wait,
         probe_wait: usual.probe_wait.min(wait),
         requests: args.requests,
-        insist: args.insist,
+        insist: global.insist,
     };
     let dial = async |at: &Endpoint| -> io::Result<Link> {
         link(&at.to_string(), at).await.map_err(|failure| match failure {
@@ -92,7 +90,7 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
 
 /// Faults and warnings that the monitor's subsystems report.
 async fn faults(global: &Global) -> Vec<(SubsystemId, String)> {
-    let Ok(connection) = Connection::open(global).await else { return Vec::new() };
+    let Ok(connection) = Connection::open_heard(global).await else { return Vec::new() };
     let Ok(status) = connection.monitor.status_all().await else { return Vec::new() };
     let lines = |who: SubsystemId| {
         let bits = status.flags(who).unwrap_or(0);

@@ -60,8 +60,8 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     if !io::stdin().is_terminal() {
         return Err(Failure::Usage(text::JogNeedsKeyboard.str(current()).into()));
     }
-    let mut interrupt = Interrupt::catch()?;
     let connection = Connection::open(global).await?;
+    let mut interrupt = Interrupt::catch()?;
     // The monitor has to answer before a motion can begin.
     connection.monitor.status_all().await?;
     let mut watch = connection.monitor.watch(SHOW)?;

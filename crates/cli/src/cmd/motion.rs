@@ -94,7 +94,7 @@ pub async fn run_move(args: MoveArgs, global: &Global, out: &mut Out) -> Outcome
 /// Runs `lafet stop`.
 pub async fn run_stop(args: StopArgs, global: &Global, out: &mut Out) -> Outcome {
     let request = Request::new(args.subsystem.unwrap_or(SubsystemId::ALL), Body::Stop);
-    let connection = Connection::open(global).await?;
+    let connection = Connection::open_for(global, &[request]).await?;
     let ended = follow::begin(request, &connection, out).await;
     done_after_all(request, ended, out)
 }
@@ -141,7 +141,7 @@ pub async fn run_wrap(args: WrapArgs, global: &Global, out: &mut Out) -> Outcome
 
 /// Sends a request that is complete with its answers, and shows them.
 pub async fn simple(request: Request<'_>, global: &Global, out: &mut Out) -> Outcome {
-    let connection = Connection::open(global).await?;
+    let connection = Connection::open_for(global, &[request]).await?;
     let answers = connection.send(&request).await?;
     out.show(exchange::text(request.to, &answers), || exchange::json(&request, &answers))
 }
@@ -154,7 +154,7 @@ async fn start(
     out: &mut Out,
     judge: impl FnMut(&States) -> Step,
 ) -> Outcome {
-    let connection = Connection::open(global).await?;
+    let connection = Connection::open_for(global, &[request]).await?;
     if no_wait {
         return follow::begin(request, &connection, out).await;
     }

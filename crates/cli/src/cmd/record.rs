@@ -12,18 +12,18 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use clap::Args;
 use lafet_capture::{Captured, Direction, Format, Recorder, Splitter};
 use lafet_client::transport::Link;
-use lafet_client::{Cause, Client, Config, Endpoint, Error, Framing, SystemError};
+use lafet_client::{Cause, Client, Config, Endpoint, Error, Framing, Role, SystemError};
 use lafet_proto::link::WIRE_MAX;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, timeout};
 
 use crate::cli::{Global, seconds};
-use crate::connect::{link, url_of};
+use crate::connect::{link, undisturbed, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
@@ -118,7 +118,11 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
     let answer = Duration::from_secs_f64(global.timeout);
     // Other clients may use this bus, behind a serial server too: listen first.
     let config = Config { timeout: answer, listen: LISTEN, ..Config::default() }.of(&endpoint);
-    let mut link = link(url, &endpoint).await?;
+    let (mut link, heard) = undisturbed(url, &endpoint, global).await?;
+    if heard.has_controller() && endpoint.behaviour().role == Role::Direct {
+        complain(controller_present());
+        return bridge_again::<DuplexStream>(url, &endpoint, &mut link, None, tape, out).await;
+    }
     let (ours, theirs) = tokio::io::duplex(PIPE);
     let client = Client::over(url, ours, config);
     let held_back = Arc::new(AtomicBool::new(false));
@@ -151,7 +155,7 @@ async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
     let url = url_of(global)?;
     let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
     let mut link = link(url, &endpoint).await?;
-    bridge_again::<tokio::io::DuplexStream>(url, &endpoint, &mut link, None, tape, out).await
+    bridge_again::<DuplexStream>(url, &endpoint, &mut link, None, tape, out).await
 }
 
 /// Serves programs, one after another. A further one is disconnected at once: what it sent would
@@ -162,7 +166,11 @@ async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Ou
     let framing = endpoint.framing();
     let what = || text::CannotListenTap { address: Shown(address) }.of(current());
     let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
-    let mut link = link(url, &endpoint).await?;
+    // A program that comes meanwhile is disconnected, too: what it asks would be late.
+    let (mut link, _) = tokio::select! {
+        heard = undisturbed(url, &endpoint, global) => heard?,
+        never = turn_away(&listener) => never,
+    };
     let bound = listener.local_addr()?;
     out.show(
         text::ConnectTap { bound: Shown(bound), url }.of(current()),

@@ -6,7 +6,9 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::Args;
+use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
+use lafet_client::transport::Link;
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
@@ -15,7 +17,7 @@ use serde_json::{Value, json};
 use tokio::time::{Instant, interval};
 
 use crate::cli::Global;
-use crate::connect::{Connection, link, url_of};
+use crate::connect::{Connection, THOROUGH, can_be_overheard, disturbs, link, listened, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::lang::current;
 use crate::out::{Out, columns};
@@ -23,8 +25,6 @@ use crate::out::{Out, columns};
 /// How long a probe may take over a network, ms.
 const NETWORK_WAIT_MS: u64 = 100;
 
-/// How long a line is listened to before it is probed: a controller transmits once a second.
-const LISTEN: Duration = Duration::from_millis(1200);
 /// Interval at which the elapsed time is shown.
 const TICK: Duration = Duration::from_secs(1);
 /// Addresses per line of progress.
@@ -58,8 +58,6 @@ pub struct ScanArgs {
     tries: u32,
     #[arg(long)]
     brief: bool,
-    #[arg(long)]
-    insist: bool,
 }
 
 /// The hosts given by one argument.
@@ -102,11 +100,11 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         Endpoint::Serial { .. } | Endpoint::Sim { .. } => bus::PROBE_TIMEOUT_MS.into(),
         _ => NETWORK_WAIT_MS,
     };
-    let shared = matches!(endpoint, Endpoint::Serial { .. } | Endpoint::Tcp { .. });
-    let options = options(args, usual, shared);
+    // It listens before, at every speed.
+    let options = options(args, usual, false);
     let probing = text::ProbingAddresses.str(current());
     let source = endpoint.addresses().source;
-    let link = link(url, &endpoint).await?;
+    let link = quiet(url, &endpoint, global).await?;
     let scanned = scan(link, source, &options, |address| {
         // Where progress lines stay on the screen, one per address would be too many.
         if address % BLOCK == 1 || address == *args.addresses.start() {
@@ -123,9 +121,6 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         let consists = consists(args, global, &at, present).await;
         rows.push(row(&at, present, &consists));
         devices.push(device_json(&at, present, &consists));
-    }
-    if scan.held_back {
-        return Err(Failure::Ended(why_held_back(&scan)));
     }
     if scan.present.is_empty() {
         out.say(nobody(&args.addresses))?;
@@ -149,18 +144,37 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     found(!scan.present.is_empty())
 }
 
+/// Opens a line on which no other device transmits: listens to it, at every speed, unless the user
+/// insists.
+async fn quiet(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Link, Failure> {
+    if global.insist || !can_be_overheard(endpoint) {
+        return link(url, endpoint).await;
+    }
+    let (link, heard) = listened(url, endpoint, THOROUGH).await?;
+    let speakers = heard.speakers();
+    if heard.elsewhere.is_some()
+        && let Some(why) = disturbs(url, endpoint, &heard)
+    {
+        return Err(Failure::Ended(why));
+    }
+    match speakers.is_empty() && !heard.unreadable {
+        true => Ok(link),
+        false => Err(Failure::Ended(why_held_back(&speakers))),
+    }
+}
+
 /// Why nothing was probed.
-fn why_held_back(scan: &Scan) -> String {
-    if scan.speakers.is_empty() {
+fn why_held_back(speakers: &[u8]) -> String {
+    if speakers.is_empty() {
         return text::NoiseBeforeScan.str(current()).into();
     }
-    let who = scan.speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+    let who = speakers.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
     text::OthersBeforeScan { who }.of(current())
 }
 
 async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let hosts: Vec<String> = args.hosts.iter().flat_map(|hosts| hosts.0.clone()).collect();
-    let options = options(args, NETWORK_WAIT_MS, !args.udp);
+    let options = options(args, NETWORK_WAIT_MS, !args.udp && !global.insist);
     let places = places(&hosts, args, &options, out).await;
     let mut rows = Vec::new();
     let mut all = Vec::new();
@@ -170,9 +184,9 @@ async fn network(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         let endpoint = endpoint(place, args.udp, Framing::Link);
         match &place.told {
             Told::Bus(scan) if scan.held_back => {
-                rows.push(vec![endpoint.to_string(), why_held_back(scan)]);
+                rows.push(vec![endpoint.to_string(), why_held_back(&scan.speakers)]);
                 all.push(json!({ "url": endpoint.to_string(), "others": scan.speakers }));
-                held_back = Some(why_held_back(scan));
+                held_back = Some(why_held_back(&scan.speakers));
             }
             Told::Bus(scan) => {
                 for present in &scan.present {
@@ -233,14 +247,14 @@ async fn places(
     }
 }
 
-/// `shared`: others may be on the line, behind a serial server too.
-fn options(args: &ScanArgs, usual_ms: u64, shared: bool) -> ScanOptions {
+/// `listen`: others may be on the line, behind a serial server too.
+fn options(args: &ScanArgs, usual_ms: u64, listen: bool) -> ScanOptions {
     ScanOptions {
         addresses: args.addresses.clone(),
         wait: Duration::from_millis(args.wait.unwrap_or(usual_ms)),
         tries: args.tries,
         crc32c: true,
-        listen: if shared && !args.insist { LISTEN } else { Duration::ZERO },
+        listen: if listen { CONTROLLER_PAUSE } else { Duration::ZERO },
         // A timeout chosen by the user is kept.
         adapt: args.wait.is_none() && !args.hosts.is_empty(),
     }
@@ -273,7 +287,7 @@ async fn consists(args: &ScanArgs, global: &Global, url: &str, present: &Present
         return Vec::new();
     }
     let global = Global { connect: Some(url.to_owned()), ..global.clone() };
-    let Ok(connection) = Connection::open(&global).await else { return Vec::new() };
+    let Ok(connection) = Connection::open_heard(&global).await else { return Vec::new() };
     match connection.monitor.status_all().await {
         Ok(status) => status.present().map(|who| who.to_string()).collect(),
         Err(_) => Vec::new(),

@@ -54,7 +54,7 @@ pub async fn run(args: SendArgs, global: &Global, out: &mut Out) -> Outcome {
             ),
         }
     }
-    let connection = Connection::open(global).await?;
+    let connection = Connection::open_for(global, &requests).await?;
     let (mut refused, mut count) = (None, 0);
     for (request, result) in requests.iter().zip(exchanged(&requests, &connection, out).await?) {
         let answers = result?;

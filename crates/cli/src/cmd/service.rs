@@ -48,9 +48,9 @@ pub struct CrashArgs {}
 /// Runs `lafet lockout`: locks the monitor out or releases it.
 pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> Outcome {
     let on = args.state == Switch::On;
-    let connection = Connection::open(global).await?;
-    let (answers, saved) = connection.monitor.save_lockout(on).await?;
     let request = Request::lockout(on);
+    let connection = Connection::open_for(global, &[request]).await?;
+    let (answers, saved) = connection.monitor.save_lockout(on).await?;
     let what = text::CrashMemory.str(current());
     let answered = exchange::text(request.to, &answers);
     out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {

@@ -12,16 +12,14 @@ use std::time::Duration;
 use clap::parser::ValueSource;
 use clap::{Args, FromArgMatches};
 use lafet_client::Endpoint;
-use lafet_proto::request::Body;
-use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Text as _, cli as text};
 use tokio::join;
+use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::{Instant, interval, timeout};
 
 use super::program::ProgramCommand;
 use crate::cli::{Cli, Command, Global};
 use crate::connect::{Connection, url_of};
-use crate::exchange;
 use crate::failure::{Failure, Outcome};
 use crate::help;
 use crate::input;
@@ -31,6 +29,7 @@ use crate::out::{Out, complain};
 use crate::shell::ahead::Ahead;
 use crate::shell::complete::FIXED;
 use crate::shell::editor::{Editor, Input, Notices};
+use crate::shell::opening::{Lines, Opening, open, stop_all};
 use crate::shell::words::{is_stop, words};
 use crate::top::feed::Feed;
 use crate::top::scene::Seen;
@@ -61,21 +60,28 @@ pub struct ShellArgs {
 
 /// Runs commands until there are no more.
 pub async fn run(args: ShellArgs, global: &Global) -> Outcome {
-    let interrupt = Interrupt::catch()?;
+    let mut interrupt = Interrupt::catch()?;
     let mut global = global.clone();
     if let Some(url) = args.monitor {
         global.connect = Some(url);
     }
-    let connection = Connection::new(&global).await?;
+    let talks = io::stdin().is_terminal() && io::stderr().is_terminal();
+    let mut lines = match talks {
+        true => Lines::Typed(Ahead::listen(true)),
+        false => Lines::Script(input::lines(), false),
+    };
+    let opening = open(&global, &mut interrupt, &mut lines).await?;
+    let Opening { connection, ahead, interrupted } = opening;
     let url = url_of(&global)?.to_owned();
     global.open = Some((url, connection.clone()));
-    let ahead = VecDeque::new();
     let mut shell =
         Shell { global, connection, interrupt, feed: None, acted: None, ahead, ending: false };
-    if io::stdin().is_terminal() && io::stderr().is_terminal() {
-        shell.converse(!args.no_history).await
-    } else {
-        shell.script(args.keep_going).await
+    if interrupted {
+        return Err(shell.bring_to_rest().await);
+    }
+    match lines {
+        Lines::Typed(_) => shell.converse(!args.no_history).await,
+        Lines::Script(lines, _) => shell.script(lines, args.keep_going).await,
     }
 }
 
@@ -167,13 +173,18 @@ impl Shell {
     }
 
     /// Runs the lines of standard input.
-    async fn script(&mut self, keep_going: bool) -> Outcome {
-        let mut lines = input::lines();
+    async fn script(&mut self, mut lines: UnboundedReceiver<String>, keep_going: bool) -> Outcome {
         let mut number = 0_u64;
         let mut first = 0;
         loop {
+            let next = async {
+                match self.ahead.pop_front() {
+                    Some(line) => Some(line),
+                    None => lines.recv().await,
+                }
+            };
             let line = tokio::select! {
-                line = lines.recv() => line,
+                line = next => line,
                 _ = self.interrupt.next() => return Err(self.bring_to_rest().await),
             };
             let Some(line) = line else { break };
@@ -355,15 +366,7 @@ impl Shell {
 
     /// Sends Stop All once, and shows the outcome.
     async fn stop_all(&self) {
-        let stop = Request::new(SubsystemId::ALL, Body::Stop);
-        let text = match self.connection.client.request(&stop).await {
-            Ok(answers) if answers.refusal().is_none() => "Stop All → Ok".to_owned(),
-            Ok(answers) => exchange::text(SubsystemId::ALL, &answers),
-            Err(error) => error.localized(current()),
-        };
-        // A command may have printed its progress on this line.
-        let clear = if self.feed.is_some() { "\r\x1b[K" } else { "" };
-        complain(format_args!("{clear}{text}"));
+        stop_all(&self.connection, self.feed.is_some()).await;
     }
 }
 

@@ -7,7 +7,6 @@ use std::time::Duration;
 use clap::Args;
 use lafet_client::{Endpoint, Error};
 use lafet_proto::SubsystemId;
-use lafet_proto::request::Body;
 use lafet_texts::cli as text;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
@@ -222,18 +221,18 @@ impl Top {
     fn stop(&mut self) {
         let Some(feed) = self.feeds.get(self.scene.selected) else { return };
         let name = feed.name().to_owned();
-        let Some(monitor) = feed.monitor() else {
+        let Some(stop) = feed.stop() else {
             let text = text::StopNotSent.str(current());
             return self.note(format!("{name}: {text}"));
         };
         self.note(format!("{name}: Stop All …"));
         self.stops.spawn(async move {
-            let (text, answered) = match monitor.client().request(&stop_all()).await {
+            let (text, answered) = match stop.await {
                 Ok(answers) if answers.refusal().is_none() => ("Stop All → Ok".to_owned(), true),
                 Ok(answers) => {
                     (exchange::text(SubsystemId::ALL, &answers).replace('\n', "; "), true)
                 }
-                Err(error) => (error.localized(current()), false),
+                Err(failure) => (failure.message(), false),
             };
             Stopped { notice: format!("{name}: {text}"), answered }
         });
@@ -256,10 +255,6 @@ impl Top {
         }
         outcome
     }
-}
-
-const fn stop_all() -> lafet_proto::Request<'static> {
-    lafet_proto::Request { to: SubsystemId::ALL, body: Body::Stop }
 }
 
 /// Restores the terminal on drop.

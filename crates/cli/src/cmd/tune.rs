@@ -1,7 +1,6 @@
 //! `lafet tune`: measures how a drive answers its motor, and sets StopLag and MinSpeed (ours, §D/9).
 
 use std::io;
-use std::path::PathBuf;
 
 use clap::Args;
 use lafet_client::Endpoint;
@@ -21,6 +20,7 @@ use crate::follow::{Follow, Step};
 use crate::interrupt::Interrupt;
 use crate::lang::{current, decimals};
 use crate::out::{Out, columns};
+use crate::state;
 use crate::undo::{States, Undo};
 
 /// Arguments of `lafet tune`.
@@ -106,11 +106,9 @@ fn note_of(global: &Global) -> Result<Note, Failure> {
         Endpoint::Serial { path, .. } => format!("serial-{}", path.display()),
         _ => "sim".to_owned(),
     };
-    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local/state")));
-    let state =
-        state.ok_or_else(|| Failure::io("XDG_STATE_HOME", io::ErrorKind::NotFound.into()))?;
-    Ok(Note::new(&state.join("lafet").join("tune"), &format!("{link}-{address}")))
+    let state = state::folder()
+        .ok_or_else(|| Failure::io("XDG_STATE_HOME", io::ErrorKind::NotFound.into()))?;
+    Ok(Note::new(&state.join("tune"), &format!("{link}-{address}")))
 }
 
 fn in_file(note: &Note, error: io::Error) -> Failure {

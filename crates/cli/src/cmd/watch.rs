@@ -37,8 +37,8 @@ fn every(text: &str) -> Result<f64, String> {
 
 /// Runs `lafet watch`.
 pub async fn run(args: WatchArgs, global: &Global, out: &mut Out) -> Outcome {
-    let mut interrupt = Interrupt::catch()?;
     let connection = Connection::open(global).await?;
+    let mut interrupt = Interrupt::catch()?;
     let who = args.subsystem.unwrap_or(SubsystemId::ALL);
     let began = Instant::now();
     let mut looks = interval(Duration::from_secs_f64(args.interval));

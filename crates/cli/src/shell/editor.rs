@@ -18,6 +18,7 @@ use tokio::time::timeout;
 
 use super::complete::Grammar;
 use crate::out::complain;
+use crate::state;
 use crate::top::feed::Feed;
 
 const MENU: &str = "completion";
@@ -157,9 +158,7 @@ fn reedline(remember: bool) -> Reedline {
 
 /// File with the lines of earlier sessions.
 fn history_file() -> Option<PathBuf> {
-    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local/state")))?;
-    Some(state.join("lafet").join("history"))
+    Some(state::folder()?.join("history"))
 }
 
 /// `10.0.0.5:10485/1 deployed> `

@@ -11,6 +11,8 @@ use lafet_proto::answer::Reply;
 use lafet_proto::request::Body;
 use lafet_proto::{ParamId, Request, SubsystemId};
 use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use super::scene::{Connected, Seen};
@@ -31,10 +33,20 @@ pub struct Feed {
     name: String,
     url: String,
     slot: Arc<Mutex<Slot>>,
+    /// Takes a Stop while a serial line is not in use yet.
+    stops: Option<mpsc::Sender<Urgent>>,
 }
+
+/// The address of the monitor to stop, and where the outcome goes.
+type Urgent = (u8, oneshot::Sender<Result<Answers, Failure>>);
+/// Most Stops that wait for the same line: a further one would say nothing more.
+const STOPS_MAX: usize = 16;
 
 /// A monitor of a line, and the slot for its state.
 type Member = (Endpoint, Arc<Mutex<Slot>>);
+
+/// Where Stops for a line are sent, and where they arrive.
+type Stops = (mpsc::Sender<Urgent>, mpsc::Receiver<Urgent>);
 
 /// State of a monitor, as the background task knows it.
 #[derive(Default)]
@@ -57,21 +69,30 @@ struct Open {
 impl Feed {
     /// Starts feeds of several monitors. Those on the same line share its connection.
     pub fn start(urls: &[Endpoint], global: &Global, period: Duration) -> Vec<Self> {
-        let mut groups: Vec<(Option<Endpoint>, Vec<Member>)> = Vec::new();
+        let mut groups: Vec<(Option<Endpoint>, Vec<Member>, Stops)> = Vec::new();
         let mut feeds = Vec::new();
         for endpoint in urls {
             let slot = Arc::new(Mutex::new(Slot::default()));
             let (name, url) = (name(endpoint), endpoint.to_string());
-            feeds.push(Self { name, url, slot: slot.clone() });
             let line = line(endpoint);
-            let member = (endpoint.clone(), slot);
-            match groups.iter_mut().find(|(known, _)| line.is_some() && *known == line) {
-                Some((_, members)) => members.push(member),
-                None => groups.push((line, vec![member])),
-            }
+            let member = (endpoint.clone(), slot.clone());
+            let known = |(known, ..): &&mut (_, _, _)| line.is_some() && *known == line;
+            let stops = match groups.iter_mut().find(known) {
+                Some((_, members, (stops, _))) => {
+                    members.push(member);
+                    stops.clone()
+                }
+                None => {
+                    let (stops, asked) = mpsc::channel(STOPS_MAX);
+                    groups.push((line, vec![member], (stops.clone(), asked)));
+                    stops
+                }
+            };
+            let stops = matches!(endpoint, Endpoint::Serial { .. }).then_some(stops);
+            feeds.push(Self { name, url, slot, stops });
         }
-        for (_, members) in groups {
-            tokio::spawn(keep(members, global.clone(), period));
+        for (_, members, (_, asked)) in groups {
+            tokio::spawn(keep(members, global.clone(), period, asked));
         }
         feeds
     }
@@ -84,7 +105,7 @@ impl Feed {
         let slot = Arc::new(Mutex::new(Slot::default()));
         tokio::spawn(listen(client.clone(), vec![slot.clone()]));
         subscribe(client, &slot, period)?;
-        Ok(Self { name, url, slot })
+        Ok(Self { name, url, slot, stops: None })
     }
 
     /// A copy of the current state.
@@ -153,6 +174,27 @@ impl Feed {
         lock(&self.slot).open.as_ref().map(|open| open.monitor.clone())
     }
 
+    /// Sends Stop All; `None` where there is no link. It does not wait until a serial line was listened
+    /// to.
+    pub fn stop(&self) -> Option<impl Future<Output = Result<Answers, Failure>> + Send + use<>> {
+        let mut monitor = self.monitor();
+        let (ended, waits) = oneshot::channel();
+        if monitor.is_none() {
+            let address = self.url.parse::<Endpoint>().ok()?.addresses().monitor;
+            if self.stops.as_ref()?.try_send((address, ended)).is_err() {
+                // The link was made meanwhile, or enough Stops wait for it.
+                monitor = Some(self.monitor()?);
+            }
+        }
+        Some(async move {
+            match monitor {
+                Some(monitor) => Ok(monitor.client().request(&stop_all()).await?),
+                // The task ends only with the program.
+                None => waits.await.unwrap_or(Err(Failure::Interrupted)),
+            }
+        })
+    }
+
     /// Short name of the monitor.
     pub fn name(&self) -> &str {
         &self.name
@@ -163,12 +205,69 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+const fn stop_all() -> Request<'static> {
+    Request { to: SubsystemId::ALL, body: Body::Stop }
+}
+
+/// Sends Stops on a line that was not listened to, until none is left; each at once, whether the one
+/// before is answered or not.
+async fn stop_unheard(global: &Global, first: Urgent, asked: &mut mpsc::Receiver<Urgent>) {
+    let connection = match Connection::open_heard(global).await {
+        Ok(connection) => connection,
+        Err(failure) => {
+            // The page that asked may be gone.
+            let _ = first.1.send(Err(failure));
+            return;
+        }
+    };
+    let mut stopping = JoinSet::new();
+    stopping.spawn(stop_at(connection.clone(), first));
+    loop {
+        tokio::select! {
+            Some(more) = asked.recv(), if stopping.len() < STOPS_MAX => {
+                stopping.spawn(stop_at(connection.clone(), more));
+            }
+            ended = stopping.join_next() => {
+                if ended.is_none() {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+async fn stop_at(connection: Connection, (address, ended): Urgent) {
+    let stopped = async { Ok(connection.client.at(address)?.request(&stop_all()).await?) };
+    // The page that asked may be gone.
+    let _ = ended.send(stopped.await);
+}
+
 /// Connects, retrying until it succeeds; afterwards the client keeps the link itself.
-async fn keep(members: Vec<Member>, global: Global, period: Duration) {
+async fn keep(
+    members: Vec<Member>,
+    global: Global,
+    period: Duration,
+    mut asked: mpsc::Receiver<Urgent>,
+) {
     let Some((first, _)) = members.first() else { return };
     let global = Global { connect: Some(first.to_string()), open: None, ..global };
     let connection = loop {
-        match Connection::new(&global).await {
+        let opening = async {
+            tokio::select! {
+                biased;
+                // The listening ends: the port is opened again only after it is closed.
+                Some(urgent) = asked.recv() => Err(urgent),
+                opened = Connection::new(&global) => Ok(opened),
+            }
+        };
+        let opened = match opening.await {
+            Ok(opened) => opened,
+            Err(urgent) => {
+                stop_unheard(&global, urgent, &mut asked).await;
+                continue;
+            }
+        };
+        match opened {
             Ok(connection) => break connection,
             Err(failure) => {
                 let hopeless = failure.exit_code() == 2;
@@ -179,7 +278,12 @@ async fn keep(members: Vec<Member>, global: Global, period: Duration) {
                     lock(&members[0].1).hopeless = Some(failure);
                     return;
                 }
-                sleep(AGAIN).await;
+                tokio::select! {
+                    () = sleep(AGAIN) => {}
+                    Some(urgent) = asked.recv() => {
+                        stop_unheard(&global, urgent, &mut asked).await;
+                    }
+                }
             }
         }
     };
@@ -189,6 +293,11 @@ async fn keep(members: Vec<Member>, global: Global, period: Duration) {
         if let Err(failure) = started.and_then(|client| subscribe(client, slot, period)) {
             lock(slot).connected = Connected::Down(failure.message());
         }
+    }
+    // Stops that came while the link was made.
+    asked.close();
+    while let Some(urgent) = asked.recv().await {
+        stop_at(connection.clone(), urgent).await;
     }
     let slots = members.into_iter().map(|(_, slot)| slot).collect();
     listen(connection.client, slots).await;

@@ -24,6 +24,8 @@ mod installed;
 mod jog;
 mod json;
 mod kill;
+#[cfg(unix)]
+mod listening;
 mod odd;
 mod processes;
 mod program;

@@ -5,6 +5,7 @@ use std::fmt::{self, Write};
 use lafet_proto::param::{MAX_VALUES, Param, ParamSpec};
 use lafet_proto::{Status, SubsystemId};
 use lafet_texts::{Argument, Lang, Text, Words, client as text};
+use toml::de::DeTable;
 use toml::{Table, Value};
 
 use super::{About, Backup, is_kept, title};
@@ -29,11 +30,15 @@ pub enum FileError {
     Format,
     /// A table or a name that the dictionary does not have.
     Unknown {
+        /// Its line, from 1.
+        line: usize,
         /// The name in the file.
         name: String,
     },
     /// Values that are not whole numbers, too many or too few of them, or out of range.
     Value {
+        /// Its line, from 1.
+        line: usize,
         /// The parameter.
         param: Param,
         /// The status that a monitor would answer to these values.
@@ -41,6 +46,8 @@ pub enum FileError {
     },
     /// The parameter cannot be set.
     ReadOnly {
+        /// Its line, from 1.
+        line: usize,
         /// The parameter.
         param: Param,
     },
@@ -58,17 +65,19 @@ impl Argument for FileError {
         match self {
             Self::Syntax { line, what } => text::FileNoToml { line: *line, what }.write(lang, out),
             Self::Format => text::FileFormat { format: FORMAT }.write(lang, out),
-            Self::Unknown { name } => text::FileUnknown { name }.write(lang, out),
-            Self::Value { param, status: Status::WRONG_DATA } => {
+            Self::Unknown { line, name } => {
+                text::FileUnknown { line: *line, name }.write(lang, out)
+            }
+            Self::Value { line, param, status: Status::WRONG_DATA } => {
                 let ParamSpec { min_len: min, max_len: max, .. } = param.spec();
-                text::FileCount { title: title(*param), min, max }.write(lang, out)
+                text::FileCount { line: *line, title: title(*param), min, max }.write(lang, out)
             }
-            Self::Value { param, .. } => {
-                text::FileRange { title: title(*param), allowed: allowed(param.spec()) }
-                    .write(lang, out)
+            Self::Value { line, param, .. } => {
+                let (title, allowed) = (title(*param), allowed(param.spec()));
+                text::FileRange { line: *line, title, allowed }.write(lang, out)
             }
-            Self::ReadOnly { param } => {
-                text::FileReadOnly { title: title(*param) }.write(lang, out)
+            Self::ReadOnly { line, param } => {
+                text::FileReadOnly { line: *line, title: title(*param) }.write(lang, out)
             }
         }
     }
@@ -146,8 +155,7 @@ impl Backup {
     /// [`FileError`] for the first error in the text.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
         let file: Table = text.parse().map_err(|error: toml::de::Error| {
-            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-            let line = 1 + before.matches('\n').count();
+            let line = line_at(text, error.span().map_or(0, |span| span.start));
             FileError::Syntax { line, what: lafet_texts::toml::said(error.message()) }
         })?;
         if file.get("format").and_then(Value::as_integer) != Some(FORMAT) {
@@ -158,15 +166,17 @@ impl Backup {
             if matches!(name.as_str(), "format" | ABOUT) {
                 continue;
             }
-            let unknown = |name: String| FileError::Unknown { name };
+            let line = |key: Option<&str>| line_of(text, name, key);
+            let unknown = |line, name: String| FileError::Unknown { line, name };
             let who = SubsystemId::TABLE.into_iter().find(|who| who.name() == Some(name.as_str()));
             let (Some(who), Some(table)) = (who, table.as_table()) else {
-                return Err(unknown(name.clone()));
+                return Err(unknown(line(None), name.clone()));
             };
             for (key, value) in table {
                 let param = Param::by_name(who, key);
-                let param = param.ok_or_else(|| unknown(format!("{name}.{key}")))?;
-                backup.values.push((param, values(param, value)?));
+                let line = || line(Some(key));
+                let param = param.ok_or_else(|| unknown(line(), format!("{name}.{key}")))?;
+                backup.values.push((param, values(param, value, &line)?));
             }
         }
         backup.values.sort_by_key(|(param, _)| *param);
@@ -187,13 +197,25 @@ fn about(table: Option<&Value>) -> About {
     }
 }
 
-fn values(param: Param, value: &Value) -> Result<Vec<i32>, FileError> {
+fn line_at(text: &str, at: usize) -> usize {
+    1 + text.get(..at).unwrap_or_default().matches('\n').count()
+}
+
+/// Line of a table, or of a key in it.
+fn line_of(text: &str, table: &str, key: Option<&str>) -> usize {
+    let Ok(file) = DeTable::parse(text) else { return 1 };
+    let Some((name, value)) = file.get_ref().get_key_value(table) else { return 1 };
+    let within = key.and_then(|key| value.get_ref().as_table()?.get_key_value(key));
+    line_at(text, within.map_or(name, |(key, _)| key).span().start)
+}
+
+fn values(param: Param, value: &Value, line: &dyn Fn() -> usize) -> Result<Vec<i32>, FileError> {
     if !is_kept(param) {
-        return Err(FileError::ReadOnly { param });
+        return Err(FileError::ReadOnly { line: line(), param });
     }
-    let wrong = |status| FileError::Value { param, status };
+    let wrong = |status| FileError::Value { line: line(), param, status };
     let one = |value: &Value| {
-        let number = value.as_integer().ok_or(wrong(Status::WRONG_DATA))?;
+        let number = value.as_integer().ok_or_else(|| wrong(Status::WRONG_DATA))?;
         i32::try_from(number).map_err(|_| wrong(Status::INVALID_VALUE))
     };
     let values = match value {
@@ -273,6 +295,10 @@ mod tests {
         ] {
             let error = read(text).expect_err(text);
             assert!(error.to_string().contains(word), "{text}: {error}");
+            // A table that is not known is wrong itself, else the last line is.
+            let lines = if word == "Up" { 1 } else { text.lines().count() };
+            let line = format!("line {}: ", 1 + lines);
+            assert!(error.to_string().contains(&line), "{text}: {error}");
             let russian = error.localized(Lang::Ru);
             assert!(russian.chars().any(|c| ('а'..='я').contains(&c)), "{russian}");
         }

@@ -15,23 +15,22 @@ use tokio::time::Instant;
 
 use super::finding::speaks_text;
 use super::{Evidence, Exchange, Speed};
+use crate::overhear::{self, CONTROLLER_PAUSE};
 use crate::prober::{Heard, HeardFrame, Prober};
 use crate::scan::{ScanOptions, is_answer, question, scan};
 use crate::transport::Link;
-use crate::url::{Addresses, Endpoint, Framing, Role, SerialLine};
+use crate::url::{Addresses, Endpoint, Framing, Role};
 use crate::{Client, Config, Error};
 
 /// Probes to the monitor's address.
 const PROBES: u32 = 3;
 /// Probes of both forms, whose answers may come late.
 const LATE_PROBES: u32 = PROBES + 1;
-/// Speeds to try: those of the bus (observed) and other common settings of adapters.
-const SPEEDS: [u32; 7] = [19_200, 57_600, 115_200, 9_600, 38_400, 4_800, 2_400];
 
 /// Durations and number of requests of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Time to listen before anything is sent. A bus controller transmits at least once a second.
+    /// Time to listen before anything is sent: [`CONTROLLER_PAUSE`].
     pub quiet: Duration,
     /// Longest wait for an answer.
     pub wait: Duration,
@@ -55,7 +54,7 @@ impl Options {
             _ => (500, 80),
         };
         Self {
-            quiet: Duration::from_millis(1500),
+            quiet: CONTROLLER_PAUSE,
             wait: Duration::from_millis(wait.into()),
             probe_wait: Duration::from_millis(probe_wait.into()),
             requests: 30,
@@ -91,10 +90,10 @@ async fn look(
     progress(text::DoingOpen.fixed());
     let mut prober = Prober::new(dial(&endpoint).await?, source);
     progress(text::DoingListen.fixed());
-    evidence.quiet = prober.listen(options.quiet).await?;
-    evidence.quiet_for = options.quiet;
-    let others = |frame: &HeardFrame| frame.src != source && frame.dst != source;
-    evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(others);
+    let unreadable = listen(evidence, options, &mut prober).await?;
+    // A monitor's frame to our address may be a late answer to another program.
+    let unasked = |frame: &HeardFrame| frame.dst != source || !bus::MONITORS.contains(&frame.src);
+    evidence.held_back = !options.insist && evidence.quiet.frames.iter().any(unasked);
     if evidence.held_back && endpoint.behaviour().role == Role::Direct {
         return Ok(());
     }
@@ -107,13 +106,19 @@ async fn look(
     if matches!(endpoint, Endpoint::Serial { .. }) && evidence.quiet.frames.is_empty() {
         drop(prober);
         progress(text::DoingListenAtSpeeds.fixed());
-        listen_elsewhere(evidence, options, dial).await?;
+        let time = if unreadable { options.quiet } else { options.wait };
+        listen_elsewhere(evidence, time, dial).await?;
         if evidence.speeds.iter().any(Speed::has_others) {
             // Frames at a wrong speed reach no device and disturb those of others.
             evidence.held_back = true;
             return Ok(());
         }
         prober = Prober::new(dial(&endpoint).await?, source);
+    }
+    if unreadable && !options.insist {
+        // Devices at a speed that was not tried, or paused while it was.
+        evidence.held_back = true;
+        return Ok(());
     }
     progress(text::DoingProbe.fixed());
     if endpoint.framing() == Framing::Records {
@@ -146,6 +151,25 @@ async fn look(
         }
     }
     look_elsewhere(evidence, options, dial, progress).await
+}
+
+/// Listens before anything is sent; returns whether bytes keep coming that are no frames.
+async fn listen(
+    evidence: &mut Evidence,
+    options: &Options,
+    prober: &mut Prober,
+) -> io::Result<bool> {
+    evidence.quiet = prober.listen(options.quiet).await?;
+    evidence.quiet_for = options.quiet;
+    if !evidence.quiet.is_garbage() || options.insist {
+        return Ok(evidence.quiet.is_garbage());
+    }
+    // Bytes that come once, as when a transceiver is switched on, are no traffic.
+    let later = prober.listen_for_frame(options.quiet).await?;
+    let unreadable = later.is_garbage();
+    evidence.quiet.add(later);
+    evidence.quiet_for += options.quiet;
+    Ok(unreadable)
 }
 
 /// Examines the other addresses and, on a serial line, other speeds.
@@ -314,35 +338,14 @@ async fn as_console(
     Ok(())
 }
 
-/// The endpoints of a serial line at other speeds; none for other links.
-fn at_other_speeds(endpoint: &Endpoint) -> Vec<(u32, Endpoint)> {
-    let Endpoint::Serial { path, line, addresses, behaviour } = endpoint else { return Vec::new() };
-    let others = SPEEDS.into_iter().filter(|baud| *baud != line.baud);
-    let at = |baud| {
-        let (path, line) = (path.clone(), SerialLine { baud, ..*line });
-        (baud, Endpoint::Serial { path, line, addresses: *addresses, behaviour: *behaviour })
-    };
-    others.map(at).collect()
-}
-
-/// Listens at other speeds of a serial line. If bytes come at its own speed, listens as long as a
-/// controller may pause.
+/// Listens at other speeds of a serial line.
 async fn listen_elsewhere(
     evidence: &mut Evidence,
-    options: &Options,
+    time: Duration,
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
 ) -> io::Result<()> {
-    let addresses = evidence.endpoint.addresses();
-    let time = if evidence.quiet.bytes > 0 { options.quiet } else { options.wait };
-    for (baud, at) in at_other_speeds(&evidence.endpoint) {
-        let Ok(link) = dial(&at).await else { continue };
-        let heard = Prober::new(link, addresses.source).listen(time).await?;
-        let speed = Speed { baud, heard, answered: false };
-        if speed.has_others() {
-            evidence.speeds.push(speed);
-            return Ok(());
-        }
-    }
+    let heard = overhear::listen_elsewhere(&evidence.endpoint, time, dial).await?;
+    evidence.speeds.extend(heard.map(|(baud, heard)| Speed { baud, heard, answered: false }));
     Ok(())
 }
 
@@ -353,7 +356,7 @@ async fn speeds(
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
 ) -> io::Result<()> {
     let addresses = evidence.endpoint.addresses();
-    for (baud, at) in at_other_speeds(&evidence.endpoint) {
+    for (baud, at) in overhear::at_other_speeds(&evidence.endpoint) {
         // A port that does not support a speed is skipped.
         let Ok(link) = dial(&at).await else { continue };
         let mut prober = Prober::new(link, addresses.source);

@@ -167,8 +167,15 @@ fn silence(evidence: &Evidence, all: &mut Vec<Finding>) {
         return;
     }
     if evidence.held_back {
-        let baud = frames_elsewhere(evidence);
-        all.extend(baud.map(|baud| Finding::WrongSpeed { answers_at: Some(baud) }));
+        let text = printable(&evidence.quiet.sample);
+        all.extend(match frames_elsewhere(evidence) {
+            Some(baud) => Some(Finding::WrongSpeed { answers_at: Some(baud) }),
+            None if !evidence.quiet.is_garbage() => None,
+            None => Some(match text {
+                Some(text) => Finding::OtherProtocol { text },
+                None => Finding::Noise { answered: false },
+            }),
+        });
         return;
     }
     if evidence.endpoint.behaviour().role == Role::Active && !evidence.quiet.is_garbage() {
@@ -222,8 +229,7 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
     // On a bus with a controller, its frames and those of other consoles are normal.
     let active = evidence.endpoint.behaviour().role == Role::Active;
     for frame in heard.flat_map(|heard| &heard.frames) {
-        // A device that answers another address was asked by that address.
-        let speaker = if bus::MONITORS.contains(&frame.src) { frame.dst } else { frame.src };
+        let speaker = frame.speaker();
         if speaker != own.source && !addresses.contains(&speaker) {
             addresses.push(speaker);
         }
@@ -234,8 +240,10 @@ fn speakers(evidence: &Evidence, all: &mut Vec<Finding>) {
     }
     let before_us = &evidence.quiet.frames;
     let of_us = |frame: &HeardFrame| {
-        // The controller addresses each console that it knows or probes.
-        let called = frame.dst == own.source && frame.src == bus::CONTROLLER && active;
+        // The controller probes each address, and grants access to a console that has answered.
+        let called = frame.dst == own.source
+            && frame.src == bus::CONTROLLER
+            && (active || frame.payload.is_empty());
         (frame.src == own.source || frame.dst == own.source) && !called
     };
     if evidence.address_taken || before_us.iter().any(of_us) {
@@ -250,7 +258,10 @@ fn echo(evidence: &Evidence, all: &mut Vec<Finding>) {
         Endpoint::Serial { line, .. } => line.echo != Echo::Off,
         _ => false,
     };
-    if echoes > 0 {
+    // Frames of another device with our address look like an echo.
+    let own = evidence.endpoint.addresses().source;
+    let taken = evidence.quiet.frames.iter().any(|frame| frame.src == own);
+    if echoes > 0 && !taken {
         all.push(Finding::Echo { told });
     } else if told && evidence.is_answered() {
         all.push(Finding::NoEcho);

@@ -118,8 +118,10 @@ fn noise(evidence: &Evidence, lang: Lang) -> String {
         text::NoiseUnasked { bytes: quiet.bytes }.of(lang)
     };
     let exchange = exchange(evidence, lang);
-    let silent = if evidence.is_answered() { "" } else { text::NoiseSilent.str(lang) };
-    text::SeenNoise { silent, broken, stray_bytes, unasked, exchange }.of(lang)
+    let asked = !evidence.is_answered() && !evidence.held_back;
+    let silent = if asked { text::NoiseSilent.str(lang) } else { "" };
+    let held_back = if evidence.held_back { text::NothingSent.str(lang) } else { "" };
+    text::SeenNoise { silent, broken, stray_bytes, unasked, exchange, held_back }.of(lang)
 }
 
 /// Text for other devices on the line.

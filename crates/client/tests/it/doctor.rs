@@ -9,12 +9,15 @@ use std::time::Duration;
 
 use crate::fake::answer;
 use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
+use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::scan::{ScanOptions, scan};
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
 use lafet_client::{Endpoint, Lang, PortError};
 use lafet_proto::bus::CONTROLLER;
 use lafet_proto::link::{Check, Decoder, Frame, WIRE_MAX, encode_with};
+use rmodbus::ModbusProto;
+use rmodbus::client::ModbusRequest;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::time::{Instant, sleep, sleep_until};
 
@@ -33,12 +36,16 @@ struct Plant {
     baud: Option<u32>,
     /// Bytes that come by themselves every 20 ms.
     hum: &'static [u8],
+    /// Only so many times, if not 0.
+    hum_ticks: usize,
     /// Frames that come by themselves every 200 ms, from and to.
     chatter: &'static [(u8, u8)],
     /// The speed at which what comes by itself can be read; without it, at every one.
     chatter_baud: Option<u32>,
     /// They come every 20 ms.
     often: bool,
+    /// They come every 2.5 s, and so do the bytes.
+    seldom: bool,
     /// At a wrong speed what others say is not heard at all.
     mute: bool,
     /// Requests are answered with these records.
@@ -93,8 +100,11 @@ impl Plant {
                 () = sleep_until(next) => {
                     next += tick;
                     ticks += 1;
-                    out.extend(self.hum);
-                    if self.often || ticks.is_multiple_of(10) {
+                    let due = !self.seldom || ticks.is_multiple_of(125);
+                    if due && (self.hum_ticks == 0 || ticks <= self.hum_ticks) {
+                        out.extend(self.hum);
+                    }
+                    if due && (self.often || self.seldom || ticks.is_multiple_of(10)) {
                         for (src, dst) in self.chatter {
                             out.extend(encoded(Check::Crc16, *dst, *src, &[]));
                         }
@@ -263,6 +273,43 @@ impl AsyncWrite for Babble {
     }
 }
 
+/// A stuck adapter takes no bytes.
+struct Stuck;
+
+impl AsyncRead for Stuck {
+    fn poll_read(
+        self: Pin<&mut Self>,
+        _: &mut Context<'_>,
+        _: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Poll::Pending
+    }
+}
+
+impl AsyncWrite for Stuck {
+    fn poll_write(self: Pin<&mut Self>, _: &mut Context<'_>, _: &[u8]) -> Poll<io::Result<usize>> {
+        Poll::Pending
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_port_that_takes_no_bytes_ends_the_examination() {
+    let endpoint: Endpoint = SERIAL.parse().unwrap();
+    let dial = async |_: &Endpoint| Ok(Link::Memory(Memory::new(Stuck)));
+    let evidence = examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
+    assert_eq!(findings(&evidence), [Finding::NoLink]);
+    let seen = Finding::NoLink.seen(&evidence, Lang::Ru);
+    assert!(seen.contains("время ожидания вышло"), "{seen}");
+}
+
 /// In real time: a line that is never quiet leaves virtual time no moment to pass.
 #[tokio::test]
 async fn a_line_that_is_never_quiet_is_examined_to_the_end() {
@@ -411,6 +458,115 @@ async fn a_controller_at_another_speed_is_not_disturbed() {
     }
 }
 
+/// Without `--insist`.
+async fn quietly(url: &str, plant: &Plant) -> Evidence {
+    let endpoint: Endpoint = url.parse().unwrap();
+    let dial = async |at: &Endpoint| Ok(plant.link(at));
+    examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await
+}
+
+/// A controller without a device to ask transmits every 2.5 s: no byte goes onto its line, whatever its
+/// speed and whomever it probes.
+#[tokio::test(start_paused = true)]
+async fn a_controller_that_seldom_speaks_is_not_disturbed() {
+    let speakers = Finding::OtherSpeakers { addresses: vec![CONTROLLER] };
+    for (chatter, chatter_baud) in [
+        (&[(CONTROLLER, 7)], Some(2_400)),
+        (&[(CONTROLLER, 7)], None),
+        // A probe of our own address is as ordinary as one of any other.
+        (&[(CONTROLLER, 129)], None),
+    ] {
+        let plant = Plant { chatter, chatter_baud, seldom: true, ..monitors(&[5]) };
+        let seen = quietly(SERIAL, &plant).await;
+        let mut expected = vec![speakers.clone()];
+        if let Some(baud) = chatter_baud {
+            expected.insert(0, Finding::WrongSpeed { answers_at: Some(baud) });
+        }
+        assert_eq!(findings(&seen), expected, "{chatter:?} {chatter_baud:?}");
+        assert!(seen.held_back, "{chatter:?} {chatter_baud:?}");
+        assert_eq!(plant.sent.load(Ordering::Relaxed), 0, "{chatter:?} {chatter_baud:?}");
+    }
+}
+
+/// Bytes that were not asked for and that no speed makes readable: a probe could disturb what sends
+/// them.
+#[tokio::test(start_paused = true)]
+async fn unreadable_bytes_hold_back() {
+    for seldom in [false, true] {
+        let plant = Plant { hum: &[0x13, 0x80, 0xE7], seldom, ..monitors(&[5]) };
+        for url in [SERIAL, TCP] {
+            let seen = quietly(url, &plant).await;
+            assert_eq!(findings(&seen), [Finding::Noise { answered: false }], "{url}");
+            let text = Finding::Noise { answered: false }.seen(&seen, Lang::En);
+            assert!(text.contains("nothing was sent") && !text.contains("answer"), "{text}");
+        }
+        assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+    }
+}
+
+/// The speed of a port that another program uses as well is not changed under it.
+#[tokio::test(start_paused = true)]
+async fn a_shared_port_keeps_its_speed() {
+    let plant = Plant { hum: &[0x13, 0x80, 0xE7], ..monitors(&[5]) };
+    let endpoint: Endpoint = "serial:///dev/x?baud=19200&addr=5&shared=1".parse().unwrap();
+    let mut opened = Vec::new();
+    let dial = async |at: &Endpoint| {
+        opened.push(at.clone());
+        Ok(plant.link(at))
+    };
+    examine(&endpoint, &Options::of(&endpoint), dial, |_| {}).await;
+    assert!(!opened.is_empty() && opened.iter().all(|at| *at == endpoint), "{opened:?}");
+}
+
+const TIMES: Times = Times {
+    first: Duration::from_millis(100),
+    own: CONTROLLER_PAUSE,
+    elsewhere: CONTROLLER_PAUSE,
+    silent: GLANCE,
+};
+
+async fn overheard(plant: &Plant, times: Times) -> Overheard {
+    let endpoint: Endpoint = SERIAL.parse().unwrap();
+    let dial = async |at: &Endpoint| Ok(plant.link(at));
+    let (_, heard) = overhear(&endpoint, times, dial).await.unwrap();
+    assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+    heard
+}
+
+/// What a client hears before its first byte decides whether it is sent.
+#[tokio::test(start_paused = true)]
+async fn a_line_is_listened_to_before_it_is_used() {
+    let quiet = overheard(&monitors(&[5]), TIMES).await;
+    assert!(!quiet.unreadable && quiet.elsewhere.is_none() && quiet.speakers().is_empty());
+    // Frames at another speed, often and seldom.
+    let chatter: &[(u8, u8)] = &[(CONTROLLER, 130), (130, CONTROLLER)];
+    for seldom in [false, true] {
+        let plant = Plant { chatter, chatter_baud: Some(57_600), seldom, ..monitors(&[5]) };
+        let first = if seldom { CONTROLLER_PAUSE } else { TIMES.first };
+        let heard = overheard(&plant, Times { first, ..TIMES }).await;
+        assert!(heard.unreadable && heard.has_controller());
+        assert_eq!(heard.elsewhere.as_ref().map(|(baud, _)| *baud), Some(57_600));
+        assert_eq!(heard.speakers(), [CONTROLLER, 130]);
+    }
+    // A driver that drops what comes at a wrong speed makes silence of it.
+    let plant =
+        Plant { chatter, chatter_baud: Some(57_600), mute: true, often: true, ..monitors(&[5]) };
+    let heard = overheard(&plant, TIMES).await;
+    assert!(!heard.unreadable && heard.has_controller());
+    assert_eq!(heard.elsewhere.as_ref().map(|(baud, _)| *baud), Some(57_600));
+    let unasked = overheard(&plant, Times { silent: Duration::ZERO, ..TIMES }).await;
+    assert!(unasked.elsewhere.is_none());
+    // The end of a frame is no noise where the next one can be read, nor is what does not come again.
+    let cut = Plant { chatter, hum: &[0x13, 0x80], ..monitors(&[5]) };
+    let heard = overheard(&cut, TIMES).await;
+    assert!(!heard.unreadable && heard.has_controller());
+    let once = Plant { hum: &[0], hum_ticks: 3, ..monitors(&[5]) };
+    assert!(!overheard(&once, TIMES).await.unreadable);
+    let noise = Plant { hum: &[0x13, 0x80, 0xE7], ..monitors(&[5]) };
+    let heard = overheard(&noise, TIMES).await;
+    assert!(heard.unreadable && heard.elsewhere.is_none());
+}
+
 /// Bytes that cannot be read may be others at another speed: a scan says nothing there either.
 #[tokio::test(start_paused = true)]
 async fn a_scan_holds_back_from_what_it_cannot_read() {
@@ -420,6 +576,32 @@ async fn a_scan_holds_back_from_what_it_cannot_read() {
     let scanned = scan(plant.link(&SERIAL.parse().unwrap()), 129, &options, |_| {}).await.unwrap();
     assert!(scanned.held_back && scanned.garbage && scanned.present.is_empty());
     assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+    // What comes once is no traffic.
+    let once = Plant { hum: &[0], hum_ticks: 1, ..monitors(&[5]) };
+    let scanned = scan(once.link(&SERIAL.parse().unwrap()), 129, &options, |_| {}).await.unwrap();
+    assert!(!scanned.held_back && scanned.present.len() == 1, "{scanned:?}");
+}
+
+/// A master of Modbus RTU on the line, by a library that is not ours: its bytes are no frames at any
+/// speed, and its slaves must not be disturbed.
+#[tokio::test(start_paused = true)]
+async fn a_modbus_master_is_not_disturbed() {
+    let mut asked = Vec::new();
+    for unit in [1, 5, 17] {
+        let mut request = ModbusRequest::new(unit, ModbusProto::Rtu);
+        request.generate_get_holdings(0, 10, &mut asked).expect("it fits");
+    }
+    let hum = asked.leak();
+    for seldom in [false, true] {
+        let plant = Plant { hum, seldom, ..monitors(&[5]) };
+        for url in [SERIAL, TCP] {
+            let seen = quietly(url, &plant).await;
+            assert_eq!(findings(&seen), [Finding::Noise { answered: false }], "{url}");
+        }
+        let first = CONTROLLER_PAUSE;
+        assert!(overheard(&plant, Times { first, ..TIMES }).await.unreadable);
+        assert_eq!(plant.sent.load(Ordering::Relaxed), 0);
+    }
 }
 
 /// A monitor that answers something else is not a good one.
@@ -455,8 +637,17 @@ async fn two_programs_with_one_address() {
 async fn healthy_lines_of_every_kind() {
     let well = [Finding::Well];
     let echo = [Finding::Well, Finding::Echo { told: true }];
+    let fast = Plant { baud: Some(57_600), ..monitors(&[5]) };
     let slow = Plant { delay: Duration::from_millis(400), ..monitors(&[5]) };
-    let lines: [(&str, &str, Plant, &[Finding]); 7] = [
+    let lines: [(&str, &str, Plant, &[Finding]); 10] = [
+        ("shared", "serial:///dev/x?addr=5&shared=1", monitors(&[5]), &well),
+        (
+            "compared with its echo",
+            "serial:///dev/x?addr=5&echo=verify",
+            Plant { echo: true, ..monitors(&[5]) },
+            &echo,
+        ),
+        ("at a speed of its own", "serial:///dev/x?addr=5&baud=57600", fast, &well),
         ("direct", SERIAL, monitors(&[5]), &well),
         (
             "an echo",
@@ -477,5 +668,46 @@ async fn healthy_lines_of_every_kind() {
     ];
     for (name, url, plant, expected) in lines {
         assert_eq!(found(url, &plant).await, expected, "{name}");
+        let seen = quietly(url, &plant).await;
+        assert_eq!(findings(&seen), expected, "{name}, without insisting");
     }
+}
+
+/// An adapter that makes a byte when it is opened: the line is examined, and the byte reported.
+#[tokio::test(start_paused = true)]
+async fn a_byte_of_the_adapter_holds_nothing_back() {
+    let plant = Plant { hum: &[0], hum_ticks: 1, ..monitors(&[5]) };
+    for url in [SERIAL, TCP] {
+        let seen = quietly(url, &plant).await;
+        assert!(!seen.held_back && seen.is_answered(), "{url}: {seen:?}");
+        assert_eq!(findings(&seen), [Finding::Noise { answered: true }], "{url}");
+    }
+}
+
+/// Each row of the table of wrong lines has its test.
+#[test]
+fn each_row_of_the_page_has_its_test() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let read = |path: &str| std::fs::read_to_string(format!("{root}/{path}")).unwrap();
+    let sources =
+        ["client/tests/it/doctor.rs", "client/tests/it/bus/respect.rs", "cli/tests/it/bus.rs"];
+    let sources = sources.map(|path| read(&format!("crates/{path}"))).concat();
+    let rows = |page: &str, title: &str| {
+        let text = read(page);
+        let (_, table) = text.split_once(title).expect("the page has the table");
+        let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+        let named: Vec<Vec<String>> = rows
+            .map(|row| {
+                let tests = row.trim_end_matches('|').rsplit('|').next().unwrap_or_default();
+                tests.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+            })
+            .collect();
+        assert!(named.len() > 15 && named.iter().all(|tests| !tests.is_empty()), "{named:?}");
+        for test in named.iter().flatten() {
+            assert!(sources.contains(&format!("fn {test}(")), "{page}: {test}");
+        }
+        named
+    };
+    let english = rows("docs/service.md", "| fault of the line |");
+    assert_eq!(english, rows("docs/service.ru.md", "| неисправность линии |"));
 }

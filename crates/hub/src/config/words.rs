@@ -5,7 +5,7 @@ use lafet_texts::{Text, hub as text};
 use crate::text::Both;
 
 /// Kinds of values, as serde says them.
-const KINDS: [(&str, &(dyn Text + Sync)); 16] = [
+const KINDS: [(&str, &(dyn Text + Sync)); 18] = [
     ("a string", &text::KindAString),
     ("a boolean", &text::KindABoolean),
     ("a sequence", &text::KindAList),
@@ -22,6 +22,8 @@ const KINDS: [(&str, &(dyn Text + Sync)); 16] = [
     ("floating point", &text::KindFraction),
     ("string", &text::KindString),
     ("boolean", &text::KindBoolean),
+    ("sequence", &text::KindAList),
+    ("map", &text::KindATable),
 ];
 
 /// Names that are so like each other are the same, mistyped.
@@ -83,4 +85,22 @@ fn kind(said: &str) -> Both {
         whole.then(|| text::TomlKindValue { kind: *text, value }.words())
     };
     KINDS.iter().find_map(of).unwrap_or_else(|| Both::same(said))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was written and what is needed are in the language, whatever the kind.
+    #[test]
+    fn kinds_are_in_the_language() {
+        for given in ["sequence", "map", "string \"5\"", "integer `5`", "floating point `5.5`"] {
+            for wanted in ["a string", "a boolean", "a map", "a sequence", "u16", "f64"] {
+                let said = of(&format!("invalid type: {given}, expected {wanted}"));
+                let words = said.ru.split(|c: char| !c.is_ascii_alphabetic());
+                let strange: Vec<&str> = words.filter(|word| word.len() > 1).collect();
+                assert!(strange.is_empty() || said.ru.contains("true"), "{}", said.ru);
+            }
+        }
+    }
 }

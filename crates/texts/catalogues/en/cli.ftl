@@ -46,6 +46,12 @@ cannot-listen = cannot listen on { $place }
 addresses-lent = With --listen the addresses { $first }…{ $last } are lent to programs, so no console can have { $address }.
 line-open = { $url }: open
 line-retrying = { $url }: { $why }; retrying
+listening-for-controller = listening for another controller, { $s } s
+at-baud = {" "}at { $baud } baud
+second-controller = { $url }: there is a controller on this bus: it is heard{ $at } (address { $controller }). A second one would transmit in its turns, so this one did not start, and sent nothing. Switch the other one off, or use the bus as a console (role=active and a src= of your own). --force starts all the same.
+bus-at-other-speed = { $url }: devices transmit on this line{ $at } ({ $who }), not at the speed of the URL. The controller did not start, and sent nothing. Correct baud= in the URL; --force starts all the same.
+bus-line-unreadable = { $url }: bytes arrive that were not asked for and that are no frames at any usual speed: noise. Check termination, bias and shield of the line; `lafet doctor` says more.
+others-on-bus = { $url }: { $who } transmits without a controller. On a bus it needs role=active, or it disturbs the others.
 address-lent = program at { $from }: lent the address { $address }
 program-disconnected = the program with the address { $address } has disconnected
 device-controller = controller
@@ -213,7 +219,7 @@ hosts-expected = expected 192.168.1.0/24 (up to /20), 192.168.1.10-40, an addres
 scan-addresses-expected = expected addresses like 1-127, at most 254
 nothing-to-scan = framing=records leads to one monitor without an address: there is nothing to scan.
 probing-addresses = probing addresses
-noise-before-scan = Bytes arrive on this line that are not frames: devices at another speed (baud=), or noise. A probe could collide with another client's Stop, so nothing was probed. `lafet doctor` listens at the other speeds; --insist probes anyway.
+noise-before-scan = Bytes arrive on this line that are not frames: devices at another speed (baud=), or noise. A probe could collide with another client's Stop, so nothing was probed. `lafet doctor` says more; --insist probes anyway.
 others-before-scan = Others talk on this line ({ $who }); a probe could collide with another client's Stop, so nothing was probed. --insist probes anyway; a bus controller knows the addresses present.
 answers-bare-records = bare records
 open-without-monitor = open, but no monitor answers
@@ -326,6 +332,11 @@ enter-ends = Enter ends
 ctrl-c-ends = Ctrl-C ends
 
 # connect.rs
+listening-first = listening to the line before it is used, { $s } s
+line-at-other-speed = { $url }: others transmit on this line at { $baud } baud ({ $who }), not at { $own }. Nothing was sent: it would reach no device and disturb theirs. Write baud={ $baud } into the URL; where there is a controller, also role=active and a src= of your own.
+controller-on-line = { $url }: a bus controller transmits on this line. Devices of its bus transmit in the turns that it grants, so nothing was sent. Write role=active and a src= of your own (129…254) into the URL, or disconnect the controller; --insist sends all the same. Stop, Close and Lockout on are always sent.
+line-not-frames = { $url }: bytes arrive that were not asked for and that are no frames ({ $bytes } of them): devices at a speed that is not in the URL, or noise. Nothing was sent: it could collide with a Stop of others. `lafet doctor` says more; --insist sends all the same. Stop, Close and Lockout on are always sent.
+others-on-line = { $url }: others transmit on this line ({ $who }). The tests need it for themselves, so nothing was sent. Switch the others off, or disconnect them; --insist sends all the same, and both may be disturbed.
 waiting-for-late-answers = The monitor does not answer frame numbers, so late answers cannot be distinguished from current ones: waiting { $s } s. late= in the URL sets how late they can be; late=0 if no other program uses this connection.
 which-monitor = Which monitor? Give its URL with -c (or in LAFET_CONNECT), for example `-c tcp://192.168.1.50:10485?addr=1`, `-c serial:///dev/ttyUSB0?baud=19200`, or `-c sim:` for a simulated one.
 sim-options = sim: does not support `{ $key }={ $value }`. Supported: profile={ $profiles }, seed=7, speed=20, fire=az=30,range=25,size=1.5 and addr=1.

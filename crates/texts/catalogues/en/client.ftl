@@ -75,6 +75,7 @@ os-invalid = invalid value
 os-too-large = file too large
 os-quota = quota exceeded
 os-no-utf8 = this is no UTF-8 text
+os-host-unknown = this name of a host is not known here: check its spelling and the name server, or write the address ({ $error })
 os-other = system error: { $error }
 os-numbered = { $what } (system error { $number })
 
@@ -110,10 +111,10 @@ allowed-with-rs485 = left out unless rs485=rts or rs485=rts-low is given
 # backup/file.rs: errors in a file of parameters.
 file-no-toml = this is no TOML, line { $line }: { $what }
 file-format = this is no file of `lafet param backup`, or one of a later lafet: `format = { $format }` is missing
-file-unknown = { $name }: the dictionary has no such parameter
-file-count = { $title }: { $min } to { $max } whole numbers expected
-file-range = { $title }: allowed are { $allowed }
-file-read-only = { $title }: cannot be set; remove it from the file
+file-unknown = line { $line }: { $name }: the dictionary has no such parameter
+file-count = line { $line }: { $title }: { $min } to { $max } whole numbers expected
+file-range = line { $line }: { $title }: allowed are { $allowed }
+file-read-only = line { $line }: { $title }: cannot be set; remove it from the file
 
 # parse_error_text.rs: what is wrong in the text of a request.
 parse-error = column { $column }: { $expected }
@@ -299,7 +300,7 @@ seen-echo = { $frames } frames came back just as they were sent.
 seen-no-echo = The URL promises an echo (echo=), and none came.
 seen-other-speed = At the speed of the URL nothing can be read{ $sample }; at { $baud } baud it can.
 seen-wrong-speed = Probes are answered by { $bytes } bytes that are no frame{ $sample }; without probes the line is quiet.
-seen-noise = { $silent }{ $broken } broken frames and { $stray_bytes } bytes that belong to no frame{ $unasked }{ $exchange }.
+seen-noise = { $silent }{ $broken } broken frames and { $stray_bytes } bytes that belong to no frame{ $unasked }{ $exchange }.{ $held_back }
 noise-silent = The monitor does not answer:{ " " }
 noise-unasked = ; { $bytes } bytes came without a request
 seen-loss = { $answered } of { $probes } probes were answered{ $exchange }; nothing else was heard.

@@ -29,6 +29,7 @@ taken-once-free = §3.5/7: taken once the unit is free
 # run.rs
 as-before-the-test = everything is as before the test
 link-failed = the link: { $error }
+not-moved = not tried: an answer breaks the protocol, so the monitor cannot be seen to be at rest and is not moved
 expected-and-found = expected { $expected }; found { $found }
 
 # safety.rs

@@ -9,6 +9,7 @@ arg-connect = The monitor: tcp://HOST:PORT?addr=1, udp://…, serial:///dev/ttyU
 arg-json = Print JSON, one object per line
 arg-lang = Language: en or ru; otherwise LC_ALL, LC_MESSAGES or LANG decides
 arg-timeout = How long to wait for each answer, seconds (default 1); reads are tried three times
+arg-insist = Send even if others are heard on the line, or bytes that are no frames: it may collide with a Stop of theirs
 
 sim = Simulate a monitor that others can connect to
 sim-arg-listen = Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; prefix radio+ for the radio interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
@@ -69,12 +70,10 @@ scan-arg-addresses = Addresses to probe: 1-127, or one (default 1-127)
 scan-arg-wait = How long each probe may take, milliseconds (default 30, over a network 100)
 scan-arg-tries = How many times a silent address is probed (default 2)
 scan-arg-brief = Do not ask the monitors for their subsystems
-scan-arg-insist = Probe even when other devices talk on the line: probes may collide with their frames
 
 doctor = What is wrong with a link (or the hub here), and what to do
 doctor-arg-url = The link to examine; without it, that of -c
-doctor-arg-insist = Send requests even when other devices talk on the line: they may collide with their frames
-doctor-arg-listen = Seconds to listen before the first request (default 1.5)
+doctor-arg-listen = Seconds to listen before the first request (default 3)
 doctor-arg-wait = How long an answer may take, milliseconds (default 150, over a network 500)
 doctor-arg-requests = Requests sent to measure the loss (default 30)
 doctor-arg-install = Examine the installation of the hub instead of a link: configuration, rights, state, ports, address, unit, clock
@@ -296,6 +295,7 @@ bus-arg-watch = Seconds of silence after which a monitor is checked for presence
 bus-arg-baud = Speed of the line behind a TCP or UDP link (default 19200; a serial URL gives its own)
 bus-arg-latency = Delay that the links add to an answer, seconds: serial servers, radio modems (default 0, or 0.02 when a URL is not serial)
 bus-arg-repeat-all = Repeat every unanswered request of a console, not only those that are safe to execute twice: a monitor whose answer was lost then executes the request twice
+bus-arg-force = Start although there is a controller, or devices at another speed
 bus-arg-duration = End after this many seconds; otherwise Ctrl-C ends it
 
 bus-who = Show the addresses present on the bus

@@ -75,6 +75,7 @@ os-invalid = недопустимое значение
 os-too-large = файл больше, чем позволено
 os-quota = исчерпана дисковая квота
 os-no-utf8 = это не текст UTF-8
+os-host-unknown = имя узла не найдено: проверьте, верно ли оно написано и доступен ли сервер имён, или укажите адрес ({ $error })
 os-other = ошибка системы: { $error }
 os-numbered = { $what } (ошибка системы { $number })
 
@@ -110,10 +111,10 @@ allowed-with-rs485 = только вместе с rs485=rts или rs485=rts-low
 # backup/file.rs: errors in a file of parameters.
 file-no-toml = это не TOML, строка { $line }: { $what }
 file-format = это не файл `lafet param backup` либо файл более новой lafet: нет `format = { $format }`
-file-unknown = { $name }: такого параметра нет в словаре
-file-count = { $title }: ожидаются целые числа, от { $min } до { $max }
-file-range = { $title }: допустимо { $allowed }
-file-read-only = { $title }: не устанавливается; удалите его из файла
+file-unknown = строка { $line }: { $name }: такого параметра нет в словаре
+file-count = строка { $line }: { $title }: ожидаются целые числа, от { $min } до { $max }
+file-range = строка { $line }: { $title }: допустимо { $allowed }
+file-read-only = строка { $line }: { $title }: не устанавливается; удалите его из файла
 
 # parse_error_text.rs: what is wrong in the text of a request.
 parse-error = позиция { $column }: { $expected }
@@ -299,7 +300,7 @@ seen-echo = Кадров, вернувшихся точно такими, как
 seen-no-echo = URL обещает эхо (echo=), но его нет.
 seen-other-speed = На скорости из URL кадры не читаются{ $sample }; на { $baud } бод — читаются.
 seen-wrong-speed = В ответ на пробы приходят байты ({ $bytes }), но не кадры{ $sample }; без проб линия молчит.
-seen-noise = { $silent }Испорченных кадров: { $broken }, байт вне кадров: { $stray_bytes }{ $unasked }{ $exchange }.
+seen-noise = { $silent }Испорченных кадров: { $broken }, байт вне кадров: { $stray_bytes }{ $unasked }{ $exchange }.{ $held_back }
 noise-silent = Ствол не отвечает.{ " " }
 noise-unasked = ; байт, пришедших без запроса: { $bytes }
 seen-loss = Ответов на пробы: { $answered } из { $probes }{ $exchange }; больше ничего не слышно.

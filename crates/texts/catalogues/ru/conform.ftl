@@ -29,6 +29,7 @@ taken-once-free = §3.5/7: принято, когда блок свободен
 # run.rs
 as-before-the-test = всё как до проверки
 link-failed = связь: { $error }
+not-moved = не проверялось: ответ нарушает протокол, покой ствола не виден, поэтому ствол не приводится в движение
 expected-and-found = ожидалось: { $expected }; получено: { $found }
 
 # safety.rs

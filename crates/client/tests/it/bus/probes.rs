@@ -28,9 +28,13 @@ enum Device {
 
 impl Device {
     fn console(source: u8) -> Self {
+        Self::client(source, Role::Active)
+    }
+
+    fn client(source: u8, role: Role) -> Self {
         let addresses = Addresses { monitor: 1, source };
         let first_number = Some(source.into());
-        let config = Config { addresses, role: Role::Active, first_number, ..Config::default() };
+        let config = Config { addresses, role, first_number, ..Config::default() };
         let mut client = Client::new(config);
         client.handle_connected(Duration::ZERO);
         Self::Console(Box::new(client))
@@ -201,6 +205,24 @@ fn what_noise_has_started_ends() {
     for asking in [128, 129, 254] {
         for asked in [1, 2] {
             assert_eq!(line.ask(asked, asking, &[], 1), Came { answers: 1, frames: 2 });
+        }
+    }
+}
+
+/// A second controller, as after `lafet bus --force`, and clients that are no consoles, one of them with
+/// the controller's address.
+#[test]
+fn two_controllers_and_clients_beside_them() {
+    let mut line = full_line();
+    let direct = |source| Device::client(source, Role::Direct);
+    line.devices.extend([Device::controller(), direct(200), direct(CONTROLLER)]);
+    let all = [1, 2, 127, CONTROLLER, 129, 200, 254];
+    for asking in all {
+        for asked in all.into_iter().filter(|asked| *asked != asking) {
+            for payload in [&[][..], &STOP] {
+                let came = line.ask(asked, asking, payload, 3);
+                assert!(came.frames <= 6, "{asking} asks {asked}: {came:?}");
+            }
         }
     }
 }

@@ -1,0 +1,398 @@
+//! What every command hears on a line before it transmits, on pseudo-terminals that have a speed.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::process::Stdio;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
+use std::thread::{park, park_timeout, scope, spawn};
+use std::time::{Duration, Instant};
+
+use crate::support::{Run, Running, lafet, terminal};
+use lafet_proto::link::{Frame, WIRE_MAX, encode};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+/// Bytes as they arrive at a wrong speed.
+const GARBLED: [u8; 5] = [0x00, 0xF8, 0x80, 0x1C, 0xE6];
+
+/// A serial line on which a controller transmits.
+struct Line {
+    path: String,
+    /// Bytes that were sent to it.
+    sent: Arc<AtomicUsize>,
+}
+
+impl Line {
+    /// The controller has this speed, and transmits so often. Speed 0 is never that of the port.
+    fn new(baud: u32, every: Duration) -> Self {
+        Self::with(baud, Some(every), &GARBLED)
+    }
+
+    /// The same where a driver drops what comes at a wrong speed.
+    fn mute(baud: u32, every: Duration) -> Self {
+        Self::with(baud, Some(every), &[])
+    }
+
+    /// A line without another device.
+    fn quiet() -> Self {
+        Self::with(0, None, &[])
+    }
+
+    fn with(baud: u32, every: Option<Duration>, otherwise: &'static [u8]) -> Self {
+        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&ours).unwrap();
+        unlockpt(&ours).unwrap();
+        let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
+        // Kept open, so that the line does not hang up between two openings.
+        let kept = File::options().read(true).write(true).open(&path).unwrap();
+        let mut settings = tcgetattr(&kept).unwrap();
+        settings.make_raw();
+        tcsetattr(&kept, OptionalActions::Now, &settings).unwrap();
+        let sent: Arc<AtomicUsize> = Arc::default();
+        let (mut reader, counted) = (File::from(ours.try_clone().unwrap()), sent.clone());
+        spawn(move || {
+            let mut buffer = [0; 256];
+            while let Ok(len @ 1..) = reader.read(&mut buffer) {
+                counted.fetch_add(len, Ordering::SeqCst);
+            }
+        });
+        spawn(move || {
+            let _kept = kept;
+            let mut writer = File::from(ours);
+            loop {
+                let Some(every) = every else {
+                    park();
+                    continue;
+                };
+                // The settings of the other end.
+                let speed = tcgetattr(&writer).map_or(0, |settings| settings.output_speed());
+                let bytes = if speed == baud { probe() } else { otherwise.to_vec() };
+                if writer.write_all(&bytes).is_err() {
+                    return;
+                }
+                park_timeout(every);
+            }
+        });
+        Self { path, sent }
+    }
+
+    fn url(&self, options: &str) -> String {
+        format!("serial://{}?addr=5&{options}", self.path)
+    }
+
+    fn sent(&self) -> usize {
+        self.sent.load(Ordering::SeqCst)
+    }
+
+    /// Waits until something was sent.
+    fn used(&self) {
+        assert!(self.is_used_within(Duration::from_secs(60)), "nothing was sent");
+    }
+
+    /// Whether something is sent within this time.
+    fn is_used_within(&self, time: Duration) -> bool {
+        self.grows_within(0, time)
+    }
+
+    /// Whether more than this was sent, within this time.
+    fn grows_within(&self, before: usize, time: Duration) -> bool {
+        let start = Instant::now();
+        while self.sent() == before && start.elapsed() < time {
+            park_timeout(Duration::from_millis(10));
+        }
+        self.sent() > before
+    }
+}
+
+/// A frame of the controller, which grants access to no device.
+fn probe() -> Vec<u8> {
+    let mut wire = [0; WIRE_MAX];
+    let len = encode(&Frame { dst: 7, src: 128, payload: &[] }, &mut wire).unwrap();
+    wire[..len].to_vec()
+}
+
+const OFTEN: Duration = Duration::from_millis(20);
+/// A line of which nothing is known is listened to for 3 s.
+const BEFORE: Duration = Duration::from_millis(2900);
+
+/// Every command that opens a line, with the words after its URL.
+const COMMANDS: [&[&str]; 12] = [
+    &["status"],
+    &["watch", "--count", "1"],
+    &["bus", "who"],
+    &["bus", "log"],
+    &["bus"],
+    &["scan"],
+    &["conform"],
+    &["param", "list", "general"],
+    &["move", "vertical", "10deg"],
+    &["lockout", "off"],
+    &["send", "GetStatus All", "Stop All"],
+    &["shell"],
+];
+
+/// At a wrong speed a frame reaches no device and disturbs others: nothing is sent, and where the
+/// others can be read is named.
+#[test]
+fn nothing_is_sent_at_a_wrong_speed() {
+    let folder = env!("CARGO_TARGET_TMPDIR");
+    let recording = format!("{folder}/listening.mcap");
+    let tapped = format!("{folder}/listening-tap.mcap");
+    let record: [&[&str]; 2] = [
+        &["record", &recording, "--force", "--for", "20"],
+        &["record", &tapped, "--force", "--for", "20", "--tap", "127.0.0.1:0"],
+    ];
+    scope(|scope| {
+        for (index, words) in COMMANDS.into_iter().chain(record).enumerate() {
+            scope.spawn(move || {
+                let line = Line::new(57_600, OFTEN);
+                let lang = if index % 2 == 0 { "en" } else { "ru" };
+                not_at(&line, lang, words);
+            });
+        }
+    });
+}
+
+/// The same where the bytes of others make silence at a wrong speed.
+#[test]
+fn nothing_is_sent_where_a_wrong_speed_makes_silence() {
+    let recording = format!("{}/listening-mute.mcap", env!("CARGO_TARGET_TMPDIR"));
+    let record = ["record", &recording, "--force", "--for", "20"];
+    let commands: [&[&str]; 5] = [&["status"], &["bus"], &["scan"], &["conform"], &record];
+    scope(|scope| {
+        for words in commands {
+            scope.spawn(move || not_at(&Line::mute(57_600, OFTEN), "en", words));
+        }
+    });
+}
+
+/// Runs a command at 19200 baud on a line of 57600.
+fn not_at(line: &Line, lang: &str, words: &[&str]) {
+    let url = line.url("baud=19200");
+    let run = Run::of(&[&["--lang", lang, "-c", &url], words].concat());
+    assert_eq!(line.sent(), 0, "{words:?}: {run:?}");
+    let named = run.err.contains("57600");
+    assert!(matches!(run.code, 1 | 3) && named, "{words:?}: {run:?}");
+}
+
+/// A controller at the speed of the URL that only probes: nothing is sent either, but what stops.
+#[test]
+fn a_controller_is_respected_from_the_first_byte() {
+    scope(|scope| {
+        for (index, words) in COMMANDS.into_iter().enumerate() {
+            scope.spawn(move || {
+                let line = Line::new(57_600, Duration::from_millis(700));
+                let lang = if index % 2 == 0 { "en" } else { "ru" };
+                let url = line.url("baud=57600");
+                let run = Run::of(&[&["--lang", lang, "-c", &url], words].concat());
+                assert_eq!(line.sent(), 0, "{words:?}: {run:?}");
+                let remedy = match words[0] {
+                    "scan" | "conform" => "--insist",
+                    _ => "role=active",
+                };
+                let named = run.err.contains(remedy);
+                assert!(matches!(run.code, 1 | 3) && named, "{words:?}: {run:?}");
+            });
+        }
+        scope.spawn(|| {
+            let line = Line::new(57_600, Duration::from_millis(100));
+            let recording = format!("{}/listening-only.mcap", env!("CARGO_TARGET_TMPDIR"));
+            let url = line.url("baud=57600");
+            let run = Run::of(&["-c", &url, "record", &recording, "--force", "--for", "5"]);
+            assert_eq!((run.code, line.sent()), (0, 0), "{run:?}");
+            let frames = Run::of(&["--json", "replay", &recording, "--speed", "0"]).json();
+            assert!(!frames.is_empty() && frames.iter().all(|frame| frame["src"] == 128));
+        });
+        scope.spawn(|| {
+            let line = Line::new(57_600, OFTEN);
+            let url = line.url("baud=57600");
+            let _running = Running::stderr(lafet().args(["-c", &url, "stop"]));
+            line.used();
+        });
+    });
+}
+
+/// What stops is sent at once, before a controller would have been heard; anything else is not.
+#[test]
+fn what_stops_waits_for_nothing() {
+    let stops: [&[&str]; 5] = [
+        &["stop"],
+        &["stop", "vertical"],
+        &["close"],
+        &["lockout", "on"],
+        &["send", "Stop All", "Close Valve1", "Lockout All on"],
+    ];
+    scope(|scope| {
+        for words in stops {
+            scope.spawn(move || {
+                let line = Line::quiet();
+                let url = line.url("baud=19200&late=0");
+                let _running = Running::stderr(lafet().args(["-c", &url]).args(words));
+                assert!(line.is_used_within(BEFORE), "{words:?}");
+            });
+        }
+        for words in [&["status"][..], &["send", "GetStatus All", "Stop All"]] {
+            scope.spawn(move || {
+                let line = Line::quiet();
+                let url = line.url("baud=19200&late=0");
+                let _running = Running::stderr(lafet().args(["-c", &url]).args(words));
+                assert!(!line.is_used_within(BEFORE), "{words:?}");
+                line.used();
+            });
+        }
+    });
+}
+
+/// A shell that still listens sends a Stop at once, and not what is behind another command.
+#[test]
+fn a_shell_stops_while_it_listens() {
+    let shell = |line: &Line, script: &str| {
+        let url = line.url("baud=19200&late=0");
+        let mut command = lafet();
+        command.args(["shell", &url]).stdin(Stdio::piped());
+        let mut running = Running::stderr(&mut command);
+        running.child.stdin.as_mut().unwrap().write_all(script.as_bytes()).unwrap();
+        running
+    };
+    scope(|scope| {
+        for script in ["stop\n", "стоп\n", "stop this\nstatus\n"] {
+            scope.spawn(move || {
+                let line = Line::quiet();
+                let _running = shell(&line, script);
+                assert!(line.is_used_within(BEFORE), "{script}");
+            });
+        }
+        scope.spawn(|| {
+            let line = Line::quiet();
+            let _running = shell(&line, "status\nstop\n");
+            assert!(!line.is_used_within(BEFORE));
+            line.used();
+        });
+        // Where it may not transmit at all, it still stops.
+        scope.spawn(|| {
+            let line = Line::new(0, OFTEN);
+            let mut running = shell(&line, "stop\n");
+            line.used();
+            assert_eq!(running.code(), Some(3));
+        });
+        // Ctrl-C stops whatever moves.
+        scope.spawn(|| {
+            let line = Line::quiet();
+            let running = shell(&line, "");
+            park_timeout(Duration::from_millis(500));
+            running.signal("INT");
+            assert!(line.is_used_within(BEFORE - Duration::from_millis(500)));
+        });
+    });
+}
+
+/// A controller without a device to ask is heard too: a port that nothing is known of is listened to for
+/// longer than it pauses.
+#[test]
+fn a_controller_that_seldom_speaks_is_heard() {
+    scope(|scope| {
+        for (baud, remedy) in [("baud=19200", "baud"), ("baud=57600", "role=active")] {
+            scope.spawn(move || {
+                let line = Line::new(57_600, Duration::from_millis(2500));
+                for words in [&["status"], &["bus", "who"][..]] {
+                    let run = Run::of(&[&["-c", &line.url(baud)], words].concat());
+                    assert!(run.code == 3 && run.err.contains(remedy), "{words:?}: {run:?}");
+                    assert_eq!(line.sent(), 0, "{words:?}: {run:?}");
+                }
+            });
+        }
+    });
+}
+
+/// Noise, or a speed that is not tried: nothing is sent unless the user insists, except what stops.
+#[test]
+fn unreadable_bytes_hold_back_what_does_not_stop() {
+    scope(|scope| {
+        scope.spawn(|| {
+            let line = Line::new(0, OFTEN);
+            let run = Run::of(&["-c", &line.url("baud=19200"), "status"]);
+            assert!(run.code == 3 && run.err.contains("--insist"), "{run:?}");
+            assert_eq!(line.sent(), 0);
+            let run = Run::of(&["-c", &line.url("baud=19200&late=0"), "--insist", "status"]);
+            assert!(run.code == 3 && line.sent() > 0, "{run:?}");
+        });
+        for words in [&["stop"][..], &["close"], &["lockout", "on"], &["send", "Stop All"]] {
+            scope.spawn(move || {
+                let line = Line::new(0, OFTEN);
+                let url = line.url("baud=19200&late=0");
+                let _running = Running::stderr(lafet().args(["-c", &url]).args(words));
+                line.used();
+            });
+        }
+    });
+}
+
+/// The key of the dashboard, too; at a line where nothing else may be sent, again and again.
+#[test]
+fn a_stop_at_the_dashboard_does_not_wait() {
+    for line in [Line::quiet(), Line::new(0, OFTEN)] {
+        let (ours, path) = terminal();
+        let end = || File::options().read(true).write(true).open(&path).unwrap();
+        let mut command = lafet();
+        command.args(["--lang", "en", "top", &line.url("baud=19200&late=0")]).env("TERM", "xterm");
+        let mut top = command.stdin(end()).stdout(end()).stderr(end()).spawn().unwrap();
+        drop(command);
+        let (mut screen, mut keys) = (ours.try_clone().unwrap(), ours);
+        let (shown, waits) = channel();
+        spawn(move || {
+            let (mut buffer, mut seen) = ([0; 4096], String::new());
+            while let Ok(count @ 1..) = screen.read(&mut buffer) {
+                seen.push_str(&String::from_utf8_lossy(&buffer[..count]));
+                if seen.contains("STOP ALL") {
+                    // The receiver is gone after the first.
+                    let _ = shown.send(());
+                }
+            }
+        });
+        waits.recv_timeout(Duration::from_secs(60)).expect("a picture");
+        for _ in 0..2 {
+            let before = line.sent();
+            keys.write_all(b"s").unwrap();
+            assert!(line.grows_within(before, Duration::from_millis(1500)));
+        }
+        top.kill().unwrap();
+        top.wait().unwrap();
+    }
+}
+
+/// The bus has a controller already: a second one would transmit in its turns.
+#[test]
+fn a_second_controller_does_not_start() {
+    scope(|scope| {
+        for (baud, lang, words) in [
+            ("57600", "en", "at 57600 baud (address 128)"),
+            ("19200", "ru", "57600 бод (адрес 128)"),
+        ] {
+            scope.spawn(move || {
+                let line = Line::new(57_600, Duration::from_secs(1));
+                let url = line.url(&format!("baud={baud}"));
+                let run = Run::of(&["--lang", lang, "bus", &url]);
+                assert_eq!((run.code, line.sent()), (3, 0), "{run:?}");
+                assert!(run.err.contains(words) && run.err.contains("--force"), "{run:?}");
+            });
+        }
+        scope.spawn(|| {
+            let line = Line::new(57_600, Duration::from_secs(1));
+            let url = line.url("baud=57600");
+            let mut bus = Running::stdout(lafet().args(["bus", &url, "--force"]));
+            line.used();
+            bus.signal("TERM");
+            assert_eq!(bus.code(), Some(0));
+        });
+        // Noise does not leave a bus without its controller.
+        scope.spawn(|| {
+            let line = Line::new(0, Duration::from_millis(300));
+            let mut bus = Running::stderr(lafet().args(["bus", &line.url("baud=19200")]));
+            line.used();
+            bus.signal("TERM");
+            assert_eq!(bus.code(), Some(0));
+        });
+    });
+}

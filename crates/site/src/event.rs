@@ -161,8 +161,10 @@ pub enum Valve {
     Unknown,
     /// Closed.
     Closed,
-    /// Between.
+    /// Between, and it does not open.
     Moving,
+    /// It opens.
+    Opening,
     /// Open.
     Open,
 }

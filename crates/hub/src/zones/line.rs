@@ -248,12 +248,15 @@ fn valve(status: &Status, outlet: Option<SubsystemId>) -> Valve {
     let counts = all.into_iter().filter(|it| outlet.is_none_or(|outlet| outlet == *it));
     let counts: Vec<Valve> = counts.map(|it| one(status, it)).collect();
     let any = |wanted| counts.contains(&wanted).then_some(wanted);
-    any(Valve::Open).or(any(Valve::Moving)).unwrap_or(Valve::Unknown)
+    let best = any(Valve::Open).or(any(Valve::Opening)).or(any(Valve::Moving));
+    best.unwrap_or(Valve::Unknown)
 }
 
 fn one(status: &Status, id: SubsystemId) -> Valve {
     let is = |flag| status.is_set(id, flag);
-    if is("Opening") || is("Closing") {
+    if is("Opening") {
+        Valve::Opening
+    } else if is("Closing") {
         Valve::Moving
     } else if is("Open") {
         Valve::Open
@@ -308,6 +311,8 @@ mod tests {
             ("Closed", "Closed", Valve::Closed),
             ("Closed", "Open", Valve::Open),
             ("Closed", "Closing", Valve::Moving),
+            ("Closed", "Opening", Valve::Opening),
+            ("Closing", "Opening", Valve::Opening),
             ("Closed", "", Valve::Moving),
             ("CloseSensorFault", "Closed", Valve::Unknown),
             ("CloseSensorFault", "Open", Valve::Open),
@@ -333,7 +338,7 @@ mod tests {
         for (first, second, of_water, of_any) in [
             ("Closed", "Open", Valve::Unknown, Valve::Open),
             ("Open", "Closed", Valve::Open, Valve::Open),
-            ("Opening", "Open", Valve::Moving, Valve::Open),
+            ("Opening", "Open", Valve::Opening, Valve::Open),
             ("Closed", "Closed", Valve::Closed, Valve::Closed),
             ("CloseSensorFault", "Open", Valve::Unknown, Valve::Open),
         ] {

@@ -188,7 +188,7 @@ impl Hub {
             let wants = self.wanted(&state, &monitor.monitor);
             let withheld = monitor.withheld == Some(Withheld::Person);
             let works = line.report().is_none_or(|it| {
-                matches!(it.valve, Valve::Open | Valve::Moving) || it.extinguishing
+                matches!(it.valve, Valve::Open | Valve::Opening | Valve::Moving) || it.extinguishing
             });
             let Some(wants) = wants.filter(|_| withheld && !works) else {
                 if line.asked.take_if(|_| wants.is_none()).is_some()

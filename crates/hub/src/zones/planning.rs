@@ -373,7 +373,7 @@ fn water(machine: &Machine, fires: &[Known], able: &[(String, Place, Built)]) ->
 /// Whether a monitor gives water, or is about to.
 fn acts(line: &Line) -> bool {
     let acts = |it: &lafet_site::MonitorReport| {
-        matches!(it.valve, Valve::Open | Valve::Moving) || it.extinguishing
+        matches!(it.valve, Valve::Open | Valve::Opening | Valve::Moving) || it.extinguishing
     };
     line.report().is_some_and(acts)
 }

@@ -56,7 +56,7 @@ impl Monitor {
 }
 
 fn acts(report: &MonitorReport) -> bool {
-    matches!(report.valve, Valve::Open | Valve::Moving) || report.extinguishing
+    matches!(report.valve, Valve::Open | Valve::Opening | Valve::Moving) || report.extinguishing
 }
 
 impl Site {
@@ -114,8 +114,10 @@ impl Site {
             // What a person has taken over before the start ends in its time.
             monitor.by_person = monitor.lent.is_none();
         }
-        // One that opens is stronger than a Close of before, whose end was not reported.
-        let opens = old.reachable && old.valve != Valve::Open && report.valve == Valve::Open;
+        // One that opens is stronger than a Close of before, whose end was not reported; a valve takes its time.
+        let begins = report.valve == Valve::Opening && old.valve != Valve::Opening;
+        let opens = old.reachable && old.valve != Valve::Open;
+        let opens = opens && (begins || report.valve == Valve::Open);
         if person && opens && !locked && !report.lockout && monitor.closing.take().is_some() {
             monitor.by_person = true;
         }

@@ -146,6 +146,43 @@ fn a_close_without_an_end_gives_way_to_people_and_to_the_next_fire() {
     assert_eq!(of(&hall.wait(16_000), "Engage north").len(), 1);
 }
 
+/// A valve takes seconds to open: a Close of before is not sent into what a person has started meanwhile.
+#[test]
+fn a_person_who_begins_to_open_is_stronger_than_a_close_of_before() {
+    let person = MonitorReport { authority: Authority::Person, ..SHUT };
+    let opening = MonitorReport { valve: Valve::Opening, ..person };
+    let aborted = || {
+        let mut hall = Hall::new();
+        hall.extinguishes();
+        hall.hand(Hand::Abort { zone: zone() });
+        hall
+    };
+    for before in [Valve::Closed, Valve::Moving] {
+        let mut hall = aborted();
+        hall.monitor("north", MonitorReport { valve: before, ..OPEN });
+        hall.wait(300);
+        hall.monitor("north", MonitorReport { valve: before, ..person });
+        hall.monitor("north", opening);
+        let all = hall.wait(9000);
+        assert!(of(&all, "Close north").is_empty(), "{before:?} {all:?}");
+        hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+        assert!(of(&hall.wait(5000), "Close north").is_empty(), "{before:?}");
+        // A no that comes now ends it.
+        let no = hall.hand(Hand::Abort { zone: zone() });
+        assert!(orders(&no).contains(&"Close north".to_owned()), "{before:?}");
+    }
+    // What opened before the person took it is ours, and so is what opens in no hands.
+    let mut hall = aborted();
+    hall.monitor("north", MonitorReport { authority: Authority::Free, ..opening });
+    hall.monitor("north", opening);
+    assert!(!of(&hall.wait(3000), "Close north").is_empty());
+    // Lockout is stronger.
+    let mut hall = aborted();
+    hall.monitor("north", MonitorReport { lockout: true, ..person });
+    hall.monitor("north", MonitorReport { lockout: true, ..opening });
+    assert!(!of(&hall.wait(3000), "Close north").is_empty());
+}
+
 #[test]
 fn who_is_blind_does_not_say_that_the_fire_is_out() {
     let mut hall = Hall::with(|config| config.zones[0].water_max_s = 600);

@@ -205,9 +205,10 @@ impl Oracle {
                 } else if person && report.reachable && water && !(before.reachable && flowed) {
                     barrel.hand = !barrel.given;
                 }
+                let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
                 let opens = before.reachable && before.valve != Valve::Open;
                 let locked = self.lockout || report.lockout;
-                if person && opens && report.valve == Valve::Open && !locked {
+                if person && opens && (begins || report.valve == Valve::Open) && !locked {
                     barrel.closing = None;
                 }
                 if report.lockout && !before.lockout {

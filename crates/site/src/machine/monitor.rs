@@ -40,6 +40,8 @@ pub(super) struct Monitor {
 pub(super) struct Closing {
     pub since: u64,
     pub next: u64,
+    /// The valve was reported closed since the last order: what is open now was opened after it.
+    pub shut: bool,
     pub cause: Vec<Cause>,
 }
 
@@ -114,10 +116,14 @@ impl Site {
             // What a person has taken over before the start ends in its time.
             monitor.by_person = monitor.lent.is_none();
         }
+        let closed = report.reachable && report.valve == Valve::Closed;
+        monitor.closing.iter_mut().for_each(|it| it.shut |= closed);
         // One that opens is stronger than a Close of before, whose end was not reported; a valve takes its time.
+        // One that jams while it closes is open again without having been closed.
+        let shut = monitor.closing.as_ref().is_some_and(|it| it.shut);
         let begins = report.valve == Valve::Opening && old.valve != Valve::Opening;
         let opens = old.reachable && old.valve != Valve::Open;
-        let opens = opens && (begins || report.valve == Valve::Open);
+        let opens = opens && (begins || (shut && report.valve == Valve::Open));
         if person && opens && !locked && !report.lockout && monitor.closing.take().is_some() {
             monitor.by_person = true;
         }
@@ -421,7 +427,8 @@ impl Site {
         let next = self.now.saturating_add(self.rules.repeat_ms);
         let monitor = &mut self.monitors[index];
         let since = monitor.closing.as_ref().map_or(self.now, |it| it.since);
-        monitor.closing = Some(Closing { since, next, cause: cause.to_vec() });
+        let shut = monitor.report.reachable && monitor.report.valve == Valve::Closed;
+        monitor.closing = Some(Closing { since, next, shut, cause: cause.to_vec() });
         monitor.owner = None;
         monitor.engaged = None;
         monitor.prepared = None;
@@ -437,7 +444,7 @@ impl Site {
 
     /// The first look is a repetition later: a report of before the order does not confirm it.
     fn close_again(&mut self, index: usize) {
-        let Some(Closing { since, next, cause }) = self.monitors[index].closing.clone() else {
+        let Some(Closing { since, next, cause, .. }) = self.monitors[index].closing.clone() else {
             return;
         };
         let late = self.due(since.saturating_add(self.rules.overdue_ms));

@@ -132,6 +132,7 @@ fn a_close_without_an_end_gives_way_to_people_and_to_the_next_fire() {
     let person = MonitorReport { authority: Authority::Person, ..between };
     hall.monitor("north", person);
     assert!(!of(&hall.wait(3000), "Close north").is_empty(), "taken, and not opened");
+    hall.monitor("north", MonitorReport { valve: Valve::Opening, ..person });
     hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
     assert!(of(&hall.wait(5000), "Close north").is_empty());
     // The next fire, ten seconds after a Close whose end was never reported.
@@ -430,4 +431,34 @@ fn a_zone_without_its_pumps_valve_or_supply_is_not_ready() {
         hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
     }
     assert!(ready(&hall));
+}
+
+/// A valve that jams while it closes and falls back to open was not opened by who holds the monitor.
+#[test]
+fn a_valve_that_jams_while_it_closes_was_opened_by_no_person() {
+    for taken_later in [false, true] {
+        let mut hall = Hall::new();
+        let person = MonitorReport { authority: Authority::Person, ..OPEN };
+        let first = if taken_later { OPEN } else { person };
+        hall.monitor("north", first);
+        hall.hand(Hand::Stop(Scope::Site));
+        hall.monitor("north", MonitorReport { valve: Valve::Moving, ..first });
+        hall.monitor("north", MonitorReport { valve: Valve::Moving, ..person });
+        let jammed = hall.monitor("north", person);
+        assert!(orders(&jammed).is_empty(), "{jammed:?}");
+        let all = hall.wait(3000);
+        assert_eq!(of(&all, "Close north").len(), 3, "{all:?}");
+        assert!(of(&all, "Pump p1 on").is_empty(), "{all:?}");
+        hall.wait(7000);
+        assert!(hall.has(Trouble::NotClosed, true));
+    }
+    // Closed since, and opened within the second in which that report does not count yet.
+    let mut hall = Hall::new();
+    let person = MonitorReport { authority: Authority::Person, ..OPEN };
+    hall.monitor("north", person);
+    hall.hand(Hand::Stop(Scope::Site));
+    for valve in [Valve::Closed, Valve::Moving, Valve::Open] {
+        hall.monitor("north", MonitorReport { valve, ..person });
+    }
+    assert!(of(&hall.wait(3000), "Close north").is_empty());
 }

@@ -49,6 +49,8 @@ struct Barrel {
     refused: Option<u64>,
     /// Closed so long ago, and not confirmed yet.
     closing: Option<u64>,
+    /// Its valve was reported closed since then.
+    shut: bool,
     /// Water that was ordered by votes or before the start, and works for no zone now, for so long.
     found: Option<u64>,
     /// Its water was ordered by votes.
@@ -208,7 +210,9 @@ impl Oracle {
                 let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
                 let opens = before.reachable && before.valve != Valve::Open;
                 let locked = self.lockout || report.lockout;
-                if person && opens && (begins || report.valve == Valve::Open) && !locked {
+                barrel.shut |= report.reachable && report.valve == Valve::Closed;
+                let is_open = barrel.shut && report.valve == Valve::Open;
+                if person && opens && (begins || is_open) && !locked {
                     barrel.closing = None;
                 }
                 if report.lockout && !before.lockout {
@@ -502,6 +506,11 @@ impl Oracle {
             }
         }
         for (index, barrel) in self.barrels.iter_mut().enumerate() {
+            let valve = barrel.report.reachable && barrel.report.valve == Valve::Closed;
+            let shut = valve && !barrel.report.extinguishing;
+            if closed.contains(&index) && (barrel.closing.is_none() || must.contains(&index)) {
+                barrel.shut = valve;
+            }
             if closed.contains(&index) {
                 let kept = barrel.hand && barrel.closing.is_none() && barrel.works_for.is_none();
                 if kept && !must.contains(&index) && !self.lockout && !barrel.report.lockout {
@@ -511,9 +520,6 @@ impl Oracle {
                 (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
                 barrel.lent = None;
             }
-            let shut = barrel.report.reachable
-                && barrel.report.valve == Valve::Closed
-                && !barrel.report.extinguishing;
             if barrel.closing.is_some_and(|age| age >= REPEAT) {
                 if !shut {
                     return Err(format!("Close of {} is not repeated", config.monitors[index]));

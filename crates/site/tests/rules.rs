@@ -5,7 +5,7 @@ mod hazards;
 use lafet_site::{
     Authority, Bypass, Condition, Config, Disablement, Entry, Event, Hand, Mode, MonitorReport,
     NotReleased, Order, PathFault, Phase, Reaction, Refusal, Scope, Signal, Site, Tone, Trouble,
-    Unable, Valve, Voteless, Why,
+    Unable, Valve, Voteless, Why, Withheld,
 };
 
 const HALL: &str = r#"

@@ -256,7 +256,9 @@ impl Site {
             self.zones[zone].ended = None;
         }
         for monitor in self.monitors_of(scope, &zones) {
-            self.monitors[monitor].refused = None;
+            if !self.serves_another(monitor, &zones) {
+                self.monitors[monitor].refused = None;
+            }
         }
         if *scope == Scope::Site {
             self.troubles.retain(|_, known| known.active);
@@ -265,6 +267,15 @@ impl Site {
         self.out.persist = true;
         self.record(Entry::Reset(scope.clone()), cause.to_vec());
         Ok(())
+    }
+
+    /// A zone besides these would open a monitor at once, or soon. For a monitor by its name there are none.
+    fn serves_another(&self, monitor: usize, zones: &[usize]) -> bool {
+        let mut others = self.plan.monitor_zones[monitor].iter().filter(|it| !zones.contains(it));
+        let under_way = |zone: &usize| {
+            self.zones[*zone].release.is_some() || self.zones[*zone].met_since.is_some()
+        };
+        !zones.is_empty() && others.any(under_way)
     }
 
     fn bypass(&mut self, index: usize, bypass: Bypass, cause: &[Cause]) {

@@ -462,3 +462,64 @@ fn a_valve_that_jams_while_it_closes_was_opened_by_no_person() {
     }
     assert!(of(&hall.wait(3000), "Close north").is_empty());
 }
+
+/// A site with a second zone that shares the monitor `north`.
+fn shared() -> Hall {
+    Hall::with(|config| {
+        config.zones[0].monitors.truncate(1);
+        let mut second = config.zones[0].clone();
+        second.id = "yard".to_owned();
+        (second.valve, second.test_outlet) = (None, None);
+        config.zones.push(second);
+        let detectors = config.detectors.clone();
+        config.detectors.extend(detectors.into_iter().map(|mut it| {
+            it.id = format!("{}-yard", it.id);
+            it.zones = vec!["yard".to_owned()];
+            it
+        }));
+    })
+}
+
+/// It burns in the second zone, and the countdown passes.
+fn burns_in_the_yard(hall: &mut Hall) -> Vec<(u64, String)> {
+    for signal in [Signal::Quiet, Signal::Alarm] {
+        hall.sees("flame-yard", signal);
+        hall.sees("heat-yard", signal);
+    }
+    hall.wait(15_000)
+}
+
+/// Who resets one zone does not open a monitor that was closed in the other one.
+#[test]
+fn the_reset_of_a_zone_does_not_open_for_another() {
+    let reset = |scope| Hand::Reset(scope);
+    let hall_alone = || Scope::Zone(zone());
+    let north = || Scope::Monitor("north".to_owned());
+    let refused = |hall: &Hall| hall.site.state().monitors[0].withheld == Some(Withheld::Refused);
+    let mut hall = shared();
+    hall.hand(Hand::Release { zone: "yard".to_owned() });
+    hall.monitor("north", OPEN);
+    hall.hand(Hand::Close(north()));
+    hall.wait(500);
+    hall.monitor("north", SHUT);
+    hall.wait(2000);
+    assert!(orders(&hall.hand(reset(hall_alone()))).is_empty());
+    assert!(of(&hall.wait(5000), "Engage").is_empty() && refused(&hall));
+    assert_eq!(orders(&hall.hand(reset(north()))), ["Engage north None"]);
+    // Votes of the other zone count down: the same.
+    let mut hall = shared();
+    hall.hand(Hand::Close(north()));
+    hall.wait(2000);
+    burns_in_the_yard(&mut hall);
+    hall.hand(Hand::Abort { zone: "yard".to_owned() });
+    hall.hand(reset(Scope::Zone("yard".to_owned())));
+    assert!(!refused(&hall), "its own zone counts");
+    hall.hand(Hand::Close(north()));
+    hall.hand(reset(hall_alone()));
+    assert!(refused(&hall), "the yard counts down");
+    // Nothing is under way in the other zone.
+    let mut hall = shared();
+    hall.hand(Hand::Close(north()));
+    hall.hand(reset(hall_alone()));
+    assert!(!refused(&hall));
+}

@@ -38,7 +38,8 @@ impl Site {
             it.alarmed.then(|| age(it.alarm_since)).filter(|_| self.has_holds()).hash(hash);
         }
         for it in &self.monitors {
-            let closing = it.closing.as_ref().map(|it| (left(it.next), age(it.since), it.shut));
+            let closing = it.closing.as_ref();
+            let closing = closing.map(|it| (left(it.next), age(it.since), it.shut, it.yields));
             let engaged = it.engaged.map(|engaged| (engaged, age(it.engaged_at)));
             let refused = it.refused.as_ref().map(|refused| (refused.why, age(refused.at)));
             (it.report, it.seen, it.owner, engaged, it.idle, it.prepared, closing).hash(hash);

@@ -162,7 +162,7 @@ impl Site {
         for &monitor in &self.plan.zone_monitors[zone] {
             let state = &mut self.monitors[monitor];
             if state.refused.is_none() && state.owner.is_none() {
-                state.closing = None;
+                state.closing.iter_mut().for_each(|it| it.yields = Some(zone));
             }
         }
         self.release(zone, false, self.now, cause);

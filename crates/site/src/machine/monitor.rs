@@ -42,6 +42,8 @@ pub(super) struct Closing {
     pub next: u64,
     /// The valve was reported closed since the last order: what is open now was opened after it.
     pub shut: bool,
+    /// A person has released this zone since: it may have the monitor before it is closed.
+    pub yields: Option<usize>,
     pub cause: Vec<Cause>,
 }
 
@@ -326,7 +328,8 @@ impl Site {
                 other == zone || automatic || theirs.is_some_and(|it| !it.automatic)
             });
             let withheld = self.withheld(index).is_some() || self.left_out(index, zone);
-            let closing = monitor.closing.as_ref().map(|it| it.since);
+            let waits = |it: &&Closing| automatic || it.yields != Some(zone);
+            let closing = monitor.closing.as_ref().filter(waits).map(|it| it.since);
             // One that never reports that it is closed is not lost for the next fire.
             let late = self.rules.overdue_ms;
             let closes = closing.is_some_and(|since| !self.due(since.saturating_add(late)));
@@ -428,7 +431,7 @@ impl Site {
         let monitor = &mut self.monitors[index];
         let since = monitor.closing.as_ref().map_or(self.now, |it| it.since);
         let shut = monitor.report.reachable && monitor.report.valve == Valve::Closed;
-        monitor.closing = Some(Closing { since, next, shut, cause: cause.to_vec() });
+        monitor.closing = Some(Closing { since, next, shut, yields: None, cause: cause.to_vec() });
         monitor.owner = None;
         monitor.engaged = None;
         monitor.prepared = None;

@@ -523,3 +523,62 @@ fn the_reset_of_a_zone_does_not_open_for_another() {
     hall.hand(reset(hall_alone()));
     assert!(!refused(&hall));
 }
+
+/// Whoever releases a zone by hand gets the monitors that it takes; the Close of the others goes on.
+#[test]
+fn a_release_by_hand_ends_the_close_of_none_but_its_monitors() {
+    let lost = MonitorReport { reachable: false, ..OPEN };
+    let mut hall = Hall::with(|config| config.zones[0].jets = Some(1));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.monitor("north", OPEN);
+    hall.monitor("north", lost);
+    hall.hand(Hand::Stop(Scope::Zone(zone())));
+    hall.wait(2000);
+    let released = orders(&hall.hand(Hand::Release { zone: zone() }));
+    assert!(released.contains(&"Engage south None".to_owned()), "{released:?}");
+    hall.monitor("south", OPEN);
+    assert_eq!(of(&hall.wait(2000), "Close north").len(), 2);
+    hall.monitor("north", OPEN);
+    let all = hall.wait(12_000);
+    assert_eq!(of(&all, "Close north").len(), 12, "{all:?}");
+    assert!(of(&all, "Engage").is_empty() && hall.has(Trouble::NotClosed, true));
+    hall.monitor("north", SHUT);
+    hall.wait(1000);
+    assert!(of(&hall.wait(5000), "Close").is_empty());
+    // One that the zone takes opens at once, though its Close was not confirmed; a Close that comes later counts.
+    let mut hall = Hall::with(|config| config.zones[0].jets = Some(1));
+    hall.hand(Hand::Release { zone: zone() });
+    hall.monitor("north", OPEN);
+    hall.hand(Hand::Stop(Scope::Zone(zone())));
+    hall.wait(2000);
+    let released = orders(&hall.hand(Hand::Release { zone: zone() }));
+    assert!(released.contains(&"Engage north None".to_owned()), "{released:?}");
+    hall.hand(Hand::Close(Scope::Monitor("north".to_owned())));
+    let all = hall.wait(3000);
+    assert!(of(&all, "Engage north").is_empty() && of(&all, "Close north").len() == 3, "{all:?}");
+}
+
+/// The Close of another zone, after a release by hand, is not taken back by that release.
+#[test]
+fn a_close_that_comes_after_a_release_by_hand_goes_on() {
+    let mut hall = shared();
+    burns_in_the_yard(&mut hall);
+    hall.monitor("north", OPEN);
+    hall.sees("heat-yard", Signal::Quiet);
+    hall.sees("flame-yard", Signal::Quiet);
+    // The hall takes it; then its own water ends, and the yard may not have it before it is closed.
+    hall.hand(Hand::Release { zone: zone() });
+    hall.hand(Hand::Release { zone: "yard".to_owned() });
+    hall.monitor("north", OPEN);
+    let no = orders(&hall.hand(Hand::Abort { zone: zone() }));
+    assert!(
+        no.contains(&"Close north".to_owned()) && of_orders(&no, "Engage").is_empty(),
+        "{no:?}"
+    );
+    let all = hall.wait(3000);
+    assert!(of(&all, "Engage north").is_empty() && of(&all, "Close north").len() == 3, "{all:?}");
+}
+
+fn of_orders<'a>(all: &'a [String], beginning: &str) -> Vec<&'a str> {
+    all.iter().map(String::as_str).filter(|it| it.starts_with(beginning)).collect()
+}

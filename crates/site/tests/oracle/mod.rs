@@ -51,6 +51,8 @@ struct Barrel {
     closing: Option<u64>,
     /// Its valve was reported closed since then.
     shut: bool,
+    /// The zone that a person has released since then: it need not wait for the end of that Close.
+    yields: Option<usize>,
     /// Water that was ordered by votes or before the start, and works for no zone now, for so long.
     found: Option<u64>,
     /// Its water was ordered by votes.
@@ -359,7 +361,7 @@ impl Oracle {
         for (barrel, id) in self.barrels.iter_mut().zip(&config.monitors) {
             let serves = config.zones[zone].monitors.contains(id);
             if serves && barrel.works_for.is_none() && barrel.refused.is_none() {
-                barrel.closing = None;
+                barrel.yields = Some(zone);
             }
         }
     }
@@ -509,7 +511,7 @@ impl Oracle {
             let valve = barrel.report.reachable && barrel.report.valve == Valve::Closed;
             let shut = valve && !barrel.report.extinguishing;
             if closed.contains(&index) && (barrel.closing.is_none() || must.contains(&index)) {
-                barrel.shut = valve;
+                (barrel.shut, barrel.yields) = (valve, None);
             }
             if closed.contains(&index) {
                 let kept = barrel.hand && barrel.closing.is_none() && barrel.works_for.is_none();
@@ -688,7 +690,7 @@ impl Oracle {
     /// Every zone in force has the monitors that it can have.
     fn served(&self, config: &Config) -> Result<(), String> {
         for (zone, area) in self.areas.iter().enumerate() {
-            let Some((_, _, true)) = area.force else { continue };
+            let Some((automatic, _, true)) = area.force else { continue };
             let configured = &config.zones[zone];
             let of_zone: Vec<usize> = (0..self.barrels.len())
                 .filter(|it| configured.monitors.contains(&config.monitors[*it]))
@@ -697,7 +699,8 @@ impl Oracle {
             let works = |it: &&usize| self.barrels[**it].works_for == Some(zone);
             let free = |it: &&usize| {
                 let barrel = &self.barrels[**it];
-                barrel.works_for.is_none() && barrel.closing.is_none()
+                let closes = barrel.closing.is_some() && (automatic || barrel.yields != Some(zone));
+                barrel.works_for.is_none() && !closes
             };
             let have = of_zone.iter().filter(works).count();
             let could = have + of_zone.iter().filter(free).count();

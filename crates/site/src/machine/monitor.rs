@@ -31,6 +31,8 @@ pub(super) struct Monitor {
     pub by_person: bool,
     /// A person took it from this zone, whose water was to end at this time.
     pub lent: Option<(usize, Option<u64>)>,
+    /// The zone for which the water that flows was ordered last, as far as it is known.
+    pub water_of: Option<usize>,
     /// What the stored state allows that water, ms.
     pub stored_left: Option<u64>,
 }
@@ -84,7 +86,8 @@ impl Site {
             let until = |zone: usize| self.zones[zone].release.as_ref().and_then(|it| it.until);
             let lent = monitor.owner.take().map(|zone| (zone, until(zone)));
             // Found water that a person takes over keeps its end.
-            let zone = self.plan.monitor_zones[index].first().copied();
+            let first = self.plan.monitor_zones[index].first().copied();
+            let zone = monitor.water_of.or(first);
             let found = zone.zip(monitor.found).map(|(zone, until)| (zone, Some(until)));
             monitor.lent = lent.or(found).or(monitor.lent);
             self.out.persist = true;
@@ -96,6 +99,7 @@ impl Site {
         if report.reachable && report.valve == Valve::Closed && !report.extinguishing {
             monitor.found = None;
             monitor.lent = None;
+            monitor.water_of = monitor.owner.and(monitor.water_of);
         }
         if report.authority != Authority::Person && old.authority == Authority::Person {
             self.given_back(index);
@@ -106,7 +110,7 @@ impl Site {
     fn water_of_people(&mut self, index: usize, old: &MonitorReport) {
         let locked = self.is_locked();
         let (now, monitor) = (self.now, &mut self.monitors[index]);
-        let report = monitor.report;
+        let (report, before) = (monitor.report, monitor.by_person);
         let person = report.authority == Authority::Person;
         if report.reachable && !monitor.acts() {
             monitor.by_person = false;
@@ -129,6 +133,7 @@ impl Site {
         if person && opens && !locked && !report.lockout && monitor.closing.take().is_some() {
             monitor.by_person = true;
         }
+        self.out.persist |= monitor.by_person != before;
     }
 
     /// A monitor that was locked out while it worked, or was about to, does not come back with its key.
@@ -170,8 +175,12 @@ impl Site {
         if monitor.report.authority == Authority::Person {
             // Only water that a person took over from votes has a stored end.
             let until = monitor.stored_left.map(|left| self.started.saturating_add(left));
-            let zone = self.plan.monitor_zones[index].first().copied();
+            let zone = monitor.water_of.or(self.plan.monitor_zones[index].first().copied());
             self.monitors[index].lent = zone.filter(|_| until.is_some()).map(|it| (it, until));
+            return;
+        }
+        // What a person began ends by hand, as before.
+        if monitor.by_person {
             return;
         }
         let zones = &self.plan.monitor_zones[index];
@@ -411,8 +420,10 @@ impl Site {
         if monitor.closing.is_some() || !monitor.acts() || (theirs && !locked) {
             return;
         }
-        let zones = &self.plan.monitor_zones[index];
-        let ended = zones.iter().find_map(|zone| {
+        // Of found water it is known for which zone it runs, if that was stored.
+        let of_one = monitor.water_of.filter(|_| monitor.found.is_some());
+        let all = self.plan.monitor_zones[index].iter();
+        let ended = all.filter(|it| of_one.is_none_or(|one| one == **it)).find_map(|zone| {
             let ended = self.zones[*zone].ended.as_ref().map(|it| it.why);
             ended.or(self.says_no(*zone))
         });
@@ -437,6 +448,7 @@ impl Site {
         monitor.prepared = None;
         monitor.found = None;
         monitor.lent = None;
+        monitor.water_of = None;
         monitor.by_person = false;
         monitor.idle = false;
         if stop {
@@ -502,6 +514,8 @@ impl Site {
         self.monitors[index].engaged = Some((zone, automatic));
         self.monitors[index].engaged_at = self.now;
         self.monitors[index].by_person = false;
+        self.monitors[index].water_of = Some(zone);
+        self.out.persist = true;
         let water_max_ms = until.map(|until| until.saturating_sub(self.now));
         let (monitor, zone) = (self.monitor_id(index), self.zone_id(zone));
         self.command(Order::Engage { monitor, zone, water_max_ms }, cause);

@@ -464,20 +464,22 @@ fn a_valve_that_jams_while_it_closes_was_opened_by_no_person() {
 }
 
 /// A site with a second zone that shares the monitor `north`.
+fn share(config: &mut Config) {
+    config.zones[0].monitors.truncate(1);
+    let mut second = config.zones[0].clone();
+    second.id = "yard".to_owned();
+    (second.valve, second.test_outlet) = (None, None);
+    config.zones.push(second);
+    let detectors = config.detectors.clone();
+    config.detectors.extend(detectors.into_iter().map(|mut it| {
+        it.id = format!("{}-yard", it.id);
+        it.zones = vec!["yard".to_owned()];
+        it
+    }));
+}
+
 fn shared() -> Hall {
-    Hall::with(|config| {
-        config.zones[0].monitors.truncate(1);
-        let mut second = config.zones[0].clone();
-        second.id = "yard".to_owned();
-        (second.valve, second.test_outlet) = (None, None);
-        config.zones.push(second);
-        let detectors = config.detectors.clone();
-        config.detectors.extend(detectors.into_iter().map(|mut it| {
-            it.id = format!("{}-yard", it.id);
-            it.zones = vec!["yard".to_owned()];
-            it
-        }));
-    })
+    Hall::with(share)
 }
 
 /// It burns in the second zone, and the countdown passes.
@@ -581,4 +583,84 @@ fn a_close_that_comes_after_a_release_by_hand_goes_on() {
 
 fn of_orders<'a>(all: &'a [String], beginning: &str) -> Vec<&'a str> {
     all.iter().map(String::as_str).filter(|it| it.starts_with(beginning)).collect()
+}
+
+/// The site after a restart, with what was stored; it was written as JSON.
+fn restarted(hall: &Hall, change: fn(&mut Config)) -> Hall {
+    let mut config: Config = toml::from_str(HALL).unwrap();
+    change(&mut config);
+    let json = serde_json::to_string(&hall.site.persisted()).unwrap();
+    let stored = serde_json::from_str(&json).unwrap();
+    let (site, reaction) = Site::new(config, 0, Some(&stored)).unwrap();
+    assert!(orders(&reaction).is_empty(), "{reaction:?}");
+    Hall { site, now: 0 }
+}
+
+/// A no of one zone does not end, after a restart, what another one has in water.
+#[test]
+fn found_water_of_a_zone_is_not_ended_by_the_no_of_another() {
+    let mut hall = shared();
+    hall.hand(Hand::Abort { zone: zone() });
+    hall.wait(2000);
+    let opened = burns_in_the_yard(&mut hall);
+    assert_eq!(of(&opened, "Engage north").len(), 1, "{opened:?}");
+    hall.monitor("north", OPEN);
+    hall.wait(20_000);
+    // Twice, the second time before it was heard of.
+    let mut hall = restarted(&restarted(&hall, share), share);
+    let found = hall.monitor("north", OPEN);
+    let left = Entry::WaterFound { monitor: "north".to_owned(), left_ms: 40_000 };
+    assert!(found.records.iter().any(|it| it.entry == left), "{found:?}");
+    assert!(of_orders(&orders(&found), "Close").is_empty(), "{found:?}");
+    // A person takes it for a while.
+    hall.monitor("north", MonitorReport { authority: Authority::Person, ..OPEN });
+    hall.wait(5000);
+    assert!(of_orders(&orders(&hall.monitor("north", OPEN)), "Close").is_empty());
+    let mut hall = restarted(&hall, share);
+    hall.monitor("north", OPEN);
+    assert!(of(&hall.wait(34_999), "Close").is_empty());
+    assert_eq!(of(&hall.wait(1), "Close north").len(), 1);
+    // The no of its own zone ends it, as does one of any where no zone is stored.
+    for change in ["ended", "zone"] {
+        let mut hall = shared();
+        hall.hand(Hand::Abort { zone: zone() });
+        hall.wait(2000);
+        burns_in_the_yard(&mut hall);
+        hall.monitor("north", OPEN);
+        let mut stored = serde_json::to_value(hall.site.persisted()).unwrap();
+        if change == "ended" {
+            stored["zones"]["yard"]["ended"] = "abort".into();
+        } else {
+            stored["monitors"]["north"].as_object_mut().unwrap().remove("zone").unwrap();
+        }
+        let stored = serde_json::from_value(stored).unwrap();
+        let mut config: Config = toml::from_str(HALL).unwrap();
+        share(&mut config);
+        let (site, _) = Site::new(config, 0, Some(&stored)).unwrap();
+        let found = Hall { site, now: 0 }.monitor("north", OPEN);
+        assert_eq!(of_orders(&orders(&found), "Close").len(), 1, "{change}: {found:?}");
+    }
+}
+
+/// What a person began after a no, and left on, goes on after a restart until a hand ends it.
+#[test]
+fn water_that_a_person_left_on_outlasts_a_restart() {
+    let mut hall = Hall::new();
+    hall.hand(Hand::Abort { zone: zone() });
+    hall.wait(3000);
+    let person = MonitorReport { authority: Authority::Person, ..SHUT };
+    hall.monitor("north", person);
+    let opened = hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+    assert!(opened.persist);
+    hall.monitor("north", OPEN);
+    let closed = restarted(&hall, |_| {});
+    let mut hall = restarted(&hall, |_| {});
+    let found = orders(&hall.monitor("north", OPEN));
+    assert!(of_orders(&found, "Close").is_empty(), "{found:?}");
+    assert!(of(&hall.wait(300_000), "Close").is_empty());
+    assert!(orders(&hall.hand(Hand::Abort { zone: zone() })).contains(&"Close north".to_owned()));
+    // Closed meanwhile, it is a person's no longer.
+    let mut hall = restarted(&closed, |_| {});
+    hall.monitor("north", SHUT);
+    assert!(of_orders(&orders(&hall.monitor("north", OPEN)), "Close").len() == 1);
 }

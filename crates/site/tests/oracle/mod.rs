@@ -124,8 +124,8 @@ impl Oracle {
         }
         for barrel in &mut self.barrels {
             let refused = barrel.refused.map(|_| 0);
-            *barrel =
-                Barrel { refused, ours: barrel.ours, given: barrel.given, ..Barrel::default() };
+            let Barrel { ours, given, hand, .. } = *barrel;
+            *barrel = Barrel { refused, ours, given, hand, ..Barrel::default() };
         }
         self.motors.fill(Motor::default());
         self.pressure = false;

@@ -48,7 +48,7 @@ pub struct StoredZone {
 pub struct StoredMonitor {
     /// A person closed or stopped it.
     pub refused: Option<Why>,
-    /// Automatic water may run for so long, ms.
+    /// Automatic water may run for so long, ms; 0 if its end was ordered and is not confirmed.
     pub water_left_ms: Option<u64>,
     /// The zone of that water, by its id.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -173,8 +173,9 @@ impl Site {
             return;
         }
         if monitor.report.authority == Authority::Person {
-            // Only water that a person took over from votes has a stored end.
-            let until = monitor.stored_left.map(|left| self.started.saturating_add(left));
+            // Only water that a person took over from votes has a stored end; what was closed names no zone.
+            let stored = monitor.stored_left.filter(|left| *left > 0 || monitor.water_of.is_some());
+            let until = stored.map(|left| self.started.saturating_add(left));
             let zone = monitor.water_of.or(self.plan.monitor_zones[index].first().copied());
             self.monitors[index].lent = zone.filter(|_| until.is_some()).map(|it| (it, until));
             return;
@@ -451,6 +452,7 @@ impl Site {
         monitor.water_of = None;
         monitor.by_person = false;
         monitor.idle = false;
+        self.out.persist = true;
         if stop {
             self.command(Order::Stop { monitor: self.monitor_id(index) }, cause.to_vec());
         }
@@ -472,6 +474,7 @@ impl Site {
         if closed || !self.rules.close_repeats {
             self.monitors[index].closing = None;
             self.busy = true;
+            self.out.persist = true;
             return;
         }
         if let Some(closing) = &mut self.monitors[index].closing {

@@ -169,6 +169,8 @@ impl Site {
             // One that was not heard of yet has what was stored before.
             let before = state.stored_left.filter(|_| !state.seen);
             let before = before.map(|left| self.started.saturating_add(left));
+            // Its end was ordered, and is not confirmed.
+            let water = water.or(state.closing.as_ref().map(|_| 0));
             let water_left_ms = water
                 .or(left(state.found))
                 .or(left(state.lent.and_then(|(_, until)| until)))

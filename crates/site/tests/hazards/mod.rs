@@ -664,3 +664,31 @@ fn water_that_a_person_left_on_outlasts_a_restart() {
     hall.monitor("north", SHUT);
     assert!(of_orders(&orders(&hall.monitor("north", OPEN)), "Close").len() == 1);
 }
+
+/// The end of water is not forgotten by a restart: it does not run for its whole time once more.
+#[test]
+fn water_whose_end_was_ordered_ends_after_a_restart() {
+    let lost = MonitorReport { reachable: false, ..OPEN };
+    let mut hall = Hall::new();
+    hall.extinguishes();
+    hall.wait(20_000);
+    let mut hall = restarted(&hall, |_| {});
+    hall.monitors(Valve::Open);
+    hall.monitor("north", lost);
+    assert_eq!(of(&hall.wait(40_000), "Close north").len(), 1);
+    for restarts in [1, 2] {
+        let mut again = restarted(&hall, |_| {});
+        for _ in 1..restarts {
+            again = restarted(&again, |_| {});
+        }
+        again.wait(5000);
+        let found = orders(&again.monitor("north", OPEN));
+        assert_eq!(of_orders(&found, "Close north").len(), 1, "{found:?}");
+        assert_eq!(of(&again.wait(2000), "Close north").len(), 2);
+        // A person's, meanwhile: not ours.
+        let mut again = restarted(&hall, |_| {});
+        again.monitor("north", MonitorReport { authority: Authority::Person, ..OPEN });
+        again.monitor("north", OPEN);
+        assert!(of(&again.wait(5000), "Close north").is_empty());
+    }
+}

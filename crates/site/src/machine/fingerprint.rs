@@ -52,6 +52,7 @@ impl Site {
             let feedback = self.plan.config.pumps[index].feedback;
             (it.reported, feedback.then(|| (left(it.next), age(it.set_at)))).hash(hash);
             (it.on, started, it.seen, it.lost_since.map(age), it.failed, it.hand).hash(hash);
+            it.replaced.hash(hash);
         }
         for (index, it) in self.outputs.iter().enumerate() {
             let set = it.set.map(|set| match set {

@@ -44,6 +44,8 @@ pub(super) struct Pump {
     pub seen: bool,
     pub lost_since: Option<u64>,
     pub failed: bool,
+    /// It failed, and a standby pump runs in its place until no water wants pumps: the pressure may be that one's.
+    pub replaced: bool,
     /// A person started or stopped it.
     pub hand: Option<bool>,
     pub set_at: u64,
@@ -173,7 +175,7 @@ impl Site {
     /// After a reset: pumps run by themselves again.
     pub(super) fn forget_pumps(&mut self) {
         for pump in &mut self.pumps {
-            pump.hand = None;
+            (pump.hand, pump.replaced) = (None, false);
             if pump.on != Some(true) {
                 pump.failed = false;
             }
@@ -225,6 +227,9 @@ impl Site {
         } else if self.pumps_since.take().is_some() {
             self.pumps_idle_since = Some(self.now);
         }
+        if !wanted {
+            self.pumps.iter_mut().for_each(|it| it.replaced = false);
+        }
         let cause = cause.unwrap_or_default();
         // Water that was found running, or is running out its time, keeps the pumps that run.
         let found = self.monitors.iter().any(|monitor| monitor.found.is_some());
@@ -237,8 +242,8 @@ impl Site {
             let replaces = standby && !missing.is_empty();
             let asked = self.pumps[index].hand.unwrap_or(wanted && (!standby || replaces));
             let mut cause = cause.clone();
-            if asked && replaces {
-                let lost = missing.remove(0);
+            let lost = (asked && replaces).then(|| missing.remove(0));
+            if let Some(lost) = lost {
                 cause.push(Cause::InPlaceOf { lost: self.plan.config.pumps[lost].id.clone() });
             }
             if self.pumps[index].on == Some(true) {
@@ -252,9 +257,13 @@ impl Site {
                 waiting = !self.start_pump(index, previous, cause);
                 previous = Some(self.pumps[index].started).filter(|_| !waiting);
             }
+            if let Some(lost) = lost.filter(|_| self.pumps[index].on == Some(true)) {
+                self.pumps[lost].replaced |= self.pumps[lost].failed;
+            }
             // One that a person keeps off is missing like one that failed.
             let off = wanted && !standby && self.pumps[index].hand == Some(false);
-            if (off || asked && self.pumps[index].failed) && self.rules.pump_is_replaced {
+            let Pump { failed, replaced, .. } = self.pumps[index];
+            if (off || asked && (failed || replaced)) && self.rules.pump_is_replaced {
                 missing.push(index);
             }
         }

@@ -692,3 +692,42 @@ fn water_whose_end_was_ordered_ends_after_a_restart() {
         assert!(of(&again.wait(5000), "Close north").is_empty());
     }
 }
+
+/// Both pumps report through one contact: the pressure of the standby pump says nothing of the one that failed.
+#[test]
+fn a_standby_pump_stays_although_the_common_pressure_is_there_again() {
+    let common = || {
+        let mut hall = Hall::with(|config| {
+            config.run_on_s = 0;
+            config.pumps[2].pressure = Some("gauge".to_owned());
+        });
+        hall.hand(Hand::Release { zone: zone() });
+        let all = hall.wait(4000);
+        assert_eq!(of(&all, "Pump p3"), ["Pump p3 on"], "{all:?}");
+        hall.press("gauge", true);
+        hall
+    };
+    let mut hall = common();
+    let all = hall.wait(30_000);
+    assert!(of(&all, "Pump").is_empty(), "{all:?}");
+    assert!(!hall.site.state().pumps[0].failed);
+    // It ends with the water, and the next water begins with the first pump again.
+    let ended = orders(&hall.hand(Hand::Abort { zone: zone() }));
+    assert!(ended.contains(&"Pump p3 off".to_owned()), "{ended:?}");
+    hall.wait(2000);
+    hall.hand(Hand::Release { zone: zone() });
+    assert_eq!(of(&hall.wait(30_000), "Pump"), ["Pump p2 on"]);
+    // One that waits for its turn does not start when the pressure comes first.
+    let mut hall = Hall::with(|config| {
+        config.pumps[2].pressure = Some("gauge".to_owned());
+        config.pumps[2].start_delay_s = 10;
+    });
+    hall.hand(Hand::Release { zone: zone() });
+    hall.wait(5000);
+    hall.press("gauge", true);
+    assert!(of(&hall.wait(30_000), "Pump p3").is_empty());
+    // A person's hand is stronger.
+    let mut hall = common();
+    hall.hand(Hand::Pump { pump: "p3".to_owned(), on: false });
+    assert!(of(&hall.wait(30_000), "Pump p3 on").is_empty());
+}

@@ -52,7 +52,7 @@ impl Site {
             let feedback = self.plan.config.pumps[index].feedback;
             (it.reported, feedback.then(|| (left(it.next), age(it.set_at)))).hash(hash);
             (it.on, started, it.seen, it.lost_since.map(age), it.failed, it.hand).hash(hash);
-            it.replaced.hash(hash);
+            (it.replaced, it.idle_since.map(age)).hash(hash);
         }
         for (index, it) in self.outputs.iter().enumerate() {
             let set = it.set.map(|set| match set {
@@ -68,7 +68,7 @@ impl Site {
         }
         let young = age(self.started);
         (self.lockout, self.silenced, young).hash(hash);
-        (self.pumps_since.map(age), self.pumps_idle_since.map(age)).hash(hash);
+        self.pumps_since.map(age).hash(hash);
     }
 
     /// Whether the beginning of an alarm matters.

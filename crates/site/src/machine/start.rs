@@ -90,7 +90,6 @@ impl Site {
             outputs: vec![Output::default(); config.outputs.len()],
             lockout: false,
             pumps_since: None,
-            pumps_idle_since: None,
             troubles: std::collections::BTreeMap::new(),
             silenced: false,
             out: Reaction::default(),

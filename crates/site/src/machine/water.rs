@@ -46,6 +46,8 @@ pub(super) struct Pump {
     pub failed: bool,
     /// It failed, and a standby pump runs in its place until no water wants pumps: the pressure may be that one's.
     pub replaced: bool,
+    /// It runs, and is not asked for any more, since.
+    pub idle_since: Option<u64>,
     /// A person started or stopped it.
     pub hand: Option<bool>,
     pub set_at: u64,
@@ -191,7 +193,6 @@ impl Site {
             }
         }
         self.pumps_since = None;
-        self.pumps_idle_since = None;
     }
 
     fn set_pump(&mut self, index: usize, on: bool, cause: Vec<Cause>) {
@@ -201,6 +202,7 @@ impl Site {
         pump.seen = false;
         pump.lost_since = None;
         pump.failed = false;
+        pump.idle_since = None;
         (pump.set_at, pump.next) = (now, now.saturating_add(self.rules.repeat_ms));
         if on {
             pump.started = now;
@@ -223,11 +225,8 @@ impl Site {
         let wanted = cause.is_some();
         if wanted {
             self.pumps_since = Some(self.pumps_since.unwrap_or(self.now));
-            self.pumps_idle_since = None;
-        } else if self.pumps_since.take().is_some() {
-            self.pumps_idle_since = Some(self.now);
-        }
-        if !wanted {
+        } else {
+            self.pumps_since = None;
             self.pumps.iter_mut().for_each(|it| it.replaced = false);
         }
         let cause = cause.unwrap_or_default();
@@ -248,6 +247,8 @@ impl Site {
             }
             if self.pumps[index].on == Some(true) {
                 self.watch(index);
+                let idle = self.pumps[index].idle_since.unwrap_or(self.now);
+                self.pumps[index].idle_since = (!asked).then_some(idle);
                 if asked {
                     previous = Some(self.pumps[index].started);
                 } else if !found || self.pumps[index].hand == Some(false) {
@@ -319,7 +320,7 @@ impl Site {
 
     fn stop_pump(&mut self, index: usize) {
         let run_on = ms(self.plan.config.run_on_s);
-        let idle = self.pumps_idle_since.unwrap_or(self.now);
+        let idle = self.pumps[index].idle_since.unwrap_or(self.now);
         if self.pumps[index].hand == Some(false) || self.due(idle.saturating_add(run_on)) {
             self.set_pump(index, false, Vec::new());
         }

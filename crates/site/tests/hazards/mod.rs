@@ -731,3 +731,40 @@ fn a_standby_pump_stays_although_the_common_pressure_is_there_again() {
     hall.hand(Hand::Pump { pump: "p3".to_owned(), on: false });
     assert!(of(&hall.wait(30_000), "Pump p3 on").is_empty());
 }
+
+/// A pump that runs for no water any more stops after its time, whatever it was started for.
+#[test]
+fn a_pump_that_is_not_asked_for_any_more_stops_after_its_time() {
+    let mut hall = Hall::new();
+    hall.press("gauge", true);
+    hall.hand(Hand::Pump { pump: "p1".to_owned(), on: true });
+    hall.wait(20_000);
+    hall.hand(Hand::Reset(Scope::Site));
+    let since = hall.now;
+    assert_eq!(hall.wait(6000), [(since + 5000, "Pump p1 off".to_owned())]);
+    // Water of a person goes on, and needs no standby pump any more.
+    let mut hall = Hall::new();
+    let person = MonitorReport { authority: Authority::Person, ..OPEN };
+    hall.monitor("north", person);
+    hall.wait(10_000);
+    hall.press("gauge", true);
+    hall.wait(1000);
+    hall.hand(Hand::Reset(Scope::Site));
+    let since = hall.now;
+    assert_eq!(of(&hall.wait(4900), "Pump"), Vec::<&str>::new());
+    let all = hall.wait(6000);
+    assert!(all.contains(&(since + 5000, "Pump p3 off".to_owned())), "{all:?}");
+    assert_eq!(of(&all, "Pump"), ["Pump p3 off"]);
+    // Asked for again before it stops, it goes on, and has its time again afterwards.
+    let mut hall = Hall::new();
+    hall.press("gauge", true);
+    hall.monitor("north", person);
+    hall.wait(5000);
+    hall.monitor("north", MonitorReport { valve: Valve::Closed, ..person });
+    hall.wait(4000);
+    hall.monitor("north", person);
+    assert!(of(&hall.wait(20_000), "Pump").is_empty());
+    hall.monitor("north", MonitorReport { valve: Valve::Closed, ..person });
+    assert!(of(&hall.wait(4999), "Pump").is_empty());
+    assert_eq!(of(&hall.wait(1), "Pump"), ["Pump p1 off", "Pump p2 off"]);
+}

@@ -110,6 +110,10 @@ impl Site {
             Mode::Manual | Mode::Off => for_s.or(configured.return_after_s),
             Mode::TestDry | Mode::TestOutlet => Some(for_s.unwrap_or(TEST_S)),
         };
+        // What counts down as a test does not come to water, nor the other way round.
+        if self.zones[zone].mode.is_test() != mode.is_test() {
+            self.cancel(zone, Why::Mode);
+        }
         self.set_mode(zone, mode, time.map(ms), cause.to_vec());
         Ok(())
     }

@@ -262,6 +262,9 @@ impl Oracle {
                 let area = &mut self.areas[index];
                 if !(mode.is_test() && area.force.is_some_and(|(_, _, wet)| wet)) {
                     let preset = config.zones[index].return_after_s;
+                    if area.mode.is_test() != mode.is_test() {
+                        (area.met, area.held) = (None, 0);
+                    }
                     area.mode = *mode;
                     area.mode_left = match mode {
                         Mode::Automatic => None,

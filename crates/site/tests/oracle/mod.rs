@@ -73,6 +73,17 @@ struct Motor {
     off: Option<u64>,
 }
 
+impl Barrel {
+    /// Somebody opens it after a Close: it begins to open, or is open after it was closed.
+    fn opens(&mut self, report: &MonitorReport) -> bool {
+        let before = self.report;
+        self.shut |= report.reachable && report.valve == Valve::Closed;
+        let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
+        let is_open = self.shut && report.valve == Valve::Open;
+        before.reachable && before.valve != Valve::Open && (begins || is_open)
+    }
+}
+
 /// The oracle.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Oracle {
@@ -209,12 +220,8 @@ impl Oracle {
                 } else if person && report.reachable && water && !(before.reachable && flowed) {
                     barrel.hand = !barrel.given;
                 }
-                let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
-                let opens = before.reachable && before.valve != Valve::Open;
                 let locked = self.lockout || report.lockout;
-                barrel.shut |= report.reachable && report.valve == Valve::Closed;
-                let is_open = barrel.shut && report.valve == Valve::Open;
-                if person && opens && (begins || is_open) && !locked {
+                if barrel.opens(report) && person && !locked {
                     barrel.closing = None;
                 }
                 if report.lockout && !before.lockout {

@@ -99,7 +99,10 @@ impl Site {
         if report.reachable && report.valve == Valve::Closed && !report.extinguishing {
             monitor.found = None;
             monitor.lent = None;
-            monitor.water_of = monitor.owner.and(monitor.water_of);
+            // Before it flows for the first time it is ordered all the same.
+            if old.reachable && acts(&old) {
+                monitor.water_of = None;
+            }
         }
         if report.authority != Authority::Person && old.authority == Authority::Person {
             self.given_back(index);

@@ -174,12 +174,12 @@ impl Site {
                 .or(left(state.found))
                 .or(left(state.lent.and_then(|(_, until)| until)))
                 .or(left(before));
-            let zone = state.owner.or(state.water_of).filter(|_| water_left_ms.is_some());
+            let zone = state.owner.or(state.water_of);
             let stored = StoredMonitor {
                 refused: state.refused.as_ref().map(|it| it.why),
                 water_left_ms,
                 zone: zone.map(|zone| self.zone_id(zone)),
-                by_person: state.by_person,
+                by_person: state.by_person && zone.is_none(),
             };
             (id.clone(), stored)
         });

@@ -768,3 +768,16 @@ fn a_pump_that_is_not_asked_for_any_more_stops_after_its_time() {
     assert!(of(&hall.wait(4999), "Pump").is_empty());
     assert_eq!(of(&hall.wait(1), "Pump"), ["Pump p1 off", "Pump p2 off"]);
 }
+
+/// Water that was ordered, and opened when a person had just taken the monitor, is no person's after a restart.
+#[test]
+fn ordered_water_that_a_person_took_is_found_after_a_restart() {
+    let mut hall = Hall::new();
+    hall.hand(Hand::Release { zone: zone() });
+    let person = MonitorReport { authority: Authority::Person, ..SHUT };
+    hall.monitor("north", person);
+    hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+    let mut hall = restarted(&hall, |_| {});
+    assert!(orders(&hall.monitor("north", OPEN)).is_empty());
+    assert_eq!(hall.site.state().monitors[0].found_left_ms, Some(60_000));
+}

@@ -526,7 +526,7 @@ fn the_reset_of_a_zone_does_not_open_for_another() {
     assert!(!refused(&hall));
 }
 
-/// Whoever releases a zone by hand gets the monitors that it takes; the Close of the others goes on.
+/// A person who releases a zone gets the monitors that the release takes; the Close of the others goes on.
 #[test]
 fn a_release_by_hand_ends_the_close_of_none_but_its_monitors() {
     let lost = MonitorReport { reachable: false, ..OPEN };

@@ -74,7 +74,7 @@ struct Motor {
 }
 
 impl Barrel {
-    /// Somebody opens it after a Close: it begins to open, or is open after it was closed.
+    /// It is opened after a Close: it begins to open, or is open after it was closed.
     fn opens(&mut self, report: &MonitorReport) -> bool {
         let before = self.report;
         self.shut |= report.reachable && report.valve == Valve::Closed;

@@ -48,6 +48,12 @@ pub struct StoredZone {
 pub struct StoredMonitor {
     /// A person closed or stopped it.
     pub refused: Option<Why>,
-    /// Automatic water may run for so long, ms.
+    /// Automatic water may run for so long, ms; 0 if its end was ordered and is not confirmed.
     pub water_left_ms: Option<u64>,
+    /// The zone for which its water was ordered, by its id.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zone: Option<String>,
+    /// A person began the water that runs, no order did, and no no has come since.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub by_person: bool,
 }

@@ -5,7 +5,7 @@ mod hazards;
 use lafet_site::{
     Authority, Bypass, Condition, Config, Disablement, Entry, Event, Hand, Mode, MonitorReport,
     NotReleased, Order, PathFault, Phase, Reaction, Refusal, Scope, Signal, Site, Tone, Trouble,
-    Unable, Valve, Voteless, Why,
+    Unable, Valve, Voteless, Why, Withheld,
 };
 
 const HALL: &str = r#"
@@ -400,6 +400,42 @@ fn a_test_turns_and_pumps_but_wets_nothing() {
     assert_eq!(hall.phase(), released);
     let back = hall.hand(Hand::Mode { zone: zone(), mode: Mode::Automatic, for_s: None });
     assert!(orders(&back).contains(&"Valve outlet off".to_owned()));
+}
+
+/// What coincided and was held in a test does not bring water earlier, nor the other way round.
+#[test]
+fn the_change_between_test_and_automatic_starts_the_coincidence_again() {
+    let mode = |mode| Hand::Mode { zone: zone(), mode, for_s: None };
+    let mut hall = Hall::new();
+    hall.hand(mode(Mode::TestDry));
+    hall.fire();
+    hall.wait(14_900);
+    let changed = hall.hand(mode(Mode::Automatic));
+    let cancelled = Entry::Cancelled { zone: zone(), why: Why::Mode };
+    assert!(changed.records.iter().any(|it| it.entry == cancelled), "{changed:?}");
+    let since = hall.now;
+    assert!(hall.wait(14_999).is_empty());
+    assert_eq!(hall.wait(1)[0], (since + 15_000, "Engage north Some(60000)".to_owned()));
+    // Into the test.
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(14_900);
+    hall.hand(mode(Mode::TestOutlet));
+    assert!(hall.wait(14_999).is_empty());
+    assert_eq!(hall.wait(1)[0].1, "Valve outlet on");
+    // From one test to the other it goes on, as it does where nothing changes.
+    let mut hall = Hall::new();
+    hall.hand(mode(Mode::TestDry));
+    hall.fire();
+    hall.wait(10_000);
+    hall.hand(mode(Mode::TestOutlet));
+    hall.wait(5000);
+    assert_eq!(hall.phase(), Phase::Released { automatic: true, wet: false });
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(14_900);
+    hall.hand(mode(Mode::Automatic));
+    assert!(!hall.wait(100).is_empty());
 }
 
 #[test]

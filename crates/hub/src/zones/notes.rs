@@ -246,7 +246,7 @@ mod tests {
         )
         .unwrap();
         let zone = |mode| StoredZone { mode, returns_in_ms: None, ended: None };
-        let refused = StoredMonitor { refused: Some(Why::Close), water_left_ms: None };
+        let refused = StoredMonitor { refused: Some(Why::Close), ..Default::default() };
         let stored = |hall, gone| Persisted {
             version: lafet_site::VERSION,
             lockout: false,

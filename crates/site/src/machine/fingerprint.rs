@@ -38,12 +38,13 @@ impl Site {
             it.alarmed.then(|| age(it.alarm_since)).filter(|_| self.has_holds()).hash(hash);
         }
         for it in &self.monitors {
-            let closing = it.closing.as_ref().map(|it| (left(it.next), age(it.since)));
+            let closing = it.closing.as_ref();
+            let closing = closing.map(|it| (left(it.next), age(it.since), it.shut, it.yields));
             let engaged = it.engaged.map(|engaged| (engaged, age(it.engaged_at)));
             let refused = it.refused.as_ref().map(|refused| (refused.why, age(refused.at)));
             (it.report, it.seen, it.owner, engaged, it.idle, it.prepared, closing).hash(hash);
             it.lent.map(|(zone, until)| (zone, until.map(left))).hash(hash);
-            it.by_person.hash(hash);
+            (it.by_person, it.water_of).hash(hash);
             (refused, it.found.map(left), it.stored_left.filter(|_| !it.seen)).hash(hash);
         }
         for (index, it) in self.pumps.iter().enumerate() {
@@ -51,6 +52,7 @@ impl Site {
             let feedback = self.plan.config.pumps[index].feedback;
             (it.reported, feedback.then(|| (left(it.next), age(it.set_at)))).hash(hash);
             (it.on, started, it.seen, it.lost_since.map(age), it.failed, it.hand).hash(hash);
+            (it.replaced, it.idle_since.map(age)).hash(hash);
         }
         for (index, it) in self.outputs.iter().enumerate() {
             let set = it.set.map(|set| match set {
@@ -66,7 +68,7 @@ impl Site {
         }
         let young = age(self.started);
         (self.lockout, self.silenced, young).hash(hash);
-        (self.pumps_since.map(age), self.pumps_idle_since.map(age)).hash(hash);
+        self.pumps_since.map(age).hash(hash);
     }
 
     /// Whether the beginning of an alarm matters.

@@ -110,6 +110,10 @@ impl Site {
             Mode::Manual | Mode::Off => for_s.or(configured.return_after_s),
             Mode::TestDry | Mode::TestOutlet => Some(for_s.unwrap_or(TEST_S)),
         };
+        // What counts down as a test does not come to water, nor the other way round.
+        if self.zones[zone].mode.is_test() != mode.is_test() {
+            self.cancel(zone, Why::Mode);
+        }
         self.set_mode(zone, mode, time.map(ms), cause.to_vec());
         Ok(())
     }
@@ -162,7 +166,7 @@ impl Site {
         for &monitor in &self.plan.zone_monitors[zone] {
             let state = &mut self.monitors[monitor];
             if state.refused.is_none() && state.owner.is_none() {
-                state.closing = None;
+                state.closing.iter_mut().for_each(|it| it.yields = Some(zone));
             }
         }
         self.release(zone, false, self.now, cause);
@@ -256,7 +260,9 @@ impl Site {
             self.zones[zone].ended = None;
         }
         for monitor in self.monitors_of(scope, &zones) {
-            self.monitors[monitor].refused = None;
+            if !self.serves_another(monitor, &zones) {
+                self.monitors[monitor].refused = None;
+            }
         }
         if *scope == Scope::Site {
             self.troubles.retain(|_, known| known.active);
@@ -265,6 +271,15 @@ impl Site {
         self.out.persist = true;
         self.record(Entry::Reset(scope.clone()), cause.to_vec());
         Ok(())
+    }
+
+    /// A zone besides these would open a monitor at once, or soon. For a monitor by its name there are none.
+    fn serves_another(&self, monitor: usize, zones: &[usize]) -> bool {
+        let mut others = self.plan.monitor_zones[monitor].iter().filter(|it| !zones.contains(it));
+        let under_way = |zone: &usize| {
+            self.zones[*zone].release.is_some() || self.zones[*zone].met_since.is_some()
+        };
+        !zones.is_empty() && others.any(under_way)
     }
 
     fn bypass(&mut self, index: usize, bypass: Bypass, cause: &[Cause]) {

@@ -48,7 +48,6 @@ pub struct Site {
     /// Lockout by command.
     lockout: bool,
     pumps_since: Option<u64>,
-    pumps_idle_since: Option<u64>,
     troubles: BTreeMap<(Trouble, usize), alert::Known>,
     silenced: bool,
     out: Reaction,

@@ -31,6 +31,8 @@ pub(super) struct Monitor {
     pub by_person: bool,
     /// A person took it from this zone, whose water was to end at this time.
     pub lent: Option<(usize, Option<u64>)>,
+    /// The zone for which the water that flows was ordered last, as far as it is known.
+    pub water_of: Option<usize>,
     /// What the stored state allows that water, ms.
     pub stored_left: Option<u64>,
 }
@@ -40,6 +42,10 @@ pub(super) struct Monitor {
 pub(super) struct Closing {
     pub since: u64,
     pub next: u64,
+    /// The valve was reported closed since the last order: what is open now was opened after it.
+    pub shut: bool,
+    /// A person has released this zone since: it may have the monitor before it is closed.
+    pub yields: Option<usize>,
     pub cause: Vec<Cause>,
 }
 
@@ -80,7 +86,8 @@ impl Site {
             let until = |zone: usize| self.zones[zone].release.as_ref().and_then(|it| it.until);
             let lent = monitor.owner.take().map(|zone| (zone, until(zone)));
             // Found water that a person takes over keeps its end.
-            let zone = self.plan.monitor_zones[index].first().copied();
+            let first = self.plan.monitor_zones[index].first().copied();
+            let zone = monitor.water_of.or(first);
             let found = zone.zip(monitor.found).map(|(zone, until)| (zone, Some(until)));
             monitor.lent = lent.or(found).or(monitor.lent);
             self.out.persist = true;
@@ -92,6 +99,10 @@ impl Site {
         if report.reachable && report.valve == Valve::Closed && !report.extinguishing {
             monitor.found = None;
             monitor.lent = None;
+            // Before it flows for the first time it is ordered all the same.
+            if old.reachable && acts(&old) {
+                monitor.water_of = None;
+            }
         }
         if report.authority != Authority::Person && old.authority == Authority::Person {
             self.given_back(index);
@@ -102,7 +113,7 @@ impl Site {
     fn water_of_people(&mut self, index: usize, old: &MonitorReport) {
         let locked = self.is_locked();
         let (now, monitor) = (self.now, &mut self.monitors[index]);
-        let report = monitor.report;
+        let (report, before) = (monitor.report, monitor.by_person);
         let person = report.authority == Authority::Person;
         if report.reachable && !monitor.acts() {
             monitor.by_person = false;
@@ -114,13 +125,18 @@ impl Site {
             // What a person has taken over before the start ends in its time.
             monitor.by_person = monitor.lent.is_none();
         }
+        let closed = report.reachable && report.valve == Valve::Closed;
+        monitor.closing.iter_mut().for_each(|it| it.shut |= closed);
         // One that opens is stronger than a Close of before, whose end was not reported; a valve takes its time.
+        // One that jams while it closes is open again without having been closed.
+        let shut = monitor.closing.as_ref().is_some_and(|it| it.shut);
         let begins = report.valve == Valve::Opening && old.valve != Valve::Opening;
         let opens = old.reachable && old.valve != Valve::Open;
-        let opens = opens && (begins || report.valve == Valve::Open);
+        let opens = opens && (begins || (shut && report.valve == Valve::Open));
         if person && opens && !locked && !report.lockout && monitor.closing.take().is_some() {
             monitor.by_person = true;
         }
+        self.out.persist |= monitor.by_person != before;
     }
 
     /// A monitor that was locked out while it worked, or was about to, does not come back with its key.
@@ -160,10 +176,15 @@ impl Site {
             return;
         }
         if monitor.report.authority == Authority::Person {
-            // Only water that a person took over from votes has a stored end.
-            let until = monitor.stored_left.map(|left| self.started.saturating_add(left));
-            let zone = self.plan.monitor_zones[index].first().copied();
+            // Only water that a person took over from votes has a stored end; what was closed names no zone.
+            let stored = monitor.stored_left.filter(|left| *left > 0 || monitor.water_of.is_some());
+            let until = stored.map(|left| self.started.saturating_add(left));
+            let zone = monitor.water_of.or(self.plan.monitor_zones[index].first().copied());
             self.monitors[index].lent = zone.filter(|_| until.is_some()).map(|it| (it, until));
+            return;
+        }
+        // What a person began ends by hand, as before.
+        if monitor.by_person {
             return;
         }
         let zones = &self.plan.monitor_zones[index];
@@ -320,7 +341,8 @@ impl Site {
                 other == zone || automatic || theirs.is_some_and(|it| !it.automatic)
             });
             let withheld = self.withheld(index).is_some() || self.left_out(index, zone);
-            let closing = monitor.closing.as_ref().map(|it| it.since);
+            let waits = |it: &&Closing| automatic || it.yields != Some(zone);
+            let closing = monitor.closing.as_ref().filter(waits).map(|it| it.since);
             // One that never reports that it is closed is not lost for the next fire.
             let late = self.rules.overdue_ms;
             let closes = closing.is_some_and(|since| !self.due(since.saturating_add(late)));
@@ -402,8 +424,10 @@ impl Site {
         if monitor.closing.is_some() || !monitor.acts() || (theirs && !locked) {
             return;
         }
-        let zones = &self.plan.monitor_zones[index];
-        let ended = zones.iter().find_map(|zone| {
+        // Of found water it is known for which zone it runs, if that was stored.
+        let of_one = monitor.water_of.filter(|_| monitor.found.is_some());
+        let all = self.plan.monitor_zones[index].iter();
+        let ended = all.filter(|it| of_one.is_none_or(|one| one == **it)).find_map(|zone| {
             let ended = self.zones[*zone].ended.as_ref().map(|it| it.why);
             ended.or(self.says_no(*zone))
         });
@@ -421,14 +445,17 @@ impl Site {
         let next = self.now.saturating_add(self.rules.repeat_ms);
         let monitor = &mut self.monitors[index];
         let since = monitor.closing.as_ref().map_or(self.now, |it| it.since);
-        monitor.closing = Some(Closing { since, next, cause: cause.to_vec() });
+        let shut = monitor.report.reachable && monitor.report.valve == Valve::Closed;
+        monitor.closing = Some(Closing { since, next, shut, yields: None, cause: cause.to_vec() });
         monitor.owner = None;
         monitor.engaged = None;
         monitor.prepared = None;
         monitor.found = None;
         monitor.lent = None;
+        monitor.water_of = None;
         monitor.by_person = false;
         monitor.idle = false;
+        self.out.persist = true;
         if stop {
             self.command(Order::Stop { monitor: self.monitor_id(index) }, cause.to_vec());
         }
@@ -437,7 +464,7 @@ impl Site {
 
     /// The first look is a repetition later: a report of before the order does not confirm it.
     fn close_again(&mut self, index: usize) {
-        let Some(Closing { since, next, cause }) = self.monitors[index].closing.clone() else {
+        let Some(Closing { since, next, cause, .. }) = self.monitors[index].closing.clone() else {
             return;
         };
         let late = self.due(since.saturating_add(self.rules.overdue_ms));
@@ -450,6 +477,7 @@ impl Site {
         if closed || !self.rules.close_repeats {
             self.monitors[index].closing = None;
             self.busy = true;
+            self.out.persist = true;
             return;
         }
         if let Some(closing) = &mut self.monitors[index].closing {
@@ -492,6 +520,8 @@ impl Site {
         self.monitors[index].engaged = Some((zone, automatic));
         self.monitors[index].engaged_at = self.now;
         self.monitors[index].by_person = false;
+        self.monitors[index].water_of = Some(zone);
+        self.out.persist = true;
         let water_max_ms = until.map(|until| until.saturating_sub(self.now));
         let (monitor, zone) = (self.monitor_id(index), self.zone_id(zone));
         self.command(Order::Engage { monitor, zone, water_max_ms }, cause);

@@ -90,7 +90,6 @@ impl Site {
             outputs: vec![Output::default(); config.outputs.len()],
             lockout: false,
             pumps_since: None,
-            pumps_idle_since: None,
             troubles: std::collections::BTreeMap::new(),
             silenced: false,
             out: Reaction::default(),
@@ -138,6 +137,10 @@ impl Site {
             self.monitors[index].refused =
                 monitor.refused.map(|why| Ended { why, at: now, said: true });
             self.monitors[index].stored_left = monitor.water_left_ms;
+            self.monitors[index].by_person = monitor.by_person;
+            let zone = monitor.zone.as_ref().and_then(|zone| self.plan.zone(zone));
+            let serves = |zone: &usize| self.plan.monitor_zones[index].contains(zone);
+            self.monitors[index].water_of = zone.filter(serves);
         }
         dropped
     }
@@ -162,11 +165,21 @@ impl Site {
                 Some(release) if release.until.is_some() => left(release.until).unwrap_or_default(),
                 _ => ms(config.zones[zone].water_max_s),
             });
+            // One that was not heard of yet has what was stored before.
+            let before = state.stored_left.filter(|_| !state.seen);
+            let before = before.map(|left| self.started.saturating_add(left));
+            // Its end was ordered, and is not confirmed.
+            let water = water.or(state.closing.as_ref().map(|_| 0));
+            let water_left_ms = water
+                .or(left(state.found))
+                .or(left(state.lent.and_then(|(_, until)| until)))
+                .or(left(before));
+            let zone = state.owner.or(state.water_of);
             let stored = StoredMonitor {
                 refused: state.refused.as_ref().map(|it| it.why),
-                water_left_ms: water
-                    .or(left(state.found))
-                    .or(left(state.lent.and_then(|(_, until)| until))),
+                water_left_ms,
+                zone: zone.map(|zone| self.zone_id(zone)),
+                by_person: state.by_person && zone.is_none(),
             };
             (id.clone(), stored)
         });

@@ -44,6 +44,10 @@ pub(super) struct Pump {
     pub seen: bool,
     pub lost_since: Option<u64>,
     pub failed: bool,
+    /// It failed, and a standby pump runs in its place until no water wants pumps: the pressure may be that one's.
+    pub replaced: bool,
+    /// It runs, and is not asked for any more, since.
+    pub idle_since: Option<u64>,
     /// A person started or stopped it.
     pub hand: Option<bool>,
     pub set_at: u64,
@@ -173,7 +177,7 @@ impl Site {
     /// After a reset: pumps run by themselves again.
     pub(super) fn forget_pumps(&mut self) {
         for pump in &mut self.pumps {
-            pump.hand = None;
+            (pump.hand, pump.replaced) = (None, false);
             if pump.on != Some(true) {
                 pump.failed = false;
             }
@@ -189,7 +193,6 @@ impl Site {
             }
         }
         self.pumps_since = None;
-        self.pumps_idle_since = None;
     }
 
     fn set_pump(&mut self, index: usize, on: bool, cause: Vec<Cause>) {
@@ -199,6 +202,7 @@ impl Site {
         pump.seen = false;
         pump.lost_since = None;
         pump.failed = false;
+        pump.idle_since = None;
         (pump.set_at, pump.next) = (now, now.saturating_add(self.rules.repeat_ms));
         if on {
             pump.started = now;
@@ -221,9 +225,9 @@ impl Site {
         let wanted = cause.is_some();
         if wanted {
             self.pumps_since = Some(self.pumps_since.unwrap_or(self.now));
-            self.pumps_idle_since = None;
-        } else if self.pumps_since.take().is_some() {
-            self.pumps_idle_since = Some(self.now);
+        } else {
+            self.pumps_since = None;
+            self.pumps.iter_mut().for_each(|it| it.replaced = false);
         }
         let cause = cause.unwrap_or_default();
         // Water that was found running, or is running out its time, keeps the pumps that run.
@@ -237,12 +241,14 @@ impl Site {
             let replaces = standby && !missing.is_empty();
             let asked = self.pumps[index].hand.unwrap_or(wanted && (!standby || replaces));
             let mut cause = cause.clone();
-            if asked && replaces {
-                let lost = missing.remove(0);
+            let lost = (asked && replaces).then(|| missing.remove(0));
+            if let Some(lost) = lost {
                 cause.push(Cause::InPlaceOf { lost: self.plan.config.pumps[lost].id.clone() });
             }
             if self.pumps[index].on == Some(true) {
                 self.watch(index);
+                let idle = self.pumps[index].idle_since.unwrap_or(self.now);
+                self.pumps[index].idle_since = (!asked).then_some(idle);
                 if asked {
                     previous = Some(self.pumps[index].started);
                 } else if !found || self.pumps[index].hand == Some(false) {
@@ -252,9 +258,13 @@ impl Site {
                 waiting = !self.start_pump(index, previous, cause);
                 previous = Some(self.pumps[index].started).filter(|_| !waiting);
             }
+            if let Some(lost) = lost.filter(|_| self.pumps[index].on == Some(true)) {
+                self.pumps[lost].replaced |= self.pumps[lost].failed;
+            }
             // One that a person keeps off is missing like one that failed.
             let off = wanted && !standby && self.pumps[index].hand == Some(false);
-            if (off || asked && self.pumps[index].failed) && self.rules.pump_is_replaced {
+            let Pump { failed, replaced, .. } = self.pumps[index];
+            if (off || asked && (failed || replaced)) && self.rules.pump_is_replaced {
                 missing.push(index);
             }
         }
@@ -310,7 +320,7 @@ impl Site {
 
     fn stop_pump(&mut self, index: usize) {
         let run_on = ms(self.plan.config.run_on_s);
-        let idle = self.pumps_idle_since.unwrap_or(self.now);
+        let idle = self.pumps[index].idle_since.unwrap_or(self.now);
         if self.pumps[index].hand == Some(false) || self.due(idle.saturating_add(run_on)) {
             self.set_pump(index, false, Vec::new());
         }

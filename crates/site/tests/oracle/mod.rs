@@ -49,6 +49,10 @@ struct Barrel {
     refused: Option<u64>,
     /// Closed so long ago, and not confirmed yet.
     closing: Option<u64>,
+    /// Its valve was reported closed since then.
+    shut: bool,
+    /// The zone that a person has released since then: it need not wait for the end of that Close.
+    yields: Option<usize>,
     /// Water that was ordered by votes or before the start, and works for no zone now, for so long.
     found: Option<u64>,
     /// Its water was ordered by votes.
@@ -67,6 +71,17 @@ struct Motor {
     dry: u64,
     /// A person keeps it off, and for so long while it is needed.
     off: Option<u64>,
+}
+
+impl Barrel {
+    /// It is opened after a Close: it begins to open, or is open after it was closed.
+    fn opens(&mut self, report: &MonitorReport) -> bool {
+        let before = self.report;
+        self.shut |= report.reachable && report.valve == Valve::Closed;
+        let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
+        let is_open = self.shut && report.valve == Valve::Open;
+        before.reachable && before.valve != Valve::Open && (begins || is_open)
+    }
 }
 
 /// The oracle.
@@ -120,8 +135,8 @@ impl Oracle {
         }
         for barrel in &mut self.barrels {
             let refused = barrel.refused.map(|_| 0);
-            *barrel =
-                Barrel { refused, ours: barrel.ours, given: barrel.given, ..Barrel::default() };
+            let Barrel { ours, given, hand, .. } = *barrel;
+            *barrel = Barrel { refused, ours, given, hand, ..Barrel::default() };
         }
         self.motors.fill(Motor::default());
         self.pressure = false;
@@ -205,10 +220,8 @@ impl Oracle {
                 } else if person && report.reachable && water && !(before.reachable && flowed) {
                     barrel.hand = !barrel.given;
                 }
-                let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
-                let opens = before.reachable && before.valve != Valve::Open;
                 let locked = self.lockout || report.lockout;
-                if person && opens && (begins || report.valve == Valve::Open) && !locked {
+                if barrel.opens(report) && person && !locked {
                     barrel.closing = None;
                 }
                 if report.lockout && !before.lockout {
@@ -256,6 +269,9 @@ impl Oracle {
                 let area = &mut self.areas[index];
                 if !(mode.is_test() && area.force.is_some_and(|(_, _, wet)| wet)) {
                     let preset = config.zones[index].return_after_s;
+                    if area.mode.is_test() != mode.is_test() {
+                        (area.met, area.held) = (None, 0);
+                    }
                     area.mode = *mode;
                     area.mode_left = match mode {
                         Mode::Automatic => None,
@@ -355,7 +371,7 @@ impl Oracle {
         for (barrel, id) in self.barrels.iter_mut().zip(&config.monitors) {
             let serves = config.zones[zone].monitors.contains(id);
             if serves && barrel.works_for.is_none() && barrel.refused.is_none() {
-                barrel.closing = None;
+                barrel.yields = Some(zone);
             }
         }
     }
@@ -502,6 +518,11 @@ impl Oracle {
             }
         }
         for (index, barrel) in self.barrels.iter_mut().enumerate() {
+            let valve = barrel.report.reachable && barrel.report.valve == Valve::Closed;
+            let shut = valve && !barrel.report.extinguishing;
+            if closed.contains(&index) && (barrel.closing.is_none() || must.contains(&index)) {
+                (barrel.shut, barrel.yields) = (valve, None);
+            }
             if closed.contains(&index) {
                 let kept = barrel.hand && barrel.closing.is_none() && barrel.works_for.is_none();
                 if kept && !must.contains(&index) && !self.lockout && !barrel.report.lockout {
@@ -511,9 +532,6 @@ impl Oracle {
                 (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
                 barrel.lent = None;
             }
-            let shut = barrel.report.reachable
-                && barrel.report.valve == Valve::Closed
-                && !barrel.report.extinguishing;
             if barrel.closing.is_some_and(|age| age >= REPEAT) {
                 if !shut {
                     return Err(format!("Close of {} is not repeated", config.monitors[index]));
@@ -682,7 +700,7 @@ impl Oracle {
     /// Every zone in force has the monitors that it can have.
     fn served(&self, config: &Config) -> Result<(), String> {
         for (zone, area) in self.areas.iter().enumerate() {
-            let Some((_, _, true)) = area.force else { continue };
+            let Some((automatic, _, true)) = area.force else { continue };
             let configured = &config.zones[zone];
             let of_zone: Vec<usize> = (0..self.barrels.len())
                 .filter(|it| configured.monitors.contains(&config.monitors[*it]))
@@ -691,7 +709,8 @@ impl Oracle {
             let works = |it: &&usize| self.barrels[**it].works_for == Some(zone);
             let free = |it: &&usize| {
                 let barrel = &self.barrels[**it];
-                barrel.works_for.is_none() && barrel.closing.is_none()
+                let closes = barrel.closing.is_some() && (automatic || barrel.yields != Some(zone));
+                barrel.works_for.is_none() && !closes
             };
             let have = of_zone.iter().filter(works).count();
             let could = have + of_zone.iter().filter(free).count();

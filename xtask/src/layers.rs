@@ -21,8 +21,6 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],
     ),
     ("lafet-site", &["lafet-ballistics", "lafet-texts"]),
-    // It tests what is behind the API of a hub, and must know neither hub nor simulator.
-    ("lafet-acceptance", &["lafet-texts"]),
     ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
     (
         "lafet-verify",
@@ -54,7 +52,6 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lafet",
         &[
-            "lafet-acceptance",
             "lafet-capture",
             "lafet-client",
             "lafet-conform",
@@ -74,7 +71,6 @@ const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("lafet-client", &["lafet-sim", "lafet-device"]),
     ("lafet-conform", &["lafet-sim", "lafet-device"]),
     ("lafet-hub", &["lafet-sim", "lafet-device"]),
-    ("lafet-acceptance", &["lafet-hub", "lafet-sim", "lafet-device", "lafet-proto"]),
 ];
 
 /// Says of each direct dependency what it is for.

@@ -1,4 +1,4 @@
-//! The installation as it is configured: what `lafet site test` holds against its plan.
+//! The installation as it is configured: for tools that hold it against a plan.
 
 use axum::Json;
 use axum::extract::State;

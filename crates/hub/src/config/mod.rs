@@ -29,7 +29,6 @@ use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
 pub use plan::{Area, PlanConfig};
-pub use words::of as said;
 pub use zones::{Aim, Outlet, Station, Target, ZonesConfig};
 
 /// Default address of the listener.

@@ -151,8 +151,9 @@ impl Hub {
     }
 
     /// Gives monitors back that no zone needs, and to who asks for them.
-    pub(super) fn give_back(&self, machine: &Machine) {
+    pub(super) fn give_back(&self, machine: &mut Machine) {
         let state = machine.site.state();
+        self.end_turning(machine, &state);
         let counts = |phase| matches!(phase, Phase::Coincidence | Phase::Countdown | Phase::Held);
         let counting = state.zones.iter().any(|zone| counts(zone.phase));
         for monitor in &state.monitors {
@@ -171,6 +172,31 @@ impl Hub {
                 _ => continue,
             };
             _ = self.change_authority(&Caller::zones(), &station, action, None);
+        }
+    }
+
+    /// A monitor that turns to a fire which is no cause any more, as the votes were withdrawn or the zone was
+    /// switched to another mode, is sent nothing further.
+    fn end_turning(&self, machine: &mut Machine, state: &State) {
+        let Some(zones) = self.zones() else { return };
+        for monitor in &state.monitors {
+            let of = zones.config.site.zones.iter().zip(&state.zones);
+            let wanted =
+                of.filter(|(zone, _)| zone.monitors.contains(&monitor.monitor)).any(|it| {
+                    matches!(
+                        it.1.phase,
+                        Phase::Coincidence
+                            | Phase::Countdown
+                            | Phase::Held
+                            | Phase::Released { .. }
+                    )
+                });
+            let Some(line) = machine.lines.get_mut(&monitor.monitor) else { continue };
+            let turns = line.order.is_some() && line.engaged.is_none();
+            if turns && !wanted && monitor.engaged_for.is_none() && !monitor.closing {
+                line.void();
+                line.clear();
+            }
         }
     }
 

@@ -216,6 +216,25 @@ async fn a_stowed_monitor_is_deployed_before_its_valve_opens() {
     assert_eq!(state(&site).await["monitors"][0]["withheld"], "refused");
 }
 
+#[tokio::test]
+async fn a_monitor_that_deploys_does_not_turn_when_the_votes_are_withdrawn() {
+    let site = quiet_of((1, Composition::FULL), "coincidence_s = 0\ndelay_s = 60").await;
+    let station = site.hub.station("M1").unwrap();
+    let is = |of: SubsystemId, flag: &str| station.status().is_set(of, flag);
+    fire(&site).await;
+    until("it deploys", || is(SubsystemId::DEPLOYER, "Deploying")).await;
+    for detector in ["flame", "heat"] {
+        assert_eq!(sees(&site, detector, "quiet").await.status, 204);
+    }
+    until_state(&site, "no votes", |zone| zone["phase"] == "quiet").await;
+    until("it is deployed", || is(SubsystemId::DEPLOYER, "Deployed")).await;
+    let turns =
+        || [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL].iter().any(|it| is(*it, "Move"));
+    assert!(stays(Duration::from_secs(3), || !turns()).await, "for what it turns is over");
+    let authority = site.get("", "/api/monitors/M1").await.body["authority"]["state"].clone();
+    assert_eq!(authority, "free");
+}
+
 /// The best of some tries: the machine of the tests has other work too.
 #[tokio::test]
 async fn the_first_command_is_sent_within_200_ms() {

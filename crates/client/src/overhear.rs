@@ -61,7 +61,7 @@ impl Overheard {
     /// Whether a frame of a bus controller was heard, at whatever speed.
     pub fn has_controller(&self) -> bool {
         let elsewhere = self.elsewhere.iter().flat_map(|(_, heard)| &heard.frames);
-        self.here.frames.iter().chain(elsewhere).any(|frame| frame.src == CONTROLLER)
+        self.here.frames.iter().chain(elsewhere).any(|frame| frame.speaker() == CONTROLLER)
     }
 }
 

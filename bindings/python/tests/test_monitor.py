@@ -72,7 +72,12 @@ def test_ctrl_c_ends_what_was_started(simulator: Simulator) -> None:
             print("flows", flush=True)
             monitor.aim(azimuth=170, wait=60)
     """
-    child = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE)
+    child = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(program)],
+        stdout=subprocess.PIPE,
+        # What is started in the background of a script inherits that the signal is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     assert child.stdout is not None and child.stdout.readline() == b"flows\n"
     until(lambda: simulator.position("Horizontal") > 60)
     child.send_signal(signal.SIGINT)

@@ -264,7 +264,7 @@ async fn set_zone_mode(
 
 /// Makes a zone that was ended, and its monitors that were stopped, ready again.
 #[utoipa::path(post, path = "/api/zones/{id}/reset", params(("id" = String, Path), Until),
-    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
+    responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn reset_zone(
     State(hub): State<Hub>,
     InTime(caller): InTime,
@@ -276,7 +276,7 @@ async fn reset_zone(
 
 /// Makes all zones and monitors ready again, and forgets troubles that are over.
 #[utoipa::path(post, path = "/api/zones/reset", params(Until),
-    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
+    responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn reset_zones(
     State(hub): State<Hub>,
     InTime(caller): InTime,
@@ -324,7 +324,7 @@ async fn lock_zones(
 
 /// Releases the lockout of the zones.
 #[utoipa::path(post, path = "/api/zones/unlock", params(Until),
-    responses((status = 200, body = ZonesView), (status = 401), (status = 403), (status = 404), (status = 409)))]
+    responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn unlock_zones(
     State(hub): State<Hub>,
     InTime(caller): InTime,

@@ -31,7 +31,7 @@ impl Tcp {
         Ok(Self(stream))
     }
 
-    /// Gives up what has been sent and not confirmed: see [`abandon`].
+    /// Gives up what has been sent and not confirmed: see `abandon`.
     pub fn abandon(&self) {
         abandon(&self.0);
     }

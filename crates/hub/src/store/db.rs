@@ -376,7 +376,7 @@ impl Db {
         ask(&self.reading, work).await
     }
 
-    /// As [`checkpoint`], after what was asked before.
+    /// As `checkpoint`, after what was asked before.
     pub async fn checkpoint(&self) -> Result<(), StoreError> {
         self.call(|db| checkpoint(db)).await
     }

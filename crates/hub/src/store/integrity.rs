@@ -158,7 +158,7 @@ impl Hub {
     }
 
     /// Moves what the databases have in SQLite's logs into their files: a copy of each file alone is
-    /// whole then. Takes [`SETTLE`] at most; what did not get so far is in the log beside the file as
+    /// whole then. Takes `SETTLE` at most; what did not get so far is in the log beside the file as
     /// before, and nothing is lost.
     pub async fn settle(&self) {
         let own = self.clone();

@@ -61,7 +61,8 @@ export function guardTuning(): void {
   window.addEventListener('pagehide', leave);
   document.addEventListener('visibilitychange', () => document.hidden && leave());
   document.addEventListener('freeze', leave);
-  onHalt(leave);
+  // One of another client the hub ends by itself, and reports why.
+  onHalt(({ own }) => own && leave());
   store.subscribe(LINKED, () => {
     if (!store.linked || store.source === 'replay') leave();
   });

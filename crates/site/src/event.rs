@@ -139,6 +139,13 @@ pub struct MonitorReport {
     pub failure: bool,
 }
 
+impl MonitorReport {
+    /// It gives water, or is about to.
+    pub fn acts(&self) -> bool {
+        matches!(self.valve, Valve::Open | Valve::Opening | Valve::Moving) || self.extinguishing
+    }
+}
+
 /// Who controls a monitor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

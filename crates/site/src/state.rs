@@ -99,6 +99,13 @@ pub enum Phase {
     Ended(Why),
 }
 
+impl Phase {
+    /// Enough votes coincide: a release follows, unless something prevents it.
+    pub const fn is_pending(self) -> bool {
+        matches!(self, Self::Coincidence | Self::Countdown | Self::Held)
+    }
+}
+
 /// Why a zone with an alarm is not released.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -463,8 +463,10 @@ impl Hub {
         let reaction = machine.site.step(ms(self.now()));
         self.carry(zones, machine, &caller, reaction);
         if looks {
-            self.give_back(machine);
-            self.ask_holders(machine);
+            let state = machine.site.state();
+            self.end_turning(machine, &state);
+            self.give_back(machine, &state);
+            self.ask_holders(machine, &state);
         }
         self.publish_zones(machine, now, !zones.is_failing());
         zones.turned_ms.store(ms(now), Ordering::Relaxed);

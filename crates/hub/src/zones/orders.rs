@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
-use lafet_site::{Cause, Command, Order, Phase, State, Tone, Valve, Withheld};
+use lafet_site::{Cause, Command, MonitorReport, Order, Phase, State, Tone, Withheld};
 use tokio::time::sleep;
 
 use super::line::{Aiming, Asked};
@@ -151,11 +151,8 @@ impl Hub {
     }
 
     /// Gives monitors back that no zone needs, and to who asks for them.
-    pub(super) fn give_back(&self, machine: &mut Machine) {
-        let state = machine.site.state();
-        self.end_turning(machine, &state);
-        let counts = |phase| matches!(phase, Phase::Coincidence | Phase::Countdown | Phase::Held);
-        let counting = state.zones.iter().any(|zone| counts(zone.phase));
+    pub(super) fn give_back(&self, machine: &Machine, state: &State) {
+        let counting = state.zones.iter().any(|zone| zone.phase.is_pending());
         for monitor in &state.monitors {
             let Ok(station) = self.station(&monitor.monitor) else { continue };
             let (holds, asked) = {
@@ -177,20 +174,13 @@ impl Hub {
 
     /// A monitor that turns to a fire which is no cause any more, as the votes were withdrawn or the zone was
     /// switched to another mode, is sent nothing further.
-    fn end_turning(&self, machine: &mut Machine, state: &State) {
+    pub(super) fn end_turning(&self, machine: &mut Machine, state: &State) {
         let Some(zones) = self.zones() else { return };
         for monitor in &state.monitors {
             let of = zones.config.site.zones.iter().zip(&state.zones);
-            let wanted =
-                of.filter(|(zone, _)| zone.monitors.contains(&monitor.monitor)).any(|it| {
-                    matches!(
-                        it.1.phase,
-                        Phase::Coincidence
-                            | Phase::Countdown
-                            | Phase::Held
-                            | Phase::Released { .. }
-                    )
-                });
+            let mut own = of.filter(|(zone, _)| zone.monitors.contains(&monitor.monitor));
+            let wanted = own
+                .any(|(_, it)| it.phase.is_pending() || matches!(it.phase, Phase::Released { .. }));
             let Some(line) = machine.lines.get_mut(&monitor.monitor) else { continue };
             let turns = line.order.is_some() && line.engaged.is_none();
             if turns && !wanted && monitor.engaged_for.is_none() && !monitor.closing {
@@ -203,19 +193,16 @@ impl Hub {
     /// Asks who holds a monitor that votes or a release need, as another operator would: who does not
     /// answer and commands nothing gives way after the usual time, who answers decides. Each is asked once for
     /// the votes and once for the release; who has water at work is left alone, and so is everyone in a test.
-    pub(super) fn ask_holders(&self, machine: &mut Machine) {
-        let state = machine.site.state();
+    pub(super) fn ask_holders(&self, machine: &mut Machine, state: &State) {
         for monitor in &state.monitors {
             let (Ok(station), Some(line)) =
                 (self.station(&monitor.monitor), machine.lines.get_mut(&monitor.monitor))
             else {
                 continue;
             };
-            let wants = self.wanted(&state, &monitor.monitor);
+            let wants = self.wanted(state, &monitor.monitor);
             let withheld = monitor.withheld == Some(Withheld::Person);
-            let works = line.report().is_none_or(|it| {
-                matches!(it.valve, Valve::Open | Valve::Opening | Valve::Moving) || it.extinguishing
-            });
+            let works = line.report().is_none_or(MonitorReport::acts);
             let Some(wants) = wants.filter(|_| withheld && !works) else {
                 if line.asked.take_if(|_| wants.is_none()).is_some()
                     && lock(&station.authority).withdraw(ZONES)
@@ -244,7 +231,7 @@ impl Hub {
             !it.mode.is_test() && zone.monitors.iter().any(|id| id == monitor)
         });
         of.filter_map(|(_, it)| match it.phase {
-            Phase::Coincidence | Phase::Countdown | Phase::Held => Some(Asked::Votes),
+            phase if phase.is_pending() => Some(Asked::Votes),
             Phase::Released { wet: true, .. } => Some(Asked::Released),
             _ => None,
         })

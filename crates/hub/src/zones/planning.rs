@@ -20,7 +20,7 @@ use lafet_place::supply::Supply;
 use lafet_place::wrapped;
 use lafet_proto::SubsystemId;
 use lafet_site::config::Zone;
-use lafet_site::{Authority, Condition, Event, MonitorReport, Signal, Valve};
+use lafet_site::{Authority, Condition, Event, MonitorReport, Signal};
 
 use super::assign::{Basis, Known, Plan};
 use super::fires::FirePlace;
@@ -372,10 +372,7 @@ fn water(machine: &Machine, fires: &[Known], able: &[(String, Place, Built)]) ->
 
 /// Whether a monitor gives water, or is about to.
 fn acts(line: &Line) -> bool {
-    let acts = |it: &lafet_site::MonitorReport| {
-        matches!(it.valve, Valve::Open | Valve::Opening | Valve::Moving) || it.extinguishing
-    };
-    line.report().is_some_and(acts)
+    line.report().is_some_and(MonitorReport::acts)
 }
 
 /// The monitors that votes may open: those on fires, and further ones as long as no jet that is chosen falls

@@ -60,7 +60,7 @@ fn hall() -> Hub {
     let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
     {
         let machine = &mut *lock(&hub.zones().unwrap().machine);
-        let valve = Valve::Closed;
+        let valve = lafet_site::Valve::Closed;
         let report = MonitorReport { reachable: true, valve, ..MonitorReport::default() };
         for (id, line) in &mut machine.lines {
             line.report = Some(report);

@@ -52,17 +52,13 @@ pub(super) struct Closing {
 impl Monitor {
     /// It gives water, or is about to.
     pub(super) fn acts(&self) -> bool {
-        acts(&self.report)
+        self.report.acts()
     }
 
     /// It does what was ordered; a valve that only moves has not yet.
     fn has_acted(&self) -> bool {
         self.report.valve == Valve::Open || self.report.extinguishing
     }
-}
-
-fn acts(report: &MonitorReport) -> bool {
-    matches!(report.valve, Valve::Open | Valve::Opening | Valve::Moving) || report.extinguishing
 }
 
 impl Site {
@@ -100,7 +96,7 @@ impl Site {
             monitor.found = None;
             monitor.lent = None;
             // Before it flows for the first time it is ordered all the same.
-            if old.reachable && acts(&old) {
+            if old.reachable && old.acts() {
                 monitor.water_of = None;
             }
         }
@@ -118,10 +114,10 @@ impl Site {
         if report.reachable && !monitor.acts() {
             monitor.by_person = false;
             // It was closed, and not by us: it is not opened again at once.
-            if acts(old) && monitor.engaged.is_some() {
+            if old.acts() && monitor.engaged.is_some() {
                 monitor.engaged_at = now;
             }
-        } else if person && report.reachable && monitor.acts() && !(old.reachable && acts(old)) {
+        } else if person && report.reachable && monitor.acts() && !(old.reachable && old.acts()) {
             // What a person has taken over before the start ends in its time.
             monitor.by_person = monitor.lent.is_none();
         }

@@ -60,8 +60,7 @@ impl Overheard {
 
     /// Whether a frame of a bus controller was heard, at whatever speed.
     pub fn has_controller(&self) -> bool {
-        let elsewhere = self.elsewhere.iter().flat_map(|(_, heard)| &heard.frames);
-        self.here.frames.iter().chain(elsewhere).any(|frame| frame.speaker() == CONTROLLER)
+        self.speakers().contains(&CONTROLLER)
     }
 }
 
@@ -82,10 +81,8 @@ pub async fn overhear(
     let mut here = prober.listen(times.first).await?;
     let (mut unreadable, mut elsewhere) = (here.is_garbage(), None);
     if unreadable {
-        let later = listen_for_frames(&mut prober, times.own).await?;
-        // Bytes that come once, as when a transceiver is switched on, are no traffic.
-        unreadable = later.is_garbage();
-        here.add(later);
+        unreadable = prober.listen_on(&mut here, times.own).await?;
+        listen_for_company(&mut prober, &mut here, times.own).await?;
     }
     let time = if unreadable { times.elsewhere } else { times.silent };
     let wanted = (unreadable || here.bytes == 0) && !time.is_zero();
@@ -98,13 +95,16 @@ pub async fn overhear(
     Ok((prober.into_link(), Overheard { here, unreadable, elsewhere }))
 }
 
-/// Listens until a frame has come and a little longer, or for `time`.
-async fn listen_for_frames(prober: &mut Prober, time: Duration) -> io::Result<Heard> {
-    let mut heard = prober.listen_for_frame(time).await?;
+/// Listens a little longer if a frame has come.
+async fn listen_for_company(
+    prober: &mut Prober,
+    heard: &mut Heard,
+    time: Duration,
+) -> io::Result<()> {
     if !heard.frames.is_empty() {
         heard.add(prober.listen(COMPANY.min(time)).await?);
     }
-    Ok(heard)
+    Ok(())
 }
 
 /// Listens at the other speeds of a serial line, for `time` at each; the first one at which a frame
@@ -118,7 +118,8 @@ pub(crate) async fn listen_elsewhere(
         // A port that does not support a speed is skipped.
         let Ok(link) = dial(&at).await else { continue };
         let mut prober = Prober::new(link, endpoint.addresses().source);
-        let heard = listen_for_frames(&mut prober, time).await?;
+        let mut heard = prober.listen_for_frame(time).await?;
+        listen_for_company(&mut prober, &mut heard, time).await?;
         if !heard.frames.is_empty() {
             return Ok(Some((baud, heard)));
         }

@@ -113,6 +113,19 @@ impl Prober {
         self.hear(time, |_| true).await
     }
 
+    /// After bytes that were no frames: receives until a frame has come, or for this time; whether such
+    /// bytes keep coming. Those that come once, as when a transceiver is switched on, are no traffic.
+    pub(crate) async fn listen_on(
+        &mut self,
+        heard: &mut Heard,
+        time: Duration,
+    ) -> io::Result<bool> {
+        let later = self.listen_for_frame(time).await?;
+        let goes_on = later.is_garbage();
+        heard.add(later);
+        Ok(goes_on)
+    }
+
     /// Gives the link back.
     pub fn into_link(self) -> Link {
         self.link

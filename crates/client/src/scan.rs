@@ -99,12 +99,9 @@ pub async fn scan(
     let mut prober = Prober::new(link, source);
     let mut scan = Scan::default();
     let mut heard = prober.listen(options.listen).await?;
-    // Bytes that are not frames may come from devices at another speed; those that come once, as when
-    // a transceiver is switched on, do not.
+    // Bytes that are not frames may come from devices at another speed.
     if heard.is_garbage() {
-        let later = prober.listen_for_frame(options.listen).await?;
-        scan.garbage = later.is_garbage();
-        heard.add(later);
+        scan.garbage = prober.listen_on(&mut heard, options.listen).await?;
     }
     scan.note(heard, source, &[0; 256]);
     let talks = !scan.speakers.is_empty() || scan.garbage;

@@ -164,12 +164,8 @@ async fn listen(
     if !evidence.quiet.is_garbage() || options.insist {
         return Ok(evidence.quiet.is_garbage());
     }
-    // Bytes that come once, as when a transceiver is switched on, are no traffic.
-    let later = prober.listen_for_frame(options.quiet).await?;
-    let unreadable = later.is_garbage();
-    evidence.quiet.add(later);
     evidence.quiet_for += options.quiet;
-    Ok(unreadable)
+    prober.listen_on(&mut evidence.quiet, options.quiet).await
 }
 
 /// Examines the other addresses and, on a serial line, other speeds.

@@ -17,6 +17,14 @@ pub fn text(to: SubsystemId, answers: &Answers) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
+/// What became of Stop All: its answers only where one of them is a refusal.
+pub fn stop_all(answers: &Answers) -> String {
+    match answers.refusal() {
+        None => "Stop All → Ok".to_owned(),
+        Some(_) => text(SubsystemId::ALL, answers),
+    }
+}
+
 /// A request with its text, and its answers.
 pub fn json(request: &Request<'_>, answers: &Answers) -> Value {
     let answers: Vec<Value> = answers

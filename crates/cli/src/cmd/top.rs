@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use clap::Args;
 use lafet_client::{Endpoint, Error};
-use lafet_proto::SubsystemId;
 use lafet_texts::cli as text;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::json;
@@ -228,10 +227,7 @@ impl Top {
         self.note(format!("{name}: Stop All …"));
         self.stops.spawn(async move {
             let (text, answered) = match stop.await {
-                Ok(answers) if answers.refusal().is_none() => ("Stop All → Ok".to_owned(), true),
-                Ok(answers) => {
-                    (exchange::text(SubsystemId::ALL, &answers).replace('\n', "; "), true)
-                }
+                Ok(answers) => (exchange::stop_all(&answers).replace('\n', "; "), true),
                 Err(failure) => (failure.message(), false),
             };
             Stopped { notice: format!("{name}: {text}"), answered }

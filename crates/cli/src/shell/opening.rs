@@ -102,8 +102,7 @@ pub async fn open(
 pub async fn stop_all(connection: &Connection, clear: bool) {
     let stop = Request::new(SubsystemId::ALL, Body::Stop);
     let text = match connection.client.request(&stop).await {
-        Ok(answers) if answers.refusal().is_none() => "Stop All → Ok".to_owned(),
-        Ok(answers) => exchange::text(SubsystemId::ALL, &answers),
+        Ok(answers) => exchange::stop_all(&answers),
         Err(error) => error.localized(current()),
     };
     let clear = if clear { "\r\x1b[K" } else { "" };

@@ -73,19 +73,14 @@ export class Store {
 
   /** Alarms, the most urgent first. */
   alarms(monitor?: string): Alarm[] {
-    const all = this.keep('alarms', () =>
-      [...this.topics].flatMap(([key, value]) => (key.startsWith('alarms/') ? [value as Alarm] : [])).sort(byUrgency),
-    );
+    const all = this.keep('alarms', () => alarmsIn(this.topics));
     if (!monitor) return [...all];
     return this.keep(`alarms ${monitor}`, () => all.filter((alarm) => alarm.monitor === monitor)).slice();
   }
 
   /** Alarms now, also while a recording is shown. */
   alarmsLive(): Alarm[] {
-    if (!this.replayed) return this.alarms();
-    return [...this.live]
-      .flatMap(([key, value]) => (key.startsWith('alarms/') ? [value as Alarm] : []))
-      .sort(byUrgency);
+    return this.replayed ? alarmsIn(this.live) : this.alarms();
   }
 
   /** `fn` is called for each change of a topic that starts with this. Returns the function that ends it. */
@@ -283,6 +278,11 @@ export class TopicController implements ReactiveController {
       this.host.requestUpdate();
     });
   };
+}
+
+/** Alarms, the most urgent first. */
+function alarmsIn(topics: ReadonlyMap<string, unknown>): Alarm[] {
+  return [...topics].flatMap(([key, value]) => (key.startsWith('alarms/') ? [value as Alarm] : [])).sort(byUrgency);
 }
 
 function monitorsIn(topics: ReadonlyMap<string, unknown>): string[] {

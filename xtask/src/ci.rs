@@ -1,9 +1,7 @@
 //! `cargo xtask ci`: what a change must pass.
 
-use std::io::Read;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
 use std::time::Duration;
 
 use crate::run::{self, StepResult, Steps, cargo, output, read, root, show, target};
@@ -200,28 +198,22 @@ fn smoke() -> StepResult {
 
 /// Runs a command for its output, and kills it when it takes too long.
 fn bounded(command: &mut Command, timeout: Duration) -> Result<String, String> {
-    let mut child = command
+    let child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .spawn()
         .map_err(|e| format!("cannot run the demo: {e}"))?;
-    let mut stdout = child.stdout.take().ok_or("the demo has no output")?;
-    let (done, wait) = mpsc::channel();
-    std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        let read = stdout.read_to_end(&mut bytes).map(|_| bytes);
-        // After a timeout the receiver is gone.
-        let _ = done.send(read);
-    });
-    let Ok(read) = wait.recv_timeout(timeout) else {
-        // It may have ended just now; the verdict is the same.
-        let _ = child.kill();
-        let _ = child.wait();
+    let (output, killed) = run::limit::output(child, timeout);
+    if killed {
         return Err(format!("the demo did not end within {} s", timeout.as_secs()));
-    };
-    let text = String::from_utf8_lossy(&read.map_err(|e| e.to_string())?).into_owned();
-    let status = child.wait().map_err(|e| e.to_string())?;
-    if status.success() { Ok(text) } else { Err(format!("the demo failed: {status}\n{text}")) }
+    }
+    let output = output.map_err(|e| e.to_string())?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    if output.status.success() {
+        Ok(text)
+    } else {
+        Err(format!("the demo failed: {}\n{text}", output.status))
+    }
 }
 
 #[cfg(test)]

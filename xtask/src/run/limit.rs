@@ -1,7 +1,8 @@
 //! Ends what hangs: a step that takes too long is killed with every process that it started.
 
 use std::collections::HashSet;
-use std::process::Command;
+use std::io;
+use std::process::{Child, Command, Output};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -21,6 +22,13 @@ pub fn spare(process: u32) {
 /// says whether that was necessary.
 pub fn within<T>(limit: Duration, run: impl FnOnce() -> T) -> (T, bool) {
     watch(limit, || kill_below(std::process::id()), run)
+}
+
+/// The output of a process; after the limit it is killed with what it has started. The second result says
+/// whether that was necessary.
+pub fn output(child: Child, limit: Duration) -> (io::Result<Output>, bool) {
+    let id = child.id();
+    watch(limit, || kill(id), || child.wait_with_output())
 }
 
 fn watch<T>(limit: Duration, kill: impl Fn() + Send, run: impl FnOnce() -> T) -> (T, bool) {
@@ -43,16 +51,24 @@ fn watch<T>(limit: Duration, kill: impl Fn() + Send, run: impl FnOnce() -> T) ->
 
 fn kill_below(root: u32) {
     let processes = processes();
-    let own = descendants(root, BESIDE.load(Ordering::Relaxed), &processes);
+    kill_all(&descendants(root, BESIDE.load(Ordering::Relaxed), &processes), &processes);
+}
+
+fn kill(root: u32) {
+    let processes = processes();
+    let mut all = descendants(root, 0, &processes);
+    all.insert(root);
+    kill_all(&all, &processes);
+}
+
+fn kill_all(own: &HashSet<u32>, processes: &[Process]) {
     for Process { id, line, .. } in processes.iter().filter(|it| own.contains(&it.id)) {
         println!("   too long, killed: {id} {line}");
     }
-    let numbers = own.iter().map(ToString::to_string);
-    if own.is_empty() {
-        return;
+    if !own.is_empty() {
+        // What has ended meanwhile is no error.
+        let _ = Command::new("kill").arg("-9").args(own.iter().map(ToString::to_string)).status();
     }
-    // What has ended meanwhile is no error.
-    let _ = Command::new("kill").arg("-9").args(numbers).status();
 }
 
 struct Process {

@@ -16,16 +16,22 @@ fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
     all.iter().map(|it| it.1.as_str()).filter(|it| it.starts_with(beginning)).collect()
 }
 
-/// A person at the monitor: an abort of before, the end of automatic water and a released button take neither
-/// pumps nor valve.
-#[test]
-fn water_of_a_person_keeps_its_pumps() {
+/// After an abort a person opens the valve; what follows at once.
+fn opened_by_person() -> (Hall, Reaction) {
     let mut hall = Hall::new();
     hall.hand(Hand::Abort { zone: zone() });
     hall.wait(3000);
     let person = MonitorReport { authority: Authority::Person, ..SHUT };
     hall.monitor("north", person);
     let opened = hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+    (hall, opened)
+}
+
+/// A person at the monitor: an abort of before, the end of automatic water and a released button take neither
+/// pumps nor valve.
+#[test]
+fn water_of_a_person_keeps_its_pumps() {
+    let (mut hall, opened) = opened_by_person();
     assert_eq!(orders(&opened), ["Valve zone-valve on", "Pump p1 on"]);
     // The button is released, and no client is in control any more.
     let left = hall.monitor("north", OPEN);
@@ -645,12 +651,7 @@ fn found_water_of_a_zone_is_not_ended_by_the_no_of_another() {
 /// What a person began after a no, and left on, goes on after a restart until a hand ends it.
 #[test]
 fn water_that_a_person_left_on_outlasts_a_restart() {
-    let mut hall = Hall::new();
-    hall.hand(Hand::Abort { zone: zone() });
-    hall.wait(3000);
-    let person = MonitorReport { authority: Authority::Person, ..SHUT };
-    hall.monitor("north", person);
-    let opened = hall.monitor("north", MonitorReport { valve: Valve::Open, ..person });
+    let (mut hall, opened) = opened_by_person();
     assert!(opened.persist);
     hall.monitor("north", OPEN);
     let closed = restarted(&hall, |_| {});

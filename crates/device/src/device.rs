@@ -254,7 +254,10 @@ impl Device {
         self.store(now, hal);
         #[cfg(feature = "update")]
         self.step_software(now, dt_ms, hal);
-        if let Some(reset) = self.general.poll_reset(now) {
+        // §D/2 A closing that has not left the open switch yet would be forgotten.
+        let keeps = self.params.get(Param::GeneralResetValves) != 0;
+        let leaves = keeps && self.valves.iter().any(Valve::leaves_open);
+        if !leaves && let Some(reset) = self.general.poll_reset(now) {
             self.reset(now, reset, hal);
         }
     }
@@ -420,7 +423,7 @@ impl Device {
     /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.
     #[inline(never)]
     fn run_buttons(&mut self, now: Millis) {
-        let locked = self.general.is_locked() || self.general.is_restarting();
+        let (locked, restarting) = (self.general.is_locked(), self.general.is_restarting());
         let [first, second] = self.inputs.buttons;
         let posts = [
             (SubsystemId::BUTTONS, &mut self.buttons, first),
@@ -430,7 +433,7 @@ impl Device {
         let (mut open, mut close) = (None, None);
         for (id, post, states) in posts {
             if self.chain.contains(id) {
-                let demand: Demand = post.step(&states, locked);
+                let demand: Demand = post.step(&states, locked, restarting);
                 // The posts have the same rights: opposite buttons of the two ask for nothing too.
                 for ((up, down), (more_up, more_down)) in held.iter_mut().zip(demand.held) {
                     *up = up.or(more_up.then_some(id));

@@ -9,6 +9,9 @@ use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
 use lafet_proto::status::ButtonsStatus;
 
+/// Place of Close in a post.
+const CLOSE: usize = 7;
+
 /// A button post.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ButtonPost {
@@ -40,20 +43,24 @@ impl ButtonPost {
         self.states = *states;
     }
 
-    /// Takes the states; a locked post asks for nothing (§3.18/7).
+    /// Takes the states. A locked post asks for nothing (§3.18/7), and while the monitor waits for its reset only
+    /// Close does: with ResetValves the water runs on behind it.
     #[inline(never)]
-    pub(crate) fn step(&mut self, states: &[ButtonState; 8], locked: bool) -> Demand {
+    pub(crate) fn step(
+        &mut self,
+        states: &[ButtonState; 8],
+        locked: bool,
+        restarting: bool,
+    ) -> Demand {
         let before = self.pressed();
         self.states = *states;
-        for (armed, state) in self.armed.iter_mut().zip(states) {
+        for (number, (armed, state)) in self.armed.iter_mut().zip(states).enumerate() {
+            let ignored = locked || restarting && number != CLOSE;
             *armed = match state {
                 ButtonState::Released => true,
-                ButtonState::Pressed => *armed && !locked,
+                ButtonState::Pressed => *armed && !ignored,
                 ButtonState::Short | ButtonState::Open => false,
             };
-        }
-        if locked {
-            return Demand::default();
         }
         let [left, right, up, down, wide, narrow, open, close] = self.pressed();
         let [.., open_before, close_before] = before;

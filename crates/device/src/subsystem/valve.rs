@@ -12,6 +12,7 @@
 //! fault or reset makes the plug go faster than its gear does.
 
 use crate::cause::{Cause, Rule};
+use crate::guard::SETTLE_MS;
 use crate::image::{UnitInput, UnitOp, VALVES, ValveInput, ValveNo, ValveOutput};
 use crate::params::Params;
 use crate::subsystem::remote;
@@ -65,7 +66,8 @@ pub struct Valve {
     spent: bool,
     /// A lockout has come while it rested: it closes when it has.
     due: bool,
-    /// Runs while the valve is driven away from the end where it is; of one at rest, after an opening in vain.
+    /// Runs while the valve is driven away from the end where it is; of one at rest, after an opening in vain, or
+    /// until its contacts say whether it is kept open.
     leaving: Timer,
     input: ValveInput,
     /// Water flows though its switch says closed.
@@ -128,8 +130,8 @@ impl Valve {
         }
     }
 
-    /// §D/2 Closes at the start, unless it is open and to be kept so: half-way it was on its way, and of a lost
-    /// unit that is known when it is back.
+    /// §D/2 Closes at the start, unless it is open and to be kept so, which its contacts have to say for as long as
+    /// sensors take to settle: half-way it was on its way, and of a lost unit that is known when it is back.
     pub(crate) fn power_up(
         &mut self,
         now: Millis,
@@ -140,11 +142,23 @@ impl Valve {
         self.remote = param(self.no, ValveParam::ValveType, params) == 1;
         self.input = *input;
         self.sense(0, input, unit, params);
-        let rests = self.is_at(Motion::Opening) || self.is_at(Motion::Closing);
-        if !keep || self.online && !rests {
-            self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
-        } else if !self.online {
+        if keep {
             self.owed = Some(Rule::PowerUp);
+            self.leaving.start(now, SETTLE_MS);
+        } else {
+            self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
+        }
+    }
+
+    /// §D/2 Of a valve that may be kept open its contacts are judged.
+    fn judge_kept(&mut self, now: Millis, params: &Params) {
+        if self.owed != Some(Rule::PowerUp) || !self.online {
+            return;
+        }
+        if self.is_at(Motion::Opening) {
+            self.owed = None;
+        } else {
+            self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
         }
     }
 
@@ -358,6 +372,11 @@ impl Valve {
         flags
     }
 
+    /// It is driven to close and still at its open switch; ends with LEAVING_PART of TravelTime.
+    pub(crate) fn leaves_open(&self) -> bool {
+        self.motion == Motion::Closing && self.leaving.is_running()
+    }
+
     /// §3.3 ValveStatus.
     pub(crate) fn status(&self) -> ValveStatus {
         ValveStatus { flags: self.flags() }
@@ -414,9 +433,8 @@ impl Valve {
         } else if let Some(rule) = self.owed
             && self.motion == Motion::Still
         {
-            let keeps = rule == Rule::PowerUp && params.get(Param::GeneralResetValves) != 0;
-            if keeps && self.is_at(Motion::Opening) {
-                self.owed = None;
+            if rule == Rule::PowerUp && params.get(Param::GeneralResetValves) != 0 {
+                self.leaving.start(now, SETTLE_MS);
             } else {
                 self.start(now, Motion::Closing, params, Cause::Rule(rule));
             }
@@ -487,7 +505,9 @@ impl Valve {
     fn watch_leaving(&mut self, now: Millis, params: &Params) {
         let from = match self.motion {
             Motion::Still => {
-                self.leaving.poll(now);
+                if self.leaving.poll(now) {
+                    self.judge_kept(now, params);
+                }
                 return;
             }
             Motion::Opening => Motion::Closing,

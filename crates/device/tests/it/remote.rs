@@ -224,7 +224,8 @@ fn a_valve_that_comes_late_is_closed() {
     }
 }
 
-/// §D/2 With ResetValves a valve whose unit is lost at power-up is judged when the unit is back: open it stays so.
+/// §D/2 With ResetValves a valve whose unit is lost at power-up is judged when the unit is back and its contacts have
+/// settled: open it stays so.
 #[test]
 fn a_lost_valve_is_kept() {
     for (opening_ms, stays) in [(4000, true), (2000, false)] {
@@ -233,10 +234,13 @@ fn a_lost_valve_is_kept() {
         rig.run(100);
         rig.plant.valves[0].opening_ms = opening_ms;
         rig.plant.units[4].offline = true;
+        rig.plant.valves[0].open_switch_dead = true;
         rig.run(20);
         rig.power_cycle();
         rig.run_while(30_000, |rig| rig.valve_output(0) == ValveOutput::Off);
         rig.plant.units[4].offline = false;
+        rig.run(20);
+        rig.plant.valves[0].open_switch_dead = false;
         rig.run(6000);
         let expected = if stays { ValveFlags::OPEN } else { ValveFlags::CLOSED };
         assert_eq!(rig.valve(SubsystemId::VALVE1), expected);

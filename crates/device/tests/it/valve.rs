@@ -3,7 +3,7 @@
 use crate::common::{Plant, Rig, STEP_MS};
 use lafet_device::image::ValveOutput;
 use lafet_device::{Composition, Device};
-use lafet_proto::flags::{GeneralFlags, ValveFlags as F};
+use lafet_proto::flags::{Button, ButtonState, GeneralFlags, ValveFlags as F};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
@@ -303,6 +303,66 @@ fn a_close_goes_on_behind_the_reset() {
     let mut rig = on_its_way(OPEN);
     rig.all_accept(Body::Restart);
     rig.run_while(150, |rig| rig.valve_output(0) == ValveOutput::Off);
+}
+
+/// §D/2 A blip of the open switch at power-up closes no valve that is to be kept open, and one that is never sensed as
+/// open closes.
+#[test]
+fn a_kept_valve_is_judged_when_its_contacts_have_settled() {
+    for (dead_ms, stays) in [(10, true), (50, true), (200, false)] {
+        let mut rig = open();
+        rig.set(Param::GeneralResetValves, 1);
+        rig.run(100);
+        rig.plant.valves[0].open_switch_dead = true;
+        rig.run(10);
+        rig.power_cycle();
+        rig.run(dead_ms);
+        rig.plant.valves[0].open_switch_dead = false;
+        rig.run(6000);
+        assert_eq!(rig.valve(VALVE), if stays { F::OPEN } else { F::CLOSED }, "{dead_ms} ms");
+    }
+}
+
+/// §D/2, §3.12/2 A Close that has been accepted while the monitor waits for its reset is not forgotten: the reset waits
+/// until the plug has left the open switch, and no longer than a plug that moves takes for that.
+#[test]
+fn a_close_before_the_reset_is_not_forgotten() {
+    let press = |rig: &mut Rig| {
+        rig.plant.inputs.buttons[0][Button::Close as usize] = ButtonState::Pressed;
+        rig.run(20);
+    };
+    let close = |rig: &mut Rig| rig.accepts(VALVE, CLOSE);
+    for (ask, breaks) in
+        [(&close as &dyn Fn(&mut Rig), false), (&press, false), (&close, true), (&press, true)]
+    {
+        let mut rig = open();
+        rig.set(Param::GeneralResetValves, 1);
+        rig.all_accept(Body::Restart);
+        rig.run(100);
+        rig.plant.valves[0].jammed = true;
+        ask(&mut rig);
+        rig.run(200);
+        assert_eq!((rig.plant.resets, rig.valve_output(0)), (0, ValveOutput::Closing));
+        if breaks {
+            rig.run_until(1000, |rig| rig.plant.resets == 1);
+        } else {
+            rig.plant.valves[0].jammed = false;
+            rig.run_until(6000, |rig| rig.valve(VALVE) == F::CLOSED);
+            assert_eq!(rig.plant.resets, 1);
+        }
+    }
+}
+
+/// §3.12, §3.3.10 While the monitor waits for its reset, no button but Close acts.
+#[test]
+fn buttons_before_the_reset() {
+    for button in [Button::Left, Button::Up, Button::Wide, Button::Open] {
+        let mut rig = rig();
+        rig.all_accept(Body::Restart);
+        rig.run(20);
+        rig.plant.inputs.buttons[0][button as usize] = ButtonState::Pressed;
+        rig.run_while(150, |rig| rig.is_still() && rig.valve_output(0) == ValveOutput::Off);
+    }
 }
 
 /// §D/1 A valve found open at power-up with nothing stored is closed all the same.

@@ -5,6 +5,9 @@ use lafet_proto::SubsystemId;
 pub use lafet_proto::flags::Button;
 use lafet_proto::flags::ButtonState;
 
+/// Place of Close in a post.
+const CLOSE: usize = 7;
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Track {
     /// Released since power-up, lockout and the last stop of its drive.
@@ -18,9 +21,11 @@ struct Track {
 pub struct Posts([[Track; 8]; 2]);
 
 impl Posts {
-    pub(super) fn sense(&mut self, posts: &[[ButtonState; 8]; 2], locked: bool) {
+    /// Under a lockout none counts; while the monitor waits for its reset, Close alone.
+    pub(super) fn sense(&mut self, posts: &[[ButtonState; 8]; 2], locked: bool, restarting: bool) {
         for (post, states) in self.0.iter_mut().zip(posts) {
-            for (track, state) in post.iter_mut().zip(states) {
+            for (number, (track, state)) in post.iter_mut().zip(states).enumerate() {
+                let locked = locked || restarting && number != CLOSE;
                 track.held_before = track.held;
                 track.armed = match state {
                     ButtonState::Released => true,

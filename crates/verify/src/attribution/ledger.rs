@@ -5,7 +5,7 @@ use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
 use lafet_device::params::Params;
-use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags, ValveFlags};
+use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::record::{Record, Records};
@@ -479,17 +479,16 @@ impl Ledger {
                     work.travel_ms = travel_ms;
                 }
             }
-            // §D/2 What is kept is not closed; a valve that closes does so from the start on.
+            // §D/2 What is not kept closes from the start on; of the rest, that is seen when it closes.
             let keeps = view.params.get(Param::GeneralResetValves) != 0 && self.lock != Lock::On;
-            let closes = |told: u32| !keeps || told & ValveFlags::CLOSING.bits() != 0;
-            let valves = self.closings.iter_mut().zip(view.told.valves).zip(self.valve_travel_ms);
-            for ((closing, _), travel_ms) in valves.filter(|((_, told), _)| closes(*told)) {
+            let valves = self.closings.iter_mut().zip(self.valve_travel_ms);
+            for (closing, travel_ms) in valves.filter(|_| !keeps) {
                 closing.begin_by_rule(self.powered_ms, travel_ms);
             }
         }
         self.follow_valves(view);
-        let locked = self.lock == Lock::On || self.restart_ms.is_some();
-        self.buttons.sense(&view.inputs.buttons, locked);
+        let restarting = self.restart_ms.is_some();
+        self.buttons.sense(&view.inputs.buttons, self.lock == Lock::On, restarting);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
             self.note_early_buttons();
         }

@@ -1,4 +1,4 @@
-// Rules for the templates of elements; everything else is Biome's (biome.json). The packages are in templates/: the parser
+// Rules for the templates of elements; everything else is Biome's (biome.jsonc). The packages are in templates/: the parser
 // needs a TypeScript of its own.
 import { createRequire } from 'node:module';
 

@@ -1,5 +1,5 @@
-// Operate with a simulated site: the picture fills the page, its water lands where the simulator's does, bad
-// values are marked, and a found fire is on every page.
+// Operate with a simulated site: the picture fills the page, its water lands where the simulator's does, and bad
+// values are marked.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Jet } from '../../src/hub/jets';

@@ -493,7 +493,7 @@ describe('stale data', () => {
     const refused = page.locator('lf-toasts .toast.error', { hasText: 'M1' }).first().waitFor();
     await drawn(page);
     await page.locator('#stop').click();
-    expect(await took).toBeLessThan(1500);
+    expect(await took).toBeLessThan(1000);
     await refused;
     site.links[0]!.mend();
     expect(await site.stands('M1')).toBe(true);

@@ -69,6 +69,9 @@ describe('the quality of a value', () => {
     expect(good.lands).not.toBeNull();
     const bad = planMonitor('M1', site, { status: status({ Vertical: 'PosEncoderFault' }), jet })!;
     expect([bad.vertical_arcmin, bad.lands]).toEqual([null, null]);
-    expect(jetAsked(site.monitors.M1, status({ General: 'PressureSensorBreak' }), null)!.pressure_datm).toBe(0);
+    expect(jetAsked(site.monitors.M1, status({}), null)!.elevation_arcmin).toBe(300);
+    for (const bad of [{ General: 'PressureSensorBreak' }, { Vertical: 'PosEncoderFault' }]) {
+      expect(jetAsked(site.monitors.M1, status(bad), null), JSON.stringify(bad)).toBeNull();
+    }
   });
 });

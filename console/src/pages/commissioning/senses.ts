@@ -3,7 +3,7 @@ import { css, html, nothing, svg, type TemplateResult } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { commands } from '../../hub/commands';
 import { flag as flagOf } from '../../hub/dictionary';
-import { badText, readingOf } from '../../hub/readings';
+import { badText, type Reading, readingOf } from '../../hub/readings';
 import type { FlagSet, SubsystemName } from '../../hub/types';
 import { t, tt } from '../../i18n';
 import { icon } from '../../parts/icons';
@@ -29,6 +29,12 @@ const DRIVE_FAULTS = [
   'MotorBroken',
   'ConnLost',
 ] as const;
+
+/** A value as text; a bad one is marked as such. */
+function judged(quantity: Quantity, subsystem: SubsystemName, of: Reading): string {
+  const text = show(quantity, of.value);
+  return badText(subsystem, of) ? `(${text}) ${t('operate.bad_value')}` : text;
+}
 
 @customElement('lf-step-sensors')
 export class StepSensors extends Step {
@@ -83,11 +89,8 @@ export class StepSensors extends Step {
   }
 
   private rows(): Row[] {
-    const number = (quantity: Quantity, field: string, subsystem = 'General') => {
-      const of = readingOf(this.of(subsystem), field);
-      const [bad, text] = [badText(subsystem, of), show(quantity, of.value)];
-      return bad ? `(${text}) ${t('operate.bad_value')}` : text;
-    };
+    const number = (quantity: Quantity, field: string, subsystem: SubsystemName = 'General') =>
+      judged(quantity, subsystem, readingOf(this.of(subsystem), field));
     const range = `${this.value('General', 'MainVoltageMin') ?? '—'} … ${this.value('General', 'MainVoltageMax') ?? '—'}`;
     const rows: Row[] = [
       {
@@ -290,7 +293,6 @@ const NODE_FLAG = {
 @customElement('lf-step-climatics')
 export class StepClimatics extends Step {
   override render() {
-    const climate = this.of('Climatics');
     const on = this.value('Climatics', 'HeatOn');
     const off = this.value('Climatics', 'HeatOff');
     const faults =
@@ -321,7 +323,7 @@ export class StepClimatics extends Step {
               const heats = this.has('Climatics', `${NODE_FLAG[node]}Heat`);
               return html`<tr>
                 <td>${t(`commissioning.node.${node}`)}</td>
-                <td class="num ${this.stale ? 'stale' : ''}"><b>${show('temperature', climate?.[node] as number | undefined)}</b></td>
+                <td class="num ${this.stale ? 'stale' : ''}"><b>${this.climate('temperature', node)}</b></td>
                 <td>${t(heats ? 'commissioning.climatics.on' : 'commissioning.climatics.off')}</td>
                 <td>
                   ${
@@ -334,7 +336,7 @@ export class StepClimatics extends Step {
             })}
             <tr>
               <td>${t('commissioning.climatics.humidity')}</td>
-              <td class="num ${this.stale ? 'stale' : ''}"><b>${show('percent', climate?.humidity as number | undefined)}</b></td>
+              <td class="num ${this.stale ? 'stale' : ''}"><b>${this.climate('percent', 'humidity')}</b></td>
               <td></td>
               <td>
                 ${
@@ -354,11 +356,15 @@ export class StepClimatics extends Step {
             key: 'commissioning.fact.sensor',
             args: {
               name: t(`commissioning.node.${node}`),
-              value: show('temperature', climate?.[node] as number | undefined),
+              value: this.climate('temperature', node),
             },
           }),
         ),
       )}`;
+  }
+
+  private climate(quantity: Quantity, field: string): string {
+    return judged(quantity, 'Climatics', readingOf(this.of('Climatics'), field));
   }
 
   private faults(node: (typeof NODES)[number]): string[] {

@@ -156,15 +156,17 @@ export function jetAsked(
     return flags.includes('Open') || flags.includes('Opening');
   };
   const water = open('Valve1') || open('Valve2');
-  const pressure = of('General', 'pressure') ?? 0;
+  const [pressure, elevation] = [of('General', 'pressure'), of('Vertical', 'position')];
+  // A jet is not computed from values that are not known.
+  if (water && (pressure === null || elevation === null)) return null;
   const horizontal = of('Horizontal', 'position');
   const turned = water && built > 0 && horizontal !== null;
   return {
-    pressure_datm: water || pressure > PRESSED_DATM ? pressure : USUAL_PRESSURE_DATM,
+    pressure_datm: pressure !== null && (water || pressure > PRESSED_DATM) ? pressure : USUAL_PRESSURE_DATM,
     nozzle_mm: of('Nozzle', 'position') ?? 60,
     height_cm: Math.round(stand.height * 100),
     // The reach does not depend on it: no new query while a dry barrel moves.
-    elevation_arcmin: water ? (of('Vertical', 'position') ?? 0) : 0,
+    elevation_arcmin: (water && elevation) || 0,
     ...(turned ? { horizontal_arcmin: Math.round(horizontal / TURN_STEP_ARCMIN) * TURN_STEP_ARCMIN + 0 } : {}),
     flow_lps: water ? of('General', 'flowrate') : null,
     wind: water && scene ? windOf(scene.wind, bearingOf(stand.heading, of('Horizontal', 'position') ?? 0)) : null,

@@ -51,23 +51,9 @@ fn folder() -> PathBuf {
     root().join("bindings/c")
 }
 
-/// The header as cbindgen generates it. One version for all is installed below target.
+/// The header as cbindgen generates it.
 fn header() -> Result<String, String> {
-    let tools = run::target().join("tools");
-    let tool = tools.join("bin/cbindgen");
-    if !output(Command::new(&tool).arg("--version")).is_ok_and(|it| it.contains(CBINDGEN_VERSION)) {
-        println!("   installing cbindgen {CBINDGEN_VERSION} in target/tools");
-        let install = [
-            "install",
-            "--quiet",
-            "--debug",
-            "--locked",
-            "cbindgen",
-            "--version",
-            CBINDGEN_VERSION,
-        ];
-        show(run::cargo(&install).arg("--root").arg(&tools))?;
-    }
+    let tool = setup::tool("cbindgen", CBINDGEN_VERSION, true)?;
     output(Command::new(&tool).arg(folder()).arg("--config").arg(folder().join("cbindgen.toml")))
 }
 

@@ -20,7 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "lafet-sim",
         &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],
     ),
-    ("lafet-site", &["lafet-ballistics", "lafet-texts"]),
+    ("lafet-site", &["lafet-texts"]),
     ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
     (
         "lafet-verify",
@@ -87,7 +87,10 @@ pub fn check() -> run::StepResult {
     let packages = metadata::workspace()?;
     let mut problems = wrong_arrows(&packages);
     problems.extend(laws::broken()?);
-    problems.extend(unlisted(&packages, &run::read(LIST)?));
+    let design = run::read(LIST)?;
+    problems.extend(unlisted(&packages, &design));
+    problems.extend(spare_arrows(&packages));
+    problems.extend(other_arrows(&design));
     run::verdict("broken laws", &problems)?;
     println!("   {} crates, dependencies and laws are as listed", packages.len());
     Ok(())
@@ -112,6 +115,38 @@ fn wrong_arrows(packages: &[Package]) -> Vec<String> {
         }
     }
     problems
+}
+
+/// Arrows that no crate has.
+fn spare_arrows(packages: &[Package]) -> Vec<String> {
+    let mut problems = Vec::new();
+    for (from, to) in ARROWS.iter().flat_map(|(from, to)| to.iter().map(move |to| (from, to))) {
+        let package = packages.iter().find(|package| package.name == *from);
+        let has = package.is_some_and(|it| it.dependencies.iter().any(|its| its.name == *to));
+        if !has {
+            problems.push(format!("{from} does not depend on {to}: delete it from ARROWS"));
+        }
+    }
+    problems
+}
+
+/// The arrows as the page has them: `from → to, to; from → to (`…, without the common start of the names.
+fn other_arrows(page: &str) -> Vec<String> {
+    let short = |name: &str| match name.strip_prefix("lafet-") {
+        Some(short) => short.to_owned(),
+        None => name.replace("lafet", "cli"),
+    };
+    let text = page.split_once("\nArrows: ").and_then(|(_, rest)| rest.split_once(" ("));
+    let text = text.map_or("", |(text, _)| text).replace('\n', " ");
+    let clauses = text.split("; ").filter_map(|clause| clause.split_once(" → "));
+    let written: BTreeSet<(String, String)> = clauses
+        .flat_map(|(from, to)| to.split(", ").map(|to| (from.to_owned(), to.trim().to_owned())))
+        .collect();
+    let ours: BTreeSet<(String, String)> =
+        ARROWS.iter().flat_map(|(from, to)| to.iter().map(|to| (short(from), short(to)))).collect();
+    let row = |verb, (from, to): &(String, String)| format!("{LIST}: “{from} → {to}” {verb}");
+    let lacks = ours.difference(&written).map(|arrow| row("is missing from “Arrows”", arrow));
+    lacks.chain(written.difference(&ours).map(|arrow| row("is not in ARROWS", arrow))).collect()
 }
 
 /// Dependencies on other people's packages that the list lacks, and rows of it that no crate needs.
@@ -177,6 +212,20 @@ mod tests {
         let spare = list.replace("| arguments |", "| arguments |\n| `url` | addresses |");
         assert_eq!(unlisted(&packages, &spare).len(), 1);
         assert!(unlisted(&packages, "# Why")[0].contains("`clap`"));
+    }
+
+    #[test]
+    fn arrows_of_the_page_are_those_of_the_code() {
+        let page = run::read(LIST).unwrap();
+        assert_eq!(other_arrows(&page), [""; 0]);
+        let wrong = page.replace("site → texts", "site → texts, hub");
+        assert_eq!(other_arrows(&wrong), [format!("{LIST}: “site → hub” is not in ARROWS")]);
+        let short = page.replace("site → texts; ", "");
+        assert_eq!(
+            other_arrows(&short),
+            [format!("{LIST}: “site → texts” is missing from “Arrows”")]
+        );
+        assert!(spare_arrows(&[]).len() > 30);
     }
 
     #[test]

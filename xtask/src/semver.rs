@@ -1,13 +1,12 @@
 //! `cargo xtask semver`: what the packages for other people's programs have changed in their interfaces.
 
-use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
 use serde_json::Value;
 
 use crate::TaskResult;
 use crate::package;
-use crate::run;
+use crate::{run, setup};
 
 const VERSION: &str = "0.51.0";
 
@@ -25,7 +24,8 @@ pub fn semver(arguments: &[String]) -> TaskResult {
     for library in added {
         println!("   {}: not in {baseline}, so nothing to compare", library.name);
     }
-    let tool = tool()?;
+    // Compiling it takes minutes.
+    let tool = setup::tool("cargo-semver-checks", VERSION, false)?;
     let mut command = Command::new(tool);
     command.current_dir(run::root()).args(["semver-checks", "--baseline-rev", &baseline]);
     command.args(compared.iter().flat_map(|library| ["--package", &library.name]));
@@ -72,20 +72,4 @@ fn exists(revision: &str, manifest: &str) -> bool {
     let mut show = Command::new("git");
     show.current_dir(run::root()).args(["cat-file", "-e", &format!("{revision}:{manifest}")]);
     run::output(&mut show).is_ok()
-}
-
-/// One version for all, installed below target.
-fn tool() -> Result<PathBuf, String> {
-    let tools = run::target().join("tools");
-    let tool = tools.join("bin/cargo-semver-checks");
-    let version = run::output(Command::new(&tool).args(["semver-checks", "--version"]));
-    if !version.is_ok_and(|it| it.contains(VERSION)) {
-        println!(
-            "   installing cargo-semver-checks {VERSION} in target/tools, which takes minutes"
-        );
-        let install =
-            ["install", "--quiet", "--locked", "cargo-semver-checks", "--version", VERSION];
-        run::show(run::cargo(&install).arg("--root").arg(&tools))?;
-    }
-    Ok(tool)
 }

@@ -84,6 +84,21 @@ pub fn found(name: &str, package: &str) -> Result<(), String> {
     debian(&[package])
 }
 
+/// A program of cargo's registry in this version, installed below target if it is missing; returns its path.
+/// Compiled without optimization where it runs for a moment only.
+pub fn tool(name: &str, version: &str, debug: bool) -> Result<PathBuf, String> {
+    let tools = run::target().join("tools");
+    let installed = std::fs::read_to_string(tools.join(".crates.toml")).unwrap_or_default();
+    if !installed.contains(&format!("\"{name} {version} ")) {
+        println!("   installing {name} {version} in {}", tools.display());
+        let mut install =
+            run::cargo(&["install", "--quiet", "--locked", name, "--version", version]);
+        install.args(debug.then_some("--debug")).arg("--root").arg(&tools);
+        run::show(&mut install)?;
+    }
+    Ok(tools.join("bin").join(name))
+}
+
 /// Ensures that there is a Python environment below target with these packages; returns the folder of its
 /// programs.
 pub fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {

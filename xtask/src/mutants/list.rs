@@ -1,8 +1,13 @@
 //! Lists the mutants, using cargo-mutants.
 
+use std::process::Command;
+
 use serde_json::Value;
 
-use crate::run::{cargo, output, show};
+use crate::run::{output, root};
+use crate::setup;
+
+const VERSION: &str = "27.1.0";
 
 /// The kind of change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,12 +50,11 @@ impl Mutant {
     }
 }
 
-/// All mutants of the device and its ballistics; installs cargo-mutants if it is missing.
+/// All mutants of the device and its ballistics.
 pub fn mutants() -> Result<Vec<Mutant>, String> {
-    if output(&mut cargo(&["mutants", "--version"])).is_err() {
-        show(&mut cargo(&["install", "--locked", "cargo-mutants"]))?;
-    }
-    let json = output(cargo(&["mutants", "--list", "--json"]).args(super::tree::packages()))?;
+    let mut list = Command::new(setup::tool("cargo-mutants", VERSION, true)?);
+    list.current_dir(root()).args(["mutants", "--list", "--json"]).args(super::tree::packages());
+    let json = output(&mut list)?;
     let json: Value = serde_json::from_str(&json).map_err(|e| e.to_string())?;
     json.as_array().into_iter().flatten().map(mutant).collect()
 }

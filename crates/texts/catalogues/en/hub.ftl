@@ -534,7 +534,7 @@ tune-page-gone = Ended: the page that started it does not answer.
 plug-listening = Modbus server { $name } listens: { $url }.
 plug-not-listening = Modbus server { $name } does not listen: { $why }
 plug-port-lost = The serial port was lost.
-plug-heartbeat-lost = The heartbeat of { $master } ({ $from }) was lost: motions that it has begun end, and it has to come back for its authority.
+plug-heartbeat-lost = The heartbeat of { $master } ({ $from }) was lost: motions that it has started end, and it has to come back for its authority.
 
 # The Modbus server: why a command is refused, by number.
 plug-no-command = There is no command of this number. See the list of commands.

@@ -145,7 +145,7 @@ vertical-drive = vertical drive
 time-axis = min:s
 bar-cause = fault
 log-flag = { $subsystem } { $flag }: { $meaning }
-bar-flag = told
+bar-flag = reported
 
 unit-mpa = MPa
 outlet = outlet

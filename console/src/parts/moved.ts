@@ -1,5 +1,5 @@
-// A list with commands whose rows move, or a dialog that comes up, may do so under a finger that is on its way: what is
-// pressed in the moment after is ignored, and the page says so.
+// A list with commands whose rows move, a dialog that comes up, or a page that a strip above it shifts, may do so under a
+// finger that is on its way: what is pressed in the moment after is ignored, and the page says so.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { t } from '../i18n';
 import { showWhy } from './why';
@@ -14,21 +14,17 @@ export function hasMoved(before: readonly string[], after: readonly string[]): b
   return false;
 }
 
-type Host = ReactiveControllerHost & HTMLElement;
+type Host = ReactiveControllerHost & HTMLElement & { renderRoot: ParentNode };
 
-/** `rows` in their order; `inside`: what moves. The host has the attribute `moved` meanwhile, for its style. */
-export class Moved implements ReactiveController {
-  private before: string[] = [];
+/** After `note`, what is pressed `inside` is ignored for a moment; the host has the attribute `moved` meanwhile, for its style. */
+class Ignoring implements ReactiveController {
   private movedAt = -Infinity;
   private ignored = false;
   private timer = 0;
 
   constructor(
-    private readonly host: Host,
+    protected readonly host: Host,
     private readonly inside: string,
-    private readonly rows: () => string[],
-    /** It comes up over something else. */
-    private readonly comesUp = false,
   ) {
     host.addController(this);
   }
@@ -43,11 +39,7 @@ export class Moved implements ReactiveController {
     this.host.removeAttribute('moved');
   }
 
-  hostUpdated(): void {
-    const after = this.rows();
-    const moved = hasMoved(this.before, after) || (this.comesUp && this.before.length === 0 && after.length > 0);
-    this.before = after;
-    if (!moved) return;
+  protected note(): void {
     this.movedAt = performance.now();
     this.host.setAttribute('moved', '');
     clearTimeout(this.timer);
@@ -66,4 +58,61 @@ export class Moved implements ReactiveController {
     event.preventDefault();
     if (type === 'pointerdown') showWhy(at as Element, t('shell.moved'));
   };
+}
+
+/** `rows` in their order; `inside`: what moves. */
+export class Moved extends Ignoring {
+  private before: string[] = [];
+
+  constructor(
+    host: Host,
+    inside: string,
+    private readonly rows: () => string[],
+    /** It comes up over something else. */
+    private readonly comesUp = false,
+  ) {
+    super(host, inside);
+  }
+
+  hostUpdated(): void {
+    const after = this.rows();
+    const moved = hasMoved(this.before, after) || (this.comesUp && this.before.length === 0 && after.length > 0);
+    this.before = after;
+    if (moved) this.note();
+  }
+}
+
+/** A strip above the page comes, grows or goes, and everything `inside` moves with it. */
+export class Shifted extends Ignoring {
+  private height = 0;
+  private strip: Element | null = null;
+  private readonly sized = new ResizeObserver(([entry]) => {
+    const height = entry!.contentRect.height;
+    if (height === this.height) return;
+    this.height = height;
+    this.note();
+  });
+
+  constructor(
+    host: Host,
+    inside: string,
+    private readonly name: string,
+  ) {
+    super(host, inside);
+  }
+
+  hostUpdated(): void {
+    const strip = this.host.renderRoot.querySelector(this.name);
+    if (strip === this.strip) return;
+    this.sized.disconnect();
+    this.strip = strip;
+    this.height = 0;
+    if (strip) this.sized.observe(strip);
+  }
+
+  override hostDisconnected(): void {
+    super.hostDisconnected();
+    this.sized.disconnect();
+    this.strip = null;
+  }
 }

@@ -37,6 +37,7 @@ import './stop';
 import { guardStop } from './stop-keys';
 import { followOutcomes, toast } from './toasts';
 import './toasts';
+import { Shifted } from '../parts/moved';
 import './topbar';
 import './zone-alert';
 import { holding } from './zones';
@@ -195,6 +196,7 @@ export class LfApp extends LitElement {
   constructor() {
     super();
     new TopicController(this, () => 'hub');
+    new Shifted(this, 'main, lf-banners, lf-nav', 'lf-zone-alert');
   }
 
   override connectedCallback(): void {

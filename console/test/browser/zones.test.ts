@@ -304,6 +304,31 @@ describe('an installation', () => {
     await strip().waitFor({ state: 'detached' });
   });
 
+  test('a press on what the strip has just shifted does nothing; the next one counts', async () => {
+    page = await site.open('#/overview');
+    await settled(page);
+    // In the page, as a finger that is on its way when the strip comes; then again, when it has been seen.
+    const went = page.evaluate(async () => {
+      const app = document.querySelector('lf-app')!.shadowRoot!;
+      const link = app.querySelector('lf-nav')!.shadowRoot!.querySelector<HTMLElement>('a[href*="events"]')!;
+      const press = () => {
+        const like = { bubbles: true, composed: true, cancelable: true, detail: 1 };
+        link.dispatchEvent(new PointerEvent('pointerdown', like));
+        link.dispatchEvent(new MouseEvent('click', like));
+      };
+      const strip = app.querySelector<HTMLElement>('lf-zone-alert')!;
+      const frame = () => new Promise((done) => requestAnimationFrame(done));
+      while (strip.offsetHeight === 0) await frame();
+      press();
+      const at = [location.hash];
+      for (const since = performance.now(); performance.now() - since < 700; ) await frame();
+      press();
+      return [...at, location.hash];
+    });
+    await sees('alarm', 'flame', 'heat');
+    expect(await went).toEqual(['#/overview', '#/events']);
+  });
+
   const VIEWS = [
     { lang: 'en', theme: 'night', width: 1440, height: 900 },
     { lang: 'ru', theme: 'day', width: 1024, height: 768 },

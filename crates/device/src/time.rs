@@ -34,6 +34,12 @@ impl Timer {
         }
     }
 
+    /// Until it fires, ms; 0 of one that does not run.
+    pub fn left_ms(&self, now: Millis) -> u32 {
+        let left_ms = self.deadline.map_or(0, |deadline| deadline.since(now));
+        if left_ms > 1 << 31 { 0 } else { left_ms }
+    }
+
     /// Will not fire.
     pub fn stop(&mut self) {
         self.deadline = None;
@@ -87,6 +93,18 @@ mod tests {
         over.start(Millis(0), 100);
         over.hasten(Millis(150), 100);
         assert!(over.poll(Millis(150)));
+    }
+
+    /// §D/3 What is left, also over the wrap, and of one that is over or does not run.
+    #[test]
+    fn what_is_left() {
+        let mut timer = Timer::default();
+        assert_eq!(timer.left_ms(Millis(5)), 0);
+        timer.start(Millis(u32::MAX - 10), 30);
+        assert_eq!(timer.left_ms(Millis(u32::MAX)), 20);
+        assert_eq!(timer.left_ms(Millis(18)), 1);
+        assert_eq!(timer.left_ms(Millis(19)), 0);
+        assert_eq!(timer.left_ms(Millis(500)), 0);
     }
 
     /// §D/3 A time of half the clock's range, 24.8 days, is the longest: it is not over at once.

@@ -59,6 +59,8 @@ pub struct Deployer {
     nearest: u32,
     /// Water in the barrel holds it: for TravelTime at most.
     held: bool,
+    /// What is left of TravelTime for the other of the two, to fold and to be held, ms.
+    other_ms: u32,
     failed: bool,
     internal_fault: bool,
 }
@@ -71,6 +73,7 @@ impl Default for Deployer {
             travel: Timer::default(),
             nearest: u32::MAX,
             held: false,
+            other_ms: 0,
             failed: false,
             internal_fault: false,
         }
@@ -208,9 +211,11 @@ impl Deployer {
             Position::Deploying => self.drive_to(DriveParam::MaxLimit, drives, params),
             Position::Folding => {
                 let held = by_axis(drives, Axis::Deployer).is_held_dry();
-                // Neither is the time to wait for it that of the drive, nor the other way round.
+                // Neither is the time to wait for it that of the drive, nor the other way round; and a flow that
+                // flickers gives none of them back.
                 if held != core::mem::replace(&mut self.held, held) {
-                    self.travel.start(now, travel_ms(params));
+                    let left_ms = self.travel.left_ms(now);
+                    self.travel.start(now, core::mem::replace(&mut self.other_ms, left_ms));
                 }
                 self.drive_to(DriveParam::MinLimit, drives, params);
             }
@@ -271,8 +276,8 @@ impl Deployer {
 
     fn begin(&mut self, now: Millis, position: Position, params: &Params) {
         self.position = position;
-        (self.nearest, self.held) = (u32::MAX, false);
-        self.travel.start(now, travel_ms(params));
+        (self.nearest, self.held, self.other_ms) = (u32::MAX, false, travel_ms(params));
+        self.travel.start(now, self.other_ms);
     }
 
     fn arrive(&mut self, position: Position, drives: &mut [Drive; AXES]) {

@@ -76,6 +76,25 @@ fn water_is_no_fault_of_the_deployer() {
     assert!(!in_time.deployer().contains(DeployerFlags::INTERNAL_FAULT));
 }
 
+/// §D/5 A flow that flickers about what a meter shows gives no time back: wrapping ends after TravelTime of folding and
+/// TravelTime of waiting at the latest.
+#[test]
+fn a_flow_that_flickers_ends_the_wrapping() {
+    let mut rig = Rig::deployed();
+    rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
+    rig.run(1000);
+    let mut ms = 1000;
+    while rig.deployer().contains(DeployerFlags::WRAPPING) {
+        rig.plant.inputs.flow_lps = if ms % 400 < 20 { 0 } else { 20 };
+        rig.run(10);
+        ms += 10;
+        assert!(ms < 41_000, "{:?}", rig.deployer());
+    }
+    assert!(ms > 20_000, "{ms}");
+    let wrong = DeployerFlags::WRAPPED | DeployerFlags::INTERNAL_FAULT;
+    assert!(!rig.deployer().intersects(wrong), "{:?}", rig.deployer());
+}
+
 /// §D/6 Its lasting is a fault of the switches, which ends with it; and does not refuse Open.
 #[test]
 fn flow_contradicts_the_switches() {

@@ -9,9 +9,6 @@ use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
 use lafet_proto::status::ButtonsStatus;
 
-/// Place of Close in a post.
-const CLOSE: usize = 7;
-
 /// A button post.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ButtonPost {
@@ -54,13 +51,16 @@ impl ButtonPost {
     ) -> Demand {
         let before = self.pressed();
         self.states = *states;
-        for (number, (armed, state)) in self.armed.iter_mut().zip(states).enumerate() {
-            let ignored = locked || restarting && number != CLOSE;
+        for (armed, state) in self.armed.iter_mut().zip(states) {
             *armed = match state {
                 ButtonState::Released => true,
-                ButtonState::Pressed => *armed && !ignored,
+                ButtonState::Pressed => *armed && !locked,
                 ButtonState::Short | ButtonState::Open => false,
             };
+        }
+        if restarting {
+            let [others @ .., _close] = &mut self.armed;
+            *others = [false; 7];
         }
         let [left, right, up, down, wide, narrow, open, close] = self.pressed();
         let [.., open_before, close_before] = before;

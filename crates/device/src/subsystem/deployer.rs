@@ -55,12 +55,11 @@ pub struct Deployer {
     cause: Cause,
     /// For the motion of its drive; for a barrel that goes to its rest, until it has come nearer.
     travel: Timer,
-    /// How far the barrel was from its rest when it last came nearer, '.
-    nearest: u32,
+    /// Resting: how far the barrel was from its rest when it last came nearer, '. Folding: what is left of
+    /// TravelTime for the other of the two, to fold and to be held, ms.
+    left: u32,
     /// Water in the barrel holds it: for TravelTime at most.
     held: bool,
-    /// What is left of TravelTime for the other of the two, to fold and to be held, ms.
-    other_ms: u32,
     failed: bool,
     internal_fault: bool,
 }
@@ -71,9 +70,8 @@ impl Default for Deployer {
             position: Position::Between,
             cause: Cause::Rule(Rule::Inert),
             travel: Timer::default(),
-            nearest: u32::MAX,
+            left: u32::MAX,
             held: false,
-            other_ms: 0,
             failed: false,
             internal_fault: false,
         }
@@ -215,7 +213,7 @@ impl Deployer {
                 // flickers gives none of them back.
                 if held != core::mem::replace(&mut self.held, held) {
                     let left_ms = self.travel.left_ms(now);
-                    self.travel.start(now, core::mem::replace(&mut self.other_ms, left_ms));
+                    self.travel.start(now, core::mem::replace(&mut self.left, left_ms));
                 }
                 self.drive_to(DriveParam::MinLimit, drives, params);
             }
@@ -276,8 +274,10 @@ impl Deployer {
 
     fn begin(&mut self, now: Millis, position: Position, params: &Params) {
         self.position = position;
-        (self.nearest, self.held, self.other_ms) = (u32::MAX, false, travel_ms(params));
-        self.travel.start(now, self.other_ms);
+        let travel_ms = travel_ms(params);
+        self.travel.start(now, travel_ms);
+        self.left = if position == Position::Resting { u32::MAX } else { travel_ms };
+        self.held = false;
     }
 
     fn arrive(&mut self, position: Position, drives: &mut [Drive; AXES]) {
@@ -311,8 +311,8 @@ impl Deployer {
             }
             there &= !off && drive.is_idle() && drive.knows_position();
         }
-        if far < self.nearest {
-            self.nearest = far;
+        if far < self.left {
+            self.left = far;
             self.travel.start(now, PATIENCE_MS);
         }
         if there {

@@ -13,7 +13,8 @@ use utoipa::ToSchema;
 use super::db::is_corrupt;
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
-use crate::store::{self, Act, Chain, Head, Loss, Mark, StateFile, StoreError};
+use crate::store::reserve::Room;
+use crate::store::{self, Act, Chain, Examined, Head, Loss, Mark, StateFile, StoreError};
 use crate::sync::lock;
 
 /// The longest time for the files at the end.
@@ -68,11 +69,18 @@ pub struct Integrity {
 
 impl Integrity {
     /// Looks at the files before they are opened; refuses when users or the audit log are lost and
-    /// that is not accepted. What cannot be read is moved aside.
-    pub fn examine(config: &Config) -> Result<Self, StoreError> {
+    /// that is not accepted, and to begin a folder on a disk that has no room for it. What cannot be
+    /// read is moved aside.
+    pub fn examine(config: &Config, room: Room) -> Result<Self, StoreError> {
         let Some(folder) = config.data.clone() else { return Ok(Self::default()) };
         let history = config.postgres.is_none();
-        let (site, mut losses) = store::examine(&folder, history)?;
+        let Examined { site, is_new, mut losses } = store::examine(&folder, history)?;
+        if let Room::None(error) = room {
+            if is_new {
+                return Err(StoreError::NoRoom(folder, error));
+            }
+            tracing::warn!(%error, "there is no room on the disk of the state, and no reserve");
+        }
         let accepted = |loss: &Loss| config.accept_lost.contains(&loss.file);
         let grave: Vec<Loss> =
             losses.iter().filter(|it| it.is_grave() && !accepted(it)).cloned().collect();
@@ -89,6 +97,9 @@ impl Integrity {
                 secret.map_err(|error| std::io::Error::other(error.to_string()))?[..32].to_owned()
             }
         };
+        if is_new {
+            store::begin(&folder, &site, history)?;
+        }
         let noted = Mutex::new(Mark { site, ..Mark::default() });
         Ok(Self { folder: Some(folder), history, noted, losses: losses.into(), ..Self::default() })
     }

@@ -226,8 +226,19 @@ impl Look {
     }
 }
 
-/// Looks at the files before anything is opened. The id of the site, and what is wrong.
-pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss>), StoreError> {
+/// What the files were found to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Examined {
+    /// The id of the site, if one was given.
+    pub site: Option<String>,
+    /// The folder was never used: nothing is in it, or what a first start that was cut off has left.
+    pub is_new: bool,
+    /// What is wrong.
+    pub losses: Vec<Loss>,
+}
+
+/// Looks at the files before anything is opened.
+pub fn examine(folder: &Path, history: bool) -> Result<Examined, StoreError> {
     let manifest = manifest(folder);
     let mut files = Vec::new();
     for file in [StateFile::Hub, StateFile::Audit, StateFile::Events, StateFile::History] {
@@ -250,10 +261,9 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
     let marks = files.iter().filter_map(|(_, it)| it.found()?.mark.as_ref());
     let first = manifest.as_ref().map(|it| &it.mark).or_else(|| marks.clone().next());
     let site = first.map(|mark| mark.site.clone());
-    if manifest.as_ref().is_some_and(|it| !it.complete)
-        || files.iter().all(|(_, it)| it.found().is_none()) && site.is_none()
-    {
-        return Ok((site, losses));
+    let is_new = site.is_none() && is_unused(&files)?;
+    if is_new || manifest.as_ref().is_some_and(|it| !it.complete) {
+        return Ok(Examined { site, is_new, losses });
     }
     if is_gone && site.is_some() {
         say(StateFile::Site, Fault::Missing);
@@ -271,7 +281,33 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
         }
     }
     compare(&files, site.as_deref(), manifest.map(|it| it.mark), &mut say)?;
-    Ok((site, losses))
+    Ok(Examined { site, is_new, losses })
+}
+
+/// Whether files that have no id hold nothing: a start makes the table of the mark first, in each of them, and
+/// fills it when all are there. Those of programs without marks have no such table.
+fn is_unused(files: &[(StateFile, Look)]) -> Result<bool, StoreError> {
+    for (file, found) in files.iter().filter_map(|(file, it)| Some((file, it.found()?))) {
+        let db = &found.connection;
+        let holds = match file {
+            StateFile::Hub => "user",
+            StateFile::Audit => "audit",
+            _ => "site",
+        };
+        let query = format!("SELECT EXISTS (SELECT 1 FROM {holds})");
+        let in_use = !has(db, "site")?
+            || has(db, holds)? && db.query_row(&query, [], |row| row.get::<_, bool>(0))?;
+        if in_use {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Begins a folder: until all files are marked a start that is cut off is made good by the next one.
+pub fn begin(folder: &Path, site: &str, history: bool) -> Result<(), StoreError> {
+    let mark = Mark { site: site.to_owned(), ..Mark::default() };
+    write(folder, &Manifest { history, mark, ..Manifest::of_this_program() })
 }
 
 /// Compares what the files of this site say of each other.
@@ -324,11 +360,9 @@ fn or_malformed(
 pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError> {
     let noted = manifest(folder).ok().flatten();
     let known = noted.is_some_and(|it| it.complete && it.mark.site == site);
-    let mut manifest = Manifest { history, ..Manifest::of_this_program() };
-    manifest.mark.site = site.to_owned();
     // A start that is cut off leaves what was noted before it: the next one checks against that.
     if !known {
-        write(folder, &manifest)?;
+        begin(folder, site, history)?;
     }
     let (hub, audit) =
         (open_marked(folder, StateFile::Hub, site)?, open_marked(folder, StateFile::Audit, site)?);
@@ -342,11 +376,10 @@ pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError
         before = Head::default();
     }
     let (n, hash) = head(&audit)?;
-    manifest.mark = Mark { site: site.into(), users: users(&hub)?, audit: Head { n, hash } };
-    note_audit(&hub, &manifest.mark.audit)?;
-    note_users(&audit, manifest.mark.users)?;
-    manifest.complete = true;
-    write(folder, &manifest)?;
+    let mark = Mark { site: site.into(), users: users(&hub)?, audit: Head { n, hash } };
+    note_audit(&hub, &mark.audit)?;
+    note_users(&audit, mark.users)?;
+    note(folder, &mark, history)?;
     Ok(before)
 }
 
@@ -543,7 +576,8 @@ mod tests {
             open(Some(&folder), name, schema).unwrap();
         }
         mark(&folder, "site", false).unwrap();
-        assert_eq!(examine(&folder, false).unwrap(), (Some("site".into()), vec![]));
+        let good = Examined { site: Some("site".into()), is_new: false, losses: vec![] };
+        assert_eq!(examine(&folder, false).unwrap(), good);
         let (events, aside) = (folder.join("events.db"), folder.join("aside"));
         std::fs::rename(&events, &aside).unwrap();
         std::fs::create_dir(&events).unwrap();
@@ -551,7 +585,7 @@ mod tests {
         std::fs::remove_dir(&events).unwrap();
         std::fs::rename(&aside, &events).unwrap();
         std::fs::remove_file(folder.join("hub.db")).unwrap();
-        let (_, losses) = examine(&folder, false).unwrap();
+        let losses = examine(&folder, false).unwrap().losses;
         assert!(
             losses.contains(&Loss { file: StateFile::Hub, fault: Fault::Missing }),
             "{losses:?}"

@@ -262,6 +262,43 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
     }
 }
 
+/// The files in the order in which a first start makes them.
+const MADE: [&str; 4] = ["events.db", "audit.db", "hub.db", "history.db"];
+
+/// A first start that was cut off before any file had its mark, without the file beside them.
+#[tokio::test]
+async fn a_first_start_that_was_cut_off_is_made_good() {
+    let (whole, cut) = (folder("first"), folder("first-cut"));
+    end(open(&whole, &[]).unwrap(), &whole).await;
+    for made in 0..=MADE.len() {
+        copy(&whole, &cut);
+        remove(&cut, "site.json");
+        for (index, name) in MADE.into_iter().enumerate() {
+            match index < made {
+                true => sql(&cut, name, "DELETE FROM site"),
+                false => remove(&cut, name),
+            }
+        }
+        let hub = open(&cut, &[]).unwrap_or_else(|error| panic!("{made} files: {error}"));
+        assert_eq!(hub.integrity().losses(), [], "{made} files");
+        end(hub, &cut).await;
+        remove(&cut, "audit.db");
+        assert!(matches!(open(&cut, &[]), Err(StoreError::Lost(_))), "it has an id now");
+    }
+    // What was in use is not taken for a first start.
+    fill(&whole).await;
+    remove(&whole, "site.json");
+    MADE.iter().for_each(|name| sql(&whole, name, "DELETE FROM site"));
+    for gone in ["hub.db", "audit.db"] {
+        copy(&whole, &cut);
+        remove(&cut, gone);
+        assert!(matches!(open(&cut, &[]), Err(StoreError::Lost(_))), "{gone}");
+    }
+    for folder in [whole, cut] {
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
 /// After a clean end a copy of the databases without SQLite's logs has everything.
 #[tokio::test]
 async fn a_clean_end_leaves_everything_in_the_files() {

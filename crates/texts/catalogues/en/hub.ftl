@@ -313,6 +313,7 @@ store-newer = { $folder } was written by lafet { $program } (format { $format } 
 store-newer-unknown = { $folder } was written by a later version of lafet (format { $format } of the state); this is lafet { $own }, which knows formats up to { $known }. Nothing was changed. Install that version again, or restore a copy of the folder from before the update.
 store-zones = the stored state of the zones cannot be read: { $error }
 store-shared = { $folder } can be written by other users of this machine and holds what is not the hub's
+store-no-room = nothing can be written in { $folder } ({ $error }). A hub needs at least 1 MB there for its first start, and 40 MB with its reserve. Nothing was begun: make room or choose another folder (data), and start it again.
 store-file = { $file }: { $error }
 login-failed = Wrong user, password or link. Each failure makes the next try wait longer.
 access-conflict = There is one of this name already, or it is the last administrator.

@@ -23,7 +23,7 @@ use super::alarm::{Ack, Alarm, Fire, Priority, Shelf, State};
 use super::catalogue::{self, Texts};
 use super::holding::Holding;
 use crate::clock::shifted;
-use crate::monitor::status::Status;
+use crate::monitor::status::{Status, Withheld};
 
 /// A condition has to be gone for this time before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
@@ -156,8 +156,17 @@ impl Alarms {
         if down {
             holding.push(own("Down", catalogue::link_down()));
         }
-        if status.stale && !status.queued {
-            holding.push(own("Stale", catalogue::stale()));
+        match status.withheld {
+            Some(Withheld::Unreadable { baud }) => {
+                holding.push(own("Unreadable", catalogue::unreadable(baud)));
+            }
+            Some(Withheld::Controller) => {
+                holding.push(own("Controller", catalogue::foreign_controller()));
+            }
+            None if status.stale && !status.queued => {
+                holding.push(own("Stale", catalogue::stale()));
+            }
+            None => {}
         }
         let bounded = self.holdings.get(monitor).and_then(|it| it.is_bounded());
         if bounded == Some(false) {

@@ -22,6 +22,13 @@ alarm-link-down = There is no connection to the monitor.
 alarm-link-down-cause = The cable, the network or a serial server has failed, or the monitor has no power.
 alarm-link-down-consequence = It cannot be commanded or stopped from here; what it was doing goes on by itself.
 alarm-link-down-remedy = Use the button post at the monitor; check power, cable and address.
+alarm-unreadable = Bytes arrive on the line of the monitor that are no frames at { $baud } baud.
+alarm-unreadable-cause = Devices on the line have another speed than baud= in the configuration, or there is noise, a broken wire or no termination.
+alarm-withheld-consequence = The monitor is not polled and cannot be commanded, so as not to disturb others; Stop, Close and Lockout on are sent.
+alarm-unreadable-remedy = End the hub and let `lafet doctor URL` find the speed; correct baud= in the configuration, check it with `lafet serve --check` and start the hub. If it is noise that cannot be removed, insist=1 in the URL sends all the same.
+alarm-controller = A bus controller transmits on the line of the monitor, and the hub is not one of its consoles.
+alarm-controller-cause = The line belongs to a bus whose devices transmit in the turns that its controller grants, or a controller was connected by mistake.
+alarm-controller-remedy = Write role=active and a src= of its own (129…254) into the URL of the configuration, check it with `lafet serve --check` and restart the hub; or disconnect the controller. insist=1 sends beside one that grants access to nobody.
 monitor-silent = The monitor does not answer.
 alarm-stale-cause = The link is up, but the monitor is off, restarts, has another address or speed, or answers are lost.
 alarm-keep-out = Water goes into keep-out “{ $name }”; the hub shuts it off.

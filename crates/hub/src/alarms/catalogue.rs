@@ -121,6 +121,17 @@ pub fn disk() -> Texts {
     }
 }
 
+/// Nothing can be recorded.
+pub fn recordings() -> Texts {
+    Texts {
+        priority: Priority::Low,
+        what: text::AlarmRecordings.words(),
+        cause: text::AlarmRecordingsCause.words(),
+        consequence: text::AlarmRecordingsConsequence.words(),
+        remedy: text::AlarmRecordingsRemedy.words(),
+    }
+}
+
 /// The certificate ends soon, or has ended.
 pub fn certificate() -> Texts {
     Texts {

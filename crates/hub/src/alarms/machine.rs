@@ -47,6 +47,8 @@ pub struct Conditions {
     pub zones: bool,
     /// The disk of the state is almost full.
     pub disk: bool,
+    /// Nothing can be recorded.
+    pub recordings: bool,
     /// The certificate ends soon, or has ended.
     pub certificate: bool,
 }
@@ -247,6 +249,7 @@ impl Alarms {
             (hub.revocations, "Revocations", catalogue::revocations),
             (hub.zones, "Zones", catalogue::zones),
             (hub.disk, "Disk", catalogue::disk),
+            (hub.recordings, "Recordings", catalogue::recordings),
             (hub.certificate, "Certificate", catalogue::certificate),
         ] {
             let id = format!("hub/{flag}");

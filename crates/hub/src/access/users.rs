@@ -196,6 +196,11 @@ impl Access {
         Ok(Self { db, known, revoked, waits, devices, ahead_ms, empty, hasher, touches })
     }
 
+    /// Why the list of revocations that this start found cannot be read, if it cannot.
+    pub fn revocations_spoilt(&self) -> Option<String> {
+        lock(&self.revoked).spoilt().map(str::to_owned)
+    }
+
     /// What was revoked is not on the disk yet. Answered at once, whatever the disk does.
     pub fn revocations_wait(&self) -> bool {
         self.waits.load(Ordering::Relaxed)

@@ -14,7 +14,7 @@ use super::db::is_corrupt;
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
 use crate::store::reserve::Room;
-use crate::store::{self, Act, Chain, Examined, Head, Loss, Mark, StateFile, StoreError};
+use crate::store::{self, Act, Chain, Examined, Fault, Head, Loss, Mark, StateFile, StoreError};
 use crate::sync::lock;
 
 /// The longest time for the files at the end.
@@ -122,6 +122,11 @@ impl Integrity {
         lock(&self.losses).clone()
     }
 
+    /// A loss that shows when a file is opened.
+    pub fn lost(&self, loss: Loss) {
+        lock(&self.losses).push(loss);
+    }
+
     /// The alarm was acknowledged.
     pub fn known(&self) {
         lock(&self.losses).clear();
@@ -135,6 +140,10 @@ impl Integrity {
 impl Hub {
     /// Reports the files that were lost before this start.
     pub fn report_losses(&self) {
+        if let Some(error) = self.access().revocations_spoilt() {
+            let fault = Fault::Malformed { error, aside: None };
+            self.integrity().lost(Loss { file: StateFile::Revoked, fault });
+        }
         for loss in self.integrity().losses() {
             self.event(None, &loss.both());
             let record = self.record(&Caller::hub(), "", "state lost", loss.file.word());

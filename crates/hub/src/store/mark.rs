@@ -43,6 +43,8 @@ pub enum StateFile {
     History,
     /// The mark beside the databases.
     Site,
+    /// What is revoked and not in `hub.db` yet.
+    Revoked,
 }
 
 /// What is wrong with a file of the state.
@@ -140,7 +142,7 @@ impl Manifest {
 }
 
 impl StateFile {
-    /// Every state file.
+    /// Those that are tied to each other, and examined before they are opened.
     pub const ALL: [Self; 5] = [Self::Hub, Self::Audit, Self::Events, Self::History, Self::Site];
 
     /// As it is written on the command line.
@@ -151,6 +153,7 @@ impl StateFile {
             Self::Events => "events",
             Self::History => "history",
             Self::Site => "site",
+            Self::Revoked => "revoked",
         }
     }
 
@@ -162,6 +165,7 @@ impl StateFile {
             Self::Events => "events.db",
             Self::History => "history.db",
             Self::Site => MANIFEST,
+            Self::Revoked => "revoked",
         }
     }
 
@@ -501,7 +505,7 @@ const fn known(file: StateFile) -> &'static [(&'static str, &'static str)] {
             "audit",
             "SELECT n, at_ms, user, monitor, what, outcome, details, prev, hash FROM audit",
         )],
-        StateFile::Events | StateFile::History | StateFile::Site => &[],
+        StateFile::Events | StateFile::History | StateFile::Site | StateFile::Revoked => &[],
     }
 }
 

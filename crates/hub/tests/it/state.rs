@@ -403,3 +403,20 @@ async fn the_state_is_its_owners_alone() {
     }
     fs::remove_dir_all(folder).unwrap();
 }
+
+/// What is revoked and not stored yet is in a file of its own: one that cannot be read is told.
+#[tokio::test]
+async fn a_list_of_revocations_that_cannot_be_read_shows() {
+    let folder = folder("revoked");
+    fill(&folder).await;
+    fs::write(folder.join("revoked"), "cut off in the mid").unwrap();
+    let hub = open(&folder, &[]).unwrap();
+    let losses = hub.integrity().losses();
+    let is = |it: &Loss| matches!(it.fault, Fault::Malformed { .. });
+    assert!(losses.len() == 1 && losses[0].file == StateFile::Revoked && is(&losses[0]));
+    end(hub, &folder).await;
+    let hub = open(&folder, &[]).unwrap();
+    assert_eq!(hub.integrity().losses(), [], "once");
+    end(hub, &folder).await;
+    fs::remove_dir_all(folder).unwrap();
+}

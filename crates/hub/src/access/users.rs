@@ -211,6 +211,12 @@ impl Access {
         Ok(crate::store::users(&lock(&self.db))?)
     }
 
+    /// The same, and the digest of users and tokens.
+    pub fn people(&self) -> Result<(Users, String), StoreError> {
+        let db = lock(&self.db);
+        Ok((crate::store::users(&db)?, crate::store::people(&db)?))
+    }
+
     /// Moves what is stored into `hub.db` itself. Blocks.
     pub fn checkpoint(&self) -> Result<(), StoreError> {
         Ok(crate::store::checkpoint(&lock(&self.db))?)

@@ -108,7 +108,8 @@ impl Integrity {
     pub fn mark(&self) -> Result<(), StoreError> {
         let Some(folder) = &self.folder else { return Ok(()) };
         let site = lock(&self.noted).site.clone();
-        *lock(&self.noted_before) = store::mark(folder, &site, self.history)?;
+        let (before, now) = store::mark(folder, &site, self.history)?;
+        (*lock(&self.noted_before), *lock(&self.noted)) = (before, now);
         Ok(())
     }
 
@@ -154,14 +155,28 @@ impl Hub {
     /// Notes the head of the audit log in `hub.db`, how often users were changed in `audit.db`, and
     /// both beside them. Only what is on the disk is noted.
     pub async fn note_state(&self) -> Result<(), StoreError> {
+        self.note_as(false).await
+    }
+
+    /// The same as the hub ends: what is changed from now on was not changed by it.
+    pub async fn note_end(&self) -> Result<(), StoreError> {
+        // They are stored yet, at the end of this program or at the start of the next.
+        let ended = !self.access().revocations_wait();
+        self.note_as(ended).await
+    }
+
+    async fn note_as(&self, ended: bool) -> Result<(), StoreError> {
         let Some(folder) = self.integrity().folder().map(Path::to_owned) else { return Ok(()) };
         let (n, hash) = self.audit().head().await?;
         let own = self.clone();
-        let read = tokio::task::spawn_blocking(move || own.access().changes());
-        let users = read.await.map_err(|_| StoreError::Busy)??;
+        let read = tokio::task::spawn_blocking(move || own.access().people());
+        let (users, people) = read.await.map_err(|_| StoreError::Busy)??;
         let noted = lock(&self.integrity().noted).clone();
-        let now = Mark { site: noted.site.clone(), users, audit: Head { n, hash } };
-        if noted == now {
+        // Users who are others without a change that was counted are not noted: they show at the next start.
+        let is_known = noted.users == users && !noted.people.is_empty();
+        let people = if is_known { noted.people.clone() } else { people };
+        let now = Mark { site: noted.site.clone(), users, audit: Head { n, hash }, people };
+        if noted == now && !ended {
             return Ok(());
         }
         if noted.users != now.users {
@@ -170,7 +185,7 @@ impl Hub {
         let (own, mark) = (self.clone(), now.clone());
         let written = tokio::task::spawn_blocking(move || {
             own.access().note_audit(&mark.audit)?;
-            store::note(&folder, &mark, own.integrity().history)
+            store::note(&folder, &mark, own.integrity().history, ended)
         });
         written.await.map_err(|_| StoreError::Busy)??;
         *lock(&self.integrity().noted) = now;

@@ -63,6 +63,9 @@ fn sql(folder: &Path, name: &str, sql: &str) {
 
 const UNLOCK: &str = "DROP TRIGGER audit_stays; DROP TRIGGER audit_is_fixed;";
 
+/// What only an administrator may do, done by another program.
+const RAISE: &str = "UPDATE user SET role = 'administrator' WHERE name = 'anna'";
+
 type Damage = Box<dyn Fn(&Path)>;
 /// What is done to the folder, to which file of it, and what is said of that file.
 type Case = (&'static str, Damage, StateFile, fn(&Fault) -> bool);
@@ -99,6 +102,30 @@ fn cases(older: &Path, other: &Path) -> Vec<Case> {
             Hub,
             |it| *it == Fault::Missing,
         ),
+        ("a role raised", run("hub.db", RAISE.into()), Hub, |it| *it == Fault::Altered),
+        (
+            "a role raised, and not counted",
+            run("hub.db", format!("DROP TRIGGER user_changed; {RAISE}")),
+            Hub,
+            |it| *it == Fault::Altered,
+        ),
+        (
+            "a user added",
+            run("hub.db", "INSERT INTO user VALUES ('eve', 'administrator', 'x', 1, NULL)".into()),
+            Hub,
+            |it| *it == Fault::Altered,
+        ),
+        (
+            "a token added",
+            run(
+                "hub.db",
+                "INSERT INTO token (name, role, digest, created_ms)
+                 VALUES ('eve', 'administrator', 'x', 1)"
+                    .into(),
+            ),
+            Hub,
+            |it| *it == Fault::Altered,
+        ),
         ("no users", run("hub.db", "DELETE FROM user".into()), Hub, |it| *it == Fault::Emptied),
         ("an older hub.db", from(older, "hub.db"), Hub, |it| matches!(it, Fault::Older { .. })),
         ("another hub.db", from(other, "hub.db"), Hub, |it| *it == Fault::Foreign),
@@ -133,7 +160,7 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
     end(hub, damaged).await;
     copy(good, damaged);
     damage(damaged);
-    let grave = matches!(file, Hub | Audit);
+    let grave = matches!(file, Hub | Audit) && !fault(&Fault::Altered);
     let hub = match open(damaged, &[]) {
         Err(StoreError::Lost(losses)) => {
             assert!(grave, "{what}: {losses:?}");
@@ -155,7 +182,9 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
         |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
     assert!(log.iter().any(|it| it.record.act.as_ref().is_some_and(recorded)), "{what}: {log:?}");
     let users_lost = file == Hub
-        && losses.iter().all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign));
+        && losses
+            .iter()
+            .all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign | Fault::Altered));
     assert_eq!(hub.access().is_empty(), users_lost, "{what}");
     end(hub, damaged).await;
     let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
@@ -336,6 +365,62 @@ async fn a_clean_end_leaves_everything_in_the_files() {
     drop(hub);
     _ = fs::remove_dir_all(folder);
     _ = fs::remove_dir_all(alone);
+}
+
+/// Runs a hub, does something with it, and ends it as a program does.
+async fn serves(folder: &Path, work: impl AsyncFnOnce(&Hub)) {
+    let config = Config {
+        data: Some(folder.to_owned()),
+        listen: "127.0.0.1:0".parse().unwrap(),
+        ..Config::default()
+    };
+    let hub = Hub::new(config, Clock::System, json!({})).unwrap();
+    let (go, ending) = tokio::sync::oneshot::channel::<()>();
+    let server = lafet_hub::Server::bind(hub.clone()).await.unwrap();
+    let served = tokio::spawn(server.serve(async { _ = ending.await }));
+    work(&hub).await;
+    drop(go);
+    served.await.unwrap();
+    end(hub, folder).await;
+}
+
+/// After a clean end nothing changes by itself; after a kill what the log tells of may have.
+#[tokio::test]
+async fn users_that_another_program_changed_show() {
+    let (good, altered) = (folder("people"), folder("people-altered"));
+    let losses = |folder: &Path| open(folder, &[]).unwrap().integrity().losses();
+    serves(&good, async |hub| {
+        hub.access().add(1, "root", Role::Administrator, PASSWORD).unwrap();
+        hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    })
+    .await;
+    copy(&good, &altered);
+    assert_eq!(losses(&altered), [], "untouched");
+    // Changed and changed back: it was counted.
+    copy(&good, &altered);
+    let back = "UPDATE user SET role = 'operator' WHERE name = 'anna'";
+    sql(&altered, "hub.db", &format!("{RAISE}; {back}"));
+    assert_eq!(losses(&altered), [Loss { file: StateFile::Hub, fault: Fault::Altered }]);
+    // A hub that is killed after a change that its log has, and one whose log has none.
+    for (act, fault) in [(true, None), (false, Some(Fault::Altered))] {
+        copy(&good, &altered);
+        let hub = open(&altered, &[]).unwrap();
+        hub.access().change(2, "anna", Some(Role::Engineer), Some(PASSWORD), None).unwrap();
+        let act = act.then(|| lafet_hub::store::Act::ChangeUser {
+            user: "anna".into(),
+            role: Some(Role::Engineer),
+            password: true,
+        });
+        let record = hub.record_of_end();
+        let record = lafet_hub::store::Record { outcome: "Ok".into(), ..record };
+        hub.audit().note(act.map_or(record.clone(), |act| record.about(&act))).await.unwrap();
+        end(hub, &altered).await;
+        let found: Vec<Fault> = losses(&altered).into_iter().map(|it| it.fault).collect();
+        assert_eq!(found, Vec::from_iter(fault));
+    }
+    for folder in [good, altered] {
+        fs::remove_dir_all(folder).unwrap();
+    }
 }
 
 #[tokio::test]

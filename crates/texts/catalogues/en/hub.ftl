@@ -402,6 +402,7 @@ state-missing = { $name } is missing or empty, the other files of the state are 
 state-foreign = { $name } does not belong to this site: it is from another folder or copy.
 state-cut = { $name } was cut or is an older copy: { $found } instead of at least { $noted } entries.
 state-changed = { $name } was changed: entry { $n } is not the one that was noted.
+state-altered = users or tokens in { $name } are not as the hub left them, and the audit log has no entry for it: another program changed them, or the hub was killed at that moment. Compare them with the audit log.
 state-no-users = { $name } has no user, although there were users.
 state-malformed = { $name } cannot be read: { $error }.
 state-set-aside = { $name } could not be read: { $error }. It is kept as { $aside }; a new one takes its place.

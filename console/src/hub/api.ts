@@ -2747,6 +2747,9 @@ export interface components {
             /** @enum {string} */
             fault: "emptied";
         } | {
+            /** @enum {string} */
+            fault: "altered";
+        } | {
             /** @description Its name now; a new file has its old one. */
             aside?: string | null;
             /** @description What was found. */
@@ -2758,7 +2761,7 @@ export interface components {
          * @description A file of the state.
          * @enum {string}
          */
-        StateFile: "hub" | "audit" | "events" | "history" | "site";
+        StateFile: "hub" | "audit" | "events" | "history" | "site" | "revoked";
         /** @description The state of a monitor. */
         Status: {
             /**

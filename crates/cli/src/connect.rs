@@ -191,7 +191,7 @@ pub async fn undisturbed(
     global: &Global,
 ) -> Result<(Link, Overheard), Failure> {
     let console = endpoint.behaviour().role == Role::Active;
-    if global.insist || console || !can_be_overheard(endpoint) {
+    if insists(global, endpoint) || console || !can_be_overheard(endpoint) {
         return Ok((link(url, endpoint).await?, Overheard::default()));
     }
     let Endpoint::Serial { path, line, .. } = endpoint else {
@@ -228,7 +228,7 @@ fn unless_disturbing(
 /// Opens the bare link of a command that needs the line for itself, and listens for as long as a
 /// controller may be silent. Fails where anything arrives, unless the user insists.
 pub async fn alone(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Link, Failure> {
-    if global.insist || !can_be_overheard(endpoint) {
+    if insists(global, endpoint) || !can_be_overheard(endpoint) {
         return link(url, endpoint).await;
     }
     let (link, heard) = listened(url, endpoint, THOROUGH).await?;
@@ -240,6 +240,11 @@ pub async fn alone(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Li
         Some(why) => Err(Failure::Silent(why)),
         None => Ok(link),
     }
+}
+
+/// Whether the user, or the URL, wants everything sent whoever else is on the line.
+const fn insists(global: &Global, endpoint: &Endpoint) -> bool {
+    global.insist || matches!(endpoint, Endpoint::Serial { line, .. } if line.insist)
 }
 
 /// Whether others can be heard on such a link before anything is sent: on a line, also behind a

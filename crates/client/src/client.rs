@@ -279,7 +279,10 @@ pub(crate) fn probed(endpoint: &Arc<str>, ended: Option<Reply>) -> Result<(), Er
         }
         Some(Ok(Ended {
             outcome:
-                outcome @ (Outcome::CheckMissing | Outcome::NoGrant { .. } | Outcome::ControllerPresent),
+                outcome @ (Outcome::CheckMissing
+                | Outcome::NoGrant { .. }
+                | Outcome::ControllerPresent
+                | Outcome::Unreadable),
             ..
         })) => Err(Error::NotProbed { endpoint, cause: bus_cause(&outcome) }),
         Some(Ok(ended)) => Err(Error::Link { endpoint, source: ended.source() }),
@@ -316,7 +319,7 @@ pub(crate) fn failure(endpoint: &Arc<str>, request: &RequestBuf, ended: &Option<
             Outcome::NotConnected => not_sent(request, Cause::Link(ended.source())),
             Outcome::Expired => not_sent(request, Cause::Expired),
             Outcome::CheckMissing => not_sent(request, Cause::CheckMissing),
-            Outcome::NoGrant { .. } | Outcome::ControllerPresent => {
+            Outcome::NoGrant { .. } | Outcome::ControllerPresent | Outcome::Unreadable => {
                 not_sent(request, bus_cause(&ended.outcome))
             }
             Outcome::Superseded { by, sent: true } => unknown(Cause::Superseded { by }),
@@ -331,6 +334,7 @@ const fn bus_cause(outcome: &Outcome) -> Cause {
         Outcome::CheckMissing => Cause::CheckMissing,
         Outcome::NoGrant { controller: false } => Cause::NoController,
         Outcome::NoGrant { controller: true } => Cause::NotGranted,
+        Outcome::Unreadable => Cause::Unreadable,
         _ => Cause::ControllerPresent,
     }
 }

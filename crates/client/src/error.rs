@@ -156,6 +156,8 @@ pub enum Cause {
     NotGranted,
     /// There is a bus controller, and the request was not to wait for a grant.
     ControllerPresent,
+    /// Bytes that are no frames arrive, so it could disturb others.
+    Unreadable,
 }
 
 impl Error {
@@ -316,6 +318,7 @@ impl Argument for Cause {
             Self::NoController => text::CauseNoController.write(lang, out),
             Self::NotGranted => text::CauseNotGranted.write(lang, out),
             Self::ControllerPresent => text::CauseControllerPresent.write(lang, out),
+            Self::Unreadable => text::CauseUnreadable.write(lang, out),
         }
     }
 }

@@ -25,6 +25,7 @@ pub(crate) mod late_answers;
 pub mod line;
 pub(crate) mod matching;
 pub mod medium;
+mod noise;
 mod operation;
 mod receive;
 mod send;
@@ -141,6 +142,8 @@ pub enum Outcome {
     },
     /// Not sent: there is a controller that grants access, and the request was not to wait for it.
     ControllerPresent,
+    /// Not sent: bytes that are no frames arrive (see [`Config::heed`]).
+    Unreadable,
 }
 
 /// The core: see the module's documentation.

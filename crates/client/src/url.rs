@@ -411,6 +411,7 @@ mod tests {
             "udp://h?check=crc32c&late=5",
             "tcp://h?framing=records&late=60",
             "serial:COM3?late=0&shared=1",
+            "serial:COM3?insist=1",
             "sim:?check=auto&seed=7",
             "serial:///dev/ttyS1?rs485=rts&rts_before=1&rts_after=2&echo=verify&turnaround=5",
             "serial:///dev/ttyS1?rs485=rts-low&terminate=on&echo=strip",

@@ -108,7 +108,7 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
         if caught != Caught::Hangup || has_terminal() {
             break;
         }
-        tracing::info!("SIGHUP: the hub goes on");
+        tracing::info!("SIGHUP: the hub goes on as it is; restart it to read its configuration");
     }
     running.end().await;
     Ok(())

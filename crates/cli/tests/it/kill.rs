@@ -87,3 +87,36 @@ fn what_was_acknowledged_survives_kill_9() {
     assert_eq!(second.status.code(), Some(2));
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+/// The files in the order in which a first start makes them; `reserve` is made when all are there.
+const MADE: [&str; 7] =
+    ["lock", "site.json", "events.db", "audit.db", "hub.db", "history.db", "reserve"];
+
+/// The next start goes on where a first one was ended, and takes nothing for lost.
+#[test]
+fn a_first_start_killed_at_any_step_is_made_good() {
+    let folder = std::env::temp_dir().join(format!("lafet-kill-first-{}", std::process::id()));
+    let (config, data) = (folder.join("hub.toml"), folder.join("data"));
+    std::fs::create_dir_all(&folder).unwrap();
+    let text = "[server]\nlisten = \"127.0.0.1:0\"\nlogin = false\ndata = \"data\"\n\
+                [[monitor]]\nid = \"M1\"\nurl = \"tcp://127.0.0.1:1?addr=1\"\n";
+    std::fs::write(&config, text).unwrap();
+    for last in MADE {
+        let mut command = lafet();
+        command.args(["--json", "serve", "--no-browser", "--config"]).arg(&config);
+        let mut first = Running::stdout(&mut command);
+        while !data.join(last).exists() {
+            assert_eq!(first.child.try_wait().unwrap(), None, "it ends before {last}");
+            std::thread::yield_now();
+        }
+        first.child.kill().unwrap();
+        first.code();
+        let (mut next, url) = hub(&config);
+        let health = curl(&[&format!("{url}/health")]).expect("an answer");
+        assert_eq!(health["state_lost"], serde_json::json!([]), "{last}: {health}");
+        next.signal("TERM");
+        assert_eq!(next.code(), Some(0), "{last}");
+        std::fs::remove_dir_all(&data).unwrap();
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}

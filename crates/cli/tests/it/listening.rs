@@ -396,3 +396,128 @@ fn a_second_controller_does_not_start() {
         });
     });
 }
+
+/// A hub with one monitor.
+struct Hub {
+    url: String,
+    _running: Running,
+    _folder: Folder,
+}
+
+/// A folder that is removed at the end.
+struct Folder(std::path::PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+impl Hub {
+    fn start(name: &str, monitor: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("lafet-heed-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let config = folder.join("hub.toml");
+        let text = format!(
+            "[server]\nlisten = \"127.0.0.1:0\"\nlogin = false\n\
+             [[monitor]]\nid = \"M1\"\nurl = \"{monitor}\"\n"
+        );
+        std::fs::write(&config, text).unwrap();
+        let mut command = lafet();
+        command.args(["--json", "serve", "--no-browser", "--config"]).arg(&config);
+        let running = Running::stdout(&mut command);
+        let line: serde_json::Value = serde_json::from_str(&running.line()).unwrap();
+        let url = line["listening"].as_str().unwrap().to_owned();
+        Self { url, _running: running, _folder: Folder(folder) }
+    }
+}
+
+/// What the hub answers.
+fn asked(arguments: &[&str]) -> String {
+    let mut curl = std::process::Command::new("curl");
+    let output = curl.args(["-s", "--max-time", "20"]).args(arguments).output().unwrap();
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn stop_by(hub: &str) -> String {
+    let json = ["-X", "POST", "-H", "Content-Type: application/json", "-d", r#"{"of":"All"}"#];
+    asked(&[&json[..], &[&format!("{hub}/api/monitors/M1/stop")]].concat())
+}
+
+/// Waits for an alarm, and returns what the hub says of its alarms.
+fn alarm(hub: &str, id: &str) -> String {
+    let start = Instant::now();
+    loop {
+        let said = asked(&[&format!("{hub}/api/alarms")]);
+        if said.contains(id) {
+            return said;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "{said}");
+        park_timeout(Duration::from_millis(50));
+    }
+}
+
+/// The hub polls for as long as it runs, so it must not begin where it would disturb others; what stops
+/// it sends all the same.
+#[test]
+fn a_hub_heeds_the_others_on_its_line() {
+    let disturbed = |name, line: &Line, url: &str, id: &str, word: &str| {
+        let hub = Hub::start(name, url);
+        let said = alarm(&hub.url, id);
+        assert!(said.contains(word), "{name}: {said}");
+        // Longer than it listens.
+        park_timeout(Duration::from_secs(7));
+        assert_eq!(line.sent(), 0, "{name}");
+        stop_by(&hub.url);
+        assert!(line.sent() > 0, "{name}: a Stop was not sent");
+    };
+    scope(|scope| {
+        scope.spawn(|| {
+            let line = Line::new(57_600, OFTEN);
+            disturbed(
+                "speed",
+                &line,
+                &line.url("baud=19200&late=0"),
+                "M1/Link/Unreadable",
+                "19200",
+            );
+        });
+        scope.spawn(|| {
+            let line = Line::new(57_600, Duration::from_millis(2500));
+            let url = line.url("baud=19200&late=0");
+            disturbed("seldom", &line, &url, "M1/Link/Unreadable", "19200");
+        });
+        scope.spawn(|| {
+            let line = Line::new(57_600, Duration::from_millis(2500));
+            let url = line.url("baud=57600&late=0");
+            disturbed("controller", &line, &url, "M1/Link/Controller", "role=active");
+        });
+        scope.spawn(|| {
+            let line = Line::new(0, OFTEN);
+            let _hub = Hub::start("insist", &line.url("baud=19200&late=0&insist=1"));
+            line.used();
+        });
+    });
+}
+
+/// At the right speed it works within seconds, and sends a Stop before.
+#[test]
+fn a_hub_on_a_healthy_line() {
+    let line = Line::quiet();
+    let started = Instant::now();
+    let hub = Hub::start("quiet", &line.url("baud=19200&late=0"));
+    scope(|scope| {
+        scope.spawn(|| stop_by(&hub.url));
+        assert!(line.is_used_within(BEFORE.saturating_sub(started.elapsed())), "no Stop was sent");
+    });
+    drop(hub);
+    let sim = crate::support::Sim::listening(&["pty"], &[]);
+    let hub = Hub::start("healthy", &format!("{}?addr=1", sim.url()));
+    let url = &hub.url;
+    let start = Instant::now();
+    while !asked(&[&format!("{url}/api/monitors/M1")]).contains(r#""stale":false"#) {
+        assert!(start.elapsed() < Duration::from_secs(20), "the monitor is not heard");
+        park_timeout(Duration::from_millis(50));
+    }
+    assert!(!asked(&[&format!("{url}/api/alarms")]).contains("M1/Link"), "nothing was amiss");
+}

@@ -30,6 +30,8 @@ mod odd;
 mod processes;
 mod program;
 mod record;
+#[cfg(target_os = "linux")]
+mod room;
 mod scan;
 mod server;
 #[cfg(target_os = "linux")]

@@ -120,10 +120,12 @@ impl Line {
     pub(super) fn end_vain_waits(&mut self, now: Now) {
         match self.config.role {
             Role::Direct => {
-                if self.is_ordered(now) {
-                    let outcome = Outcome::ControllerPresent;
-                    self.sessions.iter_mut().for_each(|s| s.refuse_waiting(&outcome, false));
-                }
+                let outcome = match () {
+                    () if self.is_ordered(now) => Outcome::ControllerPresent,
+                    () if self.config.heed && self.noise.is_unreadable(now) => Outcome::Unreadable,
+                    () => return,
+                };
+                self.sessions.iter_mut().for_each(|s| s.refuse_waiting(&outcome, false));
             }
             Role::Active => {
                 if !self.sessions.iter().any(|session| session.wants(now).is_some()) {
@@ -143,9 +145,11 @@ impl Line {
         }
     }
 
-    /// Whether a controller grants access to others on this line.
+    /// Whether a controller grants access to others on this line, or may do so: one that has no console yet
+    /// only probes.
     fn is_ordered(&self, now: Now) -> bool {
-        self.bus.granting.is_some_and(|granted| now < granted + CONTROLLER_SILENT)
+        let heard = if self.config.heed { self.bus.controller } else { self.bus.granting };
+        heard.is_some_and(|heard| now < heard + CONTROLLER_SILENT)
     }
 
     /// Time until which a grant is awaited.

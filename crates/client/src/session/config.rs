@@ -50,6 +50,10 @@ pub struct Config {
     /// Time to listen on a new connection before the first frame that is not urgent: if a
     /// controller grants access to others, a direct client does not transmit.
     pub listen: Duration,
+    /// For programs that send for as long as they run, on a serial line: until a monitor has answered
+    /// `listen` is as long as a controller may be silent, and beside bytes that are no frames, or a
+    /// controller, nothing but Stop, Close and Lockout on is sent. `insist=1` in the URL turns it off.
+    pub heed: bool,
     /// Time for which requests answered with Busy, NotCached or Cached (§2) are repeated, where the
     /// caller wants them complete.
     pub resume: Duration,
@@ -74,6 +78,7 @@ impl Default for Config {
             echo: Echo::Off,
             turnaround: Duration::ZERO,
             listen: Duration::ZERO,
+            heed: false,
             resume: Duration::from_secs(10),
         }
     }

@@ -16,9 +16,11 @@ use super::bus_access::BusAccess;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
 use super::medium::{Addresses, Framing, Role};
+use super::noise::Noise;
 use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::Requests;
+use crate::overhear::CONTROLLER_PAUSE;
 
 /// By then a controller has tried three times: 150, 300 and 600 ms (observed), and the frames.
 const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
@@ -49,6 +51,7 @@ pub struct Line {
     /// Until then only urgent frames are sent.
     listen_until: Now,
     pub(super) bus: BusAccess,
+    pub(super) noise: Noise,
     foreign: u64,
     tracing: bool,
 }
@@ -76,6 +79,7 @@ impl Line {
             fresh: false,
             listen_until: Now::ZERO,
             bus: BusAccess::default(),
+            noise: Noise::default(),
             foreign: 0,
             tracing: false,
         }
@@ -134,12 +138,22 @@ impl Line {
     pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
         self.heard = Some(now);
         let bytes = self.echo.received(bytes);
+        if !bytes.is_empty() {
+            self.noise.received(now);
+        }
+        self.take_bytes(now, &bytes);
+        if self.config.heed {
+            // Each of them puts off what waits for silence; it is refused when it would wait in vain.
+            self.end_vain_waits(now);
+        }
+    }
+
+    fn take_bytes(&mut self, now: Now, mut bytes: &[u8]) {
         if self.config.framing == Framing::Records {
             // Bare records have no addresses: one monitor for each connection.
-            self.sessions.iter_mut().take(1).for_each(|session| session.handle_bytes(now, &bytes));
+            self.sessions.iter_mut().take(1).for_each(|session| session.handle_bytes(now, bytes));
             return;
         }
-        let mut bytes = &*bytes;
         while !bytes.is_empty() {
             let Some(frame) = self.input.take(&mut bytes, None) else { return };
             self.handle_frame(now, &frame);
@@ -156,7 +170,7 @@ impl Line {
     /// Handles the time: see [`Line::poll_timeout`].
     pub fn handle_timeout(&mut self, now: Now) {
         if std::mem::take(&mut self.fresh) {
-            self.listen_until = now + self.config.listen;
+            self.listen_until = now + self.listens_for();
         }
         self.sessions.iter_mut().for_each(|session| session.handle_timeout(now));
         self.adapt_waits(now);
@@ -371,10 +385,11 @@ impl Line {
         let quiet = quiet.map(|until| at_most.map_or(until, |since| until.min(since + longest)));
         // A console waits for its grant anyway; the controller itself does not wait.
         let listens = self.config.role == Role::Direct
-            && self.config.addresses.source != CONTROLLER
+            && (self.config.heed || self.config.addresses.source != CONTROLLER)
             && haste == Haste::Usual;
         let listened = listens.then_some(self.listen_until);
-        Some(free.chain(quiet).chain(listened).fold(now, Now::max))
+        let understood = (listens && self.config.heed).then(|| self.noise.quiet_from()).flatten();
+        Some(free.chain(quiet).chain(listened).chain(understood).fold(now, Now::max))
     }
 
     /// Since when the first urgent frame waits for the line.
@@ -401,7 +416,24 @@ impl Line {
         }
     }
 
+    /// Time to listen on a new connection. Where a monitor has answered since the start, its speed is right and
+    /// a lost link is to be used again soon.
+    fn listens_for(&self) -> Duration {
+        match self.config.heed && !self.was_answered() {
+            true => self.config.listen.max(CONTROLLER_PAUSE),
+            false => self.config.listen,
+        }
+    }
+
+    /// Whether a monitor has answered since the start.
+    fn was_answered(&self) -> bool {
+        self.sessions.iter().any(|session| session.stats.believed > 0)
+    }
+
     fn handle_frame(&mut self, now: Now, frame: &Incoming) {
+        if frame.addresses.is_none_or(|(_, src)| src != self.config.addresses.source) {
+            self.noise.readable();
+        }
         if self.heard_controller(now, frame) {
             return;
         }

@@ -9,7 +9,7 @@ use lafet_texts::{Fixed, client as text};
 use super::{Echo, Options, UrlError};
 
 /// The options of `serial:` URLs.
-pub const OPTIONS: [&str; 13] = [
+pub const OPTIONS: [&str; 14] = [
     "addr",
     "src",
     "baud",
@@ -23,6 +23,7 @@ pub const OPTIONS: [&str; 13] = [
     "role",
     "late",
     "shared",
+    "insist",
 ];
 
 /// The greatest delay, ms; greater values are rejected as errors of the user.
@@ -43,6 +44,9 @@ pub struct SerialLine {
     pub turnaround: Duration,
     /// Whether other programs may open the port too, if they also share it, `shared=1`.
     pub shared: bool,
+    /// Whether requests are sent beside bytes that are no frames, and beside a bus controller,
+    /// `insist=1`.
+    pub insist: bool,
 }
 
 impl Default for SerialLine {
@@ -53,6 +57,7 @@ impl Default for SerialLine {
             echo: Echo::Off,
             turnaround: Duration::from_millis(1),
             shared: false,
+            insist: false,
         }
     }
 }
@@ -79,11 +84,9 @@ impl SerialLine {
         let echo =
             options.one_of("echo", Echo::NAMES, text::AllowedEcho.fixed())?.unwrap_or_default();
         let turnaround = options.delay("turnaround")?.unwrap_or(default.turnaround);
-        let shared = &[("1", true), ("0", false)];
-        let shared = options
-            .one_of("shared", shared, text::AllowedShared.fixed())?
-            .unwrap_or(default.shared);
-        Ok(Self { baud, rs485, echo, turnaround, shared })
+        let shared = options.yes("shared")?.unwrap_or(default.shared);
+        let insist = options.yes("insist")?.unwrap_or(default.insist);
+        Ok(Self { baud, rs485, echo, turnaround, shared, insist })
     }
 
     /// Writes the options that differ from the defaults, except the speed.
@@ -104,7 +107,8 @@ impl SerialLine {
         if self.turnaround != Self::default().turnaround {
             write!(f, "&turnaround={}", self.turnaround.as_millis())?;
         }
-        f.write_str(if self.shared { "&shared=1" } else { "" })
+        f.write_str(if self.shared { "&shared=1" } else { "" })?;
+        f.write_str(if self.insist { "&insist=1" } else { "" })
     }
 }
 
@@ -153,6 +157,10 @@ impl Options {
             Some((_, one)) => Ok(Some(*one)),
             None => Err(UrlError::Value { key: key.into(), value, allowed }),
         }
+    }
+
+    fn yes(&mut self, key: &str) -> Result<Option<bool>, UrlError> {
+        self.one_of(key, &[("1", true), ("0", false)], text::AllowedYes.fixed())
     }
 
     fn delay(&mut self, key: &str) -> Result<Option<Duration>, UrlError> {

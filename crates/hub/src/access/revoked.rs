@@ -11,6 +11,7 @@ use rusqlite::Connection;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
+use super::keys::digest;
 use super::known::Entry;
 use super::stored::change;
 use super::users::signed;
@@ -18,9 +19,10 @@ use crate::store::{StoreError, private};
 
 /// The file beside the database.
 const JOURNAL: &str = "revoked";
-/// Its room, which is taken while the disk has some: a full disk does not keep it from being
-/// written.
-const JOURNAL_BYTES: usize = 32 * 1024;
+/// Room of each of its two halves, which is taken while the disk has some: a full disk does not keep it from
+/// being written. They are written in turn, so a power cut spoils the list that was being written and
+/// leaves the one before it.
+const HALF_BYTES: usize = 32 * 1024;
 /// What waits for the disk; more is refused.
 const WAITING_MAX: usize = 1000;
 
@@ -49,6 +51,10 @@ pub enum Revocation {
 pub struct Revoked {
     waiting: Vec<Revocation>,
     journal: Option<File>,
+    /// Number of the list that was written last.
+    number: u64,
+    /// What a start found that cannot be read.
+    spoilt: Option<String>,
     /// Something waits. Who asks does not wait for the disk, as who holds the lock of this may.
     waits: Arc<AtomicBool>,
 }
@@ -89,19 +95,31 @@ impl Revoked {
         let path = folder.join(JOURNAL);
         private(&path)?;
         let mut file = File::options().read(true).write(true).open(path)?;
-        let mut text = String::new();
-        // What no revocation can be read from is none.
-        _ = file.read_to_string(&mut text);
-        let waiting = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
-        let waits = Arc::default();
-        let mut revoked = Self { waiting, journal: Some(file), waits };
+        let mut bytes = Vec::new();
+        let mut spoilt = file.read_to_end(&mut bytes).err().map(|error| error.to_string());
+        let mut lists = Vec::new();
+        for half in bytes.chunks(HALF_BYTES) {
+            match List::read(half) {
+                Ok(list) => lists.extend(list),
+                Err(error) => spoilt = Some(error.to_string()),
+            }
+        }
+        let last = lists.into_iter().max_by_key(|list| list.number);
+        let List { number, waiting } = last.unwrap_or_default();
+        let mut revoked =
+            Self { waiting, journal: Some(file), number, spoilt, waits: Arc::default() };
         revoked.say();
-        if text.len() < JOURNAL_BYTES
-            && let Err(error) = revoked.write()
-        {
+        // Both halves are good after two.
+        let is_whole = bytes.len() >= 2 * HALF_BYTES && revoked.spoilt.is_none();
+        if !is_whole && let Err(error) = revoked.write().and_then(|()| revoked.write()) {
             tracing::warn!(%error, "no room is taken for revocations");
         }
         Ok(revoked)
+    }
+
+    /// Why a list that was found cannot be read, if one cannot.
+    pub fn spoilt(&self) -> Option<&str> {
+        self.spoilt.as_deref()
     }
 
     /// Whether a revocation is not stored yet, to be asked without a lock.
@@ -196,24 +214,128 @@ impl Revoked {
         Ok(())
     }
 
-    /// Writes the list over the old one, in the room that the file has.
+    /// Writes the list over the one before the last, in the room that the file has.
     fn write(&mut self) -> std::io::Result<()> {
         let Some(file) = &mut self.journal else { return Ok(()) };
-        let lines = self.waiting.iter().filter_map(|it| serde_json::to_string(it).ok());
-        let mut text: String = lines.map(|line| line + "\n").collect();
-        if text.len() > JOURNAL_BYTES {
-            return Err(std::io::Error::other("the list of revocations is too long"));
-        }
-        text.push_str(&"\n".repeat(JOURNAL_BYTES - text.len()));
-        file.seek(SeekFrom::Start(0))?;
-        file.write_all(text.as_bytes())?;
-        file.sync_data()
+        let number = self.number + 1;
+        let half = written(number, &self.waiting)?;
+        file.seek(SeekFrom::Start(number % 2 * HALF_BYTES as u64))?;
+        file.write_all(&half)?;
+        file.sync_data()?;
+        self.number = number;
+        Ok(())
     }
+}
+
+/// What one half of the file has.
+#[derive(Debug, Default)]
+struct List {
+    number: u64,
+    waiting: Vec<Revocation>,
+}
+
+/// The first line of a half.
+#[derive(Debug, Serialize, Deserialize)]
+struct Heading {
+    /// Number of the list: the higher one counts.
+    list: u64,
+    /// SHA-256 of the number and of everything behind this line: half a heading is none.
+    sha256: String,
+}
+
+impl List {
+    /// Reads a half; `None`: it was never written.
+    fn read(half: &[u8]) -> Result<Option<Self>, std::io::Error> {
+        let wrong = || std::io::Error::other("a list of revocations is not whole");
+        if half.iter().all(|byte| matches!(byte, 0 | b'\n')) {
+            return Ok(None);
+        }
+        let text = std::str::from_utf8(half).map_err(|_| wrong())?;
+        let (first, rest) = text.split_once('\n').ok_or_else(wrong)?;
+        let (number, lines) = match serde_json::from_str::<Heading>(first) {
+            Ok(heading) if heading.sha256 == sum(heading.list, rest) => (heading.list, rest),
+            Ok(_) => return Err(wrong()),
+            // Earlier versions wrote the lines alone.
+            Err(_) => (0, text),
+        };
+        let lines = lines.lines().filter(|line| !line.is_empty());
+        let waiting = lines.map(serde_json::from_str).collect::<Result<_, _>>()?;
+        Ok(Some(Self { number, waiting }))
+    }
+}
+
+/// A half of the file with this list.
+fn written(number: u64, waiting: &[Revocation]) -> std::io::Result<Vec<u8>> {
+    let mut lines = String::new();
+    for revocation in waiting {
+        lines += &serde_json::to_string(revocation)?;
+        lines.push('\n');
+    }
+    // The digest is as long as another one, so the heading is as long as this one.
+    let heading =
+        |lines: &str| serde_json::to_string(&Heading { list: number, sha256: sum(number, lines) });
+    let room = HALF_BYTES.checked_sub(heading("")?.len() + 1 + lines.len());
+    let room = room.ok_or_else(|| std::io::Error::other("the list of revocations is too long"))?;
+    lines.push_str(&"\n".repeat(room));
+    Ok(format!("{}\n{lines}", heading(&lines)?).into_bytes())
+}
+
+fn sum(number: u64, lines: &str) -> String {
+    digest(&format!("{number}\n{lines}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn of(user: &str) -> Revocation {
+        Revocation::User { user: user.into() }
+    }
+
+    fn opened(folder: &Path) -> (Vec<Revocation>, bool) {
+        let revoked = Revoked::open(Some(folder)).unwrap();
+        (revoked.waiting.clone(), revoked.spoilt().is_some())
+    }
+
+    /// A power cut at any byte of a list that is being written leaves the one before it, and is told.
+    #[test]
+    fn a_list_that_is_cut_off_spoils_no_other() {
+        let folder = std::env::temp_dir().join(format!("lafet-halves-{}", std::process::id()));
+        _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir(&folder).unwrap();
+        let path = folder.join(JOURNAL);
+        let mut revoked = Revoked::open(Some(&folder)).unwrap();
+        assert!(revoked.note(of("anna")) && revoked.note(of("boris")));
+        let before = std::fs::read(&path).unwrap();
+        assert!(revoked.note(of("viktor")));
+        let after = std::fs::read(&path).unwrap();
+        assert_eq!((before.len(), after.len()), (2 * HALF_BYTES, 2 * HALF_BYTES));
+        let changed: Vec<usize> = (0..after.len()).filter(|at| before[*at] != after[*at]).collect();
+        let (two, three) = (vec![of("anna"), of("boris")], revoked.waiting.clone());
+        let (first, last) = (changed[0], *changed.last().unwrap());
+        for cut in (first..=last + 1).step_by(7).chain([first + 1, last, last + 1]) {
+            let mut torn = after.clone();
+            torn[cut..].copy_from_slice(&before[cut..]);
+            std::fs::write(&path, &torn).unwrap();
+            let expected = match () {
+                () if torn == after => (three.clone(), false),
+                () if torn == before => (two.clone(), false),
+                () => (two.clone(), true),
+            };
+            assert_eq!(opened(&folder), expected, "cut at {cut}");
+            assert_eq!(opened(&folder), (expected.0, false), "cut at {cut}: told once");
+        }
+        // What is there and no list is told as well.
+        std::fs::write(&path, "no list").unwrap();
+        assert_eq!(opened(&folder), (vec![], true));
+        // Lines alone, as earlier versions wrote them.
+        let mut lines = serde_json::to_string(&of("anna")).unwrap();
+        lines.push_str(&"\n".repeat(HALF_BYTES - lines.len()));
+        std::fs::write(&path, lines).unwrap();
+        assert_eq!(opened(&folder), (vec![of("anna")], false));
+        assert_eq!(opened(&folder), (vec![of("anna")], false));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 
     /// The disk is full while a user is made operator, administrator, and operator again.
     #[test]

@@ -196,6 +196,11 @@ impl Access {
         Ok(Self { db, known, revoked, waits, devices, ahead_ms, empty, hasher, touches })
     }
 
+    /// Why the list of revocations that this start found cannot be read, if it cannot.
+    pub fn revocations_spoilt(&self) -> Option<String> {
+        lock(&self.revoked).spoilt().map(str::to_owned)
+    }
+
     /// What was revoked is not on the disk yet. Answered at once, whatever the disk does.
     pub fn revocations_wait(&self) -> bool {
         self.waits.load(Ordering::Relaxed)
@@ -204,6 +209,12 @@ impl Access {
     /// How often users and tokens were changed.
     pub fn changes(&self) -> Result<Users, StoreError> {
         Ok(crate::store::users(&lock(&self.db))?)
+    }
+
+    /// The same, and the digest of users and tokens.
+    pub fn people(&self) -> Result<(Users, String), StoreError> {
+        let db = lock(&self.db);
+        Ok((crate::store::users(&db)?, crate::store::people(&db)?))
     }
 
     /// Moves what is stored into `hub.db` itself. Blocks.

@@ -55,6 +55,28 @@ pub fn stale() -> Texts {
     Texts { what: text::MonitorSilent.words(), cause: text::AlarmStaleCause.words(), ..link_down() }
 }
 
+/// Bytes arrive on the line that are no frames, so nothing is polled.
+pub fn unreadable(baud: u32) -> Texts {
+    Texts {
+        what: text::AlarmUnreadable { baud }.words(),
+        cause: text::AlarmUnreadableCause.words(),
+        consequence: text::AlarmWithheldConsequence.words(),
+        remedy: text::AlarmUnreadableRemedy.words(),
+        ..link_down()
+    }
+}
+
+/// A bus controller transmits on the line, and the hub is no console of its bus.
+pub fn foreign_controller() -> Texts {
+    Texts {
+        what: text::AlarmController.words(),
+        cause: text::AlarmControllerCause.words(),
+        consequence: text::AlarmWithheldConsequence.words(),
+        remedy: text::AlarmControllerRemedy.words(),
+        ..link_down()
+    }
+}
+
 /// Water goes where it must not.
 pub fn kept_out(name: &str) -> Texts {
     Texts {
@@ -96,6 +118,17 @@ pub fn disk() -> Texts {
         cause: text::AlarmDiskLowCause.words(),
         consequence: text::AlarmDiskConsequence.words(),
         remedy: text::AlarmDiskRemedy.words(),
+    }
+}
+
+/// Nothing can be recorded.
+pub fn recordings() -> Texts {
+    Texts {
+        priority: Priority::Low,
+        what: text::AlarmRecordings.words(),
+        cause: text::AlarmRecordingsCause.words(),
+        consequence: text::AlarmRecordingsConsequence.words(),
+        remedy: text::AlarmRecordingsRemedy.words(),
     }
 }
 

@@ -23,7 +23,7 @@ use super::alarm::{Ack, Alarm, Fire, Priority, Shelf, State};
 use super::catalogue::{self, Texts};
 use super::holding::Holding;
 use crate::clock::shifted;
-use crate::monitor::status::Status;
+use crate::monitor::status::{Status, Withheld};
 
 /// A condition has to be gone for this time before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
@@ -47,6 +47,8 @@ pub struct Conditions {
     pub zones: bool,
     /// The disk of the state is almost full.
     pub disk: bool,
+    /// Nothing can be recorded.
+    pub recordings: bool,
     /// The certificate ends soon, or has ended.
     pub certificate: bool,
 }
@@ -156,8 +158,17 @@ impl Alarms {
         if down {
             holding.push(own("Down", catalogue::link_down()));
         }
-        if status.stale && !status.queued {
-            holding.push(own("Stale", catalogue::stale()));
+        match status.withheld {
+            Some(Withheld::Unreadable { baud }) => {
+                holding.push(own("Unreadable", catalogue::unreadable(baud)));
+            }
+            Some(Withheld::Controller) => {
+                holding.push(own("Controller", catalogue::foreign_controller()));
+            }
+            None if status.stale && !status.queued => {
+                holding.push(own("Stale", catalogue::stale()));
+            }
+            None => {}
         }
         let bounded = self.holdings.get(monitor).and_then(|it| it.is_bounded());
         if bounded == Some(false) {
@@ -238,6 +249,7 @@ impl Alarms {
             (hub.revocations, "Revocations", catalogue::revocations),
             (hub.zones, "Zones", catalogue::zones),
             (hub.disk, "Disk", catalogue::disk),
+            (hub.recordings, "Recordings", catalogue::recordings),
             (hub.certificate, "Certificate", catalogue::certificate),
         ] {
             let id = format!("hub/{flag}");

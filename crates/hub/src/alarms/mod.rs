@@ -29,6 +29,7 @@ impl Hub {
             revocations: self.access().revocations_wait(),
             zones: self.zones_fail_to_be_stored(),
             disk: self.lacks_room(),
+            recordings: self.recordings().is_failing(),
             certificate: self.certificate_ends(),
         };
         let zones = self.zones_view().ok().map(|it| it.state);

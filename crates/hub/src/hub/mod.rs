@@ -148,10 +148,8 @@ impl Hub {
         let folder = folder.as_deref();
         folder.map(store::refuse_newer).transpose()?;
         let lock_file = folder.map(store::occupy).transpose()?;
-        if folder.is_some_and(|folder| store::reserve::take(folder) == Room::None) {
-            tracing::warn!("there is no room on the disk of the state, and no reserve");
-        }
-        let integrity = Integrity::examine(&config)?;
+        let room = folder.map_or(Room::Enough, store::reserve::take);
+        let integrity = Integrity::examine(&config, room)?;
         for warning in &config.warnings {
             tracing::warn!("{warning}");
         }

@@ -9,7 +9,10 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_client::{Client, Config as LinkConfig, Endpoint, LinkEvent, Monitor, Update};
+use lafet_client::overhear::CONTROLLER_PAUSE;
+use lafet_client::{
+    Cause, Client, Config as LinkConfig, Endpoint, Error, LinkEvent, Monitor, Update,
+};
 use lafet_proto::param::Param;
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
@@ -23,7 +26,7 @@ use crate::clock::Steps;
 use crate::control::tuning;
 use crate::hub::{Hub, all_end};
 use crate::monitor::station::{ParamValue, Params, Progress, Station};
-use crate::monitor::status::{self, Exchanged, Status, Subsystems, Unheld};
+use crate::monitor::status::{self, Exchanged, Status, Subsystems, Unheld, Withheld};
 use crate::monitor::view::Hotbeds;
 use crate::sync::lock;
 
@@ -104,7 +107,9 @@ async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
     let Some(first) = stations.first() else { return true };
     let mut pause = PAUSE_FIRST;
     let client = loop {
-        match Client::connect_with(&first.config.endpoint, LinkConfig::default()).await {
+        // On a serial line a frame at a wrong speed disturbs others.
+        let config = LinkConfig { heed: true, ..LinkConfig::default() };
+        match Client::connect_with(&first.config.endpoint, config).await {
             Ok(client) => break client,
             Err(error) => {
                 let text = error.words();
@@ -166,9 +171,12 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
     let request = Request::new(SubsystemId::ALL, Body::GetStatus);
     let Ok(mut feed) = client.subscribe(&request, period) else { return };
     let (mut noted, mut observed, mut heard) = (Noted::default(), None, Exchanged::default());
+    let mut patience = stale + first_listen(&station.config.endpoint);
     loop {
         let before = station.status();
-        let mut status = match timeout(stale, feed.next()).await {
+        let update = timeout(patience, feed.next()).await;
+        patience = stale;
+        let mut status = match update {
             Ok(Update::Value(sample)) => {
                 hub.counts().polls.fetch_add(1, Ordering::Relaxed);
                 heard = station.exchanged();
@@ -178,20 +186,24 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
                     at_ms: Some(hub.clock().now_ms().saturating_sub(age_ms)),
                     stale: false,
                     queued: false,
+                    withheld: None,
                     error: None,
                     resumes_ms: None,
                     subsystems: status::subsystems(sample.answers().iter(), &before.subsystems),
                 }
             }
             Ok(Update::Stale(error)) => {
+                let withheld = withheld(&station, Some(&error));
                 let error = Some(error.words());
-                Status { stale: true, queued: false, error, ..Status::clone(&before) }
+                Status { stale: true, queued: false, withheld, error, ..Status::clone(&before) }
             }
             Ok(_) => continue,
             Err(_) => {
                 let since = station.exchanged().since(&heard);
                 let queued = since.own.timeouts == 0 && since.line.timeouts > 0;
-                Status { stale: true, queued, ..Status::clone(&before) }
+                // What is reported once may have another reason since.
+                let withheld = withheld(&station, feed.error().as_ref());
+                Status { stale: true, queued, withheld, ..Status::clone(&before) }
             }
         };
         if status.subsystems.is_empty() && !status.stale {
@@ -202,6 +214,26 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
         station.set_status(&hub, status);
         hub.watch_keep_outs(&station);
         observe_news(&hub, &station, &mut observed);
+    }
+}
+
+/// How long nothing is polled on a new line (see `Config::heed`).
+const fn first_listen(endpoint: &Endpoint) -> Duration {
+    match endpoint {
+        Endpoint::Serial { line, .. } if !line.insist => CONTROLLER_PAUSE,
+        _ => Duration::ZERO,
+    }
+}
+
+/// Why the polls of a monitor are not sent, if they are not.
+fn withheld(station: &Station, error: Option<&Error>) -> Option<Withheld> {
+    let Some(Error::NotSent { cause, .. }) = error else { return None };
+    match (cause, &station.config.endpoint) {
+        (Cause::Unreadable, Endpoint::Serial { line, .. }) => {
+            Some(Withheld::Unreadable { baud: line.baud })
+        }
+        (Cause::ControllerPresent, _) => Some(Withheld::Controller),
+        _ => None,
     }
 }
 

@@ -27,6 +27,9 @@ pub struct Status {
     /// It was not silent: others on its line were, and its turn has not come.
     #[serde(skip)]
     pub queued: bool,
+    /// Its polls are not sent, so as not to disturb others on its line.
+    #[serde(skip)]
+    pub withheld: Option<Withheld>,
     /// Why the state is stale.
     #[schema(required)]
     pub error: Option<Both>,
@@ -36,6 +39,18 @@ pub struct Status {
     /// The subsystems that the monitor consists of.
     #[schema(value_type = States)]
     pub subsystems: Subsystems,
+}
+
+/// Why nothing but Stop, Close and Lockout on is sent on a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Withheld {
+    /// Bytes arrive that are no frames.
+    Unreadable {
+        /// The speed of the configuration, baud.
+        baud: u32,
+    },
+    /// A bus controller transmits, and the hub is no console of its bus.
+    Controller,
 }
 
 /// Subsystems by name. One that is as it was is shared with the state before.

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::{Arc, LazyLock};
 use std::time::SystemTime;
 
 use lafet_capture::{Format, Piece, ReadError, Recorder};
@@ -29,6 +29,12 @@ pub const UNPACKED_MAX: u64 = 256 << 20;
 /// How files begin that are still being sent.
 const SENT: &str = ".sent-";
 const NAME_MAX: usize = 100;
+
+/// The same of this process; a number of a process may have been that of another one.
+static OWN: LazyLock<String> = LazyLock::new(|| {
+    let started = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
+    format!("{SENT}{}-{started}-", std::process::id())
+});
 
 /// Work for the thread that writes.
 #[derive(Debug)]
@@ -85,23 +91,34 @@ impl Drop for Place {
 }
 
 impl Folder {
-    /// Opens it, or makes a temporary one.
-    pub fn open(path: Option<PathBuf>) -> io::Result<Self> {
+    /// This folder, or a temporary one. The disk is not touched: it may not answer.
+    pub fn at(path: Option<PathBuf>) -> Self {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let temporary = path.is_none();
         let path = path.unwrap_or_else(|| {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             std::env::temp_dir().join(format!("lafet-recordings-{}-{number}", std::process::id()))
         });
-        fs::create_dir_all(&path)?;
-        for entry in fs::read_dir(&path)?.flatten() {
-            if entry.file_name().to_string_lossy().starts_with(SENT) {
+        Self(Arc::new(Place { path, temporary }))
+    }
+
+    /// Makes it, if it is not there, and takes over what a hub before this one has left in it.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be made, read or written.
+    fn prepare(&self) -> io::Result<()> {
+        let (probe, _) = self.sent()?;
+        fs::remove_file(probe)?;
+        for entry in fs::read_dir(self.path())?.flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with(SENT) && !name.starts_with(OWN.as_str()) {
                 _ = fs::remove_file(entry.path());
             }
         }
-        let folder = Self(Arc::new(Place { path, temporary }));
-        folder.mend();
-        Ok(folder)
+        self.mend();
+        Ok(())
     }
 
     /// What was being written when the hub was killed is complete as it is.
@@ -167,7 +184,8 @@ impl Folder {
     pub fn sent(&self) -> io::Result<(PathBuf, File)> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let path = self.path().join(format!("{SENT}{}-{number}", std::process::id()));
+        fs::create_dir_all(self.path())?;
+        let path = self.path().join(format!("{}{number}", *OWN));
         let file = File::create(&path)?;
         Ok((path, file))
     }
@@ -281,13 +299,25 @@ fn tell(folder: &Path, meta: &Recording) -> io::Result<()> {
 /// The recordings that are being written, by the names that they were given, with those that they have.
 type Open = HashMap<String, (String, Recorder<File>)>;
 
-/// Writes recordings until there is nothing more to do.
-pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
+/// Writes recordings until there is nothing more to do. As long as the folder cannot be used, `unusable` is
+/// set, and it is tried again.
+pub fn write(place: &Folder, keep: (u32, u64), unusable: &AtomicBool, queue: &Receiver<Work>) {
     let (mut open, mut kept_ms) = (Open::new(), 0);
+    let folder = place.path();
+    let prepare = || {
+        let prepared = place.prepare();
+        if let Err(error) = &prepared {
+            tracing::error!(%error, folder = %folder.display(), "nothing can be recorded");
+        }
+        unusable.store(prepared.is_err(), Ordering::Relaxed);
+    };
+    let try_again = || unusable.load(Ordering::Relaxed).then(&prepare);
+    prepare();
     let failed = |error: io::Error| tracing::warn!(%error, "a recording is not stored");
     while let Ok(work) = queue.recv() {
         match work {
             Work::Begin(meta, past) => {
+                try_again();
                 let given = meta.name.clone();
                 let begun = begin(folder, meta, &past);
                 _ = begun.map_err(failed).map(|begun| open.insert(given, begun));
@@ -317,7 +347,8 @@ pub fn write(folder: &Path, keep: (u32, u64), queue: &Receiver<Work>) {
                 open.values_mut().for_each(|(_, it)| _ = it.flush());
                 if now_ms.saturating_sub(kept_ms) >= KEEP_MS {
                     kept_ms = now_ms;
-                    forget(folder, now_ms, keep, &open);
+                    try_again();
+                    forget(place, now_ms, keep, &open);
                 }
             }
             Work::Stop => return,
@@ -349,9 +380,8 @@ fn put(recorder: &mut Recorder<File>, piece: &Piece) -> io::Result<()> {
 
 /// Removes what is too old, and the oldest while all are too much. What is written stays. A file of
 /// unknown age is never too old, and goes last when there is too much.
-fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open) {
+fn forget(place: &Folder, now_ms: u64, (days, megabytes): (u32, u64), open: &Open) {
     let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
-    let place = Folder(Arc::new(Place { path: folder.to_owned(), temporary: false }));
     let mut all = place.list();
     all.retain(|it| open.values().all(|(name, _)| *name != it.name));
     all.sort_by_key(|it| (it.to_ms < DATED_MS, it.to_ms));
@@ -364,6 +394,16 @@ fn forget(folder: &Path, now_ms: u64, (days, megabytes): (u32, u64), open: &Open
         total = total.saturating_sub(meta.size);
         tracing::info!(name = %meta.name, "recording is removed: too old, or there are too many");
         _ = place.remove(&meta.name);
+    }
+}
+
+#[cfg(test)]
+impl Folder {
+    /// A temporary one that is there.
+    pub fn fresh() -> Self {
+        let folder = Self::at(None);
+        folder.prepare().unwrap();
+        folder
     }
 }
 
@@ -390,7 +430,7 @@ mod tests {
     /// A file that the hub itself cannot read says nothing about what was sent.
     #[test]
     fn a_disk_that_fails_is_no_fault_of_the_sender() {
-        let folder = Folder::open(None).unwrap();
+        let folder = Folder::fresh();
         let (sent, none) = (folder.path().join("sent"), Whose::default());
         let add = || folder.add(0, "a.mcap", &sent, "anna", &none);
         assert!(matches!(add(), Err(Unfit::Io(_))));
@@ -415,16 +455,16 @@ mod tests {
 
     #[test]
     fn the_oldest_goes_when_there_is_too_much() {
-        let folder = Folder::open(None).unwrap();
+        let folder = Folder::fresh();
         for (name, day) in [("old.mcap", 1), ("older.mcap", 0), ("new.mcap", 10)] {
             put_one(&folder, name, Some(day));
         }
         let after = |days: u64| DATED_MS + days * DAY_MS;
-        forget(folder.path(), after(10), (100, 2), &Open::new());
+        forget(&folder, after(10), (100, 2), &Open::new());
         assert_eq!(left(&folder).len(), 3);
-        forget(folder.path(), after(10), (100, 1), &Open::new());
+        forget(&folder, after(10), (100, 1), &Open::new());
         assert_eq!(left(&folder), ["new.mcap"], "1.2 MB are more than 1 MB, too");
-        forget(folder.path(), after(20), (5, 1), &Open::new());
+        forget(&folder, after(20), (5, 1), &Open::new());
         assert!(left(&folder).is_empty());
         let path = folder.path().to_owned();
         drop(folder);
@@ -434,7 +474,7 @@ mod tests {
     /// Who has opened a description reads that one to its end.
     #[test]
     fn a_description_is_replaced_whole() {
-        let folder = Folder::open(None).unwrap();
+        let folder = Folder::fresh();
         put_one(&folder, "a.mcap", Some(1));
         let mut opened = File::open(about(folder.path(), "a.mcap")).unwrap();
         let before = fs::read_to_string(about(folder.path(), "a.mcap")).unwrap();
@@ -455,7 +495,7 @@ mod tests {
     /// Assumed: a word may be missing, cut off by a full disk, or from a clock that was never set.
     #[test]
     fn a_recording_without_its_word_is_as_old_as_its_file() {
-        let folder = Folder::open(None).unwrap();
+        let folder = Folder::fresh();
         let set = |name: &str, at: SystemTime| {
             let file = File::options().write(true).open(folder.path().join(name)).unwrap();
             file.set_modified(at).unwrap();
@@ -474,11 +514,11 @@ mod tests {
         let unset = Recording { name: "unset.mcap".into(), to_ms: 5000, ..Recording::default() };
         tell(folder.path(), &unset).unwrap();
         assert_eq!(folder.about("recent.mcap").to_ms, (days - 2) * DAY_MS);
-        forget(folder.path(), days * DAY_MS, (20, 100), &Open::new());
+        forget(&folder, days * DAY_MS, (20, 100), &Open::new());
         assert_eq!(left(&folder).len(), 5, "none is older than 20 days");
-        forget(folder.path(), days * DAY_MS, (5, 100), &Open::new());
+        forget(&folder, days * DAY_MS, (5, 100), &Open::new());
         assert_eq!(left(&folder), ["recent.mcap", "undated.mcap", "unset.mcap"]);
-        forget(folder.path(), days * DAY_MS, (5, 1), &Open::new());
+        forget(&folder, days * DAY_MS, (5, 1), &Open::new());
         assert_eq!(left(&folder), ["unset.mcap"], "too much: what has an age goes first");
     }
 }

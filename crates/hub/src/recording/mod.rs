@@ -10,6 +10,7 @@ pub mod player;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -87,6 +88,7 @@ pub struct Recordings {
     inner: Mutex<Inner>,
     work: SyncSender<Work>,
     thread: Mutex<Option<JoinHandle<()>>>,
+    unusable: Arc<AtomicBool>,
     /// Held while a file is sent: one after the other.
     pub sending: Arc<tokio::sync::Semaphore>,
     /// Turns of requests that wait for the disk: each takes a thread until the disk answers.
@@ -117,27 +119,37 @@ struct Running {
 pub type Whose = BTreeMap<u8, String>;
 
 impl Recordings {
-    /// Opens the folder of recordings.
+    /// Starts the thread that writes them. A folder that cannot be used, or a disk that does not answer, holds
+    /// nothing up: without recordings the hub stops, opens and locks out all the same.
     pub fn open(config: &RecordingConfig) -> Result<Self, StoreError> {
-        let folder = Folder::open(config.folder.clone())?;
-        let (own, keep) = (folder.path().to_owned(), (config.keep_days, config.keep_mb));
-        Self::written_by(config, folder, move |queue| files::write(&own, keep, queue))
+        let folder = Folder::at(config.folder.clone());
+        let (own, keep) = (folder.clone(), (config.keep_days, config.keep_mb));
+        Self::written_by(config, folder, move |unusable, queue| {
+            files::write(&own, keep, unusable, queue);
+        })
     }
 
     /// The same with what is to write.
     fn written_by(
         config: &RecordingConfig,
         folder: Folder,
-        write: impl FnOnce(&Receiver<Work>) + Send + 'static,
+        write: impl FnOnce(&AtomicBool, &Receiver<Work>) + Send + 'static,
     ) -> Result<Self, StoreError> {
         let (work, queue) = sync_channel(QUEUE_MAX);
+        let unusable = Arc::new(AtomicBool::new(false));
+        let own = unusable.clone();
         let thread = std::thread::Builder::new()
             .name("lafet-recording".into())
-            .spawn(move || write(&queue))?;
+            .spawn(move || write(&own, &queue))?;
         let (inner, thread) = (Mutex::default(), Mutex::new(Some(thread)));
         let turns = |count| Arc::new(tokio::sync::Semaphore::new(count));
         let (sending, disk) = (turns(1), turns(DISK_MAX));
-        Ok(Self { folder, config: config.clone(), inner, work, thread, sending, disk })
+        Ok(Self { folder, config: config.clone(), inner, work, thread, unusable, sending, disk })
+    }
+
+    /// The folder cannot be made, read or written: nothing is recorded.
+    pub fn is_failing(&self) -> bool {
+        self.unusable.load(Ordering::Relaxed)
     }
 
     /// Does something that waits for the disk, on a thread for that. A disk that does not answer
@@ -451,8 +463,8 @@ mod tests {
     async fn a_disk_that_does_not_answer_holds_nothing_up() {
         let config = RecordingConfig { alarms: true, ..RecordingConfig::default() };
         let (answers, hung) = channel::<()>();
-        let folder = Folder::open(None).unwrap();
-        let write = move |queue: &Receiver<Work>| {
+        let folder = Folder::fresh();
+        let write = move |_: &AtomicBool, queue: &Receiver<Work>| {
             _ = hung.recv();
             queue.try_iter().for_each(drop);
         };
@@ -482,9 +494,11 @@ mod tests {
     /// Two that begin within a second have names of their own, whatever the folder says.
     #[test]
     fn names_are_given_once() {
-        let folder = Folder::open(None).unwrap();
-        let path = folder.path().to_owned();
-        let write = move |queue: &Receiver<Work>| files::write(&path, (10, 100), queue);
+        let folder = Folder::fresh();
+        let own = folder.clone();
+        let write = move |unusable: &AtomicBool, queue: &Receiver<Work>| {
+            files::write(&own, (10, 100), unusable, queue);
+        };
         let recordings =
             Recordings::written_by(&RecordingConfig::default(), folder, write).unwrap();
         let (at_ms, whose) = (1_763_712_000_000, Whose::from([(1, "M1".to_owned())]));

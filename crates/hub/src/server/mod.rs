@@ -129,7 +129,7 @@ impl Server {
         _ = timeout(FAREWELL, room.acquire_many(all)).await;
         // What is noted now is stored before the program ends.
         _ = timeout(FAREWELL, hub.audit().note(hub.record_of_end())).await;
-        _ = timeout(FAREWELL, hub.note_state()).await;
+        _ = timeout(FAREWELL, hub.note_end()).await;
         _ = timeout(FAREWELL, hub.log_head()).await;
         hub.settle().await;
     }

@@ -56,6 +56,8 @@ pub enum StoreError {
     Zones(Both),
     /// Others have business in the folder.
     Shared(std::path::PathBuf),
+    /// A new folder on a disk that takes nothing.
+    NoRoom(std::path::PathBuf, std::io::Error),
     /// What SQLite says of a file.
     File(std::path::PathBuf, rusqlite::Error),
     /// The folder cannot be used.
@@ -81,6 +83,10 @@ impl Argument for StoreError {
             Self::Zones(wrong) => wrong.write(lang, out),
             Self::Shared(folder) => {
                 text::StoreShared { folder: Shown(folder.display()) }.write(lang, out)
+            }
+            Self::NoRoom(folder, error) => {
+                let (folder, error) = (Shown(folder.display()), SystemError(error));
+                text::StoreNoRoom { folder, error }.write(lang, out)
             }
             Self::File(file, error) => {
                 let error = text::StoreEngine { error: Shown(error) };

@@ -13,7 +13,8 @@ use utoipa::ToSchema;
 use super::db::is_corrupt;
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
-use crate::store::{self, Act, Chain, Head, Loss, Mark, StateFile, StoreError};
+use crate::store::reserve::Room;
+use crate::store::{self, Act, Chain, Examined, Fault, Head, Loss, Mark, StateFile, StoreError};
 use crate::sync::lock;
 
 /// The longest time for the files at the end.
@@ -68,11 +69,18 @@ pub struct Integrity {
 
 impl Integrity {
     /// Looks at the files before they are opened; refuses when users or the audit log are lost and
-    /// that is not accepted. What cannot be read is moved aside.
-    pub fn examine(config: &Config) -> Result<Self, StoreError> {
+    /// that is not accepted, and to begin a folder on a disk that has no room for it. What cannot be
+    /// read is moved aside.
+    pub fn examine(config: &Config, room: Room) -> Result<Self, StoreError> {
         let Some(folder) = config.data.clone() else { return Ok(Self::default()) };
         let history = config.postgres.is_none();
-        let (site, mut losses) = store::examine(&folder, history)?;
+        let Examined { site, is_new, mut losses } = store::examine(&folder, history)?;
+        if let Room::None(error) = room {
+            if is_new {
+                return Err(StoreError::NoRoom(folder, error));
+            }
+            tracing::warn!(%error, "there is no room on the disk of the state, and no reserve");
+        }
         let accepted = |loss: &Loss| config.accept_lost.contains(&loss.file);
         let grave: Vec<Loss> =
             losses.iter().filter(|it| it.is_grave() && !accepted(it)).cloned().collect();
@@ -89,6 +97,9 @@ impl Integrity {
                 secret.map_err(|error| std::io::Error::other(error.to_string()))?[..32].to_owned()
             }
         };
+        if is_new {
+            store::begin(&folder, &site, history)?;
+        }
         let noted = Mutex::new(Mark { site, ..Mark::default() });
         Ok(Self { folder: Some(folder), history, noted, losses: losses.into(), ..Self::default() })
     }
@@ -97,7 +108,8 @@ impl Integrity {
     pub fn mark(&self) -> Result<(), StoreError> {
         let Some(folder) = &self.folder else { return Ok(()) };
         let site = lock(&self.noted).site.clone();
-        *lock(&self.noted_before) = store::mark(folder, &site, self.history)?;
+        let (before, now) = store::mark(folder, &site, self.history)?;
+        (*lock(&self.noted_before), *lock(&self.noted)) = (before, now);
         Ok(())
     }
 
@@ -109,6 +121,11 @@ impl Integrity {
     /// Files that were lost before this start, until the alarm is acknowledged.
     pub fn losses(&self) -> Vec<Loss> {
         lock(&self.losses).clone()
+    }
+
+    /// A loss that shows when a file is opened.
+    pub fn lost(&self, loss: Loss) {
+        lock(&self.losses).push(loss);
     }
 
     /// The alarm was acknowledged.
@@ -124,6 +141,10 @@ impl Integrity {
 impl Hub {
     /// Reports the files that were lost before this start.
     pub fn report_losses(&self) {
+        if let Some(error) = self.access().revocations_spoilt() {
+            let fault = Fault::Malformed { error, aside: None };
+            self.integrity().lost(Loss { file: StateFile::Revoked, fault });
+        }
         for loss in self.integrity().losses() {
             self.event(None, &loss.both());
             let record = self.record(&Caller::hub(), "", "state lost", loss.file.word());
@@ -134,14 +155,28 @@ impl Hub {
     /// Notes the head of the audit log in `hub.db`, how often users were changed in `audit.db`, and
     /// both beside them. Only what is on the disk is noted.
     pub async fn note_state(&self) -> Result<(), StoreError> {
+        self.note_as(false).await
+    }
+
+    /// The same as the hub ends: what is changed from now on was not changed by it.
+    pub async fn note_end(&self) -> Result<(), StoreError> {
+        // They are stored yet, at the end of this program or at the start of the next.
+        let ended = !self.access().revocations_wait();
+        self.note_as(ended).await
+    }
+
+    async fn note_as(&self, ended: bool) -> Result<(), StoreError> {
         let Some(folder) = self.integrity().folder().map(Path::to_owned) else { return Ok(()) };
         let (n, hash) = self.audit().head().await?;
         let own = self.clone();
-        let read = tokio::task::spawn_blocking(move || own.access().changes());
-        let users = read.await.map_err(|_| StoreError::Busy)??;
+        let read = tokio::task::spawn_blocking(move || own.access().people());
+        let (users, people) = read.await.map_err(|_| StoreError::Busy)??;
         let noted = lock(&self.integrity().noted).clone();
-        let now = Mark { site: noted.site.clone(), users, audit: Head { n, hash } };
-        if noted == now {
+        // Users who are others without a change that was counted are not noted: they show at the next start.
+        let is_known = noted.users == users && !noted.people.is_empty();
+        let people = if is_known { noted.people.clone() } else { people };
+        let now = Mark { site: noted.site.clone(), users, audit: Head { n, hash }, people };
+        if noted == now && !ended {
             return Ok(());
         }
         if noted.users != now.users {
@@ -150,7 +185,7 @@ impl Hub {
         let (own, mark) = (self.clone(), now.clone());
         let written = tokio::task::spawn_blocking(move || {
             own.access().note_audit(&mark.audit)?;
-            store::note(&folder, &mark, own.integrity().history)
+            store::note(&folder, &mark, own.integrity().history, ended)
         });
         written.await.map_err(|_| StoreError::Busy)??;
         *lock(&self.integrity().noted) = now;

@@ -11,6 +11,7 @@ use std::path::Path;
 use lafet_texts::{Lang, Shown, Text as _, hub as text};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 use utoipa::ToSchema;
 
 use super::audit::head;
@@ -43,6 +44,8 @@ pub enum StateFile {
     History,
     /// The mark beside the databases.
     Site,
+    /// What is revoked and not in `hub.db` yet.
+    Revoked,
 }
 
 /// What is wrong with a file of the state.
@@ -68,6 +71,8 @@ pub enum Fault {
     },
     /// There were users, and there is none.
     Emptied,
+    /// Users or tokens are not as the hub has left them, and its log has no entry for it.
+    Altered,
     /// It cannot be read: no database, damaged, or one of another program.
     Malformed {
         /// What was found.
@@ -115,6 +120,9 @@ pub struct Mark {
     pub users: Users,
     /// The end of the audit log.
     pub audit: Head,
+    /// Digest of users and tokens; `site.json` alone has it.
+    #[serde(default)]
+    pub people: String,
 }
 
 /// Contents of `site.json`.
@@ -127,6 +135,9 @@ struct Manifest {
     program: String,
     /// `false`: the files are being marked for the first time.
     complete: bool,
+    /// The hub has ended, and changes nothing any more.
+    #[serde(default)]
+    ended: bool,
     /// `history.db` is one of the files.
     history: bool,
     #[serde(flatten)]
@@ -140,7 +151,7 @@ impl Manifest {
 }
 
 impl StateFile {
-    /// Every state file.
+    /// Those that are tied to each other, and examined before they are opened.
     pub const ALL: [Self; 5] = [Self::Hub, Self::Audit, Self::Events, Self::History, Self::Site];
 
     /// As it is written on the command line.
@@ -151,6 +162,7 @@ impl StateFile {
             Self::Events => "events",
             Self::History => "history",
             Self::Site => "site",
+            Self::Revoked => "revoked",
         }
     }
 
@@ -162,6 +174,7 @@ impl StateFile {
             Self::Events => "events.db",
             Self::History => "history.db",
             Self::Site => MANIFEST,
+            Self::Revoked => "revoked",
         }
     }
 
@@ -172,9 +185,10 @@ impl StateFile {
 }
 
 impl Loss {
-    /// The hub does not start unless this is accepted.
-    pub const fn is_grave(&self) -> bool {
-        self.file.is_needed()
+    /// The hub does not start unless this is accepted. Users who were altered are no loss: a hub that does not
+    /// start stops nobody's water.
+    pub fn is_grave(&self) -> bool {
+        self.file.is_needed() && self.fault != Fault::Altered
     }
 
     /// Moves the file aside if it cannot be read.
@@ -196,6 +210,7 @@ impl Loss {
             Fault::Older { noted, found } => text::StateCut { name, found, noted }.words(),
             Fault::Changed { n } => text::StateChanged { name, n }.words(),
             Fault::Emptied => text::StateNoUsers { name }.words(),
+            Fault::Altered => text::StateAltered { name }.words(),
             Fault::Malformed { error, aside: None } => text::StateMalformed { name, error }.words(),
             Fault::Malformed { error, aside: Some(aside) } => {
                 text::StateSetAside { name, error, aside }.words()
@@ -226,8 +241,19 @@ impl Look {
     }
 }
 
-/// Looks at the files before anything is opened. The id of the site, and what is wrong.
-pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss>), StoreError> {
+/// What the files were found to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Examined {
+    /// The id of the site, if one was given.
+    pub site: Option<String>,
+    /// The folder was never used: nothing is in it, or what a first start that was cut off has left.
+    pub is_new: bool,
+    /// What is wrong.
+    pub losses: Vec<Loss>,
+}
+
+/// Looks at the files before anything is opened.
+pub fn examine(folder: &Path, history: bool) -> Result<Examined, StoreError> {
     let manifest = manifest(folder);
     let mut files = Vec::new();
     for file in [StateFile::Hub, StateFile::Audit, StateFile::Events, StateFile::History] {
@@ -250,10 +276,9 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
     let marks = files.iter().filter_map(|(_, it)| it.found()?.mark.as_ref());
     let first = manifest.as_ref().map(|it| &it.mark).or_else(|| marks.clone().next());
     let site = first.map(|mark| mark.site.clone());
-    if manifest.as_ref().is_some_and(|it| !it.complete)
-        || files.iter().all(|(_, it)| it.found().is_none()) && site.is_none()
-    {
-        return Ok((site, losses));
+    let is_new = site.is_none() && is_unused(&files)?;
+    if is_new || manifest.as_ref().is_some_and(|it| !it.complete) {
+        return Ok(Examined { site, is_new, losses });
     }
     if is_gone && site.is_some() {
         say(StateFile::Site, Fault::Missing);
@@ -270,15 +295,41 @@ pub fn examine(folder: &Path, history: bool) -> Result<(Option<String>, Vec<Loss
             _ => {}
         }
     }
-    compare(&files, site.as_deref(), manifest.map(|it| it.mark), &mut say)?;
-    Ok((site, losses))
+    compare(&files, site.as_deref(), manifest.as_ref(), &mut say)?;
+    Ok(Examined { site, is_new, losses })
+}
+
+/// Whether files that have no id hold nothing: a start makes the table of the mark first, in each of them, and
+/// fills it when all are there. Those of programs without marks have no such table.
+fn is_unused(files: &[(StateFile, Look)]) -> Result<bool, StoreError> {
+    for (file, found) in files.iter().filter_map(|(file, it)| Some((file, it.found()?))) {
+        let db = &found.connection;
+        let holds = match file {
+            StateFile::Hub => "user",
+            StateFile::Audit => "audit",
+            _ => "site",
+        };
+        let query = format!("SELECT EXISTS (SELECT 1 FROM {holds})");
+        let in_use = !has(db, "site")?
+            || has(db, holds)? && db.query_row(&query, [], |row| row.get::<_, bool>(0))?;
+        if in_use {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Begins a folder: until all files are marked a start that is cut off is made good by the next one.
+pub fn begin(folder: &Path, site: &str, history: bool) -> Result<(), StoreError> {
+    let mark = Mark { site: site.to_owned(), ..Mark::default() };
+    write(folder, &Manifest { history, mark, ..Manifest::of_this_program() })
 }
 
 /// Compares what the files of this site say of each other.
 fn compare(
     files: &[(StateFile, Look)],
     site: Option<&str>,
-    beside: Option<Mark>,
+    manifest: Option<&Manifest>,
     say: &mut impl FnMut(StateFile, Fault),
 ) -> Result<(), StoreError> {
     let ours = |file| {
@@ -286,6 +337,7 @@ fn compare(
         found.found().filter(|it| it.mark.as_ref().map(|it| it.site.as_str()) == site)
     };
     let (hub, audit) = (ours(StateFile::Hub), ours(StateFile::Audit));
+    let beside = manifest.map(|it| it.mark.clone());
     let mark = |found: Option<&Found>| found.and_then(|it| it.mark.clone());
     if let Some(audit) = audit
         && let Some(noted) = [mark(hub), beside.clone()]
@@ -301,7 +353,14 @@ fn compare(
         let noted: Vec<Users> =
             [mark(audit), beside].into_iter().flatten().map(|it| it.users).collect();
         let own = hub.mark.as_ref().map(|it| it.users).unwrap_or_default();
-        if let Some(fault) = or_malformed(check_users(&hub.connection, own, &noted))? {
+        let fault = or_malformed(check_users(&hub.connection, own, &noted))?;
+        let altered = match (&fault, manifest, audit) {
+            (None, Some(manifest), Some(audit)) => {
+                or_malformed(check_people(&hub.connection, own, manifest, &audit.connection))?
+            }
+            _ => None,
+        };
+        if let Some(fault) = fault.or(altered) {
             say(StateFile::Hub, fault);
         }
     }
@@ -320,15 +379,13 @@ fn or_malformed(
 }
 
 /// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
-/// the end of the audit log, as far as that is there.
-pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError> {
+/// the end of the audit log, as far as that is there, and what is noted now.
+pub fn mark(folder: &Path, site: &str, history: bool) -> Result<(Head, Mark), StoreError> {
     let noted = manifest(folder).ok().flatten();
     let known = noted.is_some_and(|it| it.complete && it.mark.site == site);
-    let mut manifest = Manifest { history, ..Manifest::of_this_program() };
-    manifest.mark.site = site.to_owned();
     // A start that is cut off leaves what was noted before it: the next one checks against that.
     if !known {
-        write(folder, &manifest)?;
+        begin(folder, site, history)?;
     }
     let (hub, audit) =
         (open_marked(folder, StateFile::Hub, site)?, open_marked(folder, StateFile::Audit, site)?);
@@ -342,18 +399,18 @@ pub fn mark(folder: &Path, site: &str, history: bool) -> Result<Head, StoreError
         before = Head::default();
     }
     let (n, hash) = head(&audit)?;
-    manifest.mark = Mark { site: site.into(), users: users(&hub)?, audit: Head { n, hash } };
-    note_audit(&hub, &manifest.mark.audit)?;
-    note_users(&audit, manifest.mark.users)?;
-    manifest.complete = true;
-    write(folder, &manifest)?;
-    Ok(before)
+    let (users, people) = (users(&hub)?, people(&hub)?);
+    let mark = Mark { site: site.into(), users, audit: Head { n, hash }, people };
+    note_audit(&hub, &mark.audit)?;
+    note_users(&audit, mark.users)?;
+    note(folder, &mark, history, false)?;
+    Ok((before, mark))
 }
 
-/// Writes `site.json`.
-pub fn note(folder: &Path, mark: &Mark, history: bool) -> Result<(), StoreError> {
+/// Writes `site.json`; `ended`: nothing of this is changed any more.
+pub fn note(folder: &Path, mark: &Mark, history: bool, ended: bool) -> Result<(), StoreError> {
     let (complete, mark) = (true, mark.clone());
-    write(folder, &Manifest { complete, history, mark, ..Manifest::of_this_program() })
+    write(folder, &Manifest { complete, ended, history, mark, ..Manifest::of_this_program() })
 }
 
 /// Notes in `hub.db` where the audit log ends.
@@ -406,6 +463,57 @@ fn check_users(
         () if set_up && count == 0 => Some(Fault::Emptied),
         () => None,
     })
+}
+
+/// Whether users and tokens are those that were noted. After a kill those that were changed since, by entries of
+/// the log, may be others.
+fn check_people(
+    hub: &Connection,
+    own: Users,
+    manifest: &Manifest,
+    audit: &Connection,
+) -> Result<Option<Fault>, rusqlite::Error> {
+    let noted = &manifest.mark;
+    if noted.people.is_empty() {
+        return Ok(None);
+    }
+    let since = own.changes - noted.users.changes.min(own.changes);
+    let altered = match () {
+        () if manifest.ended => since > 0 || people(hub)? != noted.people,
+        () if people(hub)? == noted.people => false,
+        () => since == 0 || since > changes_in_log(audit, noted.audit.n)?,
+    };
+    Ok(altered.then_some(Fault::Altered))
+}
+
+/// How many changes of users and tokens the log tells of behind this entry, at most: role and password are changed
+/// one by one.
+fn changes_in_log(audit: &Connection, after: u64) -> Result<u64, rusqlite::Error> {
+    let query = "SELECT COALESCE(SUM(CASE json_extract(act, '$.type') WHEN 'change_user' THEN 2
+                   WHEN 'set_up' THEN 1 WHEN 'change_own_password' THEN 1 WHEN 'add_user' THEN 1
+                   WHEN 'remove_user' THEN 1 WHEN 'add_token' THEN 1 WHEN 'remove_token' THEN 1
+                   ELSE 0 END), 0)
+                 FROM audit WHERE n > ?1 AND outcome = 'Ok' AND act IS NOT NULL";
+    let after = i64::try_from(after).unwrap_or(i64::MAX);
+    audit.query_row(query, [after], |row| row.get(0)).map(|it: i64| u64::try_from(it).unwrap_or(0))
+}
+
+/// Digest of what users and tokens may do, and of what they prove it with.
+pub fn people(hub: &Connection) -> Result<String, rusqlite::Error> {
+    let mut hash = Sha256::new();
+    for query in [
+        "SELECT json_array(name, role, password) FROM user ORDER BY name",
+        "SELECT json_array(id, name, role, digest) FROM token ORDER BY id",
+    ] {
+        let mut query = hub.prepare(query)?;
+        let mut rows = query.query([])?;
+        while let Some(row) = rows.next()? {
+            hash.update(row.get::<_, String>(0)?);
+            hash.update("\n");
+        }
+        hash.update("\n");
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// A database, if there is one with something in it.
@@ -468,7 +576,7 @@ const fn known(file: StateFile) -> &'static [(&'static str, &'static str)] {
             "audit",
             "SELECT n, at_ms, user, monitor, what, outcome, details, prev, hash FROM audit",
         )],
-        StateFile::Events | StateFile::History | StateFile::Site => &[],
+        StateFile::Events | StateFile::History | StateFile::Site | StateFile::Revoked => &[],
     }
 }
 
@@ -488,6 +596,7 @@ fn read(db: &Connection) -> Result<Option<Mark>, rusqlite::Error> {
             site: row.get(0)?,
             users: Users { changes: number(1)?, set_up: row.get(2)? },
             audit: Head { n: number(3)?, hash: row.get(4)? },
+            people: String::new(),
         })
     })
     .optional()
@@ -531,7 +640,9 @@ mod tests {
             (
                 "hub.db",
                 "CREATE TABLE user (name TEXT, role TEXT, password TEXT, created_ms INTEGER,
-                 last_login_ms INTEGER) STRICT;",
+                 last_login_ms INTEGER) STRICT;
+                 CREATE TABLE token (id INTEGER PRIMARY KEY, name TEXT, role TEXT, digest TEXT,
+                 created_ms INTEGER, last_used_ms INTEGER) STRICT;",
             ),
             (
                 "audit.db",
@@ -543,7 +654,8 @@ mod tests {
             open(Some(&folder), name, schema).unwrap();
         }
         mark(&folder, "site", false).unwrap();
-        assert_eq!(examine(&folder, false).unwrap(), (Some("site".into()), vec![]));
+        let good = Examined { site: Some("site".into()), is_new: false, losses: vec![] };
+        assert_eq!(examine(&folder, false).unwrap(), good);
         let (events, aside) = (folder.join("events.db"), folder.join("aside"));
         std::fs::rename(&events, &aside).unwrap();
         std::fs::create_dir(&events).unwrap();
@@ -551,7 +663,7 @@ mod tests {
         std::fs::remove_dir(&events).unwrap();
         std::fs::rename(&aside, &events).unwrap();
         std::fs::remove_file(folder.join("hub.db")).unwrap();
-        let (_, losses) = examine(&folder, false).unwrap();
+        let losses = examine(&folder, false).unwrap().losses;
         assert!(
             losses.contains(&Loss { file: StateFile::Hub, fault: Fault::Missing }),
             "{losses:?}"

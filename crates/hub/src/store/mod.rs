@@ -27,7 +27,9 @@ pub use events::{Event, Events, Page, Search};
 pub(crate) use format::refuse_newer;
 pub use format::{FORMAT, Newer, newer};
 pub use history::{AlarmChange, Base, Change, DAY_MS, History, RAW_RANGE_MS, Series};
+pub(crate) use mark::{
+    Examined, Head, Mark, Users, begin, examine, mark, note, note_audit, people, users,
+};
 pub use mark::{Fault, Loss, StateFile};
-pub(crate) use mark::{Head, Mark, Users, examine, mark, note, note_audit, users};
 pub use postgres::Address;
 pub use thin::{Rows, resolution_ms};

@@ -16,14 +16,14 @@ const PIECE_BYTES: u64 = 4 << 20;
 const NEEDED_BYTES: usize = 1 << 20;
 
 /// Whether a start needed the reserve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub enum Room {
     /// There is room.
     Enough,
     /// There is what was cut off the reserve.
     OfReserve,
-    /// There is none: not even a reserve.
-    None,
+    /// There is none, not even a reserve; what the system says.
+    None(io::Error),
 }
 
 /// Sees to it that the hub can write what it has to at its start.
@@ -66,7 +66,7 @@ fn make_room(reserve: &Path, mut probe: impl FnMut() -> io::Result<()>) -> Room 
         let size = file.as_ref().ok().and_then(|it| it.metadata().ok()).map_or(0, |it| it.len());
         let cut = |file: File| file.set_len(size.saturating_sub(PIECE_BYTES)).is_ok();
         if !full || size == 0 || !file.is_ok_and(cut) {
-            return Room::None;
+            return Room::None(error);
         }
         tracing::warn!(
             left = size.saturating_sub(PIECE_BYTES),
@@ -98,9 +98,9 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let reserve = folder.join(RESERVE);
         let size = || std::fs::metadata(&reserve).map_or(0, |it| it.len());
-        assert_eq!((take(&folder), size()), (Room::Enough, 0));
+        assert!(matches!((take(&folder), size()), (Room::Enough, 0)));
         keep(&folder).unwrap();
-        assert_eq!((take(&folder), size()), (Room::Enough, RESERVE_BYTES));
+        assert!(matches!((take(&folder), size()), (Room::Enough, RESERVE_BYTES)));
         // Full until a piece is cut off: each start needs one.
         for start in 1..=RESERVE_BYTES / PIECE_BYTES {
             let before = size();
@@ -108,14 +108,19 @@ mod tests {
                 true => Ok(()),
                 false => Err(io::ErrorKind::StorageFull.into()),
             };
-            assert_eq!(make_room(&reserve, full), Room::OfReserve);
+            assert!(matches!(make_room(&reserve, full), Room::OfReserve));
             assert_eq!(size(), RESERVE_BYTES - start * PIECE_BYTES);
         }
-        assert_eq!(make_room(&reserve, || Err(io::ErrorKind::StorageFull.into())), Room::None);
+        let none = make_room(&reserve, || Err(io::ErrorKind::StorageFull.into()));
+        assert!(matches!(none, Room::None(_)));
         keep(&folder).unwrap();
         assert_eq!(size(), RESERVE_BYTES, "there is room again");
         let read_only = || Err(io::ErrorKind::ReadOnlyFilesystem.into());
-        assert_eq!((make_room(&reserve, read_only), size()), (Room::None, RESERVE_BYTES));
+        let none = make_room(&reserve, read_only);
+        assert!(
+            matches!(none, Room::None(error) if error.kind() == io::ErrorKind::ReadOnlyFilesystem)
+        );
+        assert_eq!(size(), RESERVE_BYTES);
         let names = std::fs::read_dir(&folder).unwrap().count();
         assert_eq!(names, 1, "nothing else is left");
         std::fs::remove_dir_all(&folder).unwrap();

@@ -241,3 +241,51 @@ async fn the_scene_of_a_simulation_is_played_back() {
     assert_eq!(scenes[scenes.len() - 1]["t_s"], 2.0);
     assert!(played(&lines).contains_key("monitors/M1/status"));
 }
+
+/// Without a folder for recordings the hub works, and says so; it records when there is one.
+#[tokio::test]
+async fn a_folder_that_cannot_be_used_keeps_no_hub_from_its_work() {
+    let place = std::env::temp_dir().join(format!("lafet-no-folder-{}", std::process::id()));
+    std::fs::write(&place, "a file where the folder should be").unwrap();
+    let own = place.clone();
+    let site = Site::with(1, |config| config.recording.folder = Some(own)).await;
+    let token = site.token(Role::Engineer);
+    let active = || site.hub.alarms().get("hub/Recordings").is_some_and(|it| it.active);
+    until("it is an alarm", active).await;
+    let stopped = site.post(&token, "/api/monitors/M1/stop", json!({ "of": "All" })).await;
+    assert_eq!(stopped.status, 200, "{stopped:?}");
+    assert_eq!(list(&site, &token).await, Vec::<Value>::new());
+    std::fs::remove_file(&place).unwrap();
+    let reply = site.post(&token, "/api/recordings", json!({ "seconds": 1 })).await;
+    assert_eq!(reply.status, 201, "{reply:?}");
+    complete(&site, &token, "asked").await;
+    until("the alarm ends", || !active()).await;
+    drop(site);
+    std::fs::remove_dir_all(&place).unwrap();
+}
+
+/// What a hub that was killed was writing is mended while the next one works already.
+#[tokio::test]
+async fn an_unfinished_recording_is_mended() {
+    let place = std::env::temp_dir().join(format!("lafet-unfinished-{}", std::process::id()));
+    let own = place.clone();
+    let site = Site::with(1, |config| config.recording.folder = Some(own)).await;
+    let token = site.token(Role::Engineer);
+    let reply = site.post(&token, "/api/recordings", json!({ "seconds": 1 })).await;
+    let name = reply.body[0]["name"].as_str().unwrap().to_owned();
+    let done = complete(&site, &token, "asked").await;
+    drop(site);
+    let about = place.join(format!("{name}.json"));
+    let mut meta: Value = serde_json::from_slice(&std::fs::read(&about).unwrap()).unwrap();
+    (meta["recording"], meta["to_ms"]) = (json!(true), meta["from_ms"].clone());
+    std::fs::write(&about, meta.to_string()).unwrap();
+    let own = place.clone();
+    let site = Site::with(1, |config| config.recording.folder = Some(own)).await;
+    let token = site.token(Role::Engineer);
+    let mended = complete(&site, &token, "asked").await;
+    assert_eq!((&mended["name"], &mended["size"]), (&done["name"], &done["size"]));
+    let apart = mended["to_ms"].as_u64().unwrap().abs_diff(done["to_ms"].as_u64().unwrap());
+    assert!(apart < 1000, "{mended} after {done}");
+    drop(site);
+    std::fs::remove_dir_all(&place).unwrap();
+}

@@ -63,6 +63,9 @@ fn sql(folder: &Path, name: &str, sql: &str) {
 
 const UNLOCK: &str = "DROP TRIGGER audit_stays; DROP TRIGGER audit_is_fixed;";
 
+/// What only an administrator may do, done by another program.
+const RAISE: &str = "UPDATE user SET role = 'administrator' WHERE name = 'anna'";
+
 type Damage = Box<dyn Fn(&Path)>;
 /// What is done to the folder, to which file of it, and what is said of that file.
 type Case = (&'static str, Damage, StateFile, fn(&Fault) -> bool);
@@ -99,6 +102,30 @@ fn cases(older: &Path, other: &Path) -> Vec<Case> {
             Hub,
             |it| *it == Fault::Missing,
         ),
+        ("a role raised", run("hub.db", RAISE.into()), Hub, |it| *it == Fault::Altered),
+        (
+            "a role raised, and not counted",
+            run("hub.db", format!("DROP TRIGGER user_changed; {RAISE}")),
+            Hub,
+            |it| *it == Fault::Altered,
+        ),
+        (
+            "a user added",
+            run("hub.db", "INSERT INTO user VALUES ('eve', 'administrator', 'x', 1, NULL)".into()),
+            Hub,
+            |it| *it == Fault::Altered,
+        ),
+        (
+            "a token added",
+            run(
+                "hub.db",
+                "INSERT INTO token (name, role, digest, created_ms)
+                 VALUES ('eve', 'administrator', 'x', 1)"
+                    .into(),
+            ),
+            Hub,
+            |it| *it == Fault::Altered,
+        ),
         ("no users", run("hub.db", "DELETE FROM user".into()), Hub, |it| *it == Fault::Emptied),
         ("an older hub.db", from(older, "hub.db"), Hub, |it| matches!(it, Fault::Older { .. })),
         ("another hub.db", from(other, "hub.db"), Hub, |it| *it == Fault::Foreign),
@@ -133,7 +160,7 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
     end(hub, damaged).await;
     copy(good, damaged);
     damage(damaged);
-    let grave = matches!(file, Hub | Audit);
+    let grave = matches!(file, Hub | Audit) && !fault(&Fault::Altered);
     let hub = match open(damaged, &[]) {
         Err(StoreError::Lost(losses)) => {
             assert!(grave, "{what}: {losses:?}");
@@ -155,7 +182,9 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
         |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
     assert!(log.iter().any(|it| it.record.act.as_ref().is_some_and(recorded)), "{what}: {log:?}");
     let users_lost = file == Hub
-        && losses.iter().all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign));
+        && losses
+            .iter()
+            .all(|it| !matches!(it.fault, Fault::Older { .. } | Fault::Foreign | Fault::Altered));
     assert_eq!(hub.access().is_empty(), users_lost, "{what}");
     end(hub, damaged).await;
     let hub = open(damaged, &[]).unwrap_or_else(|error| panic!("{what}, accepted: {error}"));
@@ -262,6 +291,43 @@ async fn what_is_lost_or_changed_shows_at_the_start() {
     }
 }
 
+/// The files in the order in which a first start makes them.
+const MADE: [&str; 4] = ["events.db", "audit.db", "hub.db", "history.db"];
+
+/// A first start that was cut off before any file had its mark, without the file beside them.
+#[tokio::test]
+async fn a_first_start_that_was_cut_off_is_made_good() {
+    let (whole, cut) = (folder("first"), folder("first-cut"));
+    end(open(&whole, &[]).unwrap(), &whole).await;
+    for made in 0..=MADE.len() {
+        copy(&whole, &cut);
+        remove(&cut, "site.json");
+        for (index, name) in MADE.into_iter().enumerate() {
+            match index < made {
+                true => sql(&cut, name, "DELETE FROM site"),
+                false => remove(&cut, name),
+            }
+        }
+        let hub = open(&cut, &[]).unwrap_or_else(|error| panic!("{made} files: {error}"));
+        assert_eq!(hub.integrity().losses(), [], "{made} files");
+        end(hub, &cut).await;
+        remove(&cut, "audit.db");
+        assert!(matches!(open(&cut, &[]), Err(StoreError::Lost(_))), "it has an id now");
+    }
+    // What was in use is not taken for a first start.
+    fill(&whole).await;
+    remove(&whole, "site.json");
+    MADE.iter().for_each(|name| sql(&whole, name, "DELETE FROM site"));
+    for gone in ["hub.db", "audit.db"] {
+        copy(&whole, &cut);
+        remove(&cut, gone);
+        assert!(matches!(open(&cut, &[]), Err(StoreError::Lost(_))), "{gone}");
+    }
+    for folder in [whole, cut] {
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
 /// After a clean end a copy of the databases without SQLite's logs has everything.
 #[tokio::test]
 async fn a_clean_end_leaves_everything_in_the_files() {
@@ -299,6 +365,62 @@ async fn a_clean_end_leaves_everything_in_the_files() {
     drop(hub);
     _ = fs::remove_dir_all(folder);
     _ = fs::remove_dir_all(alone);
+}
+
+/// Runs a hub, does something with it, and ends it as a program does.
+async fn serves(folder: &Path, work: impl AsyncFnOnce(&Hub)) {
+    let config = Config {
+        data: Some(folder.to_owned()),
+        listen: "127.0.0.1:0".parse().unwrap(),
+        ..Config::default()
+    };
+    let hub = Hub::new(config, Clock::System, json!({})).unwrap();
+    let (go, ending) = tokio::sync::oneshot::channel::<()>();
+    let server = lafet_hub::Server::bind(hub.clone()).await.unwrap();
+    let served = tokio::spawn(server.serve(async { _ = ending.await }));
+    work(&hub).await;
+    drop(go);
+    served.await.unwrap();
+    end(hub, folder).await;
+}
+
+/// After a clean end nothing changes by itself; after a kill what the log tells of may have.
+#[tokio::test]
+async fn users_that_another_program_changed_show() {
+    let (good, altered) = (folder("people"), folder("people-altered"));
+    let losses = |folder: &Path| open(folder, &[]).unwrap().integrity().losses();
+    serves(&good, async |hub| {
+        hub.access().add(1, "root", Role::Administrator, PASSWORD).unwrap();
+        hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    })
+    .await;
+    copy(&good, &altered);
+    assert_eq!(losses(&altered), [], "untouched");
+    // Changed and changed back: it was counted.
+    copy(&good, &altered);
+    let back = "UPDATE user SET role = 'operator' WHERE name = 'anna'";
+    sql(&altered, "hub.db", &format!("{RAISE}; {back}"));
+    assert_eq!(losses(&altered), [Loss { file: StateFile::Hub, fault: Fault::Altered }]);
+    // A hub that is killed after a change that its log has, and one whose log has none.
+    for (act, fault) in [(true, None), (false, Some(Fault::Altered))] {
+        copy(&good, &altered);
+        let hub = open(&altered, &[]).unwrap();
+        hub.access().change(2, "anna", Some(Role::Engineer), Some(PASSWORD), None).unwrap();
+        let act = act.then(|| lafet_hub::store::Act::ChangeUser {
+            user: "anna".into(),
+            role: Some(Role::Engineer),
+            password: true,
+        });
+        let record = hub.record_of_end();
+        let record = lafet_hub::store::Record { outcome: "Ok".into(), ..record };
+        hub.audit().note(act.map_or(record.clone(), |act| record.about(&act))).await.unwrap();
+        end(hub, &altered).await;
+        let found: Vec<Fault> = losses(&altered).into_iter().map(|it| it.fault).collect();
+        assert_eq!(found, Vec::from_iter(fault));
+    }
+    for folder in [good, altered] {
+        fs::remove_dir_all(folder).unwrap();
+    }
 }
 
 #[tokio::test]
@@ -364,5 +486,22 @@ async fn the_state_is_its_owners_alone() {
         assert_eq!(!matches!(opened, Err(StoreError::Shared(_))), starts, "{folder_mode:o}");
         assert_eq!(mode(&folder), folder_mode);
     }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// What is revoked and not stored yet is in a file of its own: one that cannot be read is told.
+#[tokio::test]
+async fn a_list_of_revocations_that_cannot_be_read_shows() {
+    let folder = folder("revoked");
+    fill(&folder).await;
+    fs::write(folder.join("revoked"), "cut off in the mid").unwrap();
+    let hub = open(&folder, &[]).unwrap();
+    let losses = hub.integrity().losses();
+    let is = |it: &Loss| matches!(it.fault, Fault::Malformed { .. });
+    assert!(losses.len() == 1 && losses[0].file == StateFile::Revoked && is(&losses[0]));
+    end(hub, &folder).await;
+    let hub = open(&folder, &[]).unwrap();
+    assert_eq!(hub.integrity().losses(), [], "once");
+    end(hub, &folder).await;
     fs::remove_dir_all(folder).unwrap();
 }

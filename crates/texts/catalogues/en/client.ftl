@@ -28,6 +28,7 @@ cause-earlier-failed = another request of the batch failed
 cause-check-missing = the monitor answers frames with a CRC-16 only (use check=auto)
 cause-no-controller = there is no controller on the bus to give access (use role=direct)
 cause-not-granted = the controller of the bus gives this address no access (is src= one that it looks for, and no other device's?)
+cause-unreadable = bytes that are no frames arrive on the line: devices at another speed, or noise (is baud= right? insist=1 sends all the same)
 cause-controller-present = there is a controller on the bus (use role=active, and a src= of your own)
 
 # deviation.rs: how an answer breaks the protocol; a clause without a full stop.
@@ -104,7 +105,7 @@ allowed-check = crc16, auto or crc32c
 allowed-role = direct or active
 allowed-console-address = a console's address, 129…254, with role=active
 allowed-late = a time in whole seconds, 0…60
-allowed-shared = 0 or 1
+allowed-yes = 0 or 1
 allowed-switch = on or off
 allowed-with-rs485 = left out unless rs485=rts or rs485=rts-low is given
 

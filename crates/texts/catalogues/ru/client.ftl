@@ -28,6 +28,7 @@ cause-earlier-failed = не удался другой запрос пакета
 cause-check-missing = ствол отвечает только на кадры с CRC-16 (укажите check=auto)
 cause-no-controller = на магистрали нет контроллера, который дал бы доступ (укажите role=direct)
 cause-not-granted = контроллер магистрали не даёт доступа этому адресу (ищет ли он src=, и не занят ли этот адрес другим?)
+cause-unreadable = на линии идут байты, которые не складываются в кадры: обмен на другой скорости или помехи (верна ли baud=? с insist=1 запросы всё же отправляются)
 cause-controller-present = на магистрали есть контроллер (укажите role=active и свой src=)
 
 # deviation.rs: how an answer breaks the protocol; a clause without a full stop.
@@ -104,7 +105,7 @@ allowed-check = crc16, auto или crc32c
 allowed-role = direct или active
 allowed-console-address = адрес пульта, 129…254, вместе с role=active
 allowed-late = время в целых секундах, 0…60
-allowed-shared = 0 или 1
+allowed-yes = 0 или 1
 allowed-switch = on или off
 allowed-with-rs485 = только вместе с rs485=rts или rs485=rts-low
 

@@ -50,6 +50,95 @@ fn a_direct_client_listens_before_its_first_byte() {
     assert!(line.poll_transmit(MS).is_some());
 }
 
+/// A line as a program has it that sends for as long as it runs.
+fn heeding(url: &str) -> Line {
+    let url: Endpoint = url.parse().unwrap();
+    let mut line = Line::new(Config { heed: true, ..Config::default() }.of(&url));
+    line.handle_connected(Duration::ZERO);
+    line
+}
+
+fn ask(line: &mut Line, now: Duration, body: Body<'_>) {
+    line.submit(now, 5, Terms::default(), vec![request(body, SubsystemId::GENERAL)]).unwrap();
+}
+
+#[test]
+fn a_program_that_stays_listens_until_a_controller_would_have_been_heard() {
+    let mut line = heeding("serial:///x?addr=5&late=0");
+    ask(&mut line, MS, Body::GetStatus);
+    assert_eq!(line.poll_transmit(MS), None);
+    assert_eq!(line.poll_timeout(MS), Some(3001 * MS));
+    assert!(line.poll_transmit(3001 * MS).is_some());
+    // A monitor has answered: a link that is opened again is used soon.
+    let answer = [0xD4, 0xC2, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    line.handle_bytes(3050 * MS, &encoded(129, 5, &answer));
+    assert!(matches!(line.poll_outcome(), Some((_, Outcome::Answered(_)))));
+    line.handle_disconnected(4000 * MS);
+    line.handle_connected(5000 * MS);
+    ask(&mut line, 5001 * MS, Body::GetStatus);
+    assert_eq!(line.poll_transmit(5001 * MS), None);
+    assert!(line.poll_transmit(5101 * MS).is_some());
+    // Nor does noise hold it back any more.
+    line.handle_disconnected(6000 * MS);
+    line.handle_connected(6000 * MS);
+    for ms in (6000..9000).step_by(20) {
+        line.handle_bytes(ms * MS, &[0xF8, 0x80]);
+    }
+    while line.poll_outcome().is_some() {}
+    ask(&mut line, 9000 * MS, Body::GetStatus);
+    assert_eq!(line.poll_transmit(9000 * MS), None, "the turnaround");
+    assert!(line.poll_transmit(9001 * MS).is_some());
+}
+
+#[test]
+fn a_program_that_stays_sends_nothing_but_a_stop_beside_what_it_cannot_read() {
+    let mut line = heeding("serial:///x?addr=5&late=0");
+    // As a controller at another speed is heard that has no device to ask.
+    for second in [1, 3, 5, 7, 9] {
+        let now = second * 1000 * MS;
+        line.handle_bytes(now, &[0x00, 0xF8, 0x80]);
+        ask(&mut line, now + 10 * MS, Body::GetStatus);
+        assert_eq!(line.poll_transmit(now + 900 * MS), None, "{second} s");
+        let refused = line.poll_outcome().map(|(_, outcome)| outcome);
+        assert_eq!(refused, (second > 1).then_some(Outcome::Unreadable), "{second} s");
+        while line.poll_outcome().is_some() {}
+    }
+    // What waits for silence is refused when bytes go on, not when they end.
+    let mut waiting = heeding("serial:///x?addr=5&late=0");
+    ask(&mut waiting, MS, Body::GetStatus);
+    assert_eq!(waiting.poll_transmit(MS), None);
+    for second in [1, 3] {
+        assert_eq!(waiting.poll_outcome(), None, "{second} s");
+        waiting.handle_bytes(second * 1000 * MS, &[0xF8, 0x80]);
+    }
+    assert_eq!(waiting.poll_outcome().map(|(_, outcome)| outcome), Some(Outcome::Unreadable));
+    ask(&mut line, 9901 * MS, Body::Stop);
+    assert!(line.poll_transmit(9901 * MS).is_some());
+    // They have gone.
+    ask(&mut line, 15_000 * MS, Body::GetStatus);
+    assert!(line.poll_transmit(15_000 * MS).is_some());
+    // Who insists sends, and who is no program that stays does.
+    for mut line in [heeding("serial:///x?addr=5&late=0&insist=1"), fresh()] {
+        for ms in (0..3000).step_by(20) {
+            line.handle_bytes(ms * MS, &[0xF8, 0x80]);
+        }
+        ask(&mut line, 3000 * MS, Body::GetStatus);
+        line.poll_transmit(3000 * MS);
+        assert!(line.poll_transmit(3001 * MS).is_some());
+    }
+}
+
+#[test]
+fn a_controller_that_only_probes_holds_back_a_program_that_stays() {
+    let mut line = heeding("serial:///x?addr=5&late=0");
+    line.handle_bytes(2500 * MS, &encoded(7, CONTROLLER, &[]));
+    ask(&mut line, 3100 * MS, Body::GetStatus);
+    assert_eq!(line.poll_transmit(3100 * MS), None);
+    assert_eq!(line.poll_outcome().map(|it| it.1), Some(Outcome::ControllerPresent));
+    ask(&mut line, 3200 * MS, Body::Stop);
+    assert!(line.poll_transmit(3200 * MS).is_some());
+}
+
 /// A monitor that answers GetStatus General, and what is none of its business not at all.
 async fn monitor(own: u8, station: Station) {
     let mut line = Program::thorough(station);

@@ -14,7 +14,7 @@ use tokio_rustls::rustls::{CertificateError, ClientConfig, Error as TlsError, Ro
 
 use super::message::PAYLOAD_MAX;
 use super::state::Online;
-use super::{BrokerConfig, Login, Secret};
+use super::{BrokerConfig, Login, Secret, reason};
 use crate::server::tls;
 use crate::text::Both;
 
@@ -139,7 +139,7 @@ pub fn said(config: &BrokerConfig, error: &ConnectionError) -> Both {
         ConnectionError::Timeout(_) => silent(),
         ConnectionError::MqttState(StateError::AwaitPingResp) => silent(),
         ConnectionError::MqttState(StateError::ServerDisconnect { reason_code, .. }) => {
-            text::MqttSentAway { code: format!("{reason_code:?}") }.words()
+            text::MqttSentAway { why: reason::of_end(*reason_code) }.words()
         }
         ConnectionError::MqttState(StateError::ConnectionAborted) => text::MqttClosed.words(),
         _ => match cause::<std::io::Error>(error) {
@@ -165,7 +165,7 @@ fn refused(code: ConnectReturnCode) -> Both {
         }
         ConnectReturnCode::UnsupportedProtocolVersion
         | ConnectReturnCode::RefusedProtocolVersion => text::MqttOldVersion.words(),
-        code => text::MqttTurnedAway { code: format!("{code:?}") }.words(),
+        code => text::MqttTurnedAway { why: reason::of_refusal(code) }.words(),
     }
 }
 

@@ -14,6 +14,7 @@ mod hand;
 mod link;
 pub mod message;
 pub mod outbox;
+mod reason;
 mod serve;
 mod state;
 mod words;

@@ -1,7 +1,8 @@
 //! The connection of a command to its monitor.
 //!
 //! A serial line is listened to before a direct client's first frame ([`undisturbed`]): at a wrong
-//! speed it would reach no device and disturb others. Stop, Close and Lockout on wait for nothing.
+//! speed it would reach no device and disturb others. Stop, Close and Lockout on wait for nothing, and
+//! who listens gives way to them.
 
 use std::io::{self, IsTerminal, Write};
 use std::str::FromStr;
@@ -10,7 +11,9 @@ use std::time::Duration;
 
 use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::transport::Link;
+use lafet_client::transport::door::{PATIENCE, giving_way};
 use lafet_client::transport::memory::Memory;
+use lafet_client::transport::port::{Holder, holders};
 use lafet_client::{
     AnswerBuf, Answers, Client, Config, Endpoint, Error, Framing, LinkEvent, Monitor, RequestBuf,
     Role,
@@ -19,7 +22,7 @@ use lafet_device::Source;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, Status, SubsystemId};
 use lafet_sim::sim;
-use lafet_texts::{Text as _, cli as text};
+use lafet_texts::{Shown, Text as _, cli as text};
 use tokio::io::DuplexStream;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
@@ -29,6 +32,7 @@ use crate::cli::Global;
 use crate::cmd::bus::called;
 use crate::failure::{Asked, Failure};
 use crate::lang::current;
+use crate::out::complain;
 use crate::quiet::Notes;
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
@@ -45,8 +49,24 @@ const TIMES: Times = Times {
 };
 /// How long a line is listened to of which nothing is known: until a controller would have been heard.
 pub const THOROUGH: Times = Times { first: CONTROLLER_PAUSE, silent: GLANCE, ..TIMES };
+/// How long a line is listened to by what cannot tell late answers from others: as long as a request
+/// or an answer of a program that has ended may still be on its way.
+const ALONE: Times = Times { first: Duration::from_secs(5), ..THOROUGH };
+/// After this time a user who stops the monitor is told who has the port.
+const SOON: Duration = Duration::from_millis(500);
 /// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
+
+/// What is done before the first frame on a serial port.
+#[derive(Clone, Copy, Debug)]
+enum Before {
+    /// The line is listened to.
+    Listen,
+    /// Nothing.
+    Nothing,
+    /// Who only listens there is asked to give way.
+    Knock,
+}
 
 /// A connection to a monitor; clones share it.
 #[derive(Clone, Debug)]
@@ -60,29 +80,39 @@ pub struct Connection {
 impl Connection {
     /// Connects as `--connect` says, or reuses the connection of the shell.
     pub async fn open(global: &Global) -> Result<Self, Failure> {
-        match Self::shared(global) {
-            Some(open) => Ok(open),
-            None => Self::new(global).await,
-        }
+        Self::with(global, Before::Listen).await
     }
 
-    /// The same for these requests: if they are Stop, Close and Lockout on alone, nothing holds them
-    /// back.
+    /// The same for these requests: if the first is Stop, Close or Lockout on, nothing holds it back,
+    /// and what only reads goes with it.
     pub async fn open_for(global: &Global, requests: &[Request<'_>]) -> Result<Self, Failure> {
-        let urgent = |request: &Request<'_>| {
-            RequestBuf::new(request).is_ok_and(|request| request.is_urgent())
+        let is = |request: &Request<'_>, wanted: fn(&RequestBuf) -> bool| {
+            RequestBuf::new(request).is_ok_and(|request| wanted(&request))
         };
-        match requests.iter().all(urgent) {
-            true => Self::open_heard(global).await,
-            false => Self::open(global).await,
+        let urgent = |request| is(request, RequestBuf::is_urgent);
+        let goes_along = |request| urgent(request) || is(request, RequestBuf::is_read);
+        match requests {
+            [first, rest @ ..] if urgent(first) && rest.iter().all(goes_along) => {
+                Self::open_urgently(global).await
+            }
+            _ => Self::open(global).await,
         }
     }
 
     /// The same on a line that this command has listened to already.
     pub async fn open_heard(global: &Global) -> Result<Self, Failure> {
+        Self::with(global, Before::Nothing).await
+    }
+
+    /// The same for Stop, Close and Lockout on: who listens on the port gives way.
+    pub async fn open_urgently(global: &Global) -> Result<Self, Failure> {
+        Self::with(global, Before::Knock).await
+    }
+
+    async fn with(global: &Global, before: Before) -> Result<Self, Failure> {
         match Self::shared(global) {
             Some(open) => Ok(open),
-            None => Self::new(&Global { insist: true, ..global.clone() }).await,
+            None => Self::connect(global, before).await,
         }
     }
 
@@ -93,6 +123,10 @@ impl Connection {
 
     /// Connects as `--connect` says. `sim:` starts a simulator inside this process.
     pub async fn new(global: &Global) -> Result<Self, Failure> {
+        Self::connect(global, Before::Listen).await
+    }
+
+    async fn connect(global: &Global, before: Before) -> Result<Self, Failure> {
         let url = url_of(global)?;
         let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
         let timeout = Duration::from_secs_f64(global.timeout);
@@ -103,7 +137,11 @@ impl Connection {
                 Client::over(url, stream, config)
             }
             Endpoint::Serial { .. } => {
-                let (link, heard) = undisturbed(url, &endpoint, global).await?;
+                let (link, heard) = match before {
+                    Before::Listen => undisturbed(url, &endpoint, global).await?,
+                    Before::Nothing => (link(url, &endpoint).await?, Overheard::default()),
+                    Before::Knock => (urgently(url, &endpoint).await?, Overheard::default()),
+                };
                 if heard.has_controller() {
                     // On its bus a direct client must not transmit at all.
                     return Err(Failure::Silent(text::ControllerOnLine { url }.of(current())));
@@ -226,12 +264,12 @@ fn unless_disturbing(
 }
 
 /// Opens the bare link of a command that needs the line for itself, and listens for as long as a
-/// controller may be silent. Fails where anything arrives, unless the user insists.
+/// controller may be silent, or an answer late. Fails where anything arrives, unless the user insists.
 pub async fn alone(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Link, Failure> {
     if insists(global, endpoint) || !can_be_overheard(endpoint) {
         return link(url, endpoint).await;
     }
-    let (link, heard) = listened(url, endpoint, THOROUGH).await?;
+    let (link, heard) = listened(url, endpoint, ALONE).await?;
     let others = || {
         let who = who(&heard.speakers());
         (!who.is_empty()).then(|| text::OthersOnLine { url, who }.of(current()))
@@ -254,13 +292,30 @@ pub const fn can_be_overheard(endpoint: &Endpoint) -> bool {
     lines && matches!(endpoint.framing(), Framing::Link)
 }
 
-/// Opens a link and listens to it.
+/// Opens a link and listens to it; gives way to what is urgent.
 pub async fn listened(
     url: &str,
     endpoint: &Endpoint,
     times: Times,
 ) -> Result<(Link, Overheard), Failure> {
-    Ok(overhear(endpoint, times, Link::open).await.map_err(|source| lost(url, source))?)
+    let heard = giving_way(endpoint, || overhear(endpoint, times, Link::open)).await;
+    Ok(heard.map_err(|source| lost(url, source))?)
+}
+
+/// Opens the bare link of what must not wait. Says who has the port when it is not given soon.
+async fn urgently(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
+    let opening = Link::open_urgently(endpoint);
+    tokio::pin!(opening);
+    if let Ok(opened) = timeout(SOON, &mut opening).await {
+        return Ok(opened.map_err(|source| lost(url, source))?);
+    }
+    if let Endpoint::Serial { path, .. } = endpoint
+        && let Some(Holder { pid, program }) = holders(path).first()
+    {
+        let (port, s) = (Shown(path.display()), PATIENCE.as_secs());
+        complain(text::PortAwaited { port, pid, program, s }.of(current()));
+    }
+    Ok(opening.await.map_err(|source| lost(url, source))?)
 }
 
 /// Why a frame would disturb others; `None` where it would not.

@@ -143,7 +143,7 @@ impl Follow<'_> {
     fn over(&self, why: String, began: bool) -> Broken {
         match began || self.undo.is_wanted() {
             true => Broken::Over(Failure::Ended(why)),
-            false => Broken::Off(Because::NotBegun(why)),
+            false => Broken::Off(Because::Failed(why)),
         }
     }
 

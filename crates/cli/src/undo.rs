@@ -119,9 +119,9 @@ pub enum Because {
     Interrupted,
     /// The monitor does not answer, or its answer is not valid.
     Lost(Error),
-    /// The request was accepted and nothing was seen to begin; the text says why. It may begin
-    /// later, where a remote unit is slow.
-    NotBegun(String),
+    /// It went wrong otherwise, or was accepted and not seen to begin, which it may do later where a
+    /// remote unit is slow; the text says why.
+    Failed(String),
 }
 
 impl Undo {
@@ -213,7 +213,7 @@ impl Undo {
                 out.progress(text::InterruptedWhile { words: self.words() }.of(current()));
             }
             Because::Lost(error) => out.warn(&self.trying(error)),
-            Because::NotBegun(_) => {}
+            Because::Failed(_) => {}
         }
         let told = matches!(because, Because::Lost(_));
         let end = tokio::select! {
@@ -411,7 +411,7 @@ pub struct BrokenOff {
 }
 
 impl BrokenOff {
-    /// 130 interrupted, 1 the line was cut, both with everything at rest; 4 it may still move or
+    /// 130 interrupted, 1 the line was cut or else, both with everything at rest; 4 it may still move or
     /// flow.
     pub const fn exit_code(&self) -> u8 {
         match (&self.end, &self.because) {
@@ -443,7 +443,7 @@ impl BrokenOff {
         let began = match because {
             Because::Interrupted => text::Interrupted.str(current()).to_owned(),
             Because::Lost(error) => error.localized(current()),
-            Because::NotBegun(why) => why.clone(),
+            Because::Failed(why) => why.clone(),
         };
         let ended = match end {
             End::AtRest { state, open } => {

@@ -163,12 +163,14 @@ fn copy(mut from: TcpStream, mut to: TcpStream, state: &State, first: bool, to_m
     }
 }
 
-const fn phases() -> [(Phase, Cut); 7] {
+const fn phases() -> [(Phase, Cut); 9] {
     [
         (Phase::Request, Cut::End),
         (Phase::Request, Cut::Reset),
+        (Phase::Request, Cut::Silence),
         (Phase::Answer, Cut::Reset),
         (Phase::Answer, Cut::Silence),
+        (Phase::After(1), Cut::Silence),
         (Phase::After(2), Cut::End),
         (Phase::After(2), Cut::Reset),
         (Phase::After(2), Cut::Silence),
@@ -258,6 +260,58 @@ fn a_deployment_is_stopped_over_the_next_connection() {
                     |flag: &String| ["Move", "Deploying", "Wrapping"].contains(&flag.as_str());
                 assert!(!flags.iter().any(moves), "{what}: {flags:?}");
             });
+        }
+    });
+}
+
+/// Limits that were off to be taught are on again, and it is not said that nothing was started.
+#[test]
+fn a_teaching_is_undone_over_the_next_connection() {
+    thread::scope(|scope| {
+        for request in [RequestId::SWITCH_LIMITS, RequestId::SET_PARAM] {
+            for (phase, cut) in
+                phases().into_iter().filter(|(it, _)| !matches!(it, Phase::After(_)))
+            {
+                scope.spawn(move || {
+                    let sim = monitor();
+                    let relay = Relay::to(&sim, request, phase, cut, AWAY);
+                    let words = ["--lang", "en", "--timeout", TIMEOUT, "--json", "-c", &relay.url];
+                    let words = [&words[..], &["limits", "teach", "horizontal"]].concat();
+                    let run = support::Run::fed(&words, b"\n");
+                    let what = format!("{request} {phase:?} {cut:?}: {run:?}");
+                    assert!(relay.state.is_cut.load(Ordering::SeqCst), "{what}");
+                    assert_eq!(run.code, 1, "{what}");
+                    assert_eq!(run.json()[0]["error"]["at_rest"], true, "{what}");
+                    assert!(run.err.contains("limits of Horizontal may still be off"), "{what}");
+                    let flags = sim.flags("horizontal");
+                    assert!(!flags.contains(&"Limitless".to_owned()), "{what}: {flags:?}");
+                    at_rest(&sim);
+                });
+            }
+        }
+    });
+}
+
+/// A drive that is being measured, and a motion of a shell's script.
+#[test]
+fn tuning_and_shell_stop_over_the_next_connection() {
+    thread::scope(|scope| {
+        for (phase, cut) in phases() {
+            for words in [&["tune", "horizontal"][..], &["shell"]] {
+                scope.spawn(move || {
+                    let sim = monitor();
+                    let relay = Relay::to(&sim, RequestId::MOVE, phase, cut, AWAY);
+                    let all = ["-c", &relay.url, "--lang", "en", "--timeout", TIMEOUT];
+                    let script = b"move horizontal 170deg\n";
+                    let run = support::Run::fed(&[&all[..], words].concat(), script);
+                    let what = format!("{words:?} {phase:?} {cut:?}: {run:?}");
+                    assert!(relay.state.is_cut.load(Ordering::SeqCst), "{what}");
+                    assert_eq!(run.code, 1, "{what}");
+                    assert!(run.err.contains("Horizontal may still move"), "{what}");
+                    assert!(run.err.contains("at rest now"), "{what}");
+                    at_rest(&sim);
+                });
+            }
         }
     });
 }

@@ -1,5 +1,6 @@
 //! `lafet doctor`: what is wrong with a link, and what to do about it.
 
+use std::cell::RefCell;
 use std::io;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -8,10 +9,11 @@ use std::time::Duration;
 use clap::Args;
 use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
 use lafet_client::transport::Link;
+use lafet_client::transport::door::giving_way;
 use lafet_client::{Endpoint, Error, PortError};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::Severity as FlagSeverity;
-use lafet_texts::cli as text;
+use lafet_texts::{Fixed, cli as text};
 use serde_json::{Value, json};
 
 use crate::cli::{Global, seconds};
@@ -72,10 +74,10 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
             other => io::Error::other(other.message()),
         })
     };
-    let evidence = examine(&endpoint, &options, dial, |doing| {
-        out.progress(format!("{}…", doing.str(current())))
-    })
-    .await;
+    let shown = RefCell::new(&mut *out);
+    let tell = |doing: Fixed| shown.borrow_mut().progress(format!("{}…", doing.str(current())));
+    // An examination that an urgent command has broken off begins again.
+    let evidence = giving_way(&endpoint, || examine(&endpoint, &options, dial, tell)).await;
     let findings = findings(&evidence);
     let faults = match evidence.is_answered() && !evidence.crc32c_only {
         true => faults(&global).await,

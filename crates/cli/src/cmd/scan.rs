@@ -1,6 +1,6 @@
 //! `lafet scan`: finds the devices on a bus or a network.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::time::Duration;
@@ -9,6 +9,7 @@ use clap::Args;
 use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
 use lafet_client::transport::Link;
+use lafet_client::transport::door::giving_way;
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
@@ -104,16 +105,22 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
     let options = options(args, usual, false);
     let probing = text::ProbingAddresses.str(current());
     let source = endpoint.addresses().source;
-    let link = quiet(url, &endpoint, global).await?;
-    let scanned = scan(link, source, &options, |address| {
+    let lost = |source: std::io::Error| Error::Link { endpoint: url.into(), source: source.into() };
+    let shown = RefCell::new(&mut *out);
+    let tell = |address: u8| {
         // Where progress lines stay on the screen, one per address would be too many.
         if address % BLOCK == 1 || address == *args.addresses.start() {
             let last = address.saturating_add(BLOCK - 1).min(*args.addresses.end());
-            out.progress(format!("{probing} {address}…{last}"));
+            shown.borrow_mut().progress(format!("{probing} {address}…{last}"));
         }
+    };
+    let (place, how) = (&endpoint, &options);
+    // A scan that an urgent command has broken off begins again.
+    let scan = giving_way(place, || async move {
+        let link = quiet(url, place, global).await?;
+        Ok::<Scan, Failure>(scan(link, source, how, tell).await.map_err(lost)?)
     });
-    let lost = |source: std::io::Error| Error::Link { endpoint: url.into(), source: source.into() };
-    let scan = scanned.await.map_err(lost)?;
+    let scan = scan.await?;
     let mut rows = Vec::new();
     let mut devices = Vec::new();
     for present in &scan.present {

@@ -7,6 +7,7 @@ use clap::Args;
 use lafet_client::teach::{Side, Taken};
 use lafet_client::{Hold, StatusUpdate};
 use lafet_proto::SubsystemId;
+use lafet_proto::flags::DriveFlags;
 use lafet_proto::request::LimitsState;
 use lafet_proto::status::Limits;
 use lafet_texts::{Shown, Text as _, cli as text};
@@ -24,7 +25,7 @@ use crate::interrupt::Interrupt;
 use crate::keyboard::{Keyboard, Keys};
 use crate::lang::current;
 use crate::out::Out;
-use crate::undo::{Because, Undo};
+use crate::undo::{Because, States, Undo};
 
 /// Interval at which the state is shown.
 const SHOW: Duration = Duration::from_millis(250);
@@ -51,12 +52,10 @@ fn side(text: &str) -> Result<Side, String> {
 
 /// Runs `lafet limits teach`: takes one limit, or guides the user through all of them.
 pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
-    if let Some(side) = args.here {
-        let connection = Connection::open(global).await?;
-        let taken = connection.monitor.take_limit(side).await?;
-        return out.show(taken_text(&taken), || taken_json(&taken));
-    }
     let connection = Connection::open(global).await?;
+    if let Some(side) = args.here {
+        return take_here(side, &connection, out).await;
+    }
     let present = connection.monitor.limits_all().await?;
     let mut drives = vec![SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE];
     if let Some(one) = args.drive {
@@ -90,6 +89,23 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
     if out.json() { out.value(&Value::Array(all)) } else { Ok(()) }
 }
 
+/// Takes the position of a drive as one limit. Limits that were off before stay off.
+async fn take_here(side: Side, connection: &Connection, out: &mut Out) -> Outcome {
+    let drive = side.drive();
+    let flags = States::read(connection, &[drive]).await?.flags(drive);
+    let mut interrupt = Interrupt::catch()?;
+    let taken = tokio::select! {
+        biased;
+        () = interrupt.wait() => Err(Failure::Interrupted),
+        taken = connection.monitor.take_limit(side) => taken.map_err(Failure::from),
+    };
+    match taken {
+        Ok(taken) => out.show(taken_text(&taken), || taken_json(&taken)),
+        Err(failure) if flags & DriveFlags::LIMITLESS.bits() != 0 => Err(failure),
+        Err(failure) => Err(give_up(drive, failure, connection, out, &mut interrupt).await),
+    }
+}
+
 /// Stops the drive and switches its limits on: it must not keep moving, or stay, without limits.
 async fn give_up(
     drive: SubsystemId,
@@ -99,15 +115,19 @@ async fn give_up(
     interrupt: &mut Interrupt,
 ) -> Failure {
     let because = match &failure {
-        Failure::Client(error) if !error.is_refused() => Because::Lost(error.clone()),
-        _ => Because::Interrupted,
+        Failure::Client(error) if error.is_no_answer() => Because::Lost(error.clone()),
+        Failure::Interrupted => Because::Interrupted,
+        other => Because::Failed(other.message()),
     };
-    match Undo::teaching(drive).carry_out(connection, out, interrupt, because).await {
+    // What the monitor or this computer has refused is told as it is.
+    let refused = matches!(because, Because::Failed(_));
+    let ended = Undo::teaching(drive).carry_out(connection, out, interrupt, because).await;
+    match &ended {
         Failure::BrokenOff(broken) if broken.is_at_rest() => {
-            let kept = out.say(text::OldLimitsAgain { drive: Shown(drive) }.of(current()));
-            kept.err().unwrap_or(failure)
+            let told = out.say(text::OldLimitsAgain { drive: Shown(drive) }.of(current()));
+            told.err().unwrap_or(if refused { failure } else { ended })
         }
-        broken => broken,
+        _ => ended,
     }
 }
 

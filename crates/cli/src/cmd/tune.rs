@@ -21,7 +21,7 @@ use crate::interrupt::Interrupt;
 use crate::lang::{current, decimals};
 use crate::out::{Out, columns};
 use crate::state;
-use crate::undo::{States, Undo};
+use crate::undo::{Because, States, Undo};
 
 /// Arguments of `lafet tune`.
 #[derive(Debug, Args)]
@@ -199,8 +199,13 @@ impl Bench for Terminal<'_> {
         let start = self.connection.send(&request);
         let states = follow.run_until(self.interrupt, self.out, start, judge).await?;
         if let Some(trouble) = must_end {
-            self.connection.monitor.stop(SubsystemId::ALL).await?;
-            return Err(trouble.into());
+            let because = Because::Failed(words(trouble));
+            let stop = Undo::everything();
+            let ended = stop.carry_out(self.connection, self.out, self.interrupt, because).await;
+            return Err(match ended {
+                Failure::BrokenOff(broken) if broken.is_at_rest() => trouble.into(),
+                moves => moves,
+            });
         }
         Ok(Look::of(drive, states.all())?)
     }

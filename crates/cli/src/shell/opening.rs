@@ -89,7 +89,7 @@ pub async fn open(
         };
         // The port is opened again only after it is closed.
         drop(opening);
-        let connection = Connection::open_heard(global).await?;
+        let connection = Connection::open_urgently(global).await?;
         if interrupted {
             return Ok(Opening { connection, ahead, interrupted });
         }

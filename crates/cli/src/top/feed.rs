@@ -212,7 +212,7 @@ const fn stop_all() -> Request<'static> {
 /// Sends Stops on a line that was not listened to, until none is left; each at once, whether the one
 /// before is answered or not.
 async fn stop_unheard(global: &Global, first: Urgent, asked: &mut mpsc::Receiver<Urgent>) {
-    let connection = match Connection::open_heard(global).await {
+    let connection = match Connection::open_urgently(global).await {
         Ok(connection) => connection,
         Err(failure) => {
             // The page that asked may be gone.

@@ -198,3 +198,14 @@ fn monitors_share_the_journal_of_a_backup() {
     assert_eq!(restored["written"][0]["parameter"], "Nozzle.Speed", "{restored}");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "then the journal is removed");
 }
+
+/// A file that cannot be written is an error before the monitor is asked anything.
+#[test]
+fn a_file_that_cannot_be_written_is_known_before_the_first_request() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    listener.set_nonblocking(true).unwrap();
+    let url = format!("tcp://{}", listener.local_addr().unwrap());
+    let run = Run::of(&["-c", &url, "param", "backup", "/nothing/of/this/name/one.toml"]);
+    assert!(run.code == 2 && run.err.contains("/nothing/of/this/name"), "{run:?}");
+    assert!(listener.accept().is_err(), "it connected");
+}

@@ -84,3 +84,16 @@ fn a_long_capture() {
     assert_eq!(run.out.lines().count(), 20_000);
     assert!(run.out.lines().all(|line| line == "129 → 1    Move Vertical -9280"));
 }
+
+/// One frame with a wrong checksum is named as that, with its place.
+#[test]
+fn a_wrong_checksum_is_named() {
+    let right = frame(1, 129, &[0x4D, 0x0D, 0, 2, 0xA0, 0xAB]);
+    let mut wrong = right.clone();
+    wrong[5] ^= 1;
+    for (lang, words) in [("en", "byte 0 is broken"), ("ru", "CRC")] {
+        let run = Run::of(&["--lang", lang, "decode", &hex(&wrong)]);
+        assert!(run.code == 2 && run.err.contains(words) && run.err.contains("CRC"), "{run:?}");
+    }
+    assert_eq!(Run::of(&["decode", &hex(&right)]).code, 0);
+}

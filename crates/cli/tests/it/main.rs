@@ -25,6 +25,8 @@ mod jog;
 mod json;
 mod kill;
 #[cfg(unix)]
+mod late;
+#[cfg(unix)]
 mod listening;
 mod odd;
 mod processes;

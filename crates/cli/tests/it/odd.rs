@@ -36,8 +36,9 @@ fn is_read(request: RequestId) -> bool {
     .contains(&request)
 }
 
-/// The answer to a record, as bytes.
-fn answer(odd: Odd, request: RequestId, device: u8) -> Vec<u8> {
+/// The answer to a record, as bytes. A parameter is read as it should be: it is asked before anything
+/// begins.
+fn answer(odd: Odd, request: RequestId, device: u8, data: &[u8]) -> Vec<u8> {
     let plain = |status: Status, data: &[u8]| {
         let mut bytes = vec![request.0, device, status.0, data.len() as u8];
         bytes.extend_from_slice(data);
@@ -45,6 +46,10 @@ fn answer(odd: Odd, request: RequestId, device: u8) -> Vec<u8> {
     };
     if !is_read(request) {
         return plain(Status::ACCEPTED, &[]);
+    }
+    if request == RequestId::GET_PARAM {
+        let values = [1800_i32, 0, 60, 360, 120, 1, 25].map(i32::to_le_bytes);
+        return plain(Status::OK, &[data, &values.concat()].concat());
     }
     match odd {
         Odd::Empty => plain(Status::OK, &[]),
@@ -74,7 +79,7 @@ fn talk(odd: Odd, mut stream: TcpStream) {
             let Some(frame) = decoder.push(*byte) else { continue };
             let records = Records::new(frame.payload).flatten();
             let payload: Vec<u8> =
-                records.flat_map(|r| answer(odd, r.request, r.device.0)).collect();
+                records.flat_map(|r| answer(odd, r.request, r.device.0, r.data)).collect();
             let mut wire = vec![0; link::wire_max(payload.len())];
             let back = Frame { dst: frame.src, src: frame.dst, payload: &payload };
             let len = link::encode(&back, &mut wire).unwrap();
@@ -97,7 +102,7 @@ fn run_at(url: &str, words: &[&str]) -> Run {
     Run::of_command(&mut command)
 }
 
-const MOTIONS: [&[&str]; 7] = [
+const MOTIONS: [&[&str]; 10] = [
     &["move", "vertical", "100"],
     &["deploy"],
     &["wrap"],
@@ -105,6 +110,9 @@ const MOTIONS: [&[&str]; 7] = [
     &["close"],
     &["justify"],
     &["trajectory", "--point", "0,0,25,10", "--follow"],
+    &["quench", "--centre", "30deg,0", "--distance", "25", "--follow"],
+    &["program", "run", "3", "--follow"],
+    &["seek", "--from-az", "-9", "--to-az", "9"],
 ];
 
 /// What was started cannot be followed: it is stopped, and the emergency stop is named.

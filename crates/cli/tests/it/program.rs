@@ -60,3 +60,17 @@ fn trajectories_too_and_an_empty_one_cannot_run() {
     let russian = sim.done(&["--lang", "ru", "program", "list"]);
     assert!(russian.out.contains("траектория 0") && russian.out.contains("пусто"), "{russian:?}");
 }
+
+/// An empty program aims at 0°, 0°: nothing is sent unless the user says so.
+#[test]
+fn an_empty_program_is_asked_about() {
+    let sim = Sim::start(&["--speed", "40"]);
+    for words in [&["quench", "--program", "5"][..], &["program", "run", "5"]] {
+        let run = sim.run(words);
+        assert!(run.code == 2 && run.err.contains("--empty"), "{words:?}: {run:?}");
+        assert!(!sim.flags("control").contains(&"Quench".to_owned()), "{words:?}");
+        let run = sim.done(&[words, &["--empty"]].concat());
+        assert!(run.out.contains("StartQuench → Accepted"), "{words:?}: {run:?}");
+        sim.done(&["stop"]);
+    }
+}

@@ -1,5 +1,6 @@
 //! Transport of bytes to the monitor and back, regardless of their meaning.
 
+pub mod door;
 pub mod memory;
 pub mod port;
 pub mod serial;
@@ -8,17 +9,23 @@ pub mod udp;
 
 use std::future::poll_fn;
 use std::io;
+use std::path::Path;
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::time::{Instant, sleep};
 
 use crate::ports::Adapters;
-use crate::url::Endpoint;
+use crate::url::{Endpoint, SerialLine};
 
 /// Longest time for opening a connection.
 pub const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+/// How long a port that is in use is tried: its user may be closing it, or looking who has it.
+const LETTING_GO: Duration = Duration::from_millis(300);
+/// Pause between two attempts to open a port that is in use.
+const AGAIN: Duration = Duration::from_millis(10);
 
 /// An open connection to a monitor.
 #[derive(Debug)]
@@ -51,7 +58,7 @@ impl Link {
                     udp::Udp::connect(host, *port).await.map(Self::Udp)
                 }
                 Endpoint::Serial { path, line, .. } => {
-                    serial::Serial::open(path, line).map(Self::Serial)
+                    serial_within(LETTING_GO, path, line, false).await.map(Self::Serial)
                 }
                 Endpoint::Sim { .. } => Err(io::ErrorKind::Unsupported.into()),
             }
@@ -59,6 +66,20 @@ impl Link {
         tokio::time::timeout(CONNECT_TIMEOUT, opening)
             .await
             .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+    }
+
+    /// Opens the connection of an endpoint for what must not wait: who only listens to a serial port
+    /// gives way ([`door::giving_way`]), and a port that another program keeps is tried for
+    /// [`door::PATIENCE`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Link::open`].
+    pub async fn open_urgently(endpoint: &Endpoint) -> io::Result<Self> {
+        let Endpoint::Serial { path, line, .. } = endpoint else {
+            return Self::open(endpoint).await;
+        };
+        serial_within(door::PATIENCE, path, line, true).await.map(Self::Serial)
     }
 
     /// Opens the connection of an endpoint again: a serial port must have the same adapter.
@@ -147,6 +168,28 @@ impl Link {
     /// can show.
     pub const fn can_be_half_open(&self) -> bool {
         matches!(self, Self::Tcp(_))
+    }
+}
+
+/// Opens a port; as long as it is in use, again and again within `time`, and with a knock at its door.
+async fn serial_within(
+    time: Duration,
+    path: &Path,
+    line: &SerialLine,
+    knocks: bool,
+) -> io::Result<serial::Serial> {
+    let until = Instant::now() + time;
+    let mut visit = None;
+    loop {
+        match serial::Serial::open(path, line) {
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy && Instant::now() < until => {
+                if knocks && visit.is_none() {
+                    visit = door::Visit::to(path).await;
+                }
+                sleep(AGAIN).await;
+            }
+            opened => return Ok(opened?.visiting(visit)),
+        }
     }
 }
 

@@ -20,6 +20,7 @@ pub use elsewhere::{Claim, holders, may_open};
 mod unix {
     use std::fs::{self, File, OpenOptions};
     use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
+    use std::path::PathBuf;
 
     use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
     use rustix::io::Errno;
@@ -27,10 +28,14 @@ mod unix {
 
     use super::{Holder, Path, PortError, io};
 
+    /// Open files of a process that are looked at.
+    const FILES_MAX: usize = 4096;
+
     /// The right to use a port, until it is dropped.
     #[derive(Debug)]
     pub struct Claim {
         file: File,
+        path: PathBuf,
         exclusive: bool,
     }
 
@@ -55,7 +60,7 @@ mod unix {
             match flock(&file, lock) {
                 Err(Errno::WOULDBLOCK) => Err(in_use(path)),
                 Err(error) => Err(error.into()),
-                Ok(()) => Ok(Self { file, exclusive: false }),
+                Ok(()) => Ok(Self { file, path: path.into(), exclusive: false }),
             }
         }
 
@@ -63,11 +68,15 @@ mod unix {
         ///
         /// # Errors
         ///
-        /// The error of the system if it is not a terminal.
+        /// With a [`PortError`] inside if one of them has the port open already, as far as this user
+        /// may see it; the error of the system if it is not a terminal.
         pub fn keep_others_out(&mut self) -> io::Result<()> {
             ioctl_tiocexcl(&self.file)?;
             self.exclusive = true;
-            Ok(())
+            match holders(&self.path).into_iter().next() {
+                Some(by) => Err(PortError::InUse { path: self.path.clone(), by: Some(by) }.into()),
+                None => Ok(()),
+            }
         }
     }
 
@@ -143,17 +152,75 @@ mod unix {
         let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
         let numbered = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
         let others = numbered.filter(|pid| *pid != std::process::id());
-        let is_port = |file: &fs::DirEntry| {
-            let open = fs::metadata(file.path());
+        let is_port = |file: &Path| {
+            let open = fs::metadata(file);
             open.is_ok_and(|open| open.file_type().is_char_device() && open.rdev() == port.rdev())
         };
         let has_it = |pid: &u32| {
             let files = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
-            files.into_iter().any(|file| is_port(&file))
+            let (mut has, mut is_line) = (false, false);
+            for file in files.map(|file| file.path()).take(FILES_MAX) {
+                // A file of a disk that is away is not touched.
+                let Some(name) = fs::read_link(&file).ok().filter(|it| it.starts_with("/dev"))
+                else {
+                    continue;
+                };
+                // Who has the other end of a pseudo-terminal is the line itself.
+                is_line |= name.ends_with("ptmx");
+                has |= is_port(&file);
+            }
+            has && !is_line
         };
         let mut found: Vec<u32> = others.filter(has_it).collect();
         found.sort_unstable();
         found.into_iter().map(named).collect()
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use std::os::unix::fs::{PermissionsExt, chown};
+
+        use lafet_texts::Lang;
+
+        use super::*;
+
+        /// What the system says about a port becomes what is wrong with it.
+        #[test]
+        fn an_error_of_the_system_is_explained() {
+            let path = std::env::temp_dir().join(format!("lafet-port-{}", std::process::id()));
+            fs::write(&path, "").unwrap();
+            let of = |kind: io::ErrorKind| {
+                let error = explained(&path, kind.into());
+                PortError::of(&error).cloned()
+            };
+            let groups = fs::read_to_string("/etc/group").unwrap();
+            let own = fs::metadata(&path).unwrap().gid();
+            let (name, id) = groups
+                .lines()
+                .filter_map(|line| {
+                    let mut fields = line.split(':');
+                    Some((fields.next()?, fields.nth(1)?.parse::<u32>().ok()?))
+                })
+                .find(|(name, id)| if own == 0 { *name == "dialout" } else { *id == own })
+                .unwrap();
+            chown(&path, None, Some(id)).unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o660)).unwrap();
+            let denied = of(io::ErrorKind::PermissionDenied).unwrap();
+            for lang in [Lang::En, Lang::Ru] {
+                assert!(denied.localized(lang).contains(&format!("usermod -aG {name}")));
+            }
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).unwrap();
+            let denied = of(io::ErrorKind::PermissionDenied);
+            assert_eq!(denied, Some(PortError::Permission { path: path.clone(), group: None }));
+            let busy = of(io::ErrorKind::ResourceBusy);
+            assert_eq!(busy, Some(PortError::InUse { path: path.clone(), by: None }));
+            let missing = of(io::ErrorKind::NotFound);
+            assert_eq!(missing, Some(PortError::Missing { path: path.clone() }));
+            let folder = of(io::ErrorKind::IsADirectory);
+            assert_eq!(folder, Some(PortError::NotSerial { path: path.clone() }));
+            assert_eq!(of(io::ErrorKind::OutOfMemory), None);
+            fs::remove_file(path).unwrap();
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use std::task::{Context, Poll};
 use serial2::rs4xx::Rs485Config;
 use serial2::{CharSize, FlowControl, Parity, Settings, StopBits};
 
+use super::door::Visit;
 use super::port::Claim;
 pub use crate::port_error::CannotSwitch;
 #[cfg(target_os = "linux")]
@@ -21,10 +22,13 @@ pub struct Port<P> {
     port: P,
     /// Excludes other programs; released after the port is closed.
     _claim: Claim,
+    /// Keeps who has given way from opening the port again.
+    visit: Option<Visit>,
 }
 
 impl<P: Opens> Port<P> {
-    /// Opens a port, for this program only unless the line is shared. It is an error if the kernel
+    /// Opens a port, for this program only unless the line is shared: then no other program may have
+    /// it open. It is an error if the kernel
     /// is to switch the direction of an RS-485 transceiver and the port's driver cannot: the bus
     /// would receive nothing, or be blocked.
     ///
@@ -42,7 +46,7 @@ impl<P: Opens> Port<P> {
         port.switch_direction(line)?;
         // Bytes from before the port was opened answer no request of this program.
         port.discard_input()?;
-        Ok(Self { port, _claim: claim })
+        Ok(Self { port, _claim: claim, visit: None })
     }
 }
 
@@ -131,6 +135,12 @@ fn configured(mut settings: Settings, baud: u32) -> io::Result<Settings> {
 pub type Serial = Port<serial2_tokio::SerialPort>;
 
 impl Serial {
+    /// Ends a visit together with the port.
+    pub(super) fn visiting(mut self, visit: Option<Visit>) -> Self {
+        self.visit = visit;
+        self
+    }
+
     /// Sends the rest of a frame, of which `sent` bytes are gone.
     pub fn poll_send(
         &mut self,

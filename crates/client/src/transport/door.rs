@@ -1,0 +1,121 @@
+//! How a program that only listens gives its port to one that must send at once.
+//!
+//! A line is listened to for seconds before its first frame, and probed for longer; a Stop does not
+//! wait that long. So who can begin again waits at a *door*, a socket named after the port:
+//!
+//! ```text
+//! listens at its door ──▶ a knock ──▶ closes the port ──▶ waits for the visitor's end ──▶ begins again
+//! Stop: port in use ────▶ knocks ──▶ opens the port, again and again, for PATIENCE ──▶ closes both
+//! ```
+
+use std::time::Duration;
+
+use crate::url::Endpoint;
+
+/// How long an urgent command tries to open a port that is in use.
+pub const PATIENCE: Duration = Duration::from_secs(10);
+
+#[cfg(target_os = "linux")]
+pub(crate) use linux::Visit;
+
+#[cfg(not(target_os = "linux"))]
+pub(crate) use elsewhere::Visit;
+
+/// Does `work` on a link. When an urgent command wants its port meanwhile, the work is dropped, which
+/// has to close the port, and done again after that command has ended.
+#[cfg(target_os = "linux")]
+pub async fn giving_way<F: Future>(endpoint: &Endpoint, mut work: impl FnMut() -> F) -> F::Output {
+    let door = match endpoint {
+        Endpoint::Serial { path, .. } => linux::Door::open(path),
+        _ => None,
+    };
+    let Some(door) = door else { return work().await };
+    loop {
+        tokio::select! {
+            biased;
+            visitor = door.knocked() => linux::ended(visitor).await,
+            done = work() => return done,
+        }
+    }
+}
+
+/// Does `work`: these systems have no name of a socket that goes away with its program.
+#[cfg(not(target_os = "linux"))]
+pub async fn giving_way<F: Future>(_: &Endpoint, mut work: impl FnMut() -> F) -> F::Output {
+    work().await
+}
+
+#[cfg(target_os = "linux")]
+mod linux {
+    use std::fs;
+    use std::future::pending;
+    use std::os::unix::fs::MetadataExt;
+    use std::path::{Path, PathBuf};
+    use std::time::Duration;
+
+    use tokio::io::AsyncReadExt;
+    use tokio::net::{UnixListener, UnixStream};
+    use tokio::time::timeout;
+
+    /// Longest wait for a visitor to end: the port is opened again then, if it is free.
+    const VISIT: Duration = Duration::from_secs(60);
+
+    /// A socket at which urgent commands knock.
+    pub struct Door(UnixListener);
+
+    impl Door {
+        /// `None` if this port has a door already, or the system gives none.
+        pub fn open(path: &Path) -> Option<Self> {
+            UnixListener::bind(name(path)?).ok().map(Self)
+        }
+
+        /// The next visitor.
+        pub async fn knocked(&self) -> UnixStream {
+            match self.0.accept().await {
+                Ok((visitor, _)) => visitor,
+                // Without a door the work is not disturbed.
+                Err(_) => pending().await,
+            }
+        }
+    }
+
+    /// Waits until a visitor has ended.
+    pub async fn ended(mut visitor: UnixStream) {
+        // It sends nothing.
+        let _ = timeout(VISIT, visitor.read(&mut [0])).await;
+    }
+
+    /// A knock at the door of a port; kept until the port has been closed again.
+    #[derive(Debug)]
+    pub struct Visit(#[expect(dead_code, reason = "closed when dropped")] UnixStream);
+
+    impl Visit {
+        /// `None` if this port has no door.
+        pub async fn to(path: &Path) -> Option<Self> {
+            UnixStream::connect(name(path)?).await.ok().map(Self)
+        }
+    }
+
+    /// The name of a port's door: of the device, whatever path leads to it. It is in no folder and
+    /// ends with its program.
+    fn name(path: &Path) -> Option<PathBuf> {
+        let port = fs::metadata(path).ok()?;
+        Some(format!("\0lafet-port-{:x}-{:x}", port.rdev(), port.ino()).into())
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod elsewhere {
+    use std::path::Path;
+
+    /// A knock at the door of a port: there are none.
+    #[derive(Debug)]
+    pub struct Visit;
+
+    impl Visit {
+        /// `None`.
+        pub async fn to(_: &Path) -> Option<Self> {
+            None
+        }
+    }
+}

@@ -14,17 +14,21 @@ pub fn load(arguments: &[String]) -> TaskResult {
     let size = match words[..] {
         [] => None,
         ["--quick"] => Some("--quick"),
+        ["--long"] => {
+            show(program("floods", &demo::optimised()?)?.arg("--long"))?;
+            return Ok(ExitCode::SUCCESS);
+        }
         ["--flood", kind] => {
             show(program("floods", &demo::optimised()?)?.arg(kind))?;
             return Ok(ExitCode::SUCCESS);
         }
-        _ => return Err("usage: cargo xtask hub-load [--quick | --flood KIND]".to_owned()),
+        _ => return Err("usage: cargo xtask hub-load [--quick | --long | --flood KIND]".to_owned()),
     };
     loads(&demo::optimised()?, size)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs it for a minute, on the unoptimized program that the other steps of CI use, as a slower one has
+/// Runs it for three minutes, on the unoptimized program that the other steps of CI use, as a slower one has
 /// less room; but with the allocator of the installed one, whose memory is what the bounds are about.
 pub fn check() -> StepResult {
     loads(&demo::program_for_memory()?, Some("--quick"))

@@ -196,15 +196,16 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "hub-load",
-        arguments: "[--quick | --flood KIND]",
+        arguments: "[--quick | --long | --flood KIND]",
         about: "the hub under load and failures: garbage, storms, a full disk, kill -9, floods",
         details: "Runs lafet serve with simulated monitors. Fails when a Stop is not through \
                   within 100 ms (99 of 100), when an entry of the audit log is lost or its chain \
                   broken; then floods it with every kind of message, and fails when Stops of \
-                  others are late or memory grows. The figures of a run are in docs/hub.md. With \
-                  --quick, a minute and less of everything: part of cargo xtask ci. --flood KIND: \
-                  only kinds whose names contain this, each for 60 s from 1 and 200 connections in \
-                  every manner.",
+                  others are late, memory grows, or a kind is never answered as it has to be. The \
+                  figures of a run are in docs/hub.md. With --quick, less of everything: part of \
+                  cargo xtask ci. --long: only the floods, a minute of each kind from 1 and from \
+                  200 connections, some hours. --flood KIND: only kinds whose names contain this, \
+                  each for 60 s from 1 and 200 connections in every manner.",
         run: hub::load,
     },
     Task {

@@ -20,6 +20,7 @@ use std::time::{Duration, Instant};
 use lafet_hub::config::Overrides;
 use lafet_hub::{Clock, Config, Hub, Server};
 use serde_json::json;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
@@ -29,6 +30,9 @@ const SIMULATE: &str = "--simulate";
 const END: &str = "# end";
 /// A second of `/proc/self/stat`.
 const TICKS_PER_S: f64 = 100.0;
+/// Requests for `/metrics` that are measured, and how often they come.
+const ASKED: u32 = 50;
+const ASKED_EVERY: Duration = Duration::from_millis(100);
 /// Until limits and parameters of all monitors are read.
 const SETTLING: Duration = Duration::from_secs(5);
 
@@ -62,7 +66,8 @@ async fn main() -> Fallible<()> {
     let config = Config::parse("hub.toml", &text, &folder, &Overrides::default());
     let hub = Hub::new(config.map_err(|it| format!("{it:?}"))?, Clock::System, json!({}))?;
     let server = Server::bind(hub.clone()).await?;
-    writeln!(simulators.stdin.as_mut().ok_or("no input")?, "{}", server.address()?)?;
+    let place = server.address()?.to_string();
+    writeln!(simulators.stdin.as_mut().ok_or("no input")?, "{place}")?;
     let (end, ending) = tokio::sync::oneshot::channel::<()>();
     let serving = tokio::spawn(server.serve(async { _ = ending.await }));
     let mut ticks = tokio::time::interval(Duration::from_millis(100));
@@ -89,11 +94,42 @@ async fn main() -> Fallible<()> {
         each(0),
         each(1),
     );
+    for coding in ["identity", "gzip"] {
+        println!("{}", metrics(&place, coding).await?);
+    }
     _ = end.send(());
     serving.await?;
     simulators.kill()?;
     simulators.wait()?;
     Ok(std::fs::remove_dir_all(&folder)?)
+}
+
+/// What a whole request for `/metrics` costs the processor, alarms, HTTP and packing included: what this
+/// process uses while they are asked for, less what it uses without them.
+async fn metrics(place: &str, coding: &str) -> Fallible<String> {
+    let all = || processor().map(|it| (it[0] + it[1]) / TICKS_PER_S * 1e3);
+    let (before, start) = (all()?, Instant::now());
+    tokio::time::sleep(SETTLING).await;
+    let rest = (all()? - before) / start.elapsed().as_secs_f64();
+    let (before, start, mut size) = (all()?, Instant::now(), 0);
+    let mut ticks = tokio::time::interval(ASKED_EVERY);
+    for _ in 0..ASKED {
+        ticks.tick().await;
+        let mut stream = tokio::net::TcpStream::connect(place).await?;
+        let request = format!(
+            "GET /metrics HTTP/1.1\r\nHost: {place}\r\nConnection: close\r\n\
+             Accept-Encoding: {coding}\r\n\r\n"
+        );
+        stream.write_all(request.as_bytes()).await?;
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).await?;
+        if !answer.starts_with(b"HTTP/1.1 200") {
+            return Err(String::from_utf8_lossy(&answer).into());
+        }
+        size = answer.len();
+    }
+    let each = (all()? - before - rest * start.elapsed().as_secs_f64()) / f64::from(ASKED);
+    Ok(format!("/metrics, {coding}: {size} bytes, {each:.1} ms of processor each"))
 }
 
 /// Monitors, and pages that look at all of them, until the input ends.

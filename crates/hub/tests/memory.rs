@@ -3,10 +3,13 @@
 
 mod support;
 
+use std::io::Cursor;
 use std::path::PathBuf;
 
 use futures_util::future::join_all;
+use lafet_capture::{Captured, Direction, Format, Recorder};
 use lafet_hub::access::Role;
+use lafet_proto::link::{Frame, encode};
 use serde_json::json;
 use support::{PATIENCE, Site};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -149,4 +152,101 @@ async fn one_file_is_sent_at_a_time() {
     support::until("what was sent of it is removed", || parts() == 0).await;
     let taken = second().await;
     assert_eq!(taken.status, 400, "it is read, and is no recording: {taken:?}");
+}
+
+/// A recording of so many pieces, each of a frame with a state and zeros behind it.
+fn recording(pieces: u64, zeros: usize) -> Vec<u8> {
+    let mut frame = [0; 64];
+    let payload = [0xD4, 0x0D, 0, 8, 1, 0, 2, 0, 0x9C, 0xFF, 15, 9];
+    let len = encode(&Frame { dst: 129, src: 1, payload: &payload }, &mut frame).unwrap();
+    let bytes = [&frame[..len], &vec![0; zeros]].concat();
+    let mut file = Cursor::new(Vec::new());
+    let mut recorder = Recorder::new(Format::Mcap, &mut file).unwrap();
+    let mut piece = Captured { at_ns: 0, direction: Direction::FromMonitor, bytes };
+    for number in 0..pieces {
+        piece.at_ns = 1_790_000_000_000_000_000 + number * 1_000_000;
+        recorder.write(&piece).unwrap();
+    }
+    recorder.finish().unwrap();
+    file.into_inner()
+}
+
+/// Sends a file; the status of the answer.
+async fn upload(site: &Site, token: &str, name: &str, file: &[u8]) -> u16 {
+    let mut stream = TcpStream::connect(site.address).await.unwrap();
+    let head = format!(
+        "POST /api/recordings/upload?name={name} HTTP/1.1\r\nHost: localhost\r\n\
+         Authorization: Bearer {token}\r\nContent-Length: {}\r\n\r\n",
+        file.len()
+    );
+    stream.write_all(&[head.as_bytes(), file].concat()).await.unwrap();
+    let mut answer = [0; 12];
+    timeout(3 * PATIENCE, stream.read_exact(&mut answer)).await.expect("an answer").unwrap();
+    std::str::from_utf8(&answer[9..]).unwrap().parse().unwrap()
+}
+
+/// What a small file becomes is read a part at a time, and no further than the bound.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_small_file_that_unpacks_to_much_is_read_in_parts() {
+    const ZEROS: usize = 256 << 10;
+    let _alone = ALONE.lock().await;
+    let folder = Folder::new("unpacked");
+    let own = folder.0.clone();
+    let site = Site::with(1, |config| config.recording.folder = Some(own)).await;
+    let token = site.token(Role::Operator);
+    for (mebibytes, expected) in [(64, 201), (260, 400)] {
+        let file = recording(mebibytes * MIB / ZEROS as u64, ZEROS);
+        let packed = file.len() as u64;
+        assert!(packed < MIB, "{packed} bytes for {mebibytes} MiB");
+        let (above, status) = most_above(upload(&site, &token, "small", &file)).await;
+        println!("{mebibytes} MiB in {packed} bytes: {status}, {} KiB", above / 1024);
+        assert_eq!(status, expected, "{mebibytes} MiB");
+        assert!(above < 24 * MIB, "{} KiB for {mebibytes} MiB", above / 1024);
+    }
+}
+
+/// Recordings that are played to clients which read nothing wait, each in a few parts.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn recordings_are_played_as_they_are_taken() {
+    const PIECES: u64 = 30_000;
+    let _alone = ALONE.lock().await;
+    let folder = Folder::new("played");
+    let own = folder.0.clone();
+    let site = Site::with(1, |config| config.recording.folder = Some(own)).await;
+    let token = site.token(Role::Operator);
+    assert_eq!(upload(&site, &token, "played", &recording(PIECES, 0)).await, 201);
+    let begin = async |token: &String| {
+        let socket = tokio::net::TcpSocket::new_v4().unwrap();
+        socket.set_recv_buffer_size(16 * 1024).unwrap();
+        let mut stream = socket.connect(site.address).await.unwrap();
+        let request = format!(
+            "GET /api/recordings/played.mcap/changes?frames=true HTTP/1.1\r\nHost: localhost\r\n\
+             Connection: close\r\nAuthorization: Bearer {token}\r\n\r\n"
+        );
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut head = [0; 12];
+        timeout(PATIENCE, stream.read_exact(&mut head)).await.expect("an answer").unwrap();
+        assert_eq!(&head, b"HTTP/1.1 200");
+        stream
+    };
+    let tokens: Vec<String> = site.tokens().into_iter().map(|(_, token)| token).collect();
+    let (above, mut played) = most_above(async {
+        // As many as one user has turns for, of each user; no client reads on.
+        let all = join_all((0..4).flat_map(|_| tokens.iter().map(&begin))).await;
+        tokio::time::sleep(std::time::Duration::from_secs(2)).await;
+        all
+    })
+    .await;
+    println!("{} unread: {} KiB", played.len(), above / 1024);
+    assert_eq!(played.len(), 16);
+    assert!(above < 32 * MIB, "{} KiB for {} of them", above / 1024, played.len());
+    // Others notice nothing, and who reads on gets all of it.
+    let stopped = site.post(&token, "/api/monitors/M1/stop", json!({})).await;
+    assert_eq!(stopped.status, 200, "{stopped:?}");
+    let mut whole = played.pop().unwrap();
+    let mut text = Vec::new();
+    timeout(3 * PATIENCE, whole.read_to_end(&mut text)).await.expect("its end").unwrap();
+    let lines = text.split(|it| *it == b'\n').filter(|line| line.starts_with(b"{")).count() as u64;
+    assert!(lines > PIECES / 2, "{lines} lines of {PIECES} pieces");
+    assert!(text.len() as u64 > 4 * MIB, "{} bytes of one", text.len());
 }

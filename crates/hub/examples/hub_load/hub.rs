@@ -22,6 +22,8 @@ pub struct Used {
     pub cpu_s: f64,
     /// Memory, KiB.
     pub memory_kib: f64,
+    /// The most memory since [`Hub::forget_peak`], KiB.
+    pub peak_kib: f64,
 }
 
 impl Hub {
@@ -84,9 +86,17 @@ impl Hub {
         let ticks = |index: usize| fields.get(index).and_then(|it| it.parse::<f64>().ok());
         let cpu_s = (ticks(11).unwrap_or(0.0) + ticks(12).unwrap_or(0.0)) / 100.0;
         let status = std::fs::read_to_string(folder.join("status"))?;
-        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-        let memory = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
-        Ok(Used { cpu_s, memory_kib: memory.unwrap_or(0.0) })
+        let kib = |name: &str| -> Fallible<f64> {
+            let line =
+                status.lines().find_map(|line| line.strip_prefix(name)).ok_or("no figure")?;
+            Ok(line.split_whitespace().next().ok_or("no figure")?.parse()?)
+        };
+        Ok(Used { cpu_s, memory_kib: kib("VmRSS:")?, peak_kib: kib("VmHWM:")? })
+    }
+
+    /// The most memory counts from now on.
+    pub fn forget_peak(&self) -> Fallible<()> {
+        Ok(std::fs::write(format!("/proc/{}/clear_refs", self.child.id()), "5")?)
     }
 }
 

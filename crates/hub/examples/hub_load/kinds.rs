@@ -3,11 +3,28 @@
 
 use serde_json::{Value, json};
 
+use super::bodies::{NUMBER, body, message, query, refused_body};
+
 /// A kind of message.
 #[derive(Clone, Debug)]
 pub struct Kind {
     pub name: String,
     pub way: Way,
+    /// How a client that is logged in and reads has to be answered at least once.
+    pub answered: Answered,
+}
+
+/// What a client gets.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Answered {
+    /// 2xx or 101; of a message of the WebSocket: its answer is no error.
+    Done,
+    /// This status; of the WebSocket: 400 for an answer that is an error.
+    Refused(u16),
+    /// One of both, as the hub is at the moment.
+    DoneOr(u16),
+    /// Nothing answers it.
+    Silence,
 }
 
 /// How it is sent.
@@ -15,8 +32,8 @@ pub struct Kind {
 pub enum Way {
     /// A request over HTTP; each of `headers` with its line's end.
     Http { method: String, path: String, headers: String, body: Vec<u8> },
-    /// A message of the WebSocket.
-    Message(Value),
+    /// Messages of the WebSocket: those that are sent once, and the one that is repeated.
+    Messages(Vec<Value>, Value),
     /// A WebSocket's ping.
     Ping,
     /// A message of the WebSocket that never ends, in fragments of this text.
@@ -27,51 +44,120 @@ pub enum Way {
     Handshake,
 }
 
-/// All kinds, or those that have no load.
+/// All kinds, or those that have no load. What locks is last: more is refused from then on.
 pub fn all() -> Result<Vec<Kind>, String> {
-    let mut kinds = Vec::new();
-    let mut lacking = Vec::new();
-    let mut add = |name: String, way: Option<Way>| match way {
-        Some(way) => kinds.push(Kind { name, way }),
-        None => lacking.push(name),
-    };
+    let (mut kinds, mut lacking) = (Vec::new(), Vec::new());
     let description = lafet_hub::description();
     for (path, methods) in description["paths"].as_object().into_iter().flatten() {
         for method in methods.as_object().into_iter().flatten().map(|(it, _)| it.to_uppercase()) {
-            let name = format!("{method} {path}");
-            let body = match method.as_str() {
-                "GET" | "DELETE" => Some(Vec::new()),
-                _ => body(&name).map(|body| body.to_string().into_bytes()),
-            };
-            let headers = String::new();
-            let way = filled(path).zip(body);
-            add(name, way.map(|(path, body)| Way::Http { method, path, headers, body }));
+            match operation(&method, path) {
+                Some(own) => kinds.extend(own),
+                None => lacking.push(format!("{method} {path}")),
+            }
         }
     }
     for kind in lafet_hub::messages() {
-        let message = message(&kind).map(|mut message| {
-            message["type"] = kind.clone().into();
-            Way::Message(message)
-        });
-        add(format!("WebSocket {kind}"), message);
+        match of_socket(&kind) {
+            Some(own) => kinds.push(own),
+            None => lacking.push(format!("WebSocket {kind}")),
+        }
     }
-    add("WebSocket ping".into(), Some(Way::Ping));
-    // One grows; one is as long as it was, however often it is continued.
-    add("WebSocket fragments".into(), Some(Way::Fragments(vec![b' '; 1000])));
-    add("WebSocket empty fragments".into(), Some(Way::Fragments(Vec::new())));
+    kinds.extend(others());
+    kinds.sort_by_key(|kind| kind.name.contains("lock"));
+    if lacking.is_empty() { Ok(kinds) } else { Err(format!("no load: {}", lacking.join(", "))) }
+}
+
+/// An operation of the API as it is accepted, and with a body that is not.
+fn operation(method: &str, path: &str) -> Option<Vec<Kind>> {
+    let name = format!("{method} {path}");
+    let has_body = !matches!(method, "GET" | "DELETE");
+    let filled = filled(method, path)?;
+    let asked = filled.clone() + query(&name);
+    let content = if has_body { body(&name)? } else { Vec::new() };
+    let headers = match path {
+        "/api/ws" => {
+            "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+             Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+        }
+        _ => "",
+    };
+    let mut kinds = vec![Kind {
+        answered: answer(&name),
+        way: http(method, &asked, headers, content),
+        name: name.clone(),
+    }];
+    if let Some((content, status)) = refused_body(&name) {
+        kinds.push(Kind {
+            name: name + ", refused",
+            way: http(method, &filled, "", content),
+            answered: Answered::Refused(status),
+        });
+    }
+    Some(kinds)
+}
+
+/// How an operation is answered on the hub of the load.
+fn answer(name: &str) -> Answered {
+    use Answered::{Done, DoneOr, Refused};
+    match name {
+        // Of guesses few are looked at.
+        "POST /api/login" | "POST /api/setup" => Refused(429),
+        // A token has no password.
+        "POST /api/password" => Refused(400),
+        // No client has sessions of these numbers, and no pump is configured.
+        "DELETE /api/sessions/{id}" | "POST /api/pumps/{id}" => Refused(404),
+        // A client that does not read has made the user already.
+        "POST /api/users" => DoneOr(409),
+        // What is shelved or released is so for the next request, too.
+        "POST /api/alarms/unshelve" => DoneOr(404),
+        "POST /api/zones/reset" | "POST /api/zones/{id}/reset" => DoneOr(409),
+        "POST /api/zones/{id}/release" | "POST /api/zones/{id}/hold" => DoneOr(409),
+        // A simulation is in the demo alone, where all clients are one user and share its limits.
+        _ if name.contains(" /api/sim") => Refused(404),
+        _ => Done,
+    }
+}
+
+fn of_socket(kind: &str) -> Option<Kind> {
+    let mut then = message(kind)?;
+    then["type"] = kind.into();
+    then["id"] = 1.into();
+    let force =
+        json!({ "type": "authority", "monitor": "M1", "action": "force", "reason": "the load" });
+    let first = if matches!(kind, "jog" | "tune") { vec![force] } else { Vec::new() };
+    let silent = matches!(kind, "jog_end" | "tune_beat" | "watch");
+    let answered = if silent { Answered::Silence } else { Answered::Done };
+    let (name, way) = (format!("WebSocket {kind}"), Way::Messages(first, then));
+    Some(Kind { name, way, answered })
+}
+
+/// What is neither an operation nor a message by its type.
+fn others() -> Vec<Kind> {
+    use Answered::{Done, Refused, Silence};
+    let kind = |name: &str, way, answered| Kind { name: name.to_owned(), way, answered };
+    let long = json!({ "type": "stop", "monitor": "M1", "id": "x".repeat(14_000) });
+    let unknown = json!({ "type": "stop", "monitor": "M9", "id": "x".repeat(14_000) });
+    let post = "POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99\r\n\r\n{";
+    let half = "GET /api/hub HTTP/1.1\r\nHost: loc";
+    let mut kinds = vec![
+        kind("WebSocket stop with a long id", Way::Messages(Vec::new(), long), Done),
+        kind("WebSocket stop of nothing", Way::Messages(Vec::new(), unknown), Refused(400)),
+        kind("WebSocket ping", Way::Ping, Done),
+        // One grows; one is as long as it was, however often it is continued.
+        kind("WebSocket fragments", Way::Fragments(vec![b' '; 1000]), Silence),
+        kind("WebSocket empty fragments", Way::Fragments(Vec::new()), Silence),
+        kind("half a body", Way::Bytes(post.as_bytes().to_vec()), Silence),
+        kind("half a head", Way::Bytes(half.as_bytes().to_vec()), Silence),
+    ];
     for (path, packed) in [("/api/alarms/ack", "body"), ("/api/recordings/upload", "file")] {
         let way = http("POST", path, "Content-Encoding: gzip\r\n", vec![0x1f; 4000]);
-        add(format!("packed {packed}"), Some(way));
+        kinds.push(kind(&format!("packed {packed}"), way, Refused(415)));
     }
     for path in ["/", "/api/openapi.json", "/api/dictionary", "/api/monitors", "/metrics"] {
         let way = http("GET", path, "Accept-Encoding: gzip\r\n", Vec::new());
-        add(format!("GET {path}, packed"), Some(way));
+        kinds.push(kind(&format!("GET {path}, packed"), way, Done));
     }
-    let half = |head: &str| Some(Way::Bytes(head.as_bytes().to_vec()));
-    let post = "POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99\r\n\r\n{";
-    add("half a body".into(), half(post));
-    add("half a head".into(), half("GET /api/hub HTTP/1.1\r\nHost: loc"));
-    if lacking.is_empty() { Ok(kinds) } else { Err(format!("no load: {}", lacking.join(", "))) }
+    kinds
 }
 
 fn http(method: &str, path: &str, headers: &str, body: Vec<u8>) -> Way {
@@ -81,77 +167,42 @@ fn http(method: &str, path: &str, headers: &str, body: Vec<u8>) -> Way {
 
 /// The kinds that only a hub with TLS is sent.
 pub fn of_tls() -> Vec<Kind> {
-    let kind = |name: &str, way| Kind { name: name.to_owned(), way };
+    let kind = |name: &str, way, answered| Kind { name: name.to_owned(), way, answered };
     vec![
-        kind("whole handshakes", Way::Handshake),
+        kind("whole handshakes", Way::Handshake, Answered::Done),
         // A ClientHello of TLS 1.2 as it begins.
-        kind("half a handshake", Way::Bytes(b"\x16\x03\x01\x00\x7f\x01".to_vec())),
-        kind("garbage for a handshake", Way::Bytes(vec![0xFF; 60_000])),
-        kind("GET /api/hub over TLS", http("GET", "/api/hub", "", Vec::new())),
+        kind(
+            "half a handshake",
+            Way::Bytes(b"\x16\x03\x01\x00\x7f\x01".to_vec()),
+            Answered::Silence,
+        ),
+        kind("garbage for a handshake", Way::Bytes(vec![0xFF; 60_000]), Answered::Silence),
+        kind("GET /api/hub over TLS", http("GET", "/api/hub", "", Vec::new()), Answered::Done),
     ]
 }
 
-/// A path with values in place of its names.
-fn filled(path: &str) -> Option<String> {
-    let id = if path.contains("/monitors/") { "M1" } else { "1" };
+/// A path with values in place of its names. What is removed is what the load made to be removed,
+/// never what it needs itself.
+fn filled(method: &str, path: &str) -> Option<String> {
+    let number = |prefix: &str, suffix: &str| format!("{prefix}{NUMBER}{suffix}");
+    let value = match (method, path.split('{').next()?) {
+        ("DELETE", "/api/tokens/" | "/api/sessions/") => number("", ""),
+        ("DELETE", "/api/users/") => number("user", ""),
+        ("DELETE", "/api/recordings/") => number("load", ".mcap"),
+        (_, "/api/users/") => "olga".to_owned(),
+        (_, "/api/recordings/") => "seed.mcap".to_owned(),
+        (_, "/api/monitors/") => "M1".to_owned(),
+        (_, "/api/zones/") => "hall".to_owned(),
+        (_, "/api/detectors/") => "flame".to_owned(),
+        (_, "/api/pumps/") => "P".to_owned(),
+        (_, whole) if whole == path => String::new(),
+        _ => return None,
+    };
+    let names = path.split(['{', '}']).skip(1).step_by(2);
+    let more = ["Vertical", "Speed"].map(str::to_owned);
     let mut filled = path.to_owned();
-    for (name, value) in [("id", id), ("name", "Speed"), ("subsystem", "Vertical"), ("user", "u")] {
-        filled = filled.replace(&format!("{{{name}}}"), value);
+    for (name, value) in names.zip(std::iter::once(value).chain(more)) {
+        filled = filled.replace(&format!("{{{name}}}"), &value);
     }
     (!filled.contains('{')).then_some(filled)
-}
-
-/// What is sent with a request that has a body.
-fn body(name: &str) -> Option<Value> {
-    Some(match name.split_once(' ').map(|(_, path)| path)? {
-        "/api/stop" | "/api/lockout" | "/api/logout" | "/api/alarms/ack" => json!({}),
-        "/api/monitors/{id}/stop" | "/api/monitors/{id}/close" => json!({ "of": "x".repeat(9000) }),
-        "/api/monitors/{id}/lockout" | "/api/monitors/{id}/params/read" => json!({}),
-        "/api/monitors/{id}/requests" => json!({ "request": "GetStatus General" }),
-        "/api/monitors/{id}/authority" => {
-            json!({ "action": "force", "reason": "x".repeat(60_000) })
-        }
-        "/api/monitors/{id}/jog" => json!({ "drive": "Vertical", "toward": "max" }),
-        "/api/monitors/{id}/aim" => json!({ "way_m": 30.0, "rise_m": 0.0 }),
-        "/api/monitors/{id}/params/{subsystem}/{name}" => json!({ "values": [5] }),
-        "/api/jets" => json!({ "jets": [] }),
-        "/api/login" | "/api/setup" => {
-            json!({ "user": "u", "password": "wrong and long", "token": "x" })
-        }
-        "/api/password" => json!({ "old": "wrong and long", "new": "another long one" }),
-        "/api/users" | "/api/users/{user}" => json!({ "name": "u", "role": "observer" }),
-        "/api/tokens" => json!({ "name": "x".repeat(1000), "role": "observer" }),
-        "/api/alarms/shelve" | "/api/alarms/unshelve" => {
-            json!({ "id": "x", "minutes": 1, "reason": "x" })
-        }
-        "/api/detectors/{id}" => json!({ "signal": "alarm" }),
-        "/api/detectors/{id}/bypass" => json!({ "bypass": "masked" }),
-        "/api/wind" => json!({ "from_deg": 90, "speed_mps": 3 }),
-        "/api/pumps/{id}" => json!({ "on": true }),
-        "/api/zones/{id}/hold" => json!({ "on": true }),
-        "/api/zones/{id}/release" => json!({ "confirm": "1" }),
-        "/api/zones/{id}/mode" => json!({ "mode": "manual" }),
-        path if path.starts_with("/api/zones/") => json!({}),
-        "/api/recordings" => json!({ "seconds": 1 }),
-        "/api/recordings/upload" => json!("no recording"),
-        path if path.starts_with("/api/sim/") => json!({ "speed": 1, "on": true }),
-        _ => return None,
-    })
-}
-
-/// What is said with a message.
-fn message(kind: &str) -> Option<Value> {
-    Some(match kind {
-        "request" => json!({ "monitor": "M1", "request": "GetStatus All" }),
-        "stop" => json!({ "monitor": "M1", "id": "x".repeat(14_000) }),
-        "close" | "lockout" => json!({ "monitor": "M1" }),
-        "authority" => json!({ "monitor": "M1", "action": "take" }),
-        "jog" => json!({ "monitor": "M1", "drive": "Vertical", "toward": "max" }),
-        "jog_end" => json!({ "monitor": "M9", "drive": "Vertical" }),
-        "tune" => json!({ "monitor": "M1", "drive": "Vertical" }),
-        "tune_beat" => json!({ "monitor": "M9" }),
-        "subscribe" => json!({ "monitors": ["M1"] }),
-        "watch" => json!({ "frames": ["M1", "M2", "M3"] }),
-        _ => return None,
-    })
 }

@@ -4,11 +4,13 @@ use std::path::Path;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use rustls_pki_types::pem::PemObject;
 use rustls_pki_types::{CertificateDer, ServerName};
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
+use tokio::net::{TcpSocket, TcpStream};
+use tokio::time::timeout;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 use tokio_rustls::rustls::{ClientConfig, RootCertStore};
@@ -16,6 +18,9 @@ use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 
 use crate::Fallible;
+
+/// Nothing that is waited for takes so long.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A connection.
 pub enum Stream {
@@ -38,17 +43,56 @@ pub fn connector(certificate: Option<&Path>) -> Fallible<Option<TlsConnector>> {
 }
 
 pub async fn connect(place: &str, tls: Option<&TlsConnector>) -> Fallible<Stream> {
-    let stream = TcpStream::connect(place).await?;
+    connect_from("127.0.0.1", place, tls).await
+}
+
+/// Connects from an address of this machine: what the hub counts by address, it counts apart.
+pub async fn connect_from(own: &str, place: &str, tls: Option<&TlsConnector>) -> Fallible<Stream> {
+    let socket = TcpSocket::new_v4()?;
+    socket.bind(std::net::SocketAddr::new(own.parse()?, 0))?;
+    let stream = socket.connect(place.parse()?).await?;
     stream.set_nodelay(true)?;
     let Some(tls) = tls else { return Ok(Stream::Plain(stream)) };
     let stream = tls.connect(ServerName::try_from("localhost")?, stream).await?;
     Ok(Stream::Tls(Box::new(stream)))
 }
 
+/// A request on a connection, which ends with it: the status of the answer, its head and its body.
+pub async fn ask(
+    mut stream: Stream,
+    (method, path): (&str, &str),
+    headers: &str,
+    body: &[u8],
+) -> Fallible<(u16, String, Vec<u8>)> {
+    let head = format!(
+        "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n{headers}\
+         Content-Length: {}\r\n\r\n",
+        body.len()
+    );
+    let mut answer = Vec::new();
+    timeout(PATIENCE, async {
+        stream.write_all(&[head.as_bytes(), body].concat()).await?;
+        stream.read_to_end(&mut answer).await
+    })
+    .await??;
+    let end = answer.windows(4).position(|it| it == b"\r\n\r\n").ok_or("no answer")?;
+    let body = answer.split_off(end + 4);
+    let head = String::from_utf8_lossy(&answer).into_owned();
+    let status = head.split(' ').nth(1).and_then(|it| it.parse().ok()).ok_or("no status")?;
+    Ok((status, head, body))
+}
+
+/// The header of a token; none, where no client logs in.
+pub fn authorization(token: &str) -> String {
+    if token.is_empty() { String::new() } else { format!("Authorization: Bearer {token}\r\n") }
+}
+
 /// A WebSocket over a connection.
 pub async fn socket(stream: Stream, place: &str, token: &str) -> Fallible<Socket> {
     let mut request = format!("ws://{place}/api/ws").into_client_request()?;
-    request.headers_mut().insert("Authorization", format!("Bearer {token}").parse()?);
+    if !token.is_empty() {
+        request.headers_mut().insert("Authorization", format!("Bearer {token}").parse()?);
+    }
     Ok(tokio_tungstenite::client_async(request, stream).await?.0)
 }
 

@@ -3,7 +3,9 @@
 
 #![allow(missing_docs, reason = "a program")]
 
+mod answers;
 mod bench;
+mod bodies;
 mod client;
 mod figures;
 mod flood;
@@ -13,9 +15,12 @@ mod kills;
 mod kinds;
 mod link;
 mod others;
+mod prepare;
 mod robust;
 mod site;
+mod tally;
 mod trouble;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +28,7 @@ use std::process::ExitCode;
 /// What goes wrong is reported, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--quick|KIND], hub_load bench PROGRAM FOLDER";
+const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--long|[--quick] KIND], hub_load bench PROGRAM FOLDER";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -44,8 +49,14 @@ fn main() -> ExitCode {
         ["floods", lafet, folder, "--quick"] => {
             runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::QUICK, ""))
         }
+        ["floods", lafet, folder, "--quick", kind] => {
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::QUICK, kind))
+        }
+        ["floods", lafet, folder, "--long"] => {
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LONG, ""))
+        }
         ["floods", lafet, folder, kind] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LONG, kind))
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::APART, kind))
         }
         ["others", place, token] => runtime.block_on(others::run(place, token, None)),
         ["others", place, token, certificate] => {

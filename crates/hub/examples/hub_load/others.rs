@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
 use tokio::time::{sleep, timeout};
+use tokio_rustls::TlsConnector;
 use tokio_tungstenite::tungstenite::Message;
 
 use crate::Fallible;
@@ -17,6 +18,10 @@ use crate::link::{self, Socket};
 
 /// How often they stop, close and lock out.
 const EVERY: Duration = Duration::from_millis(20);
+/// How often they stop over a new connection.
+const FRESH: Duration = Duration::from_millis(60);
+/// Where they are: what the hub counts by address is not that of the floods.
+const ADDRESS: &str = "127.0.0.2";
 /// Nothing that is waited for takes so long.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -30,7 +35,10 @@ pub struct Others {
 
 /// What they found.
 pub struct Found {
+    /// Of the WebSocket that is open.
     pub times: Figures,
+    /// Of Stops over connections that are made for them.
+    pub fresh: Figures,
     /// How often a value was stale.
     pub stale: u64,
 }
@@ -54,9 +62,12 @@ impl Others {
         let (line, output) = timeout(time + 2 * PATIENCE, reading).await??;
         self.output = Some(output);
         let found: Value = serde_json::from_str(&line.ok_or("the others have gone")??)?;
-        let times = found["times"].as_array().into_iter().flatten().filter_map(Value::as_f64);
-        let stale = found["stale"].as_u64().ok_or("no count")?;
-        Ok(Found { times: Figures::new(times.collect()), stale })
+        let times = |name: &str| {
+            let all = found[name].as_array().into_iter().flatten();
+            Figures::new(all.filter_map(Value::as_f64).collect())
+        };
+        let stale = found["stale"].as_u64().ok_or_else(|| format!("{}", found["error"]))?;
+        Ok(Found { times: times("times"), fresh: times("fresh"), stale })
     }
 }
 
@@ -70,29 +81,74 @@ impl Drop for Others {
 
 /// The process itself: works for as many milliseconds as each line of its input says.
 pub async fn run(place: &str, token: &str, tls: Option<&Path>) -> Fallible<()> {
-    let stream = link::connect(place, link::connector(tls)?.as_ref()).await?;
+    let tls = link::connector(tls)?;
+    let stream = link::connect_from(ADDRESS, place, tls.as_ref()).await?;
     let mut socket = link::socket(stream, place, token).await?;
     let mut next = 0;
     for line in std::io::stdin().lines() {
         let time = Duration::from_millis(line?.parse()?);
-        let (began, mut times, mut stale) = (Instant::now(), Vec::new(), 0_u64);
-        while began.elapsed() < time {
-            next += 1;
-            let asked = Instant::now();
-            stale += ask(&mut socket, next).await?;
-            times.push(asked.elapsed().as_secs_f64() * 1000.0);
-            sleep(EVERY).await;
+        let open = over_one(&mut socket, &mut next, time);
+        let fresh = over_fresh(place, token, tls.as_ref(), time);
+        match tokio::try_join!(open, fresh) {
+            Ok(((times, stale), fresh)) => {
+                println!("{}", json!({ "times": times, "stale": stale, "fresh": fresh }));
+            }
+            Err(error) => println!("{}", json!({ "error": error.to_string() })),
         }
-        println!("{}", json!({ "times": times, "stale": stale }));
     }
     Ok(())
 }
 
+/// Requests over the WebSocket: their times, ms, and how many values were stale.
+async fn over_one(
+    socket: &mut Socket,
+    next: &mut u64,
+    time: Duration,
+) -> Fallible<(Vec<f64>, u64)> {
+    let (began, mut times, mut stale) = (Instant::now(), Vec::new(), 0);
+    while began.elapsed() < time {
+        *next += 1;
+        let asked = Instant::now();
+        stale += ask(socket, *next).await?;
+        times.push(asked.elapsed().as_secs_f64() * 1000.0);
+        sleep(EVERY).await;
+    }
+    Ok((times, stale))
+}
+
+/// Stops, each over a connection of its own, that is made in the time measured, ms.
+async fn over_fresh(
+    place: &str,
+    token: &str,
+    tls: Option<&TlsConnector>,
+    time: Duration,
+) -> Fallible<Vec<f64>> {
+    let (began, mut times) = (Instant::now(), Vec::new());
+    let headers = link::authorization(token);
+    while began.elapsed() < time {
+        let path = format!("/api/monitors/M{}/stop", times.len() % 3 + 1);
+        let asked = Instant::now();
+        let stream = link::connect_from(ADDRESS, place, tls).await?;
+        let (status, _, body) = link::ask(stream, ("POST", &path), &headers, b"").await?;
+        times.push(asked.elapsed().as_secs_f64() * 1000.0);
+        // 422: a monitor that is locked out denies it, and has been asked.
+        if !matches!(status, 200 | 422) {
+            return Err(format!("{path}: {status} {}", String::from_utf8_lossy(&body)).into());
+        }
+        sleep(FRESH).await;
+    }
+    Ok(times)
+}
+
 /// Stops, closes or locks out one of three monitors; how many messages until the answer had a value
-/// that was stale.
+/// that was stale. Only the third one is locked out: the others obey the floods.
 async fn ask(socket: &mut Socket, id: u64) -> Fallible<u64> {
-    let kind = ["stop", "close", "lockout"][id as usize % 3];
-    let message = json!({ "type": kind, "monitor": format!("M{}", id / 3 % 3 + 1), "id": id });
+    let (kind, monitor) = match id % 3 {
+        0 => ("stop", id / 3 % 3 + 1),
+        1 => ("close", id / 3 % 3 + 1),
+        _ => ("lockout", 3),
+    };
+    let message = json!({ "type": kind, "monitor": format!("M{monitor}"), "id": id });
     socket.send(Message::text(message.to_string())).await?;
     let mut stale = 0;
     loop {

@@ -4,15 +4,17 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use crate::support::{PASSWORD, PATIENCE, Reply, Site, http_over, until};
+use futures_util::future::join_all;
 use lafet_hub::access::Role;
 use lafet_hub::{Clock, ManualTime, TlsConfig};
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 use serde_json::json;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout};
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 use tokio_rustls::rustls::pki_types::{PrivateKeyDer, ServerName};
@@ -269,6 +271,50 @@ async fn guesses_shut_nobody_out_who_was_here_before() {
     assert_eq!(log_in(PASSWORD, "10.0.0.1".into(), String::new()).await.status, 200);
     let alarm = || site.hub.alarms().get("hub/Logins").is_some_and(|it| it.active);
     until("it is an alarm", alarm).await;
+}
+
+/// Guesses at many accounts from many addresses, all at once: who logs in from a device of his own
+/// waits for the hash that is under way, who logs in for the first time for at most those that have
+/// failed as rarely as he.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_right_login_is_not_behind_wrong_tries() {
+    const WRONG: usize = 320;
+    let site = Site::with(1, |config| config.proxies = vec!["127.0.0.1".parse().unwrap()]).await;
+    for user in ["anna", "boris"] {
+        site.hub.access().add(1, user, Role::Operator, PASSWORD).unwrap();
+    }
+    let log_in = async |user: &str, password: &str, address: &str, device: &str| {
+        let body = json!({ "user": user, "password": password }).to_string();
+        let headers = [("X-Forwarded-For", address), ("Cookie", device)];
+        site.http("POST", "/api/login", &headers, &body).await
+    };
+    let began = Instant::now();
+    let first = log_in("anna", PASSWORD, "10.0.0.1", "").await;
+    let alone = began.elapsed();
+    let device = first.headers.lines().find_map(|it| it.split_once("lafet_device=")).unwrap().1;
+    let device = format!("lafet_device={}", device.split(';').next().unwrap());
+    let wrong = async |number: usize| {
+        let (user, from) = (format!("somebody{}", number % 80), format!("6.6.6.{}", number % 40));
+        log_in(&user, "wrong and long enough", &from, "").await.status
+    };
+    let right = async {
+        let failed = &site.hub.counts().logins_failed;
+        until("they are under way", || failed.load(Ordering::Relaxed) > 0).await;
+        let began = Instant::now();
+        assert_eq!(log_in("anna", PASSWORD, "8.8.8.8", &device).await.status, 200);
+        let known = began.elapsed();
+        let began = Instant::now();
+        assert_eq!(log_in("boris", PASSWORD, "9.9.9.9", "").await.status, 200);
+        (known, began.elapsed())
+    };
+    let (statuses, (known, new)) = tokio::join!(join_all((0..WRONG).map(wrong)), right);
+    println!("alone {alone:?}; among {WRONG} wrong tries: known {known:?}, new {new:?}");
+    assert!(statuses.iter().all(|it| matches!(it, 401 | 429)), "{statuses:?}");
+    let hashed = statuses.iter().filter(|it| **it == 401).count();
+    assert!(hashed >= 40, "{hashed} of {WRONG} were tried");
+    // The hash under way, its own, and some room for a busy machine.
+    assert!(known < alone * 5 + Duration::from_secs(1), "{known:?}, alone {alone:?}");
+    assert!(new < alone * 60 + Duration::from_secs(1), "{new:?}, alone {alone:?}");
 }
 
 #[tokio::test]

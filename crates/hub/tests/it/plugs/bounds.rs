@@ -118,6 +118,7 @@ async fn a_silent_connection_ends_and_a_dead_one_gives_way() {
 /// Masters that ask as quickly as they can: a Stop of another one goes through at once.
 #[tokio::test]
 async fn floods_delay_no_stop_of_another() {
+    const STOPS: i16 = 20;
     let (site, address) = site(1, PATIENT).await;
     let master = Master::connect(address).await.live().await;
     master.command(1, 1, [0; 4]).await;
@@ -142,18 +143,21 @@ async fn floods_delay_no_stop_of_another() {
         }));
     }
     let moving = || site.bus.commanded(0, HORIZONTAL) != 0;
-    let mut quickest = Duration::MAX;
-    for round in 0..4 {
+    let mut times = Vec::new();
+    for round in 0..STOPS {
         let target: i16 = if round % 2 == 0 { 1700 } else { -1700 };
         assert_eq!(master.command(4, 1, [1, target.cast_unsigned(), 0, 0]).await, (2, 0));
         until("it moves", moving).await;
         let began = Instant::now();
         assert_eq!(master.command(7, 1, [0; 4]).await, (2, 0));
-        quickest = quickest.min(began.elapsed());
+        times.push(began.elapsed());
         until("it stops", || !moving()).await;
     }
-    println!("Stop under flood: {quickest:?}");
-    assert!(quickest < Duration::from_millis(500), "{quickest:?}");
+    times.sort_unstable();
+    println!("Stops under flood: {times:?}");
+    // Half of them, and all but the one in which the machine did something else.
+    assert!(times[times.len() / 2] < Duration::from_millis(250), "{times:?}");
+    assert!(times[times.len() - 2] < Duration::from_secs(1), "{times:?}");
     assert!(floods.iter().all(|it| !it.is_finished()), "the floods went on");
     floods.iter().for_each(tokio::task::JoinHandle::abort);
 }

@@ -13,6 +13,8 @@ use super::broker::{Broker, Running};
 use super::{plug, says, site_with, table, until_plug};
 use crate::support::{Site, stays, until};
 
+/// Stops that are measured under a flood.
+const FLOODED: usize = 20;
 const OPERATOR: &str = "role = \"operator\"\nalive_ms = 5000";
 
 /// A hub at a broker without a login.
@@ -115,8 +117,8 @@ async fn stop_overtakes_a_flood_of_commands() {
     until_plug(&site, "it is flooded", |it| it["requests"].as_u64() > Some(2000)).await;
     let mut console = site.ws("").await;
     console.authority("M1", "force").await;
-    let mut quickest = Duration::MAX;
-    for round in 0..2 * MEASURED {
+    let mut times = Vec::new();
+    for round in 0..FLOODED {
         let target = if round % 2 == 0 { 9000 } else { -9000 };
         let text = format!("Move Horizontal {target}");
         let turn = json!({ "type": "request", "monitor": "M1", "request": text });
@@ -125,11 +127,14 @@ async fn stop_overtakes_a_flood_of_commands() {
         let began = Instant::now();
         broker.publish("lafet/M1/command", r#"{"command":"stop"}"#, &[]).await;
         until("it stops", || !moving(&site)).await;
-        quickest = quickest.min(began.elapsed());
+        times.push(began.elapsed());
     }
+    times.sort_unstable();
     let state = plug(&site).await;
-    println!("Stop under flood: {quickest:?}, {} messages", state["requests"]);
-    assert!(quickest <= Duration::from_millis(250), "{quickest:?}");
+    println!("Stops under flood: {times:?}, {} messages", state["requests"]);
+    // Half of them, and all but the one in which the machine did something else.
+    assert!(times[times.len() / 2] <= Duration::from_millis(250), "{times:?}");
+    assert!(times[times.len() - 2] <= Duration::from_secs(1), "{times:?}");
 }
 
 #[tokio::test]

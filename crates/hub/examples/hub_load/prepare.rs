@@ -1,0 +1,160 @@
+//! The hub that is flooded: a zone, a history, a recording, users and tokens, so that messages reach
+//! what they are for.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use lafet_hub::Clock;
+use lafet_hub::store::History;
+use serde_json::{Value, json};
+use tokio::time::sleep;
+
+use crate::Fallible;
+use crate::bodies::{ALARM, recording};
+use crate::client::get_json;
+use crate::flood::NUMBERS;
+use crate::hub::Hub;
+use crate::link;
+
+/// Where it is: what the hub counts by address is not that of the floods.
+const ADDRESS: &str = "127.0.0.3";
+const PASSWORD: &str = "correct horse battery";
+/// A day of a few series.
+const HISTORY_MS: u64 = 24 * 3_600_000;
+const STEP_MS: u64 = 10_000;
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A zone whose detectors are heard; another detector never reports, so that an alarm is there.
+pub const ZONES: &str = r#"
+[[detector]]
+id = "flame"
+kind = "flame"
+zones = ["hall"]
+silent_after_s = 3600
+[[detector]]
+id = "heat"
+kind = "heat"
+zones = ["hall"]
+silent_after_s = 3600
+[[zone]]
+id = "hall"
+votes = "2oo2"
+water_max_s = 60
+monitors = ["M1"]
+[[aim]]
+zone = "hall"
+monitor = "M1"
+horizontal = 600
+vertical = 300
+nozzle = 60
+"#;
+
+/// Tokens of a prepared hub.
+pub struct Tokens {
+    /// Of the operator who goes on with his work.
+    pub others: String,
+    /// Of the administrator who looks.
+    pub watch: String,
+}
+
+/// The values of a day, as the hub would have kept them; it must not run.
+pub async fn history(data: &Path) -> Fallible<()> {
+    std::fs::create_dir_all(data)?;
+    let mut history = History::open(Some(data))?;
+    let now_ms = Clock::System.now_ms();
+    for (number, at_ms) in (now_ms - HISTORY_MS..now_ms).step_by(STEP_MS as usize).enumerate() {
+        for series in ["Vertical.position", "Horizontal.position", "General.pressure"] {
+            history.note(at_ms, "M1", series, (number % 97) as f64);
+        }
+        if number % 500 == 0 {
+            history.flushed().await;
+        }
+    }
+    history.flushed().await;
+    Ok(())
+}
+
+/// Makes users, tokens and recordings.
+pub async fn fill(hub: &Hub, secret: &str) -> Fallible<Tokens> {
+    let setup = json!({ "token": secret, "user": "anna", "password": PASSWORD });
+    let (head, session) = post(&hub.place, "/api/setup", "", &setup).await?;
+    let cookies = head.lines().filter_map(|line| line.strip_prefix("set-cookie: "));
+    let cookie = cookies.filter_map(|it| it.split(';').next()).collect::<Vec<_>>().join("; ");
+    let csrf = session["csrf"].as_str().ok_or("no session")?;
+    let known = format!("Cookie: {cookie}\r\nX-CSRF-Token: {csrf}\r\n");
+    let token = async |name: String, role: &str| -> Fallible<String> {
+        let wanted = json!({ "name": name, "role": role });
+        let made = post(&hub.place, "/api/tokens", &known, &wanted).await?.1;
+        Ok(made["token"].as_str().ok_or_else(|| format!("{made}"))?.to_owned())
+    };
+    let tokens = Tokens {
+        others: token("the others".into(), "operator").await?,
+        watch: token("the watch".into(), "administrator").await?,
+    };
+    // Until the numbers of requests are those of tokens.
+    for number in 0..NUMBERS.end {
+        token(format!("spare {number}"), "observer").await?;
+    }
+    for user in NUMBERS.map(|it| format!("user{it}")).chain(["olga".to_owned()]) {
+        let wanted = json!({ "user": user, "role": "observer", "password": PASSWORD });
+        post(&hub.place, "/api/users", &known, &wanted).await?;
+    }
+    for name in NUMBERS.map(|it| format!("load{it}")).chain(["seed".to_owned()]) {
+        let path = format!("/api/recordings/upload?name={name}");
+        made(&hub.place, &path, &known, &recording()).await?;
+    }
+    Ok(tokens)
+}
+
+/// Waits until the monitors answer, the detectors are heard and the alarm is there.
+pub async fn ready(hub: &Hub, tokens: &Tokens) -> Fallible<()> {
+    let known = &link::authorization(&tokens.watch);
+    // The memory of a hash is kept: it is there before the floods.
+    let wrong = br#"{"user":"anna","password":"wrong and long"}"#;
+    let stream = link::connect_from(ADDRESS, &hub.place, None).await?;
+    link::ask(stream, ("POST", "/api/login"), "", wrong).await?;
+    for detector in ["flame", "heat"] {
+        let path = format!("/api/detectors/{detector}");
+        made(&hub.place, &path, known, br#"{"signal":"quiet"}"#).await?;
+    }
+    up(hub).await?;
+    let began = Instant::now();
+    loop {
+        let stream = link::connect_from(ADDRESS, &hub.place, None).await?;
+        let alarms = link::ask(stream, ("GET", "/api/alarms"), known, b"").await?.2;
+        if String::from_utf8_lossy(&alarms).contains(ALARM) {
+            return Ok(());
+        }
+        if began.elapsed() > PATIENCE {
+            return Err(format!("no {ALARM}: {}", String::from_utf8_lossy(&alarms)).into());
+        }
+        sleep(Duration::from_millis(50)).await;
+    }
+}
+
+/// Waits until the monitors answer.
+async fn up(hub: &Hub) -> Fallible<()> {
+    let began = Instant::now();
+    while get_json(&hub.place, "/health").await?["monitors"]["M1"] != "up" {
+        if began.elapsed() > PATIENCE {
+            return Err("the monitors do not answer".into());
+        }
+        sleep(Duration::from_millis(50)).await;
+    }
+    Ok(())
+}
+
+/// The head of an answer, and its body.
+async fn post(place: &str, path: &str, headers: &str, body: &Value) -> Fallible<(String, Value)> {
+    let (head, answer) = made(place, path, headers, body.to_string().as_bytes()).await?;
+    Ok((head, serde_json::from_slice(&answer).unwrap_or_default()))
+}
+
+async fn made(place: &str, path: &str, headers: &str, body: &[u8]) -> Fallible<(String, Vec<u8>)> {
+    let stream = link::connect_from(ADDRESS, place, None).await?;
+    let (status, head, answer) = link::ask(stream, ("POST", path), headers, body).await?;
+    match status {
+        200..=299 => Ok((head, answer)),
+        _ => Err(format!("{path}: {status} {}", String::from_utf8_lossy(&answer)).into()),
+    }
+}

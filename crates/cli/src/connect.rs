@@ -52,7 +52,7 @@ pub const THOROUGH: Times = Times { first: CONTROLLER_PAUSE, silent: GLANCE, ..T
 /// How long a line is listened to by what cannot tell late answers from others: as long as a request
 /// or an answer of a program that has ended may still be on its way.
 const ALONE: Times = Times { first: Duration::from_secs(5), ..THOROUGH };
-/// After this time a user who stops the monitor is told who has the port.
+/// After this time a user who stops the monitor is shown who has the port.
 const SOON: Duration = Duration::from_millis(500);
 /// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
@@ -280,7 +280,7 @@ pub async fn alone(url: &str, endpoint: &Endpoint, global: &Global) -> Result<Li
     }
 }
 
-/// Whether the user, or the URL, wants everything sent whoever else is on the line.
+/// Whether the user, or the URL, wants everything sent, with others on the line too.
 const fn insists(global: &Global, endpoint: &Endpoint) -> bool {
     global.insist || matches!(endpoint, Endpoint::Serial { line, .. } if line.insist)
 }

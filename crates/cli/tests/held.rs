@@ -135,7 +135,7 @@ impl Site {
         }
     }
 
-    /// Starts a program that stands at a place, and waits until it is there.
+    /// Starts a program that stays at a place, and waits until it is there.
     fn program(&mut self, monitor: &Monitor) {
         let request = "StartQuench Control centre=0,300 nozzle=60 sector=0,0 step=0 distance=0";
         send(&mut self.socket, &json!({"type":"request","id":2,"monitor":"M1","request":request}));
@@ -213,7 +213,7 @@ fn the_hub_is_killed() {
     ends("held-kill", |site| site.hub.signal("KILL"));
 }
 
-/// What the hand has begun ends, and what the program was started for goes on, where the hand has left it.
+/// What the hand has started ends, and what the program was started for goes on, where the hand has left it.
 #[test]
 fn the_hub_is_killed_while_a_program_is_corrected() {
     let strike = |site: &Site| site.hub.signal("KILL");

@@ -119,7 +119,7 @@ async fn give_up(
         Failure::Interrupted => Because::Interrupted,
         other => Because::Failed(other.message()),
     };
-    // What the monitor or this computer has refused is told as it is.
+    // What the monitor or this computer has refused is reported as it is.
     let refused = matches!(because, Because::Failed(_));
     let ended = Undo::teaching(drive).carry_out(connection, out, interrupt, because).await;
     match &ended {

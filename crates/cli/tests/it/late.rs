@@ -44,7 +44,7 @@ struct Monitor {
     /// The number of the process that runs: what it reads.
     process: Arc<AtomicI32>,
     /// What was executed, and while which process ran.
-    executed: Arc<Mutex<Vec<(i32, RequestId)>>>,
+    executed: Executed,
     random: u64,
     count: u64,
     flight: Flight,
@@ -160,14 +160,17 @@ impl Monitor {
     }
 }
 
+/// Which process has made the monitor execute what.
+type Executed = Arc<Mutex<Vec<(i32, RequestId)>>>;
+
 /// A line; returns its URL, and what the monitor notes.
-fn line(seed: u64) -> (String, Arc<AtomicI32>, Arc<Mutex<Vec<(i32, RequestId)>>>) {
+fn line(seed: u64) -> (String, Arc<AtomicI32>, Executed) {
     let (ours, path) = terminal();
     let kept = File::options().read(true).write(true).open(&path).unwrap();
     let mut settings = tcgetattr(&kept).unwrap();
     settings.make_raw();
     tcsetattr(&kept, OptionalActions::Now, &settings).unwrap();
-    let (process, executed) = (Arc::<AtomicI32>::default(), Arc::<Mutex<Vec<_>>>::default());
+    let (process, executed) = (Arc::<AtomicI32>::default(), Executed::default());
     let mut reader = ours.try_clone().unwrap();
     let monitor = Monitor {
         port: ours,

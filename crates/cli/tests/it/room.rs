@@ -90,7 +90,7 @@ fn a_first_start_without_room_begins_nothing() {
     place.starts();
 }
 
-/// However little the disk takes, the next start needs nobody's leave when there is room.
+/// However little the disk takes, the next start needs no option when there is room.
 #[test]
 fn a_full_disk_at_the_first_start() {
     if !can_mount() {
@@ -235,7 +235,7 @@ fn what_is_revoked_on_a_full_disk_stays_revoked() {
         if alarms.as_array().unwrap().iter().any(|it| it["id"] == "hub/Revocations") {
             break;
         }
-        assert!(start.elapsed() < Duration::from_secs(60), "it is not told: {alarms}");
+        assert!(start.elapsed() < Duration::from_secs(60), "it is not reported: {alarms}");
         std::thread::park_timeout(Duration::from_millis(50));
     }
     drop(first);

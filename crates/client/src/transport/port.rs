@@ -156,6 +156,7 @@ mod unix {
             let open = fs::metadata(file);
             open.is_ok_and(|open| open.file_type().is_char_device() && open.rdev() == port.rdev())
         };
+        let pseudo = fs::canonicalize(path).is_ok_and(|it| it.starts_with("/dev/pts"));
         let has_it = |pid: &u32| {
             let files = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
             let (mut has, mut is_line) = (false, false);
@@ -169,7 +170,7 @@ mod unix {
                 is_line |= name.ends_with("ptmx");
                 has |= is_port(&file);
             }
-            has && !is_line
+            has && !(pseudo && is_line)
         };
         let mut found: Vec<u32> = others.filter(has_it).collect();
         found.sort_unstable();

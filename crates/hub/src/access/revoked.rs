@@ -297,7 +297,7 @@ mod tests {
         (revoked.waiting.clone(), revoked.spoilt().is_some())
     }
 
-    /// A power cut at any byte of a list that is being written leaves the one before it, and is told.
+    /// A power cut at any byte of a list that is being written leaves the one before it, and is reported.
     #[test]
     fn a_list_that_is_cut_off_spoils_no_other() {
         let folder = std::env::temp_dir().join(format!("lafet-halves-{}", std::process::id()));
@@ -323,9 +323,9 @@ mod tests {
                 () => (two.clone(), true),
             };
             assert_eq!(opened(&folder), expected, "cut at {cut}");
-            assert_eq!(opened(&folder), (expected.0, false), "cut at {cut}: told once");
+            assert_eq!(opened(&folder), (expected.0, false), "cut at {cut}: reported once");
         }
-        // What is there and no list is told as well.
+        // What is there and no list is reported as well.
         std::fs::write(&path, "no list").unwrap();
         assert_eq!(opened(&folder), (vec![], true));
         // Lines alone, as earlier versions wrote them.

@@ -176,7 +176,7 @@ impl Status {
     /// alarms and readiness are the same.
     pub fn has_flags_of(&self, other: &Self) -> bool {
         let flags = |(name, state): (&&'static str, &Arc<Subsystem>)| (*name, state.bits);
-        (self.stale, self.queued) == (other.stale, other.queued)
+        (self.stale, self.queued, self.withheld) == (other.stale, other.queued, other.withheld)
             && self.at_ms.is_some() == other.at_ms.is_some()
             && self.subsystems.iter().map(flags).eq(other.subsystems.iter().map(flags))
     }

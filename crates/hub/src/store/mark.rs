@@ -186,7 +186,7 @@ impl StateFile {
 
 impl Loss {
     /// The hub does not start unless this is accepted. Users who were altered are no loss: a hub that does not
-    /// start stops nobody's water.
+    /// start stops no water.
     pub fn is_grave(&self) -> bool {
         self.file.is_needed() && self.fault != Fault::Altered
     }
@@ -486,7 +486,7 @@ fn check_people(
     Ok(altered.then_some(Fault::Altered))
 }
 
-/// How many changes of users and tokens the log tells of behind this entry, at most: role and password are changed
+/// How many changes of users and tokens the log has behind this entry, at most: role and password are changed
 /// one by one.
 fn changes_in_log(audit: &Connection, after: u64) -> Result<u64, rusqlite::Error> {
     let query = "SELECT COALESCE(SUM(CASE json_extract(act, '$.type') WHEN 'change_user' THEN 2

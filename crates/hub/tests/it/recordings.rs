@@ -264,7 +264,7 @@ async fn a_folder_that_cannot_be_used_keeps_no_hub_from_its_work() {
     std::fs::remove_dir_all(&place).unwrap();
 }
 
-/// What a hub that was killed was writing is mended while the next one works already.
+/// What a hub that was killed was writing is completed while the next one works already.
 #[tokio::test]
 async fn an_unfinished_recording_is_mended() {
     let place = std::env::temp_dir().join(format!("lafet-unfinished-{}", std::process::id()));

@@ -384,7 +384,7 @@ async fn serves(folder: &Path, work: impl AsyncFnOnce(&Hub)) {
     end(hub, folder).await;
 }
 
-/// After a clean end nothing changes by itself; after a kill what the log tells of may have.
+/// After a clean end nothing changes by itself; after a kill what is in the log may have.
 #[tokio::test]
 async fn users_that_another_program_changed_show() {
     let (good, altered) = (folder("people"), folder("people-altered"));
@@ -489,7 +489,7 @@ async fn the_state_is_its_owners_alone() {
     fs::remove_dir_all(folder).unwrap();
 }
 
-/// What is revoked and not stored yet is in a file of its own: one that cannot be read is told.
+/// What is revoked and not stored yet is in a file of its own: one that cannot be read is reported.
 #[tokio::test]
 async fn a_list_of_revocations_that_cannot_be_read_shows() {
     let folder = folder("revoked");

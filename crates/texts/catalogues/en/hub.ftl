@@ -28,7 +28,7 @@ alarm-withheld-consequence = The monitor is not polled and cannot be commanded, 
 alarm-unreadable-remedy = End the hub and let `lafet doctor URL` find the speed; correct baud= in the configuration, check it with `lafet serve --check` and start the hub. If it is noise that cannot be removed, insist=1 in the URL sends all the same.
 alarm-controller = A bus controller transmits on the line of the monitor, and the hub is not one of its consoles.
 alarm-controller-cause = The line belongs to a bus whose devices transmit in the turns that its controller grants, or a controller was connected by mistake.
-alarm-controller-remedy = Write role=active and a src= of its own (129…254) into the URL of the configuration, check it with `lafet serve --check` and restart the hub; or disconnect the controller. insist=1 sends beside one that grants access to nobody.
+alarm-controller-remedy = Write role=active and a src= of its own (129…254) into the URL of the configuration, check it with `lafet serve --check` and restart the hub; or disconnect the controller. insist=1 sends beside one that grants no access.
 monitor-silent = The monitor does not answer.
 alarm-stale-cause = The link is up, but the monitor is off, restarts, has another address or speed, or answers are lost.
 alarm-keep-out = Water goes into keep-out “{ $name }”; the hub shuts it off.
@@ -324,7 +324,7 @@ store-newer = { $folder } was written by lafet { $program } (format { $format } 
 store-newer-unknown = { $folder } was written by a later version of lafet (format { $format } of the state); this is lafet { $own }, which knows formats up to { $known }. Nothing was changed. Install that version again, or restore a copy of the folder from before the update.
 store-zones = the stored state of the zones cannot be read: { $error }
 store-shared = { $folder } can be written by other users of this machine and holds what is not the hub's
-store-no-room = nothing can be written in { $folder } ({ $error }). A hub needs at least 1 MB there for its first start, and 40 MB with its reserve. Nothing was begun: make room or choose another folder (data), and start it again.
+store-no-room = nothing can be written in { $folder } ({ $error }). A hub needs at least 1 MB there for its first start, and 40 MB with its reserve. Nothing was started: make room or choose another folder (data), and start it again.
 store-file = { $file }: { $error }
 login-failed = Wrong user, password or link. Each failure makes the next try wait longer.
 access-conflict = There is one of this name already, or it is the last administrator.

@@ -4,6 +4,7 @@ use std::io::Cursor;
 
 use lafet_capture::{Captured, Direction, Format, Recorder};
 use lafet_proto::link::{BODY_MAX, Frame, encode};
+use lafet_proto::{RequestId, SubsystemId};
 use serde_json::{Value, json};
 
 /// In a path or a body: another number in each request.
@@ -118,7 +119,8 @@ pub fn recording() -> Vec<u8> {
         let mut recorder = Recorder::new(Format::Mcap, bytes)?;
         for number in 0..STATES {
             let [low, high] = (number as i16 * 10).to_le_bytes();
-            let payload = [0xD4, 0x0D, 0, 8, 1, 0, 2, 0, low, high, 15, 9];
+            let (request, of) = (RequestId::GET_STATUS.0, SubsystemId::VERTICAL.0);
+            let payload = [request, of, 0, 8, 1, 0, 2, 0, low, high, 15, 9];
             let mut out = [0; BODY_MAX * 2];
             let frame = Frame { dst: 129, src: 1, payload: &payload };
             let len = encode(&frame, &mut out).unwrap_or(0);

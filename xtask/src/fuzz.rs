@@ -182,10 +182,7 @@ fn executed(line: &str) -> Option<(String, u32)> {
 }
 
 fn program(target: &str) -> Result<PathBuf, String> {
-    let version = run::output(Command::new("rustc").arg("-vV"))?;
-    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
-    let host = host.ok_or("rustc -vV names no host")?;
-    Ok(folder("target/fuzz").join(host).join("release").join(target))
+    Ok(folder("target/fuzz").join(run::host()?).join("release").join(target))
 }
 
 /// The final output of libFuzzer as a table row.

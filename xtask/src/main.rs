@@ -425,6 +425,9 @@ fn dispatch(arguments: &[String]) -> TaskResult {
         print!("{}", overview());
         return Ok(ExitCode::SUCCESS);
     }
+    if name == test::RUN_EXAMPLE {
+        return test::run_example(rest);
+    }
     let Some(task) = TASKS.iter().find(|task| task.name == name) else {
         eprint!("error: no task `{name}`\n\n{}", overview());
         return Ok(ExitCode::from(2));

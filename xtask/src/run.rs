@@ -34,6 +34,13 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
+/// The kind of machine that this is, as rustc names it.
+pub fn host() -> Result<String, String> {
+    let version = output(Command::new("rustc").arg("-vV").current_dir(root()))?;
+    let host = version.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).ok_or_else(|| "rustc -vV names no host".to_owned())
+}
+
 /// A command for git, run in the workspace root.
 pub fn git() -> Command {
     let mut command = Command::new("git");
@@ -128,7 +135,7 @@ pub fn show_tests(command: &mut Command) -> StepResult {
 }
 
 /// A test program, as cargo names it in its messages.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TestProgram {
     /// The package, with its folder.
     pub package: String,

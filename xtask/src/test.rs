@@ -1,17 +1,21 @@
 //! `cargo xtask test`: the README's test command.
 
 use std::io::Write;
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::Instant;
 
-use crate::run::{self, StepResult, Steps, TestProgram, cargo, output, root, show};
+use crate::run::{self, StepResult, Steps, TestProgram, cargo, output, root, show_tests};
 use crate::{TaskResult, docs, faults, flag, layers, physics, setup, spec};
 
-/// Packages whose tests mostly wait for time that passes.
-const WAIT: [&str; 3] = ["crates/cli", "crates/client", "crates/hub"];
+/// Packages whose tests mostly wait for time that passes: those of a row one after another, the rows at the same time.
+const WAIT: [&[&str]; 2] = [&["crates/cli"], &["crates/client", "crates/hub"]];
 /// What of them measures time or memory, or takes the whole machine: each has it alone.
 const ALONE: [&str; 4] = ["flood", "light", "memory", "poll_cost"];
 /// Tests at a time where they mostly wait, a processor.
 const WAIT_AT_A_TIME: usize = 2;
+/// Task for cargo: runs a program that is none of the workspace's tests.
+pub const RUN_EXAMPLE: &str = "run-example";
 
 pub fn test(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
@@ -23,9 +27,7 @@ pub fn test(arguments: &[String]) -> TaskResult {
     let mut steps = Steps::default();
     steps.step("build of all tests", run::build_tests);
     steps.step("tests of all crates", tests);
-    steps.step("examples in the documentation", || {
-        show(&mut cargo(&["test", "--workspace", "--doc", "--no-fail-fast"]))
-    });
+    steps.step("examples in the documentation", examples);
     steps.step("the protocol: every section has code and tests", spec::check);
     steps.step("faults: every flag and status is reached", faults::check);
     steps.step("physics: the tables of docs/physics.md", physics::check);
@@ -40,16 +42,21 @@ fn tests() -> StepResult {
     let programs: Vec<TestProgram> = run::test_programs(&output(&mut cargo(&build))?).collect();
     let is_alone = |it: &&TestProgram| ALONE.contains(&it.name.as_str());
     let (alone, others): (Vec<_>, Vec<_>) = programs.iter().partition(is_alone);
-    let (waiting, computing): (Vec<_>, Vec<_>) =
-        others.into_iter().partition(|it| WAIT.contains(&folder(it)));
+    let (waiting, computing): (Vec<_>, Vec<_>) = others.into_iter().partition(|it| waits(it));
+    let all_of = |programs: Vec<&'_ TestProgram>| {
+        programs.into_iter().filter(|it| !passes(it)).cloned().collect::<Vec<_>>()
+    };
     let failed = std::thread::scope(|scope| {
-        let beside = scope.spawn(|| computing.iter().filter(|it| !quietly(it)).collect::<Vec<_>>());
-        let mut failed: Vec<_> = waiting.iter().filter(|it| !openly(it)).collect();
-        failed.extend(beside.join().unwrap_or_default());
-        failed.extend(alone.iter().filter(|it| !openly(it)));
+        let rows = WAIT.map(|row| {
+            let of_row = waiting.iter().filter(|it| row.contains(&folder(it))).copied().collect();
+            scope.spawn(move || all_of(of_row))
+        });
+        let mut failed = all_of(computing);
+        failed.extend(rows.into_iter().flat_map(|row| row.join().unwrap_or_default()));
+        failed.extend(all_of(alone));
         failed
     });
-    let name = |it: &&&TestProgram| format!("{} of {}: {}", it.name, folder(it), it.path.display());
+    let name = |it: &TestProgram| format!("{} of {}: {}", it.name, folder(it), it.path.display());
     run::verdict("programs whose tests failed", &failed.iter().map(name).collect::<Vec<_>>())
 }
 
@@ -61,11 +68,15 @@ fn folder(program: &TestProgram) -> &str {
     within.trim_start_matches('/')
 }
 
+fn waits(program: &TestProgram) -> bool {
+    WAIT.iter().any(|row| row.contains(&folder(program)))
+}
+
 /// As cargo starts it.
 fn command(program: &TestProgram) -> Command {
     let package = root().join(folder(program));
     let mut command = Command::new("nice");
-    let waits = WAIT.contains(&folder(program));
+    let waits = waits(program);
     command.args(["-n", if waits { "0" } else { "10" }]).arg(&program.path);
     command.env("CARGO_MANIFEST_DIR", &package).current_dir(package).stdin(Stdio::null());
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -75,21 +86,18 @@ fn command(program: &TestProgram) -> Command {
     command
 }
 
-/// Runs it, and shows what it prints as it comes.
-fn openly(program: &TestProgram) -> bool {
-    println!("\n   {} of {}", program.name, folder(program));
-    show(&mut command(program)).inspect_err(|error| println!("   {error}")).is_ok()
-}
-
-/// Runs it, and shows what it printed when it has ended.
-fn quietly(program: &TestProgram) -> bool {
-    let ran = command(program).stderr(Stdio::piped()).output();
+/// Runs it, and shows what it printed when it has ended: others run at the same time.
+fn passes(program: &TestProgram) -> bool {
+    let start = Instant::now();
+    let ran = command(program).output();
+    let time = start.elapsed().as_secs_f32();
     let mut out = std::io::stdout().lock();
     // A closed stdout must not stop a check.
-    let _ = writeln!(out, "\n   {} of {}", program.name, folder(program));
+    let _ = writeln!(out, "\n   {} of {}, {time:.1} s", program.name, folder(program));
     match ran {
         Ok(ran) => {
             let _ = out.write_all(&ran.stdout).and_then(|()| out.write_all(&ran.stderr));
+            let _ = out.flush();
             ran.status.success()
         }
         Err(error) => {
@@ -97,6 +105,34 @@ fn quietly(program: &TestProgram) -> bool {
             false
         }
     }
+}
+
+/// Runs the examples. With `--doc` cargo would select other packages and build their dependencies again with other
+/// features: it runs all tests, but through [`run_example`].
+fn examples() -> StepResult {
+    let own = std::env::current_exe().map_err(|e| e.to_string())?;
+    let host = run::host()?.to_uppercase().replace('-', "_");
+    let mut all = cargo(&["test", "--workspace", "--no-fail-fast", "--quiet"]);
+    all.env(format!("CARGO_TARGET_{host}_RUNNER"), format!("{} {RUN_EXAMPLE}", own.display()));
+    show_tests(&mut all)
+}
+
+/// Whether a program is one of the tests that are built in this folder.
+fn is_test(program: &Path, built: &Path) -> bool {
+    program.starts_with(built.join("deps")) || program.starts_with(built.join("examples"))
+}
+
+/// Runs a program, unless it is one of the workspace's tests.
+pub fn run_example(arguments: &[String]) -> TaskResult {
+    let (program, rest) = arguments.split_first().ok_or("no program is named")?;
+    // The folder of this program is that of all of them; an example is compiled in a folder of its own.
+    let own = std::env::current_exe().map_err(|e| e.to_string())?;
+    if own.parent().is_some_and(|built| is_test(Path::new(program), built)) {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let status = Command::new(program).args(rest).status();
+    let status = status.map_err(|error| format!("{program}: {error}"))?;
+    Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 #[cfg(test)]
@@ -116,8 +152,22 @@ mod tests {
 
     #[test]
     fn a_program_that_fails_or_is_missing_is_noticed() {
-        assert!(quietly(&program("xtask", "good", "true")));
-        assert!(!quietly(&program("xtask", "bad", "false")));
-        assert!(!openly(&program("crates/hub", "missing", "/nonexistent/it")));
+        assert!(passes(&program("xtask", "good", "true")));
+        assert!(!passes(&program("xtask", "bad", "false")));
+        assert!(!passes(&program("crates/hub", "missing", "/nonexistent/it")));
+    }
+
+    #[test]
+    fn an_example_is_run_and_a_test_is_not() {
+        let code = |program: &str| run_example(&[program.to_owned()]);
+        let failing = |program: &str| code(program).is_ok_and(|it| it == ExitCode::FAILURE);
+        assert!(failing("/bin/false") && !failing("/bin/true"));
+        let built = Path::new("/w/target/debug");
+        assert!(
+            is_test(&built.join("deps/it-0"), built)
+                && is_test(&built.join("examples/hal-0"), built)
+        );
+        assert!(!is_test(Path::new("/tmp/rustdoctest1/rust_out"), built));
+        assert!(code("/nonexistent/example").is_err());
     }
 }

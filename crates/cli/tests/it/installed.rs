@@ -194,7 +194,7 @@ fn the_ports() {
     let mut holder = Running::stdout(Command::new("python3").args([
         "-c",
         // Who has its other end is the line, not a user of it.
-        "import os, pty, sys\na, b = pty.openpty()\nos.fchmod(b, 0o600)\nname = os.ttyname(b)\nchild = os.fork()\nos.close(b if child else a)\nif child: print(name, flush=True)\nsys.stdin.read()\nif child: os.wait()",
+        "import os, pty, sys\na, b = pty.openpty()\nos.fchmod(b, 0o600)\nname = os.ttyname(b)\nchild = os.fork()\nos.close(b if child else a)\nif not child: print(name, flush=True)\nsys.stdin.read()\nif child: os.wait()",
     ]).stdin(std::process::Stdio::piped()));
     let port = holder.line();
     let place = Place::new("ports-pty", &format!("serial://{port}?baud=19200"));

@@ -11,7 +11,7 @@ use crate::{TaskResult, docs, faults, flag, layers, physics, setup, spec};
 /// Packages whose tests mostly wait for time that passes: those of a row one after another, the rows at the same time.
 const WAIT: [&[&str]; 2] = [&["crates/cli"], &["crates/client", "crates/hub"]];
 /// What of them measures time or memory, or takes the whole machine: each has it alone.
-const ALONE: [&str; 4] = ["flood", "light", "memory", "poll_cost"];
+const ALONE: [&str; 5] = ["flood", "light", "memory", "poll_cost", "real"];
 /// Tests at a time where they mostly wait, a processor.
 const WAIT_AT_A_TIME: usize = 2;
 /// Task for cargo: runs a program that is none of the workspace's tests.

@@ -11,9 +11,9 @@ use std::time::Duration;
 
 use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::transport::Link;
-use lafet_client::transport::door::{PATIENCE, giving_way};
+use lafet_client::transport::door::{PATIENCE, unless_wanted};
 use lafet_client::transport::memory::Memory;
-use lafet_client::transport::port::{Holder, holders};
+use lafet_client::transport::port::{Holder, PortError, holders, user_of};
 use lafet_client::{
     AnswerBuf, Answers, Client, Config, Endpoint, Error, Framing, LinkEvent, Monitor, RequestBuf,
     Role,
@@ -292,14 +292,24 @@ pub const fn can_be_overheard(endpoint: &Endpoint) -> bool {
     lines && matches!(endpoint.framing(), Framing::Link)
 }
 
-/// Opens a link and listens to it; gives way to what is urgent.
+/// Opens a link and listens to it. A port that another program has open, though it has not locked it, is not used;
+/// to what is urgent it is given, and nothing is sent behind that.
 pub async fn listened(
     url: &str,
     endpoint: &Endpoint,
     times: Times,
 ) -> Result<(Link, Overheard), Failure> {
-    let heard = giving_way(endpoint, || overhear(endpoint, times, Link::open)).await;
-    Ok(heard.map_err(|source| lost(url, source))?)
+    if let Endpoint::Serial { path, line, .. } = endpoint
+        && !line.shared
+        && let Some(by) = holders(path).into_iter().next()
+    {
+        let used = PortError::InUse { path: path.clone(), by: Some(by) };
+        return Err(lost(url, used.into()).into());
+    }
+    match unless_wanted(endpoint, overhear(endpoint, times, Link::open)).await {
+        Some(heard) => Ok(heard.map_err(|source| lost(url, source))?),
+        None => Err(Failure::Silent(text::PortGiven { url }.of(current()))),
+    }
 }
 
 /// Opens the bare link of what must not wait. Says who has the port when it is not given soon.
@@ -309,11 +319,14 @@ async fn urgently(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
     if let Ok(opened) = timeout(SOON, &mut opening).await {
         return Ok(opened.map_err(|source| lost(url, source))?);
     }
-    if let Endpoint::Serial { path, .. } = endpoint
-        && let Some(Holder { pid, program }) = holders(path).first()
-    {
+    if let Endpoint::Serial { path, .. } = endpoint {
         let (port, s) = (Shown(path.display()), PATIENCE.as_secs());
-        complain(text::PortAwaited { port, pid, program, s }.of(current()));
+        complain(match user_of(path) {
+            Some(Holder { pid, program }) => {
+                text::PortAwaited { port, pid, program, s }.of(current())
+            }
+            None => text::PortAwaitedOf { port, s }.of(current()),
+        });
     }
     Ok(opening.await.map_err(|source| lost(url, source))?)
 }

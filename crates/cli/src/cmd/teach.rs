@@ -102,7 +102,17 @@ async fn take_here(side: Side, connection: &Connection, out: &mut Out) -> Outcom
     match taken {
         Ok(taken) => out.show(taken_text(&taken), || taken_json(&taken)),
         Err(failure) if flags & DriveFlags::LIMITLESS.bits() != 0 => Err(failure),
+        // What was refused has been put back, and nothing moves because of it.
+        Err(failure) if !is_open(&failure) => Err(failure),
         Err(failure) => Err(give_up(drive, failure, connection, out, &mut interrupt).await),
+    }
+}
+
+/// Whether it is not known what became of it.
+fn is_open(failure: &Failure) -> bool {
+    match failure {
+        Failure::Client(error) => error.is_no_answer(),
+        other => matches!(other, Failure::Interrupted),
     }
 }
 

@@ -148,7 +148,9 @@ impl Line {
     /// Whether a controller grants access to others on this line, or may do so: one that has no console yet
     /// only probes.
     fn is_ordered(&self, now: Now) -> bool {
-        let heard = if self.config.heed { self.bus.controller } else { self.bus.granting };
+        // Where a monitor has answered, one that only probes is beside us, not before us.
+        let heeds = self.config.heed && !self.was_answered();
+        let heard = if heeds { self.bus.controller } else { self.bus.granting };
         heard.is_some_and(|heard| now < heard + CONTROLLER_SILENT)
     }
 

@@ -52,7 +52,8 @@ pub struct Config {
     pub listen: Duration,
     /// For programs that send for as long as they run, on a serial line: until a monitor has answered
     /// `listen` is as long as a controller may be silent, and beside bytes that are no frames, or a
-    /// controller, nothing but Stop, Close and Lockout on is sent. `insist=1` in the URL turns it off.
+    /// controller, nothing but Stop, Close and Lockout on is sent (beside bytes that go on, after 30 s, a
+    /// request each 10 s). `insist=1` in the URL turns it off.
     pub heed: bool,
     /// Time for which requests answered with Busy, NotCached or Cached (§2) are repeated, where the
     /// caller wants them complete.

@@ -285,6 +285,7 @@ impl Line {
         }
         self.last = Some((index, !present));
         self.granted = false;
+        self.noise.sent(now);
         self.echo.sent(wire);
         true
     }
@@ -388,7 +389,8 @@ impl Line {
             && (self.config.heed || self.config.addresses.source != CONTROLLER)
             && haste == Haste::Usual;
         let listened = listens.then_some(self.listen_until);
-        let understood = (listens && self.config.heed).then(|| self.noise.quiet_from()).flatten();
+        let understood =
+            (listens && self.config.heed).then(|| self.noise.quiet_from(now)).flatten();
         Some(free.chain(quiet).chain(listened).chain(understood).fold(now, Now::max))
     }
 
@@ -426,7 +428,7 @@ impl Line {
     }
 
     /// Whether a monitor has answered since the start.
-    fn was_answered(&self) -> bool {
+    pub(super) fn was_answered(&self) -> bool {
         self.sessions.iter().any(|session| session.stats.believed > 0)
     }
 

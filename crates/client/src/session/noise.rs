@@ -10,6 +10,12 @@ const GOES_ON: Duration = Duration::from_secs(1);
 /// After this time without bytes the line counts as quiet: a controller without a device to ask transmits more often.
 const QUIET: Duration = Duration::from_secs(3);
 
+/// After this time of bytes that are no frames one request is sent all the same, and one each [`TRY`]: a line that
+/// floats while nothing is sent, or noise, must not keep the hub from its monitors for ever.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Time between two such requests: a controller at another speed repeats what one of them disturbs.
+const TRY: Duration = Duration::from_secs(10);
+
 /// Whether what arrives can be read at all.
 #[derive(Debug, Default)]
 pub struct Noise {
@@ -17,6 +23,8 @@ pub struct Noise {
     readable: bool,
     /// Time of the first and of the last bytes without a pause of [`QUIET`].
     bytes: Option<(Now, Now)>,
+    /// When something was sent last.
+    sent: Option<Now>,
 }
 
 impl Noise {
@@ -31,14 +39,26 @@ impl Noise {
         self.readable = true;
     }
 
+    /// Something was sent.
+    pub const fn sent(&mut self, now: Now) {
+        self.sent = Some(now);
+    }
+
+    /// Whether a request is to be tried though nothing can be read.
+    fn tries(&self, now: Now) -> bool {
+        let lasts = self.bytes.is_some_and(|(first, _)| now >= first + PATIENCE);
+        lasts && self.sent.is_none_or(|sent| now >= sent + TRY)
+    }
+
     /// From when on the line is quiet again after bytes that are no frames so far.
-    pub fn quiet_from(&self) -> Option<Now> {
-        self.bytes.filter(|_| !self.readable).map(|(_, last)| last + QUIET)
+    pub fn quiet_from(&self, now: Now) -> Option<Now> {
+        let bytes = self.bytes.filter(|_| !self.readable && !self.tries(now));
+        bytes.map(|(_, last)| last + QUIET)
     }
 
     /// Whether bytes keep coming, and none of them has been in a frame so far.
     pub fn is_unreadable(&self, now: Now) -> bool {
         let goes_on = |(first, last): (Now, Now)| last >= first + GOES_ON && now < last + QUIET;
-        !self.readable && self.bytes.is_some_and(goes_on)
+        !self.readable && self.bytes.is_some_and(goes_on) && !self.tries(now)
     }
 }

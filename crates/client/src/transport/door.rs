@@ -1,7 +1,8 @@
 //! How a program that only listens gives its port to one that must send at once.
 //!
 //! A line is listened to for seconds before its first frame, and probed for longer; a Stop does not
-//! wait that long. So who can begin again waits at a *door*, a socket named after the port:
+//! wait that long. So who listens waits at a *door*, a socket named after the port. One that only looks (scan,
+//! doctor) begins again afterwards; one that was to send something ends:
 //!
 //! ```text
 //! listens at its door ──▶ a knock ──▶ closes the port ──▶ waits for the visitor's end ──▶ begins again
@@ -37,6 +38,28 @@ pub async fn giving_way<F: Future>(endpoint: &Endpoint, mut work: impl FnMut() -
             done = work() => return done,
         }
     }
+}
+
+/// Does `work` on a link, unless an urgent command wants its port meanwhile: then `work` is dropped, which has to
+/// close the port. A command that moves or opens something must not begin again behind a Stop.
+#[cfg(target_os = "linux")]
+pub async fn unless_wanted<F: Future>(endpoint: &Endpoint, work: F) -> Option<F::Output> {
+    let door = match endpoint {
+        Endpoint::Serial { path, .. } => linux::Door::open(path),
+        _ => None,
+    };
+    let Some(door) = door else { return Some(work.await) };
+    tokio::select! {
+        biased;
+        _ = door.knocked() => None,
+        done = work => Some(done),
+    }
+}
+
+/// Does `work`, see `giving_way`.
+#[cfg(not(target_os = "linux"))]
+pub async fn unless_wanted<F: Future>(_: &Endpoint, work: F) -> Option<F::Output> {
+    Some(work.await)
 }
 
 /// Does `work`: these systems have no name of a socket that goes away with its program.

@@ -11,16 +11,15 @@ use std::path::Path;
 pub use crate::port_error::{Holder, PortError};
 
 #[cfg(unix)]
-pub use unix::{Claim, holders, may_open};
+pub use unix::{Claim, holders, may_open, user_of};
 
 #[cfg(not(unix))]
-pub use elsewhere::{Claim, holders, may_open};
+pub use elsewhere::{Claim, holders, may_open, user_of};
 
 #[cfg(unix)]
 mod unix {
     use std::fs::{self, File, OpenOptions};
     use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
-    use std::path::PathBuf;
 
     use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
     use rustix::io::Errno;
@@ -35,7 +34,6 @@ mod unix {
     #[derive(Debug)]
     pub struct Claim {
         file: File,
-        path: PathBuf,
         exclusive: bool,
     }
 
@@ -60,7 +58,7 @@ mod unix {
             match flock(&file, lock) {
                 Err(Errno::WOULDBLOCK) => Err(in_use(path)),
                 Err(error) => Err(error.into()),
-                Ok(()) => Ok(Self { file, path: path.into(), exclusive: false }),
+                Ok(()) => Ok(Self { file, exclusive: false }),
             }
         }
 
@@ -68,15 +66,11 @@ mod unix {
         ///
         /// # Errors
         ///
-        /// With a [`PortError`] inside if one of them has the port open already, as far as this user
-        /// may see it; the error of the system if it is not a terminal.
+        /// The error of the system if it is not a terminal.
         pub fn keep_others_out(&mut self) -> io::Result<()> {
             ioctl_tiocexcl(&self.file)?;
             self.exclusive = true;
-            match holders(&self.path).into_iter().next() {
-                Some(by) => Err(PortError::InUse { path: self.path.clone(), by: Some(by) }.into()),
-                None => Ok(()),
-            }
+            Ok(())
         }
     }
 
@@ -103,8 +97,17 @@ mod unix {
     }
 
     fn in_use(path: &Path) -> io::Error {
-        let by = lock_owner(path).or_else(|| holders(path).into_iter().next());
-        PortError::InUse { path: path.into(), by }.into()
+        PortError::InUse { path: path.into(), by: user_of(path) }.into()
+    }
+
+    /// The other program that uses a port, as far as this user may see it.
+    pub fn user_of(path: &Path) -> Option<Holder> {
+        lock_owner(path).or_else(|| holders(path).into_iter().next())
+    }
+
+    /// The number of this process as /proc has it, which may be that of another namespace.
+    fn own_number() -> Option<u32> {
+        fs::read_link("/proc/self").ok()?.to_str()?.parse().ok()
     }
 
     /// The other program that has locked a port.
@@ -118,7 +121,7 @@ mod unix {
             let is_it = fields.get(1) == Some(&"FLOCK") && fields.get(5) == Some(&place.as_str());
             is_it.then(|| fields.get(4)?.parse().ok()).flatten()
         })?;
-        (pid != std::process::id()).then(|| named(pid))
+        (own_number().is_some_and(|own| own != pid)).then(|| named(pid))
     }
 
     fn named(pid: u32) -> Holder {
@@ -148,29 +151,38 @@ mod unix {
 
     /// The programs that have a port open, as far as this user may see them; not this one.
     pub fn holders(path: &Path) -> Vec<Holder> {
-        let Ok(port) = fs::metadata(path) else { return Vec::new() };
+        let (Ok(port), Some(own)) = (fs::metadata(path), own_number()) else { return Vec::new() };
         let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
         let numbered = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
-        let others = numbered.filter(|pid| *pid != std::process::id());
+        let others = numbered.filter(|pid| *pid != own);
         let is_port = |file: &Path| {
             let open = fs::metadata(file);
             open.is_ok_and(|open| open.file_type().is_char_device() && open.rdev() == port.rdev())
         };
-        let pseudo = fs::canonicalize(path).is_ok_and(|it| it.starts_with("/dev/pts"));
+        let real = fs::canonicalize(path).unwrap_or_default();
+        let number = real.strip_prefix("/dev/pts").ok().and_then(Path::to_str);
+        // Who has the other end of a pseudo-terminal is the line itself.
+        let is_other_end = |pid: u32, file: &fs::DirEntry| {
+            let about = format!("/proc/{pid}/fdinfo/{}", file.file_name().display());
+            let about = number.and_then(|number| Some((number, fs::read_to_string(about).ok()?)));
+            about.is_some_and(|(number, about)| {
+                let indexes = about.lines().filter_map(|line| line.strip_prefix("tty-index:"));
+                indexes.map(str::trim).any(|index| index == number)
+            })
+        };
         let has_it = |pid: &u32| {
             let files = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
             let (mut has, mut is_line) = (false, false);
-            for file in files.map(|file| file.path()).take(FILES_MAX) {
+            for file in files.take(FILES_MAX) {
                 // A file of a disk that is away is not touched.
-                let Some(name) = fs::read_link(&file).ok().filter(|it| it.starts_with("/dev"))
-                else {
+                let name = fs::read_link(file.path()).unwrap_or_default();
+                if !name.starts_with("/dev") {
                     continue;
-                };
-                // Who has the other end of a pseudo-terminal is the line itself.
-                is_line |= name.ends_with("ptmx");
-                has |= is_port(&file);
+                }
+                is_line |= name.ends_with("ptmx") && is_other_end(*pid, &file);
+                has |= is_port(&file.path());
             }
-            has && !(pseudo && is_line)
+            has && !is_line
         };
         let mut found: Vec<u32> = others.filter(has_it).collect();
         found.sort_unstable();
@@ -256,6 +268,11 @@ mod elsewhere {
     /// None: these systems do not show it.
     pub fn holders(_: &Path) -> Vec<Holder> {
         Vec::new()
+    }
+
+    /// None: this system does not say.
+    pub fn user_of(_: &Path) -> Option<Holder> {
+        None
     }
 
     /// Always true: opening the port shows it.

@@ -372,9 +372,9 @@ impl Valve {
         flags
     }
 
-    /// It is driven to close and still at its open switch; ends with LEAVING_PART of TravelTime.
+    /// It is to close and still at its open switch; ends with its time for closing.
     pub(crate) fn leaves_open(&self) -> bool {
-        self.motion == Motion::Closing && self.leaving.is_running()
+        self.tried == Motion::Closing && self.travel.is_running() && self.is_at(Motion::Opening)
     }
 
     /// §3.3 ValveStatus.

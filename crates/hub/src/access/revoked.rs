@@ -100,12 +100,17 @@ impl Revoked {
         let mut lists = Vec::new();
         for half in bytes.chunks(HALF_BYTES) {
             match List::read(half) {
-                Ok(list) => lists.extend(list),
+                Ok(list) => {
+                    if list.as_ref().is_some_and(|list| list.torn) {
+                        spoilt = Some(NOT_WHOLE.to_owned());
+                    }
+                    lists.extend(list);
+                }
                 Err(error) => spoilt = Some(error.to_string()),
             }
         }
         let last = lists.into_iter().max_by_key(|list| list.number);
-        let List { number, waiting } = last.unwrap_or_default();
+        let List { number, waiting, .. } = last.unwrap_or_default();
         let mut revoked =
             Self { waiting, journal: Some(file), number, spoilt, waits: Arc::default() };
         revoked.say();
@@ -232,6 +237,8 @@ impl Revoked {
 struct List {
     number: u64,
     waiting: Vec<Revocation>,
+    /// Some of its lines cannot be read.
+    torn: bool,
 }
 
 /// The first line of a half.
@@ -243,10 +250,13 @@ struct Heading {
     sha256: String,
 }
 
+/// What is wrong with a list.
+const NOT_WHOLE: &str = "a list of revocations is not whole";
+
 impl List {
     /// Reads a half; `None`: it was never written.
     fn read(half: &[u8]) -> Result<Option<Self>, std::io::Error> {
-        let wrong = || std::io::Error::other("a list of revocations is not whole");
+        let wrong = || std::io::Error::other(NOT_WHOLE);
         if half.iter().all(|byte| matches!(byte, 0 | b'\n')) {
             return Ok(None);
         }
@@ -259,8 +269,11 @@ impl List {
             Err(_) => (0, text),
         };
         let lines = lines.lines().filter(|line| !line.is_empty());
-        let waiting = lines.map(serde_json::from_str).collect::<Result<_, _>>()?;
-        Ok(Some(Self { number, waiting }))
+        // A power cut may have torn one of those that stand alone: the others count.
+        let count = lines.clone().count();
+        let waiting: Vec<_> = lines.filter_map(|line| serde_json::from_str(line).ok()).collect();
+        let torn = waiting.len() < count;
+        Ok(Some(Self { number, waiting, torn }))
     }
 }
 

@@ -134,6 +134,40 @@ fn a_program_that_stays_sends_nothing_but_a_stop_beside_what_it_cannot_read() {
     }
 }
 
+/// A line may float while nothing is sent, with good monitors on it.
+#[test]
+fn noise_keeps_a_program_from_its_monitors_for_half_a_minute_only() {
+    let mut line = heeding("serial:///x?addr=5&late=0");
+    let mut sent = Vec::new();
+    for ms in (0..60_000).step_by(20) {
+        line.handle_bytes(ms * MS, &[0xF8]);
+        if ms % 200 == 0 {
+            ask(&mut line, ms * MS, Body::GetStatus);
+        }
+        if line.poll_transmit((ms + 15) * MS).is_some() {
+            sent.push(ms);
+        }
+        while line.poll_outcome().is_some() {}
+    }
+    assert!((30_000..31_000).contains(&sent[0]), "{sent:?}");
+    assert!(sent.windows(2).all(|two| two[1] - two[0] >= 10_000), "{sent:?}");
+    assert_eq!(sent.len(), 3, "{sent:?}");
+}
+
+/// Where a monitor has answered, a controller that only probes is beside us.
+#[test]
+fn a_controller_that_comes_later_does_not_end_the_work() {
+    let mut line = heeding("serial:///x?addr=5&late=0");
+    ask(&mut line, MS, Body::GetStatus);
+    assert!(line.poll_transmit(3001 * MS).is_some());
+    let answer = [0xD4, 0xC2, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    line.handle_bytes(3050 * MS, &encoded(129, 5, &answer));
+    while line.poll_outcome().is_some() {}
+    line.handle_bytes(4000 * MS, &encoded(7, CONTROLLER, &[]));
+    ask(&mut line, 4010 * MS, Body::GetStatus);
+    assert!(is_sent_from(&mut line, 4010));
+}
+
 #[test]
 fn a_controller_that_only_probes_holds_back_a_program_that_stays() {
     let mut line = heeding("serial:///x?addr=5&late=0");

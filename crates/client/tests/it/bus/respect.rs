@@ -159,6 +159,7 @@ fn noise_keeps_a_program_from_its_monitors_for_half_a_minute_only() {
 fn a_controller_that_comes_later_does_not_end_the_work() {
     let mut line = heeding("serial:///x?addr=5&late=0");
     ask(&mut line, MS, Body::GetStatus);
+    assert_eq!(line.poll_transmit(MS), None);
     assert!(line.poll_transmit(3001 * MS).is_some());
     let answer = [0xD4, 0xC2, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     line.handle_bytes(3050 * MS, &encoded(129, 5, &answer));

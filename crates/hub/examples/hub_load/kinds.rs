@@ -108,6 +108,8 @@ fn answer(name: &str) -> Answered {
         "DELETE /api/sessions/{id}" | "POST /api/pumps/{id}" => Refused(404),
         // A client that does not read has made the user already.
         "POST /api/users" => DoneOr(409),
+        // A program may be built without it.
+        "GET /api/history.parquet" => DoneOr(501),
         // What is shelved or released is so for the next request, too.
         "POST /api/alarms/unshelve" => DoneOr(404),
         "POST /api/zones/reset" | "POST /api/zones/{id}/reset" => DoneOr(409),

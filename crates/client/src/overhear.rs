@@ -13,8 +13,8 @@ use crate::prober::{Heard, HeardFrame, Prober};
 use crate::transport::Link;
 use crate::url::{Endpoint, SerialLine};
 
-/// Longer than a bus controller is ever silent: one without a device to ask transmits every 2.5 s.
-pub const CONTROLLER_PAUSE: Duration = Duration::from_secs(3);
+pub use crate::session::medium::CONTROLLER_PAUSE;
+
 /// How long is listened at each other speed to a line that is silent at its own.
 pub const GLANCE: Duration = Duration::from_millis(150);
 /// Time to hear, after the first frame, who else transmits.

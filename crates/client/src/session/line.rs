@@ -15,12 +15,11 @@ use lafet_proto::bus::CONTROLLER;
 use super::bus_access::BusAccess;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
-use super::medium::{Addresses, Framing, Role};
+use super::medium::{Addresses, CONTROLLER_PAUSE, Framing, Role};
 use super::noise::Noise;
 use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
 use crate::answers::Requests;
-use crate::overhear::CONTROLLER_PAUSE;
 
 /// By then a controller has tried three times: 150, 300 and 600 ms (observed), and the frames.
 const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);

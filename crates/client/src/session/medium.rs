@@ -1,6 +1,11 @@
 //! The medium between this side and the monitors: addresses, framing, role on a bus, echo.
 
+use std::time::Duration;
+
 use lafet_proto::bus;
+
+/// Longer than a bus controller is ever silent: one without a device to ask transmits every 2.5 s.
+pub const CONTROLLER_PAUSE: Duration = Duration::from_secs(3);
 
 /// Bus addresses (observed): monitors 1…127, the controller 128, consoles 129…254.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

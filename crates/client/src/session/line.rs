@@ -137,7 +137,7 @@ impl Line {
     pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
         self.heard = Some(now);
         let bytes = self.echo.received(bytes);
-        if !bytes.is_empty() {
+        if self.config.heed && !bytes.is_empty() {
             self.noise.received(now);
         }
         self.take_bytes(now, &bytes);
@@ -284,7 +284,9 @@ impl Line {
         }
         self.last = Some((index, !present));
         self.granted = false;
-        self.noise.sent(now);
+        if self.config.heed {
+            self.noise.sent(now);
+        }
         self.echo.sent(wire);
         true
     }
@@ -432,7 +434,8 @@ impl Line {
     }
 
     fn handle_frame(&mut self, now: Now, frame: &Incoming) {
-        if frame.addresses.is_none_or(|(_, src)| src != self.config.addresses.source) {
+        let own = self.config.addresses.source;
+        if self.config.heed && frame.addresses.is_none_or(|(_, src)| src != own) {
             self.noise.readable();
         }
         if self.heard_controller(now, frame) {

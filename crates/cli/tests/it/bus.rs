@@ -6,6 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 
+use crate::json::has_shape;
 use crate::support::{Run, Running, Sim, lafet};
 use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
 
@@ -93,6 +94,7 @@ fn controller(arguments: &[&str]) -> Running {
 fn told(bus: &Running, mut expected: Vec<&str>) {
     while !expected.is_empty() {
         let line = bus.line();
+        has_shape("bus", &line);
         expected.retain(|text| !line.contains(text));
     }
 }
@@ -119,9 +121,11 @@ fn monitors_and_consoles_on_one_line() {
     // The controller itself reports another console.
     let other = hub.url("role=active&src=131");
     let who = done(&other, &["--json", "bus", "who"]);
+    has_shape("bus-who", &who.out);
     assert_eq!(who.json()[0]["present"].as_array().unwrap()[..2], [1, 2]);
     let log = done(&other, &["--json", "bus", "log"]).json();
     assert_eq!(log.len(), 1, "{log:?}");
+    has_shape("bus-log", &log[0].to_string());
     assert_eq!((&log[0]["src"], &log[0]["dst"]), (&130.into(), &2.into()));
     // Two at a time, each in its turn.
     std::thread::scope(|scope| {
@@ -142,6 +146,12 @@ fn monitors_and_consoles_on_one_line() {
     // With a monitor on a line of its own, no controller grants access.
     let alone = Run::of(&["-c", &format!("{}?role=active", one.url()), "status"]);
     assert!(alone.code == 3 && alone.err.contains("role=direct"), "{alone:?}");
+    bus.signal("INT");
+    let mut last = bus.line();
+    while !last.contains("programs_dropped") {
+        last = bus.line();
+    }
+    has_shape("bus-totals", &last);
 }
 
 /// Where a controller grants access, a recorder without an address of its own only listens, and

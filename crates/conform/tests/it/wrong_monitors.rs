@@ -8,7 +8,7 @@ use std::fmt::Write;
 use crate::support::{SimLine, monitor};
 use crate::wrong::{self, Breaking, Wrong};
 use lafet_client::Lang;
-use lafet_conform::{Level, Options, Outcome, Report, report, run};
+use lafet_conform::{Level, Options, Outcome, Report, TestReport, report, run};
 
 /// Items that can be observed only after the memory has been erased.
 const ERASED: [&str; 5] = ["§3.19", "§3.3.1/2", "§3.4/3", "§3.5/6", "§3.6/1"];
@@ -71,6 +71,7 @@ fn each_is_caught_by_its_statement() {
         .map(|wrong| {
             let report = tested(&wrong);
             let by = caught_by(&wrong, &report);
+            report.failures().for_each(|test| in_words(&wrong, test));
             assert!(by.is_empty() || matches!(report.exit_code(), 1 | 4), "{}", wrong.name);
             (wrong, by)
         })
@@ -92,6 +93,15 @@ fn each_is_caught_by_its_statement() {
     }
     let kept = std::fs::read_to_string(LIST).unwrap_or_default();
     assert!(kept == text, "docs/wrong-monitors.md is out of date: run this test with UPDATE=1");
+}
+
+/// What was found is written for people, not as the program's own data.
+fn in_words(wrong: &Wrong, test: &TestReport) {
+    for mark in ["Some(", "None", "Ok(", "Err(", " { ", "Bytes(", "Values(", "Millis("] {
+        for text in [&test.found.en, &test.found.ru, &test.expected.en] {
+            assert!(!text.contains(mark), "{}: {}: {text}", wrong.name, test.name);
+        }
+    }
 }
 
 /// Results of the run, to find out why a monitor was not caught.

@@ -240,7 +240,7 @@ pub static ALL: &[Configuration] = &[
         fires: true,
         pressures: false,
         power_loss: false,
-        quick_states: 560_000,
+        quick_states: 900_000,
         witnesses: &[
             &[
                 on(Event::Deployed),

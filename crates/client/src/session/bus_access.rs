@@ -120,10 +120,12 @@ impl Line {
     pub(super) fn end_vain_waits(&mut self, now: Now) {
         match self.config.role {
             Role::Direct => {
-                let outcome = match () {
-                    () if self.is_ordered(now) => Outcome::ControllerPresent,
-                    () if self.config.heed && self.noise.is_unreadable(now) => Outcome::Unreadable,
-                    () => return,
+                let outcome = if self.is_ordered(now) {
+                    Outcome::ControllerPresent
+                } else if self.noise.as_ref().is_some_and(|noise| noise.is_unreadable(now)) {
+                    Outcome::Unreadable
+                } else {
+                    return;
                 };
                 self.sessions.iter_mut().for_each(|s| s.refuse_waiting(&outcome, false));
             }
@@ -149,8 +151,7 @@ impl Line {
     /// only probes.
     fn is_ordered(&self, now: Now) -> bool {
         // Where a monitor has answered, one that only probes is beside us, not before us.
-        let heeds = self.config.heed && !self.was_answered();
-        let heard = if heeds { self.bus.controller } else { self.bus.granting };
+        let heard = if self.is_guest() { self.bus.controller } else { self.bus.granting };
         heard.is_some_and(|heard| now < heard + CONTROLLER_SILENT)
     }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::CheckMode;
-use super::medium::{Addresses, Echo, Framing, Role};
+use super::medium::{Addresses, CONTROLLER_PAUSE, Echo, Framing, Role};
 
 /// Default bound for late answers: 5 s for the request on its way, and 5 s for the answer.
 pub const LATE_DEFAULT: Duration = Duration::from_secs(10);
@@ -58,6 +58,13 @@ pub struct Config {
     /// Time for which requests answered with Busy, NotCached or Cached (§2) are repeated, where the
     /// caller wants them complete.
     pub resume: Duration,
+}
+
+impl Config {
+    /// Time to listen before the first frame that is not urgent, as long as no monitor has answered.
+    pub fn first_listen(&self) -> Duration {
+        if self.heed { self.listen.max(CONTROLLER_PAUSE) } else { self.listen }
+    }
 }
 
 impl Default for Config {

@@ -15,7 +15,7 @@ use lafet_proto::bus::CONTROLLER;
 use super::bus_access::BusAccess;
 use super::echo::EchoFilter;
 use super::input::{Incoming, Input};
-use super::medium::{Addresses, CONTROLLER_PAUSE, Framing, Role};
+use super::medium::{Addresses, Framing, Role};
 use super::noise::Noise;
 use super::operation::Haste;
 use super::{Config, Now, Outcome, QueueFull, Session, Stats, Terms, Ticket, Traced, Verdict};
@@ -50,7 +50,8 @@ pub struct Line {
     /// Until then only urgent frames are sent.
     listen_until: Now,
     pub(super) bus: BusAccess,
-    pub(super) noise: Noise,
+    /// Where it is heeded.
+    pub(super) noise: Option<Noise>,
     foreign: u64,
     tracing: bool,
 }
@@ -63,6 +64,7 @@ impl Line {
             Role::Active => config.timeout.max(CONTROLLER_GIVES_UP),
         };
         let config = Config { timeout, ..config };
+        let heed = config.heed;
         Self {
             input: Input::new(Framing::Link),
             echo: EchoFilter::new(config.echo),
@@ -78,7 +80,7 @@ impl Line {
             fresh: false,
             listen_until: Now::ZERO,
             bus: BusAccess::default(),
-            noise: Noise::default(),
+            noise: heed.then(Noise::default),
             foreign: 0,
             tracing: false,
         }
@@ -137,11 +139,13 @@ impl Line {
     pub fn handle_bytes(&mut self, now: Now, bytes: &[u8]) {
         self.heard = Some(now);
         let bytes = self.echo.received(bytes);
-        if self.config.heed && !bytes.is_empty() {
-            self.noise.received(now);
+        if let Some(noise) = &mut self.noise
+            && !bytes.is_empty()
+        {
+            noise.received(now);
         }
         self.take_bytes(now, &bytes);
-        if self.config.heed {
+        if self.noise.is_some() {
             // Each of them puts off what waits for silence; it is refused when it would wait in vain.
             self.end_vain_waits(now);
         }
@@ -284,8 +288,8 @@ impl Line {
         }
         self.last = Some((index, !present));
         self.granted = false;
-        if self.config.heed {
-            self.noise.sent(now);
+        if let Some(noise) = &mut self.noise {
+            noise.sent(now);
         }
         self.echo.sent(wire);
         true
@@ -390,8 +394,8 @@ impl Line {
             && (self.config.heed || self.config.addresses.source != CONTROLLER)
             && haste == Haste::Usual;
         let listened = listens.then_some(self.listen_until);
-        let understood =
-            (listens && self.config.heed).then(|| self.noise.quiet_from(now)).flatten();
+        let noise = self.noise.as_ref().filter(|_| listens);
+        let understood = noise.and_then(|noise| noise.quiet_from(now));
         Some(free.chain(quiet).chain(listened).chain(understood).fold(now, Now::max))
     }
 
@@ -422,21 +426,20 @@ impl Line {
     /// Time to listen on a new connection. Where a monitor has answered since the start, its speed is right and
     /// a lost link is to be used again soon.
     fn listens_for(&self) -> Duration {
-        match self.config.heed && !self.was_answered() {
-            true => self.config.listen.max(CONTROLLER_PAUSE),
-            false => self.config.listen,
-        }
+        if self.is_guest() { self.config.first_listen() } else { self.config.listen }
     }
 
-    /// Whether a monitor has answered since the start.
-    pub(super) fn was_answered(&self) -> bool {
-        self.sessions.iter().any(|session| session.stats.believed > 0)
+    /// Whether others on the line come first, where they are heeded: no monitor has answered since the start.
+    pub(super) fn is_guest(&self) -> bool {
+        self.config.heed && self.sessions.iter().all(|session| session.stats.believed == 0)
     }
 
     fn handle_frame(&mut self, now: Now, frame: &Incoming) {
         let own = self.config.addresses.source;
-        if self.config.heed && frame.addresses.is_none_or(|(_, src)| src != own) {
-            self.noise.readable();
+        if let Some(noise) = &mut self.noise
+            && frame.addresses.is_none_or(|(_, src)| src != own)
+        {
+            noise.readable();
         }
         if self.heard_controller(now, frame) {
             return;

@@ -16,25 +16,31 @@ use crate::url::Endpoint;
 /// How long an urgent command tries to open a port that is in use.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 
+pub(crate) use system::Visit;
+use system::{Door, ended};
+
 #[cfg(target_os = "linux")]
-pub(crate) use linux::Visit;
+use linux as system;
 
 #[cfg(not(target_os = "linux"))]
-pub(crate) use elsewhere::Visit;
+use elsewhere as system;
+
+/// The door of an endpoint's port, if it is a port and can have one.
+fn door_of(endpoint: &Endpoint) -> Option<Door> {
+    match endpoint {
+        Endpoint::Serial { path, .. } => Door::open(path),
+        _ => None,
+    }
+}
 
 /// Does `work` on a link. When an urgent command wants its port meanwhile, the work is dropped, which
 /// has to close the port, and done again after that command has ended.
-#[cfg(target_os = "linux")]
 pub async fn giving_way<F: Future>(endpoint: &Endpoint, mut work: impl FnMut() -> F) -> F::Output {
-    let door = match endpoint {
-        Endpoint::Serial { path, .. } => linux::Door::open(path),
-        _ => None,
-    };
-    let Some(door) = door else { return work().await };
+    let Some(door) = door_of(endpoint) else { return work().await };
     loop {
         tokio::select! {
             biased;
-            visitor = door.knocked() => linux::ended(visitor).await,
+            visitor = door.knocked() => ended(visitor).await,
             done = work() => return done,
         }
     }
@@ -42,30 +48,13 @@ pub async fn giving_way<F: Future>(endpoint: &Endpoint, mut work: impl FnMut() -
 
 /// Does `work` on a link, unless an urgent command wants its port meanwhile: then `work` is dropped, which has to
 /// close the port. A command that moves or opens something must not begin again behind a Stop.
-#[cfg(target_os = "linux")]
 pub async fn unless_wanted<F: Future>(endpoint: &Endpoint, work: F) -> Option<F::Output> {
-    let door = match endpoint {
-        Endpoint::Serial { path, .. } => linux::Door::open(path),
-        _ => None,
-    };
-    let Some(door) = door else { return Some(work.await) };
+    let Some(door) = door_of(endpoint) else { return Some(work.await) };
     tokio::select! {
         biased;
         _ = door.knocked() => None,
         done = work => Some(done),
     }
-}
-
-/// Does `work`, see `giving_way`.
-#[cfg(not(target_os = "linux"))]
-pub async fn unless_wanted<F: Future>(_: &Endpoint, work: F) -> Option<F::Output> {
-    Some(work.await)
-}
-
-/// Does `work`: these systems have no name of a socket that goes away with its program.
-#[cfg(not(target_os = "linux"))]
-pub async fn giving_way<F: Future>(_: &Endpoint, mut work: impl FnMut() -> F) -> F::Output {
-    work().await
 }
 
 #[cfg(target_os = "linux")]
@@ -127,13 +116,36 @@ mod linux {
     }
 }
 
+/// These systems have no name of a socket that goes away with its program: ports have no doors.
 #[cfg(not(target_os = "linux"))]
 mod elsewhere {
+    use std::convert::Infallible;
     use std::path::Path;
 
-    /// A knock at the door of a port: there are none.
+    /// There is none.
     #[derive(Debug)]
-    pub struct Visit;
+    pub enum Door {}
+
+    impl Door {
+        /// `None`.
+        pub fn open(_: &Path) -> Option<Self> {
+            None
+        }
+
+        /// Never called.
+        pub async fn knocked(&self) -> Infallible {
+            match *self {}
+        }
+    }
+
+    /// Never called.
+    pub async fn ended(visitor: Infallible) {
+        match visitor {}
+    }
+
+    /// There is none.
+    #[derive(Debug)]
+    pub enum Visit {}
 
     impl Visit {
         /// `None`.

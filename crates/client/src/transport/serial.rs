@@ -27,7 +27,8 @@ pub struct Port<P> {
 }
 
 impl<P: Opens> Port<P> {
-    /// Opens a port, for this program only unless the line is shared. It is an error if the kernel is to switch the direction of an RS-485 transceiver and the port's driver cannot: the bus
+    /// Opens a port, for this program only unless the line is shared. It is an error if the kernel
+    /// is to switch the direction of an RS-485 transceiver and the port's driver cannot: the bus
     /// would receive nothing, or be blocked.
     ///
     /// # Errors

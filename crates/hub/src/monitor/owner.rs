@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::{
     Cause, Client, Config as LinkConfig, Endpoint, Error, LinkEvent, Monitor, Update,
 };
@@ -107,9 +106,7 @@ async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
     let Some(first) = stations.first() else { return true };
     let mut pause = PAUSE_FIRST;
     let client = loop {
-        // On a serial line a frame at a wrong speed disturbs others.
-        let config = LinkConfig { heed: true, ..LinkConfig::default() };
-        match Client::connect_with(&first.config.endpoint, config).await {
+        match Client::connect_with(&first.config.endpoint, link_config()).await {
             Ok(client) => break client,
             Err(error) => {
                 let text = error.words();
@@ -171,7 +168,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
     let request = Request::new(SubsystemId::ALL, Body::GetStatus);
     let Ok(mut feed) = client.subscribe(&request, period) else { return };
     let (mut noted, mut observed, mut heard) = (Noted::default(), None, Exchanged::default());
-    let mut patience = stale + first_listen(&station.config.endpoint);
+    let mut patience = stale + link_config().of(&station.config.endpoint).first_listen();
     loop {
         let before = station.status();
         let update = timeout(patience, feed.next()).await;
@@ -217,12 +214,9 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
     }
 }
 
-/// How long nothing is polled on a new line (see `Config::heed`).
-const fn first_listen(endpoint: &Endpoint) -> Duration {
-    match endpoint {
-        Endpoint::Serial { line, .. } if !line.insist => CONTROLLER_PAUSE,
-        _ => Duration::ZERO,
-    }
+/// On a serial line a frame at a wrong speed disturbs others.
+fn link_config() -> LinkConfig {
+    LinkConfig { heed: true, ..LinkConfig::default() }
 }
 
 /// Why the polls of a monitor are not sent, if they are not.

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::text::Both;
+pub(crate) use keys::digest;
 pub use keys::secret;
 pub use known::{Entry, STALE_MS};
 pub use rules::{Need, need};

@@ -100,14 +100,12 @@ impl Revoked {
         let mut lists = Vec::new();
         for half in bytes.chunks(HALF_BYTES) {
             match List::read(half) {
-                Ok(list) => {
-                    if list.as_ref().is_some_and(|list| list.torn) {
-                        spoilt = Some(NOT_WHOLE.to_owned());
-                    }
-                    lists.extend(list);
-                }
+                Ok(list) => lists.extend(list),
                 Err(error) => spoilt = Some(error.to_string()),
             }
+        }
+        if lists.iter().any(|list| list.torn) {
+            spoilt = Some(NOT_WHOLE.to_owned());
         }
         let last = lists.into_iter().max_by_key(|list| list.number);
         let List { number, waiting, .. } = last.unwrap_or_default();

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use utoipa::ToSchema;
 
 use super::audit::{Entry, Record};
+use crate::access::digest;
 
 /// What the first entry has before it.
 pub const GENESIS: &str = "0000000000000000000000000000000000000000000000000000000000000000";
@@ -103,6 +103,5 @@ pub fn hash(n: u64, it: &Record, prev: &str) -> String {
         let kind = serde_json::to_value(it.kind).unwrap_or_default();
         parts.extend([kind, it.act.clone().unwrap_or_default()]);
     }
-    let text = Value::Array(parts);
-    Sha256::digest(text.to_string()).iter().map(|byte| format!("{byte:02x}")).collect()
+    digest(&Value::Array(parts).to_string())
 }

@@ -11,12 +11,12 @@ use std::path::Path;
 use lafet_texts::{Lang, Shown, Text as _, hub as text};
 use rusqlite::{Connection, OptionalExtension, params};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 use utoipa::ToSchema;
 
 use super::audit::head;
 use super::db::{StoreError, is_malformed, open, private, replace, said_corrupt};
 use super::format::{FORMAT, PROGRAM};
+use crate::access::digest;
 use crate::text::Both;
 
 /// The table of the mark, in each database.
@@ -500,7 +500,7 @@ fn changes_in_log(audit: &Connection, after: u64) -> Result<u64, rusqlite::Error
 
 /// Digest of what users and tokens may do, and of what they prove it with.
 pub fn people(hub: &Connection) -> Result<String, rusqlite::Error> {
-    let mut hash = Sha256::new();
+    let mut all = String::new();
     for query in [
         "SELECT json_array(name, role, password) FROM user ORDER BY name",
         "SELECT json_array(id, name, role, digest) FROM token ORDER BY id",
@@ -508,12 +508,12 @@ pub fn people(hub: &Connection) -> Result<String, rusqlite::Error> {
         let mut query = hub.prepare(query)?;
         let mut rows = query.query([])?;
         while let Some(row) = rows.next()? {
-            hash.update(row.get::<_, String>(0)?);
-            hash.update("\n");
+            all += &row.get::<_, String>(0)?;
+            all.push('\n');
         }
-        hash.update("\n");
+        all.push('\n');
     }
-    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(digest(&all))
 }
 
 /// A database, if there is one with something in it.

@@ -103,17 +103,22 @@ async fn take_here(side: Side, connection: &Connection, out: &mut Out) -> Outcom
         Ok(taken) => out.show(taken_text(&taken), || taken_json(&taken)),
         Err(failure) if flags & DriveFlags::LIMITLESS.bits() != 0 => Err(failure),
         // What was refused has been put back, and nothing moves because of it.
-        Err(failure) if !is_open(&failure) => Err(failure),
+        Err(failure) if is_refused(&because(&failure)) => Err(failure),
         Err(failure) => Err(give_up(drive, failure, connection, out, &mut interrupt).await),
     }
 }
 
-/// Whether it is not known what became of it.
-fn is_open(failure: &Failure) -> bool {
+fn because(failure: &Failure) -> Because {
     match failure {
-        Failure::Client(error) => error.is_no_answer(),
-        other => matches!(other, Failure::Interrupted),
+        Failure::Client(error) if error.is_no_answer() => Because::Lost(error.clone()),
+        Failure::Interrupted => Because::Interrupted,
+        other => Because::Failed(other.message()),
     }
+}
+
+/// The monitor or this computer has refused it, so it is known what became of it.
+const fn is_refused(because: &Because) -> bool {
+    matches!(because, Because::Failed(_))
 }
 
 /// Stops the drive and switches its limits on: it must not keep moving, or stay, without limits.
@@ -124,13 +129,9 @@ async fn give_up(
     out: &mut Out,
     interrupt: &mut Interrupt,
 ) -> Failure {
-    let because = match &failure {
-        Failure::Client(error) if error.is_no_answer() => Because::Lost(error.clone()),
-        Failure::Interrupted => Because::Interrupted,
-        other => Because::Failed(other.message()),
-    };
-    // What the monitor or this computer has refused is reported as it is.
-    let refused = matches!(because, Because::Failed(_));
+    let because = because(&failure);
+    // It is reported as it is.
+    let refused = is_refused(&because);
     let ended = Undo::teaching(drive).carry_out(connection, out, interrupt, because).await;
     match &ended {
         Failure::BrokenOff(broken) if broken.is_at_rest() => {

@@ -14,7 +14,7 @@ use std::time::Duration;
 use lafet_client::blocking::Monitor;
 use lafet_proto::flags::{ControlFlags, DriveFlags};
 use serde_json::{Value, json};
-use support::{Running, Sim, lafet};
+use support::{Running, Sim};
 
 /// Distance of the traverse at 20 °/s in 500 ms of the simulator's time, arc-minutes, counted from where
 /// the simulator has it when the blow has fallen: how long a busy machine takes for the blow is not in it.
@@ -110,11 +110,8 @@ impl Site {
             cable.place
         );
         std::fs::write(&config, text).unwrap();
-        let mut command = lafet();
-        command.args(["--json", "serve", "--no-browser", "--config"]).arg(&config);
-        let hub = Running::stdout(&mut command);
-        let line: Value = serde_json::from_str(&hub.line()).expect("its address");
-        let mut socket = connect(line["listening"].as_str().expect("its address"));
+        let (hub, url) = support::hub(&config);
+        let mut socket = connect(&url);
         send(&mut socket, &json!({"type":"authority","id":1,"monitor":"M1","action":"take"}));
         Self { sim, cable, hub, folder, socket }
     }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::support::{Running, Sim, lafet};
+use crate::support::{Running, Sim, hub};
 use serde_json::Value;
 
 /// Stop on an idle hub takes some ms; this leaves time for a busy machine.
@@ -42,12 +42,8 @@ impl Site {
             sim.place()
         );
         std::fs::write(&config, text).unwrap();
-        let mut command = lafet();
-        command.args(["--json", "serve", "--no-browser", "--config"]).arg(&config);
-        let hub = Running::stdout(&mut command);
-        let line: Value = serde_json::from_str(&hub.line()).expect("its address");
-        let url = line["listening"].as_str().expect("its address").trim_end_matches('/');
-        let url = url.replace("127.0.0.1", "localhost");
+        let (hub, url) = hub(&config);
+        let url = url.trim_end_matches('/').replace("127.0.0.1", "localhost");
         let site = Self { _sim: sim, _hub: hub, folder, url };
         let began = Instant::now();
         while site.curl("/health", &[]).json()["monitors"]["M1"] != "up" {

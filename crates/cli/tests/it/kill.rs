@@ -1,28 +1,15 @@
 //! A hub killed at any moment loses no acknowledged audit entry, and the chain of hashes holds.
 
 use std::collections::BTreeSet;
-use std::path::Path;
-use std::process::Command;
 
-use crate::support::{Running, Sim, lafet};
+use crate::support::{Running, Sim, curl, hub, lafet};
 use serde_json::Value;
 
 /// How many times it is killed, each time after a different number of answers.
 const KILLS: usize = 6;
 
-fn curl(arguments: &[&str]) -> Option<Value> {
-    let mut command = Command::new("curl");
-    let output = command.args(["-s", "--max-time", "20"]).args(arguments).output().ok()?;
-    serde_json::from_slice(&output.stdout).ok()
-}
-
-fn hub(config: &Path) -> (Running, String) {
-    let mut command = lafet();
-    command.args(["--json", "serve", "--no-browser", "--config"]).arg(config);
-    let hub = Running::stdout(&mut command);
-    let line: Value = serde_json::from_str(&hub.line()).expect("its address");
-    let url = line["listening"].as_str().expect("its address").to_owned();
-    (hub, url)
+fn asked(arguments: &[&str]) -> Option<Value> {
+    serde_json::from_str(&curl(arguments)).ok()
 }
 
 /// Sends a Stop that does not repeat the previous one, for those share an entry; returns its
@@ -32,7 +19,7 @@ fn stop(url: &str, turn: usize) -> Option<u64> {
         ["All", "Control", "Horizontal", "Vertical", "Nozzle", "Valve1", "Valve2", "Detector"];
     let body = format!(r#"{{"of":"{}"}}"#, OF[turn % OF.len()]);
     let (json, place) = ("Content-Type: application/json", format!("{url}/api/monitors/M1/stop"));
-    curl(&["-X", "POST", "-H", json, "-d", &body, &place])?["audit"].as_u64()
+    asked(&["-X", "POST", "-H", json, "-d", &body, &place])?["audit"].as_u64()
 }
 
 #[test]
@@ -72,9 +59,9 @@ fn what_was_acknowledged_survives_kill_9() {
         assert_eq!(hub.code(), None, "it was ended by a signal");
     }
     let (_hub, url) = hub(&config);
-    let verified = curl(&[&format!("{url}/api/audit/verify")]).expect("an answer");
+    let verified = asked(&[&format!("{url}/api/audit/verify")]).expect("an answer");
     assert_eq!(verified["ok"], true, "{verified}");
-    let log = curl(&[&format!("{url}/api/audit?limit=1000")]).expect("the log");
+    let log = asked(&[&format!("{url}/api/audit?limit=1000")]).expect("the log");
     let stored: BTreeSet<u64> =
         log["entries"].as_array().unwrap().iter().filter_map(|it| it["n"].as_u64()).collect();
     let lost: Vec<_> = acknowledged.difference(&stored).collect();
@@ -112,7 +99,7 @@ fn a_first_start_killed_at_any_step_is_made_good() {
         first.child.kill().unwrap();
         first.code();
         let (mut next, url) = hub(&config);
-        let health = curl(&[&format!("{url}/health")]).expect("an answer");
+        let health = asked(&[&format!("{url}/health")]).expect("an answer");
         assert_eq!(health["state_lost"], serde_json::json!([]), "{last}: {health}");
         next.signal("TERM");
         assert_eq!(next.code(), Some(0), "{last}");

@@ -111,30 +111,22 @@ impl Monitor {
             self.executed.lock().unwrap().push((process, record.request));
             let values = [process];
             let request = Request::decode(&record);
+            let ok = |data| Answer {
+                from: record.device,
+                request: record.request,
+                status: Status::OK,
+                data,
+            };
             let answer = match (record.device, request.map(|request| request.body)) {
                 (SubsystemId::GENERAL, Ok(Body::GetParam { id })) => {
-                    let data = Reply::Param { id, values: Ints::Values(&values) };
-                    Answer {
-                        from: record.device,
-                        request: record.request,
-                        status: Status::OK,
-                        data,
-                    }
+                    ok(Reply::Param { id, values: Ints::Values(&values) })
                 }
-                (SubsystemId::GENERAL, Ok(Body::GetStatus)) => {
-                    let data = Reply::General(GeneralStatus {
-                        flags: GeneralFlags::empty(),
-                        main_voltage: u16::try_from(process % 100).unwrap(),
-                        pressure: 0,
-                        flowrate: 0,
-                    });
-                    Answer {
-                        from: record.device,
-                        request: record.request,
-                        status: Status::OK,
-                        data,
-                    }
-                }
+                (SubsystemId::GENERAL, Ok(Body::GetStatus)) => ok(Reply::General(GeneralStatus {
+                    flags: GeneralFlags::empty(),
+                    main_voltage: u16::try_from(process % 100).unwrap(),
+                    pressure: 0,
+                    flowrate: 0,
+                })),
                 (SubsystemId::HORIZONTAL, Ok(Body::Move { .. })) => {
                     Answer::bare(record.device, record.request, Status::ACCEPTED)
                 }

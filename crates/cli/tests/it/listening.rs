@@ -9,7 +9,7 @@ use std::sync::mpsc::channel;
 use std::thread::{park, park_timeout, scope, spawn};
 use std::time::{Duration, Instant};
 
-use crate::support::{Run, Running, lafet, terminal};
+use crate::support::{Run, Running, curl, lafet, terminal};
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
@@ -423,32 +423,21 @@ impl Hub {
              [[monitor]]\nid = \"M1\"\nurl = \"{monitor}\"\n"
         );
         std::fs::write(&config, text).unwrap();
-        let mut command = lafet();
-        command.args(["--json", "serve", "--no-browser", "--config"]).arg(&config);
-        let running = Running::stdout(&mut command);
-        let line: serde_json::Value = serde_json::from_str(&running.line()).unwrap();
-        let url = line["listening"].as_str().unwrap().to_owned();
+        let (running, url) = crate::support::hub(&config);
         Self { url, _running: running, _folder: Folder(folder) }
     }
 }
 
-/// What the hub answers.
-fn asked(arguments: &[&str]) -> String {
-    let mut curl = std::process::Command::new("curl");
-    let output = curl.args(["-s", "--max-time", "20"]).args(arguments).output().unwrap();
-    String::from_utf8(output.stdout).unwrap()
-}
-
 fn stop_by(hub: &str) -> String {
     let json = ["-X", "POST", "-H", "Content-Type: application/json", "-d", r#"{"of":"All"}"#];
-    asked(&[&json[..], &[&format!("{hub}/api/monitors/M1/stop")]].concat())
+    curl(&[&json[..], &[&format!("{hub}/api/monitors/M1/stop")]].concat())
 }
 
 /// Waits for an alarm, and returns what the hub says of its alarms.
 fn alarm(hub: &str, id: &str) -> String {
     let start = Instant::now();
     loop {
-        let said = asked(&[&format!("{hub}/api/alarms")]);
+        let said = curl(&[&format!("{hub}/api/alarms")]);
         if said.contains(id) {
             return said;
         }
@@ -515,9 +504,9 @@ fn a_hub_on_a_healthy_line() {
     let hub = Hub::start("healthy", &format!("{}?addr=1", sim.url()));
     let url = &hub.url;
     let start = Instant::now();
-    while !asked(&[&format!("{url}/api/monitors/M1")]).contains(r#""stale":false"#) {
+    while !curl(&[&format!("{url}/api/monitors/M1")]).contains(r#""stale":false"#) {
         assert!(start.elapsed() < Duration::from_secs(20), "the monitor is not heard");
         park_timeout(Duration::from_millis(50));
     }
-    assert!(!asked(&[&format!("{url}/api/alarms")]).contains("M1/Link"), "nothing was amiss");
+    assert!(!curl(&[&format!("{url}/api/alarms")]).contains("M1/Link"), "nothing was amiss");
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -112,6 +113,23 @@ impl Running {
     pub fn code(&mut self) -> Option<i32> {
         self.child.wait().expect("it ends").code()
     }
+}
+
+/// A hub of this configuration, and its address.
+pub fn hub(config: &Path) -> (Running, String) {
+    let mut command = lafet();
+    command.args(["--json", "serve", "--no-browser", "--config"]).arg(config);
+    let hub = Running::stdout(&mut command);
+    let line: Value = serde_json::from_str(&hub.line()).expect("its address");
+    let url = line["listening"].as_str().expect("its address").to_owned();
+    (hub, url)
+}
+
+/// What is at a place, as curl gets it.
+pub fn curl(arguments: &[&str]) -> String {
+    let mut curl = Command::new("curl");
+    let output = curl.args(["-s", "--max-time", "20"]).args(arguments).output();
+    String::from_utf8(output.expect("curl is there").stdout).expect("text")
 }
 
 impl Drop for Running {

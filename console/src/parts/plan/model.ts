@@ -166,7 +166,7 @@ export function jetAsked(
     nozzle_mm: of('Nozzle', 'position') ?? 60,
     height_cm: Math.round(stand.height * 100),
     // The reach does not depend on it: no new query while a dry barrel moves.
-    elevation_arcmin: (water && elevation) || 0,
+    elevation_arcmin: water && elevation !== null ? elevation : 0,
     ...(turned ? { horizontal_arcmin: Math.round(horizontal / TURN_STEP_ARCMIN) * TURN_STEP_ARCMIN + 0 } : {}),
     flow_lps: water ? of('General', 'flowrate') : null,
     wind: water && scene ? windOf(scene.wind, bearingOf(stand.heading, of('Horizontal', 'position') ?? 0)) : null,

@@ -14,12 +14,8 @@ pub fn load(arguments: &[String]) -> TaskResult {
     let size = match words[..] {
         [] => None,
         ["--quick"] => Some("--quick"),
-        ["--long"] => {
-            show(program("floods", &demo::optimised()?)?.arg("--long"))?;
-            return Ok(ExitCode::SUCCESS);
-        }
-        ["--flood", kind] => {
-            show(program("floods", &demo::optimised()?)?.arg(kind))?;
+        [only @ "--long"] | ["--flood", only] => {
+            show(program("floods", &demo::optimised()?)?.arg(only))?;
             return Ok(ExitCode::SUCCESS);
         }
         _ => return Err("usage: cargo xtask hub-load [--quick | --long | --flood KIND]".to_owned()),

@@ -167,7 +167,7 @@ mod tests {
             is_test(&built.join("deps/it-0"), built)
                 && is_test(&built.join("examples/hal-0"), built)
         );
-        assert!(!is_test(Path::new("/tmp/rustdoctest1/rust_out"), built));
+        assert!(!is_test(&std::env::temp_dir().join("rustdoctest1/rust_out"), built));
         assert!(code("/nonexistent/example").is_err());
     }
 }

@@ -5,9 +5,6 @@ use lafet_proto::SubsystemId;
 pub use lafet_proto::flags::Button;
 use lafet_proto::flags::ButtonState;
 
-/// Place of Close in a post.
-const CLOSE: usize = 7;
-
 #[derive(Clone, Copy, Debug, Default)]
 struct Track {
     /// Released since power-up, lockout and the last stop of its drive.
@@ -25,7 +22,7 @@ impl Posts {
     pub(super) fn sense(&mut self, posts: &[[ButtonState; 8]; 2], locked: bool, restarting: bool) {
         for (post, states) in self.0.iter_mut().zip(posts) {
             for (number, (track, state)) in post.iter_mut().zip(states).enumerate() {
-                let locked = locked || restarting && number != CLOSE;
+                let locked = locked || restarting && number != Button::Close as usize;
                 track.held_before = track.held;
                 track.armed = match state {
                     ButtonState::Released => true,

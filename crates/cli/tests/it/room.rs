@@ -197,10 +197,18 @@ impl Drop for First {
 /// disk that is still full.
 #[test]
 fn what_is_revoked_on_a_full_disk_stays_revoked() {
-    if !can_mount() {
-        return;
+    if can_mount() {
+        std::thread::scope(|scope| {
+            scope.spawn(|| remove_on_a_full_disk("revoked", None));
+            // A file of earlier versions has room for one list.
+            scope.spawn(|| remove_on_a_full_disk("revoked-earlier", Some(32 * 1024)));
+        });
     }
-    let place = Place::new("revoked", true);
+}
+
+/// `room`: what the file of revocations has.
+fn remove_on_a_full_disk(name: &str, room: Option<u64>) {
+    let place = Place::new(name, true);
     fs::create_dir(place.data()).unwrap();
     let script = format!(
         "mount -t tmpfs -o mode=700,size=48m none \"$1/data\"; \
@@ -224,6 +232,10 @@ fn what_is_revoked_on_a_full_disk_stays_revoked() {
     assert_eq!(session(url)["user"], "anna");
     // The mounts of the hub, from outside of them.
     let data = format!("/proc/{}/root{}", hub.child.id(), place.data().display());
+    if let Some(room) = room {
+        let file = fs::File::options().write(true).open(format!("{data}/revoked")).unwrap();
+        file.set_len(room).unwrap();
+    }
     fill(Path::new(&data));
     let user = format!("{url}/api/users/anna");
     let removed = [&["-X", "DELETE"][..], &root, &[&user]].concat();

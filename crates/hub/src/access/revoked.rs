@@ -2,7 +2,7 @@
 //! tried again, and is kept in a preallocated file for a restart.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -96,7 +96,8 @@ impl Revoked {
         private(&path)?;
         let mut file = File::options().read(true).write(true).open(path)?;
         let mut bytes = Vec::new();
-        let mut spoilt = file.read_to_end(&mut bytes).err().map(|error| error.to_string());
+        let unread = file.read_to_end(&mut bytes).err();
+        let mut spoilt = unread.as_ref().map(ToString::to_string);
         let mut lists = Vec::new();
         for half in bytes.chunks(HALF_BYTES) {
             match List::read(half) {
@@ -107,14 +108,18 @@ impl Revoked {
         if lists.iter().any(|list| list.torn) {
             spoilt = Some(NOT_WHOLE.to_owned());
         }
-        let last = lists.into_iter().max_by_key(|list| list.number);
-        let List { number, waiting, .. } = last.unwrap_or_default();
+        let number = lists.iter().filter_map(|list| list.number).max().unwrap_or_default();
+        let last = lists.into_iter().max_by_key(|list| list.number.unwrap_or(u64::MAX));
+        let waiting = last.unwrap_or_default().waiting;
         let mut revoked =
             Self { waiting, journal: Some(file), number, spoilt, waits: Arc::default() };
         revoked.say();
-        // Both halves are good after two.
+        // Both halves are good after two. What could not be read is not written over before it has to be.
         let is_whole = bytes.len() >= 2 * HALF_BYTES && revoked.spoilt.is_none();
-        if !is_whole && let Err(error) = revoked.write().and_then(|()| revoked.write()) {
+        if !is_whole
+            && unread.is_none()
+            && let Err(error) = revoked.write().and_then(|()| revoked.write())
+        {
             tracing::warn!(%error, "no room is taken for revocations");
         }
         Ok(revoked)
@@ -219,8 +224,16 @@ impl Revoked {
 
     /// Writes the list over the one before the last, in the room that the file has.
     fn write(&mut self) -> std::io::Result<()> {
+        let (next, other) = (self.number + 1, self.number + 2);
+        match self.write_as(next) {
+            // A file of earlier versions has room for one list, on a full disk too.
+            Err(error) if error.kind() == ErrorKind::StorageFull => self.write_as(other),
+            written => written,
+        }
+    }
+
+    fn write_as(&mut self, number: u64) -> std::io::Result<()> {
         let Some(file) = &mut self.journal else { return Ok(()) };
-        let number = self.number + 1;
         let half = written(number, &self.waiting)?;
         file.seek(SeekFrom::Start(number % 2 * HALF_BYTES as u64))?;
         file.write_all(&half)?;
@@ -233,7 +246,9 @@ impl Revoked {
 /// What one half of the file has.
 #[derive(Debug, Default)]
 struct List {
-    number: u64,
+    /// The higher one counts. Lines alone have none and count before all: earlier versions wrote them, before
+    /// these lists or after an upgrade was taken back.
+    number: Option<u64>,
     waiting: Vec<Revocation>,
     /// Some of its lines cannot be read.
     torn: bool,
@@ -261,10 +276,9 @@ impl List {
         let text = std::str::from_utf8(half).map_err(|_| wrong())?;
         let (first, rest) = text.split_once('\n').ok_or_else(wrong)?;
         let (number, lines) = match serde_json::from_str::<Heading>(first) {
-            Ok(heading) if heading.sha256 == sum(heading.list, rest) => (heading.list, rest),
+            Ok(heading) if heading.sha256 == sum(heading.list, rest) => (Some(heading.list), rest),
             Ok(_) => return Err(wrong()),
-            // Earlier versions wrote the lines alone.
-            Err(_) => (0, text),
+            Err(_) => (None, text),
         };
         let lines = lines.lines().filter(|line| !line.is_empty());
         // A power cut may have torn one of those that stand alone: the others count.
@@ -345,6 +359,14 @@ mod tests {
         std::fs::write(&path, lines).unwrap();
         assert_eq!(opened(&folder), (vec![of("anna")], false));
         assert_eq!(opened(&folder), (vec![of("anna")], false));
+        // And as one writes them after an upgrade was taken back: over the first half alone.
+        let mut both = std::fs::read(&path).unwrap();
+        let mut lines = serde_json::to_string(&of("boris")).unwrap();
+        lines.push_str(&"\n".repeat(HALF_BYTES - lines.len()));
+        both[..HALF_BYTES].copy_from_slice(lines.as_bytes());
+        std::fs::write(&path, both).unwrap();
+        assert_eq!(opened(&folder), (vec![of("boris")], false));
+        assert_eq!(opened(&folder), (vec![of("boris")], false));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -7,14 +7,15 @@
 //! ```text
 //!          first request          answered              rest over, nothing waits
 //!  (idle) ──────────────▶ on the line ────────▶ resting ──────────────────────▶ (idle)
-//!                             ▲                   │ a batch waits, or a client that is new here
+//!                             ▲                   │ a batch waits, or a user that is new here
 //!                             └───────────────────┘
 //! ```
 //!
-//! The rest is as long as the exchange took: however often Stop is repeated, the line keeps half of
-//! its time for everything else.
+//! The rest is as long as the exchange took, and longer while other kinds of requests are repeated too: however
+//! often Stop, Close and Lockout are, the line keeps half of its time for everything else. A user or token that is
+//! new here ends the rest; another connection of one that is not does not.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -58,6 +59,8 @@ struct Slot {
     wake: Arc<Notify>,
     /// Who has asked since the slot is busy, by session.
     noted: BTreeMap<String, (Caller, Repeats)>,
+    /// Sessions of users and tokens among them.
+    users: BTreeSet<String>,
     /// Repetitions of clients beyond [`CALLERS_MAX`].
     others: Repeats,
 }
@@ -67,6 +70,8 @@ struct Slot {
 struct Batch {
     outcome: watch::Sender<Option<Arc<Shared>>>,
     since: Instant,
+    /// A user is among them that is new here.
+    new_user: bool,
     /// Clients whose entries this frame gets.
     callers: Vec<Caller>,
 }
@@ -176,8 +181,11 @@ impl Hub {
             taken = Taken::First;
             slot.noted.insert(session.clone(), (caller.clone(), Repeats::default()));
             batch.callers.push(caller.clone());
-            if slot.resting {
-                slot.wake.notify_one();
+            if slot.users.insert(caller.principal.key.clone()) {
+                batch.new_user = true;
+                if slot.resting {
+                    slot.wake.notify_one();
+                }
             }
         } else {
             slot.others.again(now_ms);
@@ -227,7 +235,8 @@ impl Lane {
 
 impl Batch {
     fn new() -> Self {
-        Self { outcome: watch::Sender::new(None), since: Instant::now(), callers: Vec::new() }
+        let outcome = watch::Sender::new(None);
+        Self { outcome, since: Instant::now(), new_user: false, callers: Vec::new() }
     }
 }
 
@@ -250,25 +259,29 @@ async fn run(hub: Hub, station: Arc<Station>, request: MonitorRequest) {
             }
         };
         let began = Instant::now();
-        let Batch { outcome, since: asked, callers } = batch;
+        let Batch { outcome, since: asked, callers, .. } = batch;
         let result = send(&hub, &station, &request, callers, asked).await;
         outcome.send_replace(Some(Arc::new(result)));
-        let wake = {
+        let (wake, rest) = {
             let mut slots = lock(&station.urgent.0);
+            // Those of other kinds have the line meanwhile.
+            let kinds = u32::try_from(slots.len()).unwrap_or(u32::MAX);
+            let share = kinds.saturating_mul(2).saturating_sub(1);
             let Some(slot) = slots.get_mut(request.buf()) else { return };
             if since.elapsed() >= REPEATS_NOTED {
                 since = Instant::now();
                 slot.renew(&hub, &station);
             }
-            // A client that has not asked before does not wait behind one that repeats itself.
-            if slot.waits.as_ref().is_some_and(|batch| !batch.callers.is_empty()) {
+            // A user who has not asked before does not wait behind one who repeats the same.
+            if slot.waits.as_ref().is_some_and(|batch| batch.new_user) {
                 continue;
             }
             slot.resting = true;
-            slot.wake.clone()
+            let rest = began.elapsed().saturating_mul(share).clamp(REST, REST_MAX);
+            (slot.wake.clone(), rest)
         };
         tokio::select! {
-            () = sleep(began.elapsed().clamp(REST, REST_MAX)) => {}
+            () = sleep(rest) => {}
             () = wake.notified() => {}
         }
     }
@@ -282,6 +295,7 @@ impl Slot {
             resting: false,
             wake: Arc::default(),
             noted: BTreeMap::new(),
+            users: BTreeSet::new(),
             others: Repeats::default(),
         }
     }
@@ -302,6 +316,7 @@ impl Slot {
     fn renew(&mut self, hub: &Hub, station: &Station) {
         self.note(hub, station);
         self.noted.clear();
+        self.users.clear();
         self.others = Repeats::default();
     }
 }

@@ -444,6 +444,44 @@ async fn an_urgent_request_to_a_silent_monitor_is_answered_at_once_and_goes_on()
     }
 }
 
+/// A token stops, closes and locks out over a slow line, again and again and each time over new connections: the
+/// monitor is polled all the same, and another token's Stop does not wait for a rest.
+#[tokio::test]
+async fn urgent_requests_of_one_token_leave_the_line_half_of_its_time() {
+    let site = Site::with(1, |config| config.monitors[0].poll_ms = 200).await;
+    let (flood, other) = (site.token(Role::Operator), site.token(Role::Engineer));
+    site.bus.slow(Duration::from_millis(60));
+    let end = tokio::time::Instant::now() + Duration::from_secs(6);
+    let goes_on = || tokio::time::Instant::now() < end;
+    let floods =
+        ["stop", "close", "close", "lockout"].into_iter().zip(1..).map(async |(kind, n)| {
+            let message =
+                json!({ "type": kind, "monitor": "M1", "valve": format!("Valve{}", n - 1) });
+            while goes_on() {
+                let mut socket = site.ws(&flood).await;
+                socket.ask(message.clone()).await;
+            }
+        });
+    let watching = async {
+        let (mut looks, mut stops) = (Vec::new(), Vec::new());
+        while goes_on() {
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            looks.push(site.get(&other, "/api/monitors/M1").await.body["status"]["stale"].clone());
+            if looks.len() % 10 == 0 {
+                let began = tokio::time::Instant::now();
+                let reply = site.post(&other, "/api/monitors/M1/stop", json!({})).await;
+                assert!(matches!(reply.status, 200 | 422), "{reply:?}");
+                stops.push(began.elapsed());
+            }
+        }
+        (looks, stops)
+    };
+    let (_, (looks, stops)) = tokio::join!(join_all(floods), watching);
+    let stale = looks.iter().filter(|it| **it != json!(false)).count();
+    assert!(looks.len() > 20 && stale == 0, "{stale} of {} are stale", looks.len());
+    assert!(stops.iter().all(|it| *it < Duration::from_millis(500)), "{stops:?}");
+}
+
 /// One monitor is silent, and all are stopped again and again: another one is locked out all the same.
 #[tokio::test]
 async fn an_urgent_request_does_not_wait_for_those_before_it() {

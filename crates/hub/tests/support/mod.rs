@@ -46,6 +46,8 @@ pub struct Gate {
     waits: bool,
     /// This monitor hears nothing.
     silent: Option<usize>,
+    /// How long an answer is under way.
+    delay: Duration,
 }
 
 impl Bus {
@@ -61,6 +63,11 @@ impl Bus {
     /// Monitor 1, 2 … does not hear or answer any more.
     pub fn silence(&self, number: usize) {
         self.gate.send_modify(|it| it.silent = Some(number));
+    }
+
+    /// Each exchange takes so long, as on a slow line.
+    pub fn slow(&self, delay: Duration) {
+        self.gate.send_modify(|it| it.delay = delay);
     }
 
     /// Something is kept back now.
@@ -124,6 +131,8 @@ impl Bus {
         let mut buffer = [0; 2048];
         while let Ok(len @ 1..) = stream.read(&mut buffer).await {
             self.pass(&buffer[..len]).await;
+            let delay = self.gate.borrow().delay;
+            tokio::time::sleep(delay).await;
             let answers: Vec<u8> = {
                 let mut sims = self.lock();
                 let silent = self.gate.borrow().silent;

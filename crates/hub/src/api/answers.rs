@@ -1,4 +1,5 @@
-//! Large answers: few at once, so that clients that do not read them hold little memory.
+//! Large answers: few at once, so that clients that do not read them hold little memory. And what takes
+//! longer to make than a Stop may wait: on a thread of its own.
 
 use std::collections::HashMap;
 use std::pin::Pin;
@@ -35,6 +36,8 @@ const REMEMBERED_MAX: usize = 1000;
 #[derive(Debug)]
 pub struct Answering {
     all: Arc<Semaphore>,
+    /// For what is computed beside.
+    beside: Semaphore,
     each: Mutex<HashMap<String, Arc<Semaphore>>>,
 }
 
@@ -43,11 +46,34 @@ type Turn = (OwnedSemaphorePermit, OwnedSemaphorePermit);
 
 impl Default for Answering {
     fn default() -> Self {
-        Self { all: Arc::new(Semaphore::new(ALL_MAX)), each: Mutex::default() }
+        let all = Arc::new(Semaphore::new(ALL_MAX));
+        Self { all, beside: Semaphore::new(1), each: Mutex::default() }
     }
 }
 
+/// Too much of the same client waits, or of all.
+fn busy() -> ApiError {
+    let text = text::AnswersTooMany.words();
+    ApiError::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text)
+}
+
 impl Answering {
+    /// Does what takes milliseconds of the processor without holding up what has to be quick: one such work at a
+    /// time, and few of one client wait.
+    ///
+    /// # Errors
+    ///
+    /// 503, `busy`: its turn has not come in time.
+    pub async fn beside<T: Send + 'static>(
+        &self,
+        who: &str,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, ApiError> {
+        let _turn = self.turn(who).await.ok_or_else(busy)?;
+        let _one = self.beside.acquire().await.map_err(|_| busy())?;
+        tokio::task::spawn_blocking(work).await.map_err(|_| busy())
+    }
+
     async fn turn(&self, who: &str) -> Option<Turn> {
         let own = {
             let mut each = lock(&self.each);
@@ -80,8 +106,7 @@ pub async fn bounded(State(hub): State<Hub>, request: Request, next: Next) -> Re
         return next.run(Request::from_parts(parts, body)).await;
     };
     let Some(turn) = hub.answering().turn(&who).await else {
-        let text = text::AnswersTooMany.words();
-        return ApiError::new(StatusCode::SERVICE_UNAVAILABLE, "busy", text).into_response();
+        return busy().into_response();
     };
     let response = next.run(Request::from_parts(parts, body)).await;
     if response.body().size_hint().upper().is_some_and(|size| size <= SMALL) {

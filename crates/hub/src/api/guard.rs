@@ -55,6 +55,8 @@ impl Cookie {
 const LENIENT: Duration = Duration::from_secs(1);
 /// Bytes of a reason that an answer has: it may quote what was sent.
 const REASON_MAX: usize = 256;
+/// Bodies of this size or less are read at once; longer ones beside, as reading them takes milliseconds.
+const SHORT: usize = 4096;
 
 /// The other side of a connection.
 #[derive(Clone, Debug)]
@@ -79,7 +81,7 @@ pub struct Urgent(pub Caller);
 #[derive(Debug)]
 pub struct Body<T>(pub T);
 
-/// A body as far as it is any use: what cannot be read is empty.
+/// A body as far as it is any use: what cannot be read, or is not short, is empty.
 #[derive(Debug)]
 pub struct Lenient(pub Bytes);
 
@@ -152,11 +154,18 @@ impl FromRequestParts<Hub> for InTime {
     }
 }
 
-impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
+impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
     type Rejection = ApiError;
 
     async fn from_request(request: Request, hub: &Hub) -> Result<Self, ApiError> {
         refuse_packed(request.headers())?;
+        let len = request.headers().get(header::CONTENT_LENGTH);
+        let len = len.and_then(|len| len.to_str().ok()?.parse::<usize>().ok());
+        let (parts, body) = request.into_parts();
+        let who = len
+            .is_none_or(|len| len > SHORT)
+            .then(|| key(&parts, hub).unwrap_or_else(|| address(&parts, hub).to_string()));
+        let request = Request::from_parts(parts, body);
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = text::BodyUnreadable { body_max: BODY_MAX }.words();
             let status = error.into_response().status();
@@ -164,8 +173,13 @@ impl<T: DeserializeOwned> FromRequest<Hub> for Body<T> {
                 if status == StatusCode::PAYLOAD_TOO_LARGE { "too_large" } else { "bad_request" };
             ApiError::new(status, code, text)
         })?;
-        let bytes: &[u8] = if bytes.is_empty() { b"{}" } else { &bytes };
-        serde_json::from_slice(bytes).map(Self).map_err(|error| not_understood(&error))
+        let read = |bytes: &[u8]| serde_json::from_slice(bytes).map(Self);
+        let read = match who {
+            _ if bytes.is_empty() => read(b"{}"),
+            Some(who) => hub.answering().beside(&who, move || read(&bytes)).await?,
+            None => read(&bytes),
+        };
+        read.map_err(|error| not_understood(&error))
     }
 }
 
@@ -173,7 +187,7 @@ impl FromRequest<Hub> for Lenient {
     type Rejection = std::convert::Infallible;
 
     async fn from_request(request: Request, _: &Hub) -> Result<Self, Self::Rejection> {
-        let body = timeout(LENIENT, axum::body::to_bytes(request.into_body(), BODY_MAX)).await;
+        let body = timeout(LENIENT, axum::body::to_bytes(request.into_body(), SHORT)).await;
         Ok(Self(body.ok().and_then(Result::ok).unwrap_or_default()))
     }
 }

@@ -27,7 +27,9 @@ async fn jets(
     if jets.len() > JETS_MAX {
         return Err(ApiError::bad_request(text::JetsTooMany { jets_max: JETS_MAX }.words()));
     }
-    jets.iter().map(|asked| asked.jet(&hub)).collect::<Result<_, _>>().map(Json)
+    let own = hub.clone();
+    let compute = move || jets.iter().map(|asked| asked.jet(&own)).collect::<Result<_, _>>();
+    hub.answering().beside(&caller.principal.key, compute).await?.map(Json)
 }
 
 /// The elevation with which a monitor's jet hits a place.
@@ -41,5 +43,6 @@ async fn aim(
 ) -> Result<Json<Aimed>, ApiError> {
     hub.count_reading(&caller.principal)?;
     let station = hub.station(&id)?;
-    aim.at(&hub, &station).map(Json)
+    let own = hub.clone();
+    hub.answering().beside(&caller.principal.key, move || aim.at(&own, &station)).await?.map(Json)
 }

@@ -14,7 +14,7 @@ use lafet_proto::SubsystemId;
 use lafet_texts::{Text, hub as text};
 use serde_json::Value;
 use tokio::sync::{Semaphore, mpsc, watch};
-use tokio::task::AbortHandle;
+use tokio::task::{AbortHandle, yield_now};
 use tokio::time::{sleep, timeout};
 
 use super::Close;
@@ -107,8 +107,10 @@ impl Reader {
                 true => lock(&self.talk.urgent).take(self.hub.now()).err(),
                 false => None,
             };
-            if let Some(wait) = wait {
-                sleep(wait).await;
+            match wait {
+                Some(wait) => sleep(wait).await,
+                // What one client has sent at once does not hold up the others: each message has its turn.
+                None => yield_now().await,
             }
         }
         None

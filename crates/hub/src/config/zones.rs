@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Quench, Sector};
 use lafet_proto::{Request, SubsystemId};
 use lafet_site::config::Zone;
@@ -109,6 +110,13 @@ impl Aim {
             }
         };
         MonitorRequest::new(&Request::new(SubsystemId::CONTROL, Body::StartQuench(quench)))
+    }
+
+    /// The parameter that has the stored program by which it extinguishes without a known fire.
+    pub fn stored(&self) -> Option<Param> {
+        let name = format!("Program{}", self.program);
+        let of = |it: &Param| it.spec().subsystem == SubsystemId::CONTROL && it.name() == name;
+        Param::ALL.iter().copied().find(of)
     }
 
     /// The requests that turn there without water, for a monitor that is deployed.

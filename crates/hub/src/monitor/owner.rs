@@ -34,6 +34,8 @@ const PAUSE_FIRST: Duration = Duration::from_millis(200);
 const PAUSE_LAST: Duration = Duration::from_secs(2);
 /// How often slow things are looked at.
 const SLOW: Duration = Duration::from_secs(1);
+/// Pause until the first state is there.
+const SOON: Duration = Duration::from_millis(250);
 /// Limits are read again this often, in rounds of [`SLOW`].
 const LIMITS_ROUNDS: u64 = 30;
 /// What ends a motion by hand when nothing renews it (§D/4).
@@ -330,8 +332,10 @@ async fn read_slow(hub: Hub, station: Arc<Station>, client: Client) {
             had = found;
             round += 1;
         }
+        // What a release needs is not read late because the first state was not there yet.
+        let pause = if again { SOON } else { SLOW };
         tokio::select! {
-            () = sleep(SLOW) => {}
+            () = sleep(pause) => {}
             () = station.reread.notified() => again = true,
         }
     }
@@ -414,6 +418,26 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     station.publish_readiness(hub);
     station.publish_params(hub);
     station.publish_progress(hub, None);
+}
+
+/// Reads a parameter that is needed now, if it was not read yet: reading all of them takes seconds on a slow line.
+pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
+    let of = param.spec().subsystem.to_string();
+    let is_known =
+        |params: &Params| params.values.get(&of).is_some_and(|it| it.contains_key(param.name()));
+    if is_known(&lock(&station.params)) {
+        return;
+    }
+    let Ok(client) = station.client() else { return };
+    let monitor = Monitor::new(client);
+    let Some(Ok(values)) = monitor.params(&[param]).await.pop() else { return };
+    let mut params = lock(&station.params);
+    if !is_known(&params) {
+        let of = params.values.entry(of.clone()).or_default();
+        of.insert(param.name().to_owned(), ParamValue::Values(values));
+        drop(params);
+        station.publish_params(hub);
+    }
 }
 
 /// After how long the monitor ends water that no client confirms, s, if it was read.

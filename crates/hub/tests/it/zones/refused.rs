@@ -40,6 +40,21 @@ async fn what_a_keep_out_has_shut_off_stays_closed_until_a_reset() {
     assert_eq!(no["cause"][0]["hand"]["by"], "keep-outs", "{no:#}");
 }
 
+/// All parameters of a monitor take longer to read than an order to open is valid; the keep-outs need one of them.
+#[tokio::test]
+async fn a_release_right_after_the_start_opens_past_keep_outs_on_a_slow_line() {
+    let zones = hall(1, "");
+    let map = stand_for_people();
+    let site = Site::of((1, Composition::REMOTE), Clock::System, |config| {
+        (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
+    })
+    .await;
+    site.bus.slow(Duration::from_millis(60));
+    let released = order(&site, "hall/release", json!({ "confirm": "hall" })).await;
+    assert_eq!(released.status, 200, "{released:?}");
+    until("the valve opens", || is_open(&site, "M1")).await;
+}
+
 /// `hall` is aborted while `store`, which shares its monitor, is opening it.
 #[tokio::test]
 async fn the_abort_of_one_zone_does_not_stop_the_water_of_another() {

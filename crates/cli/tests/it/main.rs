@@ -17,6 +17,8 @@ mod conform;
 mod coverage;
 mod decode;
 mod demo;
+#[cfg(target_os = "linux")]
+mod door;
 mod exercise;
 mod install;
 mod installed;

@@ -2,15 +2,17 @@
 
 use std::time::Duration;
 
-use crate::fake::{answer, encode};
+use crate::fake::{Log, answer, encode, frame, serve};
 use lafet_client::bus::{Controller, ControllerConfig, Port, Ports};
 use lafet_client::session::line::Line;
 use lafet_client::session::{Config, Now, Outcome, Terms, Ticket};
-use lafet_client::RequestBuf;
+use lafet_client::transport::memory::pair;
+use lafet_client::{Client, RequestBuf};
 use lafet_proto::key;
 use lafet_proto::link::Decoder;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use tokio::time::{Instant, sleep};
 
 const MS: Duration = Duration::from_millis(1);
 const STOP: &[u8] = &[0x46, 0x5D, 0, 0];
@@ -187,4 +189,38 @@ fn a_babbling_line_does_not_hold_back_the_controller() {
         assert!(first.is_some_and(|at| at <= limit), "{babbles:?}: {first:?}");
         assert!(others > 10, "{babbles:?}: {others} frames after it");
     }
+}
+
+/// A Stop does not wait for an attempt to connect that was made before it, nor for the pause before the next.
+#[tokio::test(start_paused = true)]
+async fn a_stop_does_not_wait_for_an_earlier_attempt() {
+    let (first, far) = pair();
+    let mut first = Some(first);
+    let mut attempts = 0;
+    let dial = move || {
+        let (first, attempt) = (first.take(), attempts);
+        attempts += 1;
+        async move {
+            match (first, attempt) {
+                (Some(first), _) => Ok(first),
+                (None, ..=5) => Err(std::io::ErrorKind::ConnectionRefused.into()),
+                // A peer that does not react.
+                (None, 6) => std::future::pending().await,
+                _ => {
+                    let (ours, theirs) = pair();
+                    tokio::spawn(serve(theirs, Log::default(), |asked| frame(&answer(asked))));
+                    Ok(ours)
+                }
+            }
+        }
+    };
+    let client = Client::dial("test", dial, Config::default()).await.unwrap();
+    drop(far);
+    // Until it hangs, by pauses of 2 s at the end.
+    sleep(MS * 20_000).await;
+    assert!(!client.link_state().borrow().up);
+    let start = Instant::now();
+    let stop = Request::new(SubsystemId::ALL, Body::Stop);
+    assert!(client.request(&stop).await.unwrap().refusal().is_none());
+    assert!(start.elapsed() <= MS * 200, "{:?}", start.elapsed());
 }

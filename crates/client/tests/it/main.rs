@@ -20,5 +20,6 @@ mod memory;
 mod processes;
 mod radio;
 mod refusal;
+mod saving;
 mod silence;
 mod subscribe;

@@ -23,3 +23,4 @@ mod refusal;
 mod saving;
 mod silence;
 mod subscribe;
+mod urgent;

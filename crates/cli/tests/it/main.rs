@@ -31,6 +31,8 @@ mod late;
 #[cfg(unix)]
 mod listening;
 mod odd;
+#[cfg(target_os = "linux")]
+mod port;
 mod processes;
 mod program;
 mod record;

@@ -165,7 +165,7 @@ const COMMANDS: [&[&str]; 40] = [
 const OTHERS: [(&[&str], &str); 6] = [
     (&["stop", "close"], "do not wait: `what_stops_waits_for_nothing`"),
     (&["top"], "goes on trying: `a_stop_at_the_dashboard_does_not_wait`"),
-    (&["doctor"], "tells what it hears: crates/client/tests/it/doctor.rs"),
+    (&["doctor"], "reports what it hears: crates/client/tests/it/doctor.rs"),
     (&["jog"], "needs a terminal; opens its line as `move` does"),
     (
         &["sim", "sim run", "serve", "demo", "coverage", "throw", "map modbus", "decode", "replay"],

@@ -262,7 +262,8 @@ const TASKS: &[Task] = &[
         arguments: "",
         about: "Modbus with pymodbus and mbpoll, which it installs if permitted",
         details: "The hub's server against masters of others, and its detectors and outputs against a server of \
-                  others: over TCP and over a pseudo-terminal.",
+                  others: over TCP and over a pseudo-terminal. A recording of a recorder that was killed, read by \
+                  the Python library of MCAP.",
         run: plugs::plugs,
     },
     Task {

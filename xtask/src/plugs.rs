@@ -6,8 +6,10 @@ use std::process::{Command, ExitCode};
 use crate::run::{StepResult, TestProgram, cargo, output, root, show_tests, test_programs};
 use crate::{TaskResult, flag, setup};
 
-/// What Python has of Modbus, on this side and that, of MQTT, and what Home Assistant checks its messages with.
-const PACKAGES: [&str; 5] = [
+/// What Python has of Modbus, on this side and that, of MQTT and of recordings, and what Home Assistant checks its
+/// messages with.
+const PACKAGES: [&str; 6] = [
+    "mcap==1.6.0",
     "pymodbus==3.16.1",
     "pyserial==3.5",
     "paho-mqtt==2.1.0",
@@ -29,17 +31,21 @@ pub fn check() -> StepResult {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::iter::once(programs).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(folders).map_err(|e| e.to_string())?;
-    let mut tests = Command::new(tests_of_hub()?);
-    tests.args(["--ignored", "foreign::"]).current_dir(root().join("crates/hub"));
-    show_tests(tests.env("PATH", path))
+    for folder in ["crates/hub", "crates/cli"] {
+        let mut tests = Command::new(tests_of(folder)?);
+        tests.args(["--ignored", "foreign::"]).current_dir(root().join(folder));
+        show_tests(tests.env("PATH", &path))?;
+    }
+    Ok(())
 }
 
-/// The program of the hub's integration tests, built as for all other tests: selected alone, its dependencies
+/// The program of a crate's integration tests, built as for all other tests: selected alone, its dependencies
 /// would be built again with fewer features.
-fn tests_of_hub() -> Result<PathBuf, String> {
+fn tests_of(folder: &str) -> Result<PathBuf, String> {
     let build = ["test", "--workspace", "--no-run", "--message-format=json"];
     let messages = output(&mut cargo(&build))?;
-    let it = |test: &TestProgram| test.package.contains("/crates/hub#") && test.name == "it";
+    let package = format!("/{folder}#");
+    let it = |test: &TestProgram| test.package.contains(&package) && test.name == "it";
     let program = test_programs(&messages).find(it).map(|test| test.path);
-    program.ok_or_else(|| "the hub has no tests of the name `it`".to_owned())
+    program.ok_or_else(|| format!("{folder} has no tests of the name `it`"))
 }

@@ -11,9 +11,9 @@ use std::time::Duration;
 
 use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhear};
 use lafet_client::transport::Link;
-use lafet_client::transport::door::{PATIENCE, unless_wanted};
+use lafet_client::transport::door::{self, PATIENCE, VISITS_MAX, unless_wanted};
 use lafet_client::transport::memory::Memory;
-use lafet_client::transport::port::{Holder, PortError, holders, user_of};
+use lafet_client::transport::port::{Holder, PortError, holders_beside, user_of_beside};
 use lafet_client::{
     AnswerBuf, Answers, Client, Config, Endpoint, Error, Framing, LinkEvent, Monitor, RequestBuf,
     Role,
@@ -301,15 +301,33 @@ pub async fn listened(
 ) -> Result<(Link, Overheard), Failure> {
     if let Endpoint::Serial { path, line, .. } = endpoint
         && !line.shared
-        && let Some(by) = holders(path).into_iter().next()
+        && let Some(by) = holders_beside(path).await.into_iter().next()
     {
         let used = PortError::InUse { path: path.clone(), by: Some(by) };
         return Err(lost(url, used.into()).into());
     }
     match unless_wanted(endpoint, overhear(endpoint, times, Link::open)).await {
-        Some(heard) => Ok(heard.map_err(|source| lost(url, source))?),
-        None => Err(Failure::Silent(text::PortGiven { url }.of(current()))),
+        Ok(heard) => Ok(heard.map_err(|source| lost(url, source))?),
+        Err(Holder { pid, program }) => {
+            Err(Failure::Silent(text::PortGiven { url, pid, program }.of(current())))
+        }
     }
+}
+
+/// Does what only looks at a line, and starts it again when an urgent command has needed the port meanwhile.
+/// `answer`: the longest time that it waits for an answer.
+pub async fn giving_way<F: Future>(
+    url: &str,
+    endpoint: &Endpoint,
+    answer: Duration,
+    work: impl FnMut() -> F,
+) -> Result<F::Output, Failure> {
+    let gave = |Holder { pid, program }: &Holder| {
+        complain(text::PortGivenAway { url, pid, program }.of(current()));
+    };
+    let done = door::giving_way(endpoint, answer, gave, work).await;
+    let times = VISITS_MAX;
+    done.ok_or_else(|| Failure::Silent(text::PortGivenOften { url, times }.of(current())))
 }
 
 /// Opens the bare link of what must not wait. Says who has the port when it is not given soon.
@@ -321,7 +339,7 @@ async fn urgently(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
     }
     if let Endpoint::Serial { path, .. } = endpoint {
         let (port, s) = (Shown(path.display()), PATIENCE.as_secs());
-        complain(match user_of(path) {
+        complain(match user_of_beside(path).await {
             Some(Holder { pid, program }) => {
                 text::PortAwaited { port, pid, program, s }.of(current())
             }

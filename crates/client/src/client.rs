@@ -72,9 +72,9 @@ impl Client {
         let adapters = Arc::new(Adapters::of(endpoint));
         let config = config.of(endpoint);
         let endpoint = endpoint.clone();
-        let redial = Redial::new(move || {
+        let redial = Redial::new(move |urgent| {
             let (endpoint, adapters) = (endpoint.clone(), adapters.clone());
-            Box::pin(async move { Link::open_same(&endpoint, &adapters).await })
+            Box::pin(async move { Link::open_same(&endpoint, &adapters, urgent).await })
         });
         Self::start(name, link, Some(redial), config)
     }
@@ -107,7 +107,7 @@ impl Client {
         let endpoint: Arc<str> = name.into();
         let lost = |source| Error::Link { endpoint: endpoint.clone(), source: Arc::new(source) };
         let link = Link::Memory(Memory::new(dial().await.map_err(lost)?));
-        let redial = Redial::new(move || {
+        let redial = Redial::new(move |_| {
             let stream = dial();
             Box::pin(async move { stream.await.map(|stream| Link::Memory(Memory::new(stream))) })
         });

@@ -166,8 +166,17 @@ pub struct Engine {
 pub enum Next {
     /// It ends.
     End,
-    /// It connects again after a pause; otherwise it waits for its alarm, if there is one.
-    Wait { dial: Option<Duration>, alarm: Option<Instant> },
+    /// It connects again; otherwise it waits for its alarm, if there is one.
+    Wait { dial: Option<Dial>, alarm: Option<Instant> },
+}
+
+/// How the task connects again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dial {
+    /// Before it does.
+    pub pause: Duration,
+    /// A Stop, Close or Lockout waits for it.
+    pub urgent: bool,
 }
 
 impl Engine {
@@ -259,6 +268,9 @@ impl Engine {
             self.due = self.next_due(now);
         }
         self.wake_if_late();
+        if urgent && self.link.is_none() {
+            self.turn.wake_task();
+        }
         Ok(ticket)
     }
 
@@ -302,8 +314,14 @@ impl Engine {
         if !self.lead.is_allowed() {
             self.turn.set_leader(None);
         }
-        let dial = (self.link.is_none() && self.redials).then_some(self.pause);
+        let dial = (self.link.is_none() && self.redials).then(|| self.dial());
         Next::Wait { dial, alarm: due.map(|due| self.start + due) }
+    }
+
+    fn dial(&self) -> Dial {
+        let urgent = self.line.is_urgent();
+        let longest = if urgent { REDIAL_FIRST } else { REDIAL_LAST };
+        Dial { pause: self.pause.min(longest), urgent }
     }
 
     /// The task has ended: callers get no outcome any more.

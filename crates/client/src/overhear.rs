@@ -115,8 +115,13 @@ pub(crate) async fn listen_elsewhere(
     dial: &mut impl AsyncFnMut(&Endpoint) -> io::Result<Link>,
 ) -> io::Result<Option<(u32, Heard)>> {
     for (baud, at) in at_other_speeds(endpoint) {
-        // A port that does not support a speed is skipped.
-        let Ok(link) = dial(&at).await else { continue };
+        let link = match dial(&at).await {
+            Ok(link) => link,
+            // Another program has opened the port in between: nothing is known about the line.
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => return Err(error),
+            // A port that does not support a speed is skipped.
+            Err(_) => continue,
+        };
         let mut prober = Prober::new(link, endpoint.addresses().source);
         let mut heard = prober.listen_for_frame(time).await?;
         listen_for_company(&mut prober, &mut heard, time).await?;

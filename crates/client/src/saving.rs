@@ -11,7 +11,7 @@ use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, Request, Status, SubsystemId};
 use tokio::time::sleep;
 
-use crate::answers::Answers;
+use crate::answers::{AnswerBuf, Answers};
 use crate::error::Error;
 use crate::monitor::Monitor;
 
@@ -90,12 +90,20 @@ impl Monitor {
 
     async fn saved(&self, request: &Request<'_>) -> Result<(Answers, Saved), Error> {
         let (answers, saved) = self.save(request).await?;
-        Ok((answers.accepted()?, saved.unwrap_or(Saved::Unconfirmed)))
+        match refusal(&answers, owner(request)) {
+            None => Ok((answers, saved.unwrap_or(Saved::Unconfirmed))),
+            Some(refusal) => Err(Error::Refused {
+                request: refusal.request(),
+                to: request.to,
+                status: refusal.status(),
+                by: refusal.from(),
+            }),
+        }
     }
 
     /// Sends a request that changes a stored value (SetParam, Lockout), and waits until it is
     /// stored: at most two seconds and three repetitions. A parameter of a remote unit is repeated
-    /// until the unit has taken it. Returns the first answers; `None` if refused.
+    /// until the unit has taken it. Returns the first answers; `None` if who stores it has refused.
     ///
     /// # Errors
     ///
@@ -104,7 +112,8 @@ impl Monitor {
         let mut tries = 0;
         let answers = loop {
             let answers = self.client().request(request).await?;
-            let cached = answers.refusal().is_some_and(|it| it.status() == Status::CACHED);
+            let refusal = refusal(&answers, owner(request));
+            let cached = refusal.is_some_and(|it| it.status() == Status::CACHED);
             if !cached || tries == UNIT_TRIES {
                 break answers;
             }
@@ -113,7 +122,7 @@ impl Monitor {
             sleep(UNIT_PAUSE).await;
         };
         let saved = match word(&answers, owner(request)) {
-            _ if answers.refusal().is_some() => None,
+            _ if refusal(&answers, owner(request)).is_some() => None,
             Status::OK => Some(Saved::Stored),
             // Each repetition could be another write in the unit.
             _ if tries > 0 => Some(Saved::Unconfirmed),
@@ -130,7 +139,7 @@ impl Monitor {
             sleep(pause).await;
             let answers = self.client().request(request).await?;
             // After a zero point was taken, the position is a different one (§3.17).
-            if answers.refusal().is_some() {
+            if refusal(&answers, owner(request)).is_some() {
                 return Ok(Saved::Unconfirmed);
             }
             if word(&answers, owner(request)) == Status::OK {
@@ -150,6 +159,15 @@ impl Monitor {
 /// The subsystem that stores the value: General for a request to All (§3.18).
 fn owner(request: &Request<'_>) -> SubsystemId {
     if request.to == SubsystemId::ALL { SubsystemId::GENERAL } else { request.to }
+}
+
+/// What refused a request: the owner's answer decides, whatever others say, who may have nothing to do
+/// (a valve that is closed already). Without it, the first refusal.
+fn refusal(answers: &Answers, owner: SubsystemId) -> Option<&AnswerBuf> {
+    match answers.iter().find(|answer| answer.from() == owner) {
+        Some(own) => Some(own).filter(|own| !own.status().is_success()),
+        None => answers.refusal(),
+    }
 }
 
 /// The status that the owner answered; an answer of another subsystem in its name does not count.

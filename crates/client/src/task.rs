@@ -9,19 +9,19 @@ use std::task::{Context, Poll};
 
 use tokio::time::{Instant, Sleep, sleep, sleep_until};
 
-use crate::engine::{Engine, Next};
+use crate::engine::{Dial, Engine, Next};
 use crate::shared::{Shared, lock};
 use crate::transport::Link;
 
 /// A link that is being opened.
 pub type Dialing = Pin<Box<dyn Future<Output = io::Result<Link>> + Send>>;
 
-/// How the link is opened again.
+/// How the link is opened again, for something urgent or not.
 #[derive(Clone)]
-pub struct Redial(Arc<Mutex<dyn FnMut() -> Dialing + Send>>);
+pub struct Redial(Arc<Mutex<dyn FnMut(bool) -> Dialing + Send>>);
 
 impl Redial {
-    pub fn new(dial: impl FnMut() -> Dialing + Send + 'static) -> Self {
+    pub fn new(dial: impl FnMut(bool) -> Dialing + Send + 'static) -> Self {
         Self(Arc::new(Mutex::new(dial)))
     }
 }
@@ -39,6 +39,8 @@ pub struct Task {
     /// How to connect again; without it a lost link is not replaced.
     redial: Option<Redial>,
     dialing: Option<Dialing>,
+    /// For something urgent.
+    urgently: bool,
 }
 
 impl Task {
@@ -47,7 +49,7 @@ impl Task {
         shared: Arc<Shared>,
         redial: Option<Redial>,
     ) -> Self {
-        Self { engine, shared, redial, dialing: None }
+        Self { engine, shared, redial, dialing: None, urgently: false }
     }
 
     /// Runs until all handles are dropped and urgent requests are done.
@@ -78,14 +80,7 @@ impl Task {
                 self.shared.publish(state);
             }
             let Next::Wait { dial, alarm: due } = next else { return Poll::Ready(()) };
-            if let (Some(pause), None, Some(redial)) = (dial, &self.dialing, &self.redial) {
-                let redial = redial.clone();
-                lock(&self.engine).dialing();
-                self.dialing = Some(Box::pin(async move {
-                    sleep(pause).await;
-                    let opening = (lock(&redial.0))();
-                    opening.await
-                }));
+            if dial.is_some_and(|dial| self.dials(dial)) {
                 continue;
             }
             let Some(due) = due else { return Poll::Pending };
@@ -96,6 +91,23 @@ impl Task {
                 return Poll::Pending;
             }
         }
+    }
+}
+
+impl Task {
+    /// Opens the link, unless that goes on already; whether it does so now. What is urgent does not wait for an
+    /// attempt that was made before it.
+    fn dials(&mut self, Dial { pause, urgent }: Dial) -> bool {
+        let goes_on = self.dialing.is_some() && (self.urgently || !urgent);
+        let Some(redial) = self.redial.clone().filter(|_| !goes_on) else { return false };
+        lock(&self.engine).dialing();
+        self.urgently = urgent;
+        self.dialing = Some(Box::pin(async move {
+            sleep(pause).await;
+            let opening = (lock(&redial.0))(urgent);
+            opening.await
+        }));
+        true
     }
 }
 

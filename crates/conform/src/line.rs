@@ -144,7 +144,8 @@ impl Line for LinkLine {
                 self.cut.give_up.store(true, Ordering::Relaxed);
                 return Err(last);
             }
-            match self.handle.block_on(Link::open(endpoint)) {
+            // The monitor is stopped over it.
+            match self.handle.block_on(Link::open_urgently(endpoint)) {
                 Ok(link) => {
                     self.link = Some(link);
                     return Ok(true);

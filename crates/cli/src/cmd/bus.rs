@@ -177,7 +177,8 @@ fn driver(config: DriverConfig, ready: Vec<(Endpoint, Link)>) -> Driver {
         async move {
             match link {
                 Some(link) => Ok(link),
-                None => Link::open(&endpoint).await,
+                // Each Stop of the consoles goes through it.
+                None => Link::open_urgently(&endpoint).await,
             }
         }
     })

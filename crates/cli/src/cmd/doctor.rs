@@ -9,7 +9,6 @@ use std::time::Duration;
 use clap::Args;
 use lafet_client::doctor::{Evidence, Finding, Options, Severity, examine, findings};
 use lafet_client::transport::Link;
-use lafet_client::transport::door::giving_way;
 use lafet_client::{Endpoint, Error, PortError};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::Severity as FlagSeverity;
@@ -17,7 +16,7 @@ use lafet_texts::{Fixed, cli as text};
 use serde_json::{Value, json};
 
 use crate::cli::{Global, seconds};
-use crate::connect::{Connection, link, url_of};
+use crate::connect::{Connection, giving_way, link, url_of};
 use crate::describe::flag_lines;
 use crate::failure::{Failure, Outcome};
 use crate::installed;
@@ -76,8 +75,8 @@ pub async fn run(args: DoctorArgs, global: &Global, out: &mut Out) -> Outcome {
     };
     let shown = RefCell::new(&mut *out);
     let tell = |doing: Fixed| shown.borrow_mut().progress(format!("{}…", doing.str(current())));
-    // An examination that an urgent command has broken off begins again.
-    let evidence = giving_way(&endpoint, || examine(&endpoint, &options, dial, tell)).await;
+    let evidence =
+        giving_way(&url, &endpoint, wait, || examine(&endpoint, &options, dial, tell)).await?;
     let findings = findings(&evidence);
     let faults = match evidence.is_answered() && !evidence.crc32c_only {
         true => faults(&global).await,

@@ -105,3 +105,54 @@ fn named(usb: &Usb) -> String {
         words => words.join(" "),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use lafet_client::transport::port::Holder;
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    fn port() -> Port {
+        let mut port = Port::default();
+        port.path = PathBuf::from("/dev/ttyUSB0");
+        port.stable_path = Some(PathBuf::from("/dev/serial/by-id/usb-1"));
+        port.driver = Some("ftdi_sio".into());
+        port.permitted = true;
+        port
+    }
+
+    /// A row says whether the port may be opened, and by whom it is used.
+    #[test]
+    fn a_row_says_who_has_the_port() {
+        let free = row(&port());
+        assert_eq!(free, ["/dev/ttyUSB0", "free", "ftdi_sio", "/dev/serial/by-id/usb-1"]);
+        let mut denied = port();
+        denied.permitted = false;
+        assert_eq!(row(&denied)[1], text::PortNoPermission.str(current()));
+        denied.in_use = vec![Holder { pid: 42, program: "minicom".into() }];
+        assert!(row(&denied)[1].contains("minicom (42)"), "{:?}", row(&denied));
+    }
+
+    /// An entry has what the schema describes, and no more.
+    #[test]
+    fn an_entry_is_as_described() {
+        let mut used = port();
+        used.in_use = vec![Holder { pid: 42, program: "minicom".into() }];
+        used.usb = Some(Usb::default());
+        let entry = serde_json::to_value(entry(&used)).unwrap();
+        assert_eq!(entry["url"], "serial:///dev/serial/by-id/usb-1");
+        assert_eq!(entry["in_use"], json!([{ "pid": 42, "program": "minicom" }]));
+        assert_eq!(entry["permitted"], true);
+        let schema = include_str!("../../../../docs/schema/cli-1.json");
+        let schema: Value = serde_json::from_str(schema).unwrap();
+        let described =
+            |value: &Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+        let shape = &schema["$defs"]["port"]["properties"];
+        assert_eq!(described(&entry), described(shape));
+        let usb = &shape["usb"]["anyOf"][1]["properties"];
+        assert_eq!(described(&entry["usb"]), described(usb));
+    }
+}

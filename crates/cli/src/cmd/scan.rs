@@ -9,7 +9,6 @@ use clap::Args;
 use lafet_client::overhear::CONTROLLER_PAUSE;
 use lafet_client::scan::{Place, Present, Scan, ScanOptions, Told, hosts, scan, scan_network};
 use lafet_client::transport::Link;
-use lafet_client::transport::door::giving_way;
 use lafet_client::{Behaviour, Endpoint, Error, Framing};
 use lafet_proto::bus;
 use lafet_proto::link::Check;
@@ -18,7 +17,9 @@ use serde_json::{Value, json};
 use tokio::time::{Instant, interval};
 
 use crate::cli::Global;
-use crate::connect::{Connection, THOROUGH, can_be_overheard, disturbs, link, listened, url_of};
+use crate::connect::{
+    Connection, THOROUGH, can_be_overheard, disturbs, giving_way, link, listened, url_of,
+};
 use crate::failure::{Failure, Outcome};
 use crate::lang::current;
 use crate::out::{Out, columns};
@@ -115,12 +116,11 @@ async fn scan_bus(args: &ScanArgs, global: &Global, out: &mut Out) -> Outcome {
         }
     };
     let (place, how) = (&endpoint, &options);
-    // A scan that an urgent command has broken off begins again.
-    let scan = giving_way(place, || async move {
+    let scan = giving_way(url, place, options.wait, || async move {
         let link = quiet(url, place, global).await?;
         Ok::<Scan, Failure>(scan(link, source, how, tell).await.map_err(lost)?)
     });
-    let scan = scan.await?;
+    let scan = scan.await??;
     let mut rows = Vec::new();
     let mut devices = Vec::new();
     for present in &scan.present {

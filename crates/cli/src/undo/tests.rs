@@ -90,10 +90,12 @@ const FOLLOWED: [&str; 10] = [
     "--follow",
 ];
 
+const PATH: [&str; 6] =
+    ["trajectory", "--point", "20deg,-2deg,25,50", "--point", "40deg,-2deg,25,50", "--follow"];
+
 fn cases() -> Vec<Case> {
     let (follow, [quench @ .., _]) = (&FOLLOWED, &FOLLOWED);
-    let path: &[&str] =
-        &["trajectory", "--point", "20deg,-2deg,25,50", "--point", "40deg,-2deg,25,50", "--follow"];
+    let (followed, [path @ .., _]) = (&PATH, &PATH);
     vec![
         Case { before: &[], ..case(&["deploy"], "Deployer may still move") },
         case(&["wrap"], "Deployer may still move"),
@@ -112,7 +114,7 @@ fn cases() -> Vec<Case> {
         ),
         Case { endless: true, ..case(&["justify"], "The barrel may still move") },
         Case { endless: true, ..case(follow, "The program of extinguishing may still run") },
-        Case { endless: true, ..case(path, "The program of extinguishing may still run") },
+        Case { endless: true, ..case(followed, "The program of extinguishing may still run") },
         Case {
             reads: 1,
             endless: true,
@@ -124,6 +126,19 @@ fn cases() -> Vec<Case> {
         Case { brief: true, ..case(&["move", "vertical", "20deg", "--no-wait"], "Vertical may") },
         Case { brief: true, ..case(&["open", "--no-wait"], "Valve1 may be open") },
         Case { brief: true, ..case(quench, "The program of extinguishing may") },
+        Case { brief: true, ..case(path, "The program of extinguishing may") },
+        Case { reads: 1, brief: true, ..case(&["program", "run", "3"], "The program of ext") },
+        Case {
+            // Two states; then limits are switched off, taken and switched on.
+            reads: 2,
+            brief: true,
+            ..case(&["limits", "teach", "--here", "left"], "limits of Horizontal may still be off")
+        },
+        Case {
+            reads: 5,
+            brief: true,
+            ..case(&["limits", "teach", "--here", "left"], "limits of Horizontal may still be off")
+        },
         Case { brief: true, ..case(&["send", "Move Vertical 1200"], "Vertical may still move") },
         Case { brief: true, ..case(&["send", "Stop All"], "The barrel may still move") },
         Case {
@@ -428,10 +443,10 @@ async fn run(case: &Case, monitor: &sim::Sim, plan: Option<Plan>) -> Run {
 
 fn phases(case: &Case) -> Vec<(Phase, Cut)> {
     let both = |phase| [(phase, Cut::End), (phase, Cut::Silence)];
-    let mut phases = vec![(Phase::BeforeArrival, Cut::End)];
+    let mut phases = both(Phase::BeforeArrival).to_vec();
     phases.extend(both(Phase::BeforeAnswer));
     if !case.brief {
-        phases.push((Phase::After(1), Cut::End));
+        phases.extend(both(Phase::After(1)));
         phases.extend(both(Phase::After(7)));
     }
     if !case.brief && !case.endless {
@@ -470,16 +485,33 @@ async fn what_was_started_is_at_rest_when_the_line_returns() {
             cells += 1;
         }
     }
-    assert!(cells >= 90, "{cells}");
+    assert!(cells >= 130, "{cells}");
+}
+
+/// In each phase of each command.
+fn all_phases(case: &Case) -> Vec<Phase> {
+    let mut all: Vec<Phase> = phases(case).into_iter().map(|(phase, _)| phase).collect();
+    all.dedup();
+    all
 }
 
 #[tokio::test(start_paused = true)]
 async fn where_the_line_stays_cut_the_emergency_stop_is_named_in_time() {
+    stays_cut(|_| vec![Phase::BeforeAnswer]).await;
+}
+
+#[tokio::test(start_paused = true)]
+#[ignore = "two minutes"]
+async fn the_same_in_each_phase() {
+    stays_cut(all_phases).await;
+}
+
+async fn stays_cut(phases: impl Fn(&Case) -> Vec<Phase>) {
     for (index, case) in cases().into_iter().enumerate() {
         let monitor = prepared(case.before);
         // The kind of cut makes no difference to what follows.
-        for cut in [[Cut::End, Cut::Silence][index % 2]] {
-            let phase = Phase::BeforeAnswer;
+        let cut = [Cut::End, Cut::Silence][index % 2];
+        for phase in phases(&case) {
             let plan = Plan { cut, phase, reads: case.reads, away: NEVER };
             let began = Instant::now();
             let run = run(&case, &monitor, Some(plan)).await;
@@ -501,23 +533,36 @@ async fn after_the_cut(line: &Wired, pause: Duration) {
 
 #[tokio::test(start_paused = true)]
 async fn ctrl_c_with_the_line_cut() {
+    let last = |case: &Case| if case.brief { Phase::BeforeAnswer } else { Phase::After(7) };
+    ctrl_c_with_the_line_cut_in(|case| vec![last(case)]).await;
+}
+
+#[tokio::test(start_paused = true)]
+#[ignore = "two minutes"]
+async fn ctrl_c_with_the_line_cut_in_each_phase() {
+    ctrl_c_with_the_line_cut_in(all_phases).await;
+}
+
+async fn ctrl_c_with_the_line_cut_in(phases: impl Fn(&Case) -> Vec<Phase>) {
     let soon = Duration::from_millis(20);
-    for case in cases().into_iter().filter(|case| !case.brief) {
+    let cases = cases();
+    for (case, phase) in
+        cases.iter().flat_map(|case| phases(case).into_iter().map(move |phase| (case, phase)))
+    {
         let monitor = prepared(case.before);
-        let plan =
-            |away| Plan { cut: Cut::Silence, phase: Phase::After(7), reads: case.reads, away };
+        let plan = |away| Plan { cut: Cut::Silence, phase, reads: case.reads, away };
         // The cut is not noticed yet: Stop is sent once the line is back.
-        let run = run_with(&case, &monitor, Some(plan(AWAY)), |line| async move {
+        let run = run_with(case, &monitor, Some(plan(AWAY)), |line| async move {
             after_the_cut(&line, soon).await;
             press();
         });
         let run = run.await;
-        let what = format!("{:?}: {} {:?}", case.words, run.message(), run.warned);
+        let what = format!("{:?} {phase:?}: {} {:?}", case.words, run.message(), run.warned);
         assert_eq!(run.code(), 130, "{what}");
         assert!(run.warned.join("\n").contains(case.risk), "{what}");
         assert!(run.is_undone() && run.message().contains("at rest now"), "{what}");
         // Another Ctrl-C gives up at once, and says so.
-        let run = run_with(&case, &monitor, Some(plan(NEVER)), |line| async move {
+        let run = run_with(case, &monitor, Some(plan(NEVER)), |line| async move {
             after_the_cut(&line, soon).await;
             press();
             sleep(Duration::from_secs(5)).await;
@@ -526,7 +571,7 @@ async fn ctrl_c_with_the_line_cut() {
         });
         let began = Instant::now();
         let run = run.await;
-        let what = format!("{:?}: {}", case.words, run.message());
+        let what = format!("{:?} {phase:?}: {}", case.words, run.message());
         assert_eq!(run.code(), 4, "{what}");
         assert!(run.message().contains("Gave up"), "{what}");
         assert!(run.message().contains("Use the emergency stop"), "{what}");

@@ -300,3 +300,30 @@ fn every_command_has_help_with_an_example() {
         assert!(russian.code == 0 && russian.out.contains("Примеры:\n  "), "{russian:?}");
     }
 }
+
+/// A negative number is a value that is out of range, not an option.
+#[test]
+fn a_negative_time_is_told_its_range() {
+    for lang in ["en", "ru"] {
+        let run = Run::of(&["--lang", lang, "-c", "sim:", "--timeout", "-1", "status"]);
+        assert!(run.code == 2 && run.err.contains("0.001") && run.err.contains("-1"), "{run:?}");
+        assert!(!run.err.contains("unexpected argument"), "{run:?}");
+    }
+}
+
+/// In a pipe, progress that is soon superseded is written now and then, not at each step.
+#[test]
+fn progress_in_a_pipe_is_bounded() {
+    let sim = Sim::start(&["--fire", "az=5,range=25"]);
+    sim.done(&["deploy"]);
+    let began = std::time::Instant::now();
+    let run = sim.done(&["seek", "--from-az", "-30", "--to-az", "30"]);
+    // A line at the start, then one each 5 s.
+    let most = 2 + began.elapsed().as_secs() as usize / 5;
+    let lines = run.err.lines().count();
+    assert!((1..=most).contains(&lines), "{lines} of {most}: {run:?}");
+    let began = std::time::Instant::now();
+    let run = Run::of(&["scan", "127.0.0.1-40", "--port", "1", "--brief"]);
+    let most = 2 + began.elapsed().as_secs() as usize / 5;
+    assert!(run.err.lines().count() <= most + 1, "{run:?}");
+}

@@ -1,6 +1,11 @@
 //! `lafet conform` over TCP: what it prints, writes and returns.
 
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::time::Duration;
+
 use crate::support::{Run, Sim};
+use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use serde_json::json;
 
 /// A simulated monitor with a fast clock.
@@ -32,6 +37,18 @@ fn a_right_monitor_passes() {
     assert!(run.code == 0 && run.out.contains("ошибок 0"), "{run:?}");
 }
 
+/// A full run says how long it takes.
+#[test]
+fn a_full_run_says_how_long_it_takes() {
+    for (lang, words) in [("en", "About ten minutes"), ("ru", "десяти минут")] {
+        let all = ["--lang", lang, "conform", "sim:?speed=20", "--full", "--only", "layout"];
+        let run = Run::of(&all);
+        assert!(run.code == 0 && run.err.contains(words), "{run:?}");
+        let quick = Run::of(&[&all[..4], &all[5..]].concat());
+        assert!(quick.code == 0 && !quick.err.contains(words), "{quick:?}");
+    }
+}
+
 #[test]
 fn json_holds_the_bytes() {
     let sim = Sim::start(&FAST);
@@ -41,6 +58,29 @@ fn json_holds_the_bytes() {
     assert_eq!((&test["item"], &test["label"]), (&json!("§2"), &json!("read")));
     assert_eq!(test["log"][0]["sent"], "FF C0 01 81 D4 C2 00 00 A5 D8 C0", "{test}");
     assert!(report["not_tested"].as_array().unwrap().len() > 5, "{report}");
+}
+
+/// Its frames have no numbers, so it listens until what a program before it has asked is answered: what
+/// is late then is heard, and nothing is sent.
+#[test]
+fn a_late_answer_of_another_program_is_not_believed() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("tcp://{}?addr=1", listener.local_addr().unwrap());
+    let served = std::thread::spawn(move || {
+        let (mut line, _) = listener.accept().unwrap();
+        std::thread::park_timeout(Duration::from_millis(4500));
+        let mut wire = [0; WIRE_MAX];
+        // Climatics is absent.
+        let payload = [0xFA, 0x34, 0x02, 0];
+        let len = encode(&Frame { dst: 129, src: 1, payload: &payload }, &mut wire).unwrap();
+        line.write_all(&wire[..len]).unwrap();
+        let mut sent = Vec::new();
+        line.read_to_end(&mut sent).map(|_| sent)
+    });
+    let run = Run::of(&["--lang", "en", "conform", &url]);
+    assert!(run.code == 3 && run.err.contains("console 129"), "{run:?}");
+    let sent = served.join().unwrap().unwrap();
+    assert!(sent.is_empty(), "{sent:02X?}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use crate::support::{Run, Sim};
+use crate::support::{Run, Running, Sim, commands, lafet};
 use serde_json::{Value, json};
 
 const SCHEMA: &str = include_str!("../../../../docs/schema/cli-1.json");
@@ -57,6 +57,12 @@ fn close(value: &mut Value) {
     }
 }
 
+/// Fails unless a line has this shape.
+pub fn has_shape(shape: &str, line: &str) {
+    let value = serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"));
+    Shapes::new().check(shape, &value, line);
+}
+
 fn of(words: &[&str]) -> Run {
     let mut all = vec!["--json"];
     all.extend(words);
@@ -81,6 +87,7 @@ fn on_monitor<'a>(
         ("exchange", vec!["send", "GetStatus All", "GetParam Vertical Speed"]),
         ("hotbeds", vec!["seek", "--from-az", "-9", "--to-az", "9"]),
         ("hotbeds", vec!["hotbeds"]),
+        ("justify", vec!["justify"]),
         ("done", vec!["open"]),
         ("done", vec!["close"]),
         ("limits", vec!["limits"]),
@@ -100,6 +107,10 @@ fn on_monitor<'a>(
         ("record", vec!["record", recording, "--for", "0.5"]),
         ("calibrate", vec!["calibrate", "--outlet", "28", "--dry-run"]),
         ("tune", vec!["tune", "horizontal", "--dry-run"]),
+        ("restore", vec!["param", "restore", backup, "--dry-run"]),
+        ("param", vec!["param", "set", "vertical", "Speed", "9"]),
+        ("restore", vec!["param", "restore", backup]),
+        ("limits-teach", vec!["limits", "teach", "--here", "left"]),
         ("exchange", vec!["lockout", "on"]),
         ("exchange", vec!["lockout", "off"]),
         ("scan", vec!["scan", "--addresses", "1-2"]),
@@ -123,6 +134,10 @@ fn every_output_is_as_described() {
         assert_eq!(run.code, 0, "{words:?}: {run:?}");
         shapes.lines(shape, &run, words);
     }
+    let site = file("hub.toml");
+    let config = "[[monitor]]\nid = \"M1\"\nurl = \"tcp://127.0.0.1:1\"\n\
+                  [[modbus_server]]\nname = \"plc\"\nlisten = \"tcp://127.0.0.1:15020\"\n";
+    std::fs::write(&site, config).unwrap();
     let (_, port) = sim.place().rsplit_once(':').unwrap();
     let alone: Vec<(&str, Vec<&str>)> = vec![
         ("decode", vec!["decode", &recording]),
@@ -134,6 +149,7 @@ fn every_output_is_as_described() {
             "throw",
             vec!["throw", "--kind=smooth", "--outlet=19", "--pressure=4bar", "--elevation=5..9"],
         ),
+        ("map", vec!["map", "modbus", &site]),
         ("tests", vec!["conform", "--list"]),
         ("script", vec!["completions", "bash"]),
         ("page", vec!["man"]),
@@ -146,6 +162,9 @@ fn every_output_is_as_described() {
         assert_eq!(run.code, 0, "{words:?}: {run:?}");
         shapes.lines(shape, &run, words);
     }
+    let place = ["sim", "--listen", "tcp://127.0.0.1:0"];
+    let listening = Running::stdout(lafet().arg("--json").args(place));
+    shapes.check("listening", &serde_json::from_str(&listening.line()).unwrap(), "sim");
     // Its faults are no failure of the command, but its exit code reports them.
     let nowhere = ["doctor", "--install", "--config", "/nothing/of/this/name"];
     shapes.lines("doctor-install", &of(&nowhere), &nowhere);
@@ -171,10 +190,22 @@ fn every_shape_is_seen(shapes: Shapes) {
     for shape in shapes.root["$defs"].as_object().unwrap().keys() {
         assert!(PAGE.contains(&format!("`{shape}`")), "docs/json.md does not name `{shape}`");
         let part = ["hex", "state", "states", "device", "frame", "noise", "summary", "figure"];
-        let elsewhere = ["justify", "limits-teach", "listening"];
+        // The tests of `ports` and `bus` check theirs; `jog` needs a terminal.
+        let elsewhere = ["port", "jog", "bus", "bus-who", "bus-log", "bus-totals"];
         let known = seen.contains(shape)
             || part.contains(&shape.as_str())
             || elsewhere.contains(&shape.as_str());
         assert!(known, "no command prints `{shape}`");
+    }
+}
+
+/// The page has each command in its table, or among those whose output is not described.
+#[test]
+fn every_command_is_on_the_page() {
+    let quoted: Vec<&str> = PAGE.split('`').skip(1).step_by(2).collect();
+    for command in commands() {
+        let with_more = format!("{command} ");
+        let named = |words: &&&str| **words == command || words.starts_with(&with_more);
+        assert!(quoted.iter().any(|words| named(&words)), "docs/json.md does not name {command}");
     }
 }

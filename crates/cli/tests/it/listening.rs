@@ -117,8 +117,8 @@ const OFTEN: Duration = Duration::from_millis(20);
 /// A line of which nothing is known is listened to for 3 s.
 const BEFORE: Duration = Duration::from_millis(2900);
 
-/// Every command that opens a line, with the words after its URL.
-const COMMANDS: [&[&str]; 12] = [
+/// Every command that opens a line and listens to it, with the words after its URL.
+const COMMANDS: [&[&str]; 40] = [
     &["status"],
     &["watch", "--count", "1"],
     &["bus", "who"],
@@ -127,29 +127,94 @@ const COMMANDS: [&[&str]; 12] = [
     &["scan"],
     &["conform"],
     &["param", "list", "general"],
+    &["param", "get", "vertical", "Speed"],
+    &["param", "set", "vertical", "Speed", "8"],
+    &["param", "backup", "-"],
+    &["param", "restore", BACKUP],
+    &["param", "diff", BACKUP],
     &["move", "vertical", "10deg"],
+    &["open"],
+    &["deploy"],
+    &["wrap"],
+    &["seek", "--from-az", "-9", "--to-az", "9"],
+    &["hotbeds"],
+    &["justify"],
+    &["quench", "--program", "3"],
+    &["trajectory", "--point", "20deg,-2deg,25,50"],
+    &["program", "list"],
+    &["program", "show", "3"],
+    &["program", "set", "3", "--centre", "30deg,-2deg", "--distance", "25"],
+    &["program", "clear", "3"],
+    &["program", "run", "3"],
+    &["calibrate", "--outlet", "28"],
+    &["tune"],
+    &["limits"],
+    &["limits", "on"],
+    &["limits", "teach", "--here", "left"],
     &["lockout", "off"],
+    &["restart"],
+    &["crash"],
     &["send", "GetStatus All", "Stop All"],
+    &["send", "Restart General"],
     &["shell"],
+    &["record", RECORDING, "--force", "--for", "20"],
+    &["record", RECORDING, "--force", "--for", "20", "--tap", "127.0.0.1:0"],
 ];
+
+/// Every other command, and why it is not among them.
+const OTHERS: [(&[&str], &str); 6] = [
+    (&["stop", "close"], "do not wait: `what_stops_waits_for_nothing`"),
+    (&["top"], "goes on trying: `a_stop_at_the_dashboard_does_not_wait`"),
+    (&["doctor"], "reports what it hears: crates/client/tests/it/doctor.rs"),
+    (&["jog"], "needs a terminal; opens its line as `move` does"),
+    (
+        &["sim", "sim run", "serve", "demo", "coverage", "throw", "map modbus", "decode", "replay"],
+        "open no line to a monitor",
+    ),
+    (
+        &["ports", "dissector", "completions", "man", "schema"],
+        "print what this computer or program has",
+    ),
+];
+
+/// Files of these tests.
+const BACKUP: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/listening.toml");
+const RECORDING: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/listening.mcap");
+
+/// [`COMMANDS`], as a recording of its own each.
+fn commands() -> Vec<Vec<String>> {
+    // Its file is read before the line is opened.
+    assert_eq!(Run::of(&["-c", "sim:", "param", "backup", "--force", BACKUP]).code, 0);
+    let own = |(index, words): (usize, &&[&str])| {
+        let name = |word: &&str| match *word {
+            RECORDING => RECORDING.replace(".mcap", &format!("-{index}.mcap")),
+            word => word.to_owned(),
+        };
+        words.iter().map(name).collect()
+    };
+    COMMANDS.iter().enumerate().map(own).collect()
+}
+
+#[test]
+fn no_command_is_forgotten() {
+    for command in crate::support::commands() {
+        let words: Vec<&str> = command.split(' ').collect();
+        let listens = COMMANDS.iter().any(|one| one.starts_with(&words));
+        let other = OTHERS.iter().any(|(names, _)| names.contains(&command.as_str()));
+        assert!(listens != other, "{command}: listens {listens}, does not {other}");
+    }
+}
 
 /// At a wrong speed a frame reaches no device and disturbs others: nothing is sent, and where the
 /// others can be read is named.
 #[test]
 fn nothing_is_sent_at_a_wrong_speed() {
-    let folder = env!("CARGO_TARGET_TMPDIR");
-    let recording = format!("{folder}/listening.mcap");
-    let tapped = format!("{folder}/listening-tap.mcap");
-    let record: [&[&str]; 2] = [
-        &["record", &recording, "--force", "--for", "20"],
-        &["record", &tapped, "--force", "--for", "20", "--tap", "127.0.0.1:0"],
-    ];
     scope(|scope| {
-        for (index, words) in COMMANDS.into_iter().chain(record).enumerate() {
+        for (index, words) in commands().into_iter().enumerate() {
             scope.spawn(move || {
                 let line = Line::new(57_600, OFTEN);
                 let lang = if index % 2 == 0 { "en" } else { "ru" };
-                not_at(&line, lang, words);
+                not_at(&line, lang, &words.iter().map(String::as_str).collect::<Vec<_>>());
             });
         }
     });
@@ -181,12 +246,14 @@ fn not_at(line: &Line, lang: &str, words: &[&str]) {
 #[test]
 fn a_controller_is_respected_from_the_first_byte() {
     scope(|scope| {
-        for (index, words) in COMMANDS.into_iter().enumerate() {
+        let transmit = commands().into_iter().filter(|words| words[0] != "record");
+        for (index, words) in transmit.enumerate() {
             scope.spawn(move || {
                 let line = Line::new(57_600, Duration::from_millis(700));
                 let lang = if index % 2 == 0 { "en" } else { "ru" };
                 let url = line.url("baud=57600");
-                let run = Run::of(&[&["--lang", lang, "-c", &url], words].concat());
+                let words: Vec<&str> = words.iter().map(String::as_str).collect();
+                let run = Run::of(&[&["--lang", lang, "-c", &url], &words[..]].concat());
                 assert_eq!(line.sent(), 0, "{words:?}: {run:?}");
                 let remedy = match words[0] {
                     "scan" | "conform" => "--insist",
@@ -217,12 +284,13 @@ fn a_controller_is_respected_from_the_first_byte() {
 /// What stops is sent at once, before a controller would have been heard; anything else is not.
 #[test]
 fn what_stops_waits_for_nothing() {
-    let stops: [&[&str]; 5] = [
+    let stops: [&[&str]; 6] = [
         &["stop"],
         &["stop", "vertical"],
         &["close"],
         &["lockout", "on"],
         &["send", "Stop All", "Close Valve1", "Lockout All on"],
+        &["send", "Close Valve1", "GetStatus Valve1"],
     ];
     scope(|scope| {
         for words in stops {
@@ -233,7 +301,12 @@ fn what_stops_waits_for_nothing() {
                 assert!(line.is_used_within(BEFORE), "{words:?}");
             });
         }
-        for words in [&["status"][..], &["send", "GetStatus All", "Stop All"]] {
+        let waits: [&[&str]; 3] = [
+            &["status"],
+            &["send", "GetStatus All", "Stop All"],
+            &["send", "Stop All", "Move Vertical 600"],
+        ];
+        for words in waits {
             scope.spawn(move || {
                 let line = Line::quiet();
                 let url = line.url("baud=19200&late=0");

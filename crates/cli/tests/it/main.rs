@@ -17,6 +17,8 @@ mod conform;
 mod coverage;
 mod decode;
 mod demo;
+#[cfg(target_os = "linux")]
+mod door;
 mod exercise;
 mod install;
 mod installed;
@@ -29,6 +31,8 @@ mod late;
 #[cfg(unix)]
 mod listening;
 mod odd;
+#[cfg(target_os = "linux")]
+mod port;
 mod processes;
 mod program;
 mod record;

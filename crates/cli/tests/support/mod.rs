@@ -74,6 +74,29 @@ impl Run {
     }
 }
 
+/// Every command, as the help lists them: `param get`, and `limits` beside `limits teach`.
+pub fn commands() -> Vec<String> {
+    let mut all = Vec::new();
+    let mut groups = vec![String::new()];
+    while let Some(group) = groups.pop() {
+        let mut words = vec!["--lang", "en"];
+        words.extend(group.split_whitespace());
+        words.push("--help");
+        let help = Run::of(&words).out;
+        if !help.contains("<COMMAND>") {
+            all.push(group.clone());
+        }
+        let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+        let names = listed.take_while(|line| !line.is_empty());
+        let names =
+            names.filter_map(|line| line.strip_prefix("  ")).filter(|it| !it.starts_with(' '));
+        let name = |line: &str| line.split_whitespace().next().unwrap().to_owned();
+        groups.extend(names.map(|line| format!("{group} {}", name(line)).trim().to_owned()));
+    }
+    assert!(all.len() > 40, "{all:?}");
+    all
+}
+
 /// A child process whose output is read line by line.
 pub struct Running {
     /// The process.

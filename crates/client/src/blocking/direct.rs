@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::ports::Adapters;
 use crate::session::line::Line;
 use crate::session::{Config, Now, Outcome, Slot, Stats, Terms, Ticket};
+use crate::transport::door::Visits;
 use crate::url::Endpoint;
 use link::Link;
 
@@ -57,6 +58,9 @@ pub struct Direct {
     used: Now,
     frame: Vec<u8>,
     buffer: Vec<u8>,
+    /// The request that is being exchanged must not wait for who only listens on the port.
+    urgent: bool,
+    visits: Visits,
 }
 
 impl Direct {
@@ -98,6 +102,8 @@ impl Direct {
             used: Now::ZERO,
             frame: Vec::new(),
             buffer: vec![0; 2 * WIRE_MAX],
+            urgent: false,
+            visits: Visits::default(),
         })
     }
 
@@ -145,6 +151,7 @@ impl Direct {
             now = self.now();
         }
         let address = self.line.config().addresses.monitor;
+        self.urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
         let terms = Terms { first, ..Terms::default() };
         let ticket = self.line.submit(now, address, terms, requests)?;
         loop {
@@ -250,10 +257,17 @@ impl Direct {
         let same = |link| self.adapters.check(&self.endpoint).map(|()| link);
         match Link::open(&self.endpoint).and_then(same) {
             Ok(link) => {
-                self.link = Some(link);
+                self.link = Some(link.visiting(std::mem::take(&mut self.visits)));
                 self.line.handle_connected(now);
             }
-            Err(error) => self.lost = Some(Arc::new(error)),
+            Err(error) => {
+                if self.urgent
+                    && let Endpoint::Serial { path, .. } = &self.endpoint
+                {
+                    self.visits.knock(path);
+                }
+                self.lost = Some(Arc::new(error));
+            }
         }
     }
 }

@@ -228,7 +228,6 @@ impl Controller {
     pub fn handle_bytes(&mut self, now: Now, port: Port, bytes: &[u8]) {
         let index = self.index(port);
         self.wait_for_end(now, index);
-        self.silent_since[index] = self.silent_since[index].max(now);
         if self.index(self.awaited()) == index
             && let Some(deadline) = &mut self.deadline
         {
@@ -288,6 +287,7 @@ impl Controller {
         self.heard_bytes[index] = (now, first);
         let end = first + self.config.sending(WIRE_MAX) + PAUSE + turnaround;
         self.free_from[index] = self.free_from[index].max((now + turnaround).min(end));
+        self.silent_since[index] = self.silent_since[index].max(now.min(end));
     }
 
     /// The line on which an answer is awaited.

@@ -118,7 +118,8 @@ impl Driver {
         let adapters = Arc::new(Adapters::default());
         Self::opening(config, move |endpoint| {
             let adapters = adapters.clone();
-            async move { Link::open_same(&endpoint, &adapters).await }
+            // Each Stop of its consoles goes through it.
+            async move { Link::open_same(&endpoint, &adapters, true).await }
         })
     }
 

@@ -15,6 +15,7 @@ use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 
 use crate::ports::Adapters;
@@ -82,13 +83,21 @@ impl Link {
         serial_within(door::PATIENCE, path, line, true).await.map(Self::Serial)
     }
 
-    /// Opens the connection of an endpoint again: a serial port must have the same adapter.
+    /// Opens the connection of an endpoint again, for something urgent or not: a serial port must have
+    /// the same adapter.
     ///
     /// # Errors
     ///
     /// As [`Link::open`], and [`PortError::OtherAdapter`](port::PortError::OtherAdapter).
-    pub(crate) async fn open_same(endpoint: &Endpoint, adapters: &Adapters) -> io::Result<Self> {
-        let link = Self::open(endpoint).await?;
+    pub(crate) async fn open_same(
+        endpoint: &Endpoint,
+        adapters: &Adapters,
+        urgent: bool,
+    ) -> io::Result<Self> {
+        let link = match urgent {
+            true => Self::open_urgently(endpoint).await?,
+            false => Self::open(endpoint).await?,
+        };
         adapters.check(endpoint)?;
         Ok(link)
     }
@@ -171,26 +180,40 @@ impl Link {
     }
 }
 
-/// Opens a port; as long as it is in use, again and again within `time`, and with a knock at its door.
+/// Opens a port; as long as it is in use, again and again within `time`, and with knocks at the doors of
+/// those who have it.
 async fn serial_within(
     time: Duration,
     path: &Path,
     line: &SerialLine,
     knocks: bool,
 ) -> io::Result<serial::Serial> {
-    let until = Instant::now() + time;
-    let mut visit = None;
+    let mut now = Instant::now();
+    let (until, mut knock) = (now + time, now);
+    let mut visits = door::Visits::default();
     loop {
         match serial::Serial::open(path, line) {
-            Err(error) if error.kind() == io::ErrorKind::ResourceBusy && Instant::now() < until => {
-                if knocks && visit.is_none() {
-                    visit = door::Visit::to(path).await;
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy && now < until => {
+                if knocks && now >= knock {
+                    visits.knock(path);
+                    knock = now + door::KNOCKS;
                 }
                 sleep(AGAIN).await;
+                now = Instant::now();
             }
-            opened => return Ok(opened?.visiting(visit)),
+            Err(error) => return Err(named(error).await),
+            Ok(port) => return Ok(port.visiting(visits)),
         }
     }
+}
+
+/// An error with the program that uses the port, which is looked for beside the runtime.
+async fn named(error: io::Error) -> io::Error {
+    if error.kind() != io::ErrorKind::ResourceBusy {
+        return error;
+    }
+    let named = spawn_blocking(move || port::with_user(error)).await;
+    named.unwrap_or_else(|_| io::ErrorKind::ResourceBusy.into())
 }
 
 /// Writes the rest of `bytes`, of which `sent` are gone.

@@ -8,18 +8,46 @@
 use std::io;
 use std::path::Path;
 
+use tokio::task::spawn_blocking;
+
 pub use crate::port_error::{Holder, PortError};
 
 #[cfg(unix)]
 pub use unix::{Claim, holders, may_open, user_of};
 
+#[cfg(target_os = "linux")]
+pub(super) use unix::{lock_owners, named, own_number};
+
 #[cfg(not(unix))]
 pub use elsewhere::{Claim, holders, may_open, user_of};
+
+/// [`holders`] beside the runtime, which it would hold up.
+pub async fn holders_beside(path: &Path) -> Vec<Holder> {
+    let path = path.to_owned();
+    spawn_blocking(move || holders(&path)).await.unwrap_or_default()
+}
+
+/// An error with the program that uses the port, if it is about that.
+pub(crate) fn with_user(error: io::Error) -> io::Error {
+    match PortError::of(&error) {
+        Some(PortError::InUse { path, by: None }) => {
+            PortError::InUse { path: path.clone(), by: user_of(path) }.into()
+        }
+        _ => error,
+    }
+}
+
+/// [`user_of`] beside the runtime, which it would hold up.
+pub async fn user_of_beside(path: &Path) -> Option<Holder> {
+    let path = path.to_owned();
+    spawn_blocking(move || user_of(&path)).await.unwrap_or_default()
+}
 
 #[cfg(unix)]
 mod unix {
     use std::fs::{self, File, OpenOptions};
     use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
+    use std::time::{Duration, Instant};
 
     use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
     use rustix::io::Errno;
@@ -29,6 +57,8 @@ mod unix {
 
     /// Open files of a process that are looked at.
     const FILES_MAX: usize = 4096;
+    /// Longest look at processes; those after it are not seen.
+    const LOOK_MAX: Duration = Duration::from_secs(1);
 
     /// The right to use a port, until it is dropped.
     #[derive(Debug)]
@@ -42,8 +72,8 @@ mod unix {
         ///
         /// # Errors
         ///
-        /// With a [`PortError`] inside if another program uses the port, permission is missing, or
-        /// it is no serial port or does not exist.
+        /// With a [`PortError`] inside if another program uses the port, which is not looked for,
+        /// permission is missing, or it is no serial port or does not exist.
         pub fn lock(path: &Path, shared: bool) -> io::Result<Self> {
             let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
             let opened = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
@@ -97,34 +127,38 @@ mod unix {
     }
 
     fn in_use(path: &Path) -> io::Error {
-        PortError::InUse { path: path.into(), by: user_of(path) }.into()
+        PortError::InUse { path: path.into(), by: None }.into()
     }
 
     /// The other program that uses a port, as far as this user may see it.
     pub fn user_of(path: &Path) -> Option<Holder> {
-        lock_owner(path).or_else(|| holders(path).into_iter().next())
+        let owner = lock_owners(path).into_iter().next().map(named);
+        owner.or_else(|| holders(path).into_iter().next())
     }
 
     /// The number of this process as /proc has it, which may be that of another namespace.
-    fn own_number() -> Option<u32> {
+    pub fn own_number() -> Option<u32> {
         fs::read_link("/proc/self").ok()?.to_str()?.parse().ok()
     }
 
-    /// The other program that has locked a port.
-    fn lock_owner(path: &Path) -> Option<Holder> {
-        let port = fs::metadata(path).ok()?;
+    /// The other processes that have locked a port.
+    pub fn lock_owners(path: &Path) -> Vec<u32> {
+        let Ok(port) = fs::metadata(path) else { return Vec::new() };
         let (major, minor) = (rustix::fs::major(port.dev()), rustix::fs::minor(port.dev()));
         let place = format!("{major:02x}:{minor:02x}:{}", port.ino());
-        let locks = fs::read_to_string("/proc/locks").ok()?;
-        let pid = locks.lines().find_map(|line| {
+        let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
+        let owner = |line: &str| {
             let fields: Vec<&str> = line.split_whitespace().collect();
             let is_it = fields.get(1) == Some(&"FLOCK") && fields.get(5) == Some(&place.as_str());
             is_it.then(|| fields.get(4)?.parse().ok()).flatten()
-        })?;
-        (own_number().is_some_and(|own| own != pid)).then(|| named(pid))
+        };
+        let own = own_number();
+        // Without a number of its own this process cannot be distinguished from others.
+        locks.lines().filter_map(owner).filter(|pid| own.is_some_and(|own| own != *pid)).collect()
     }
 
-    fn named(pid: u32) -> Holder {
+    /// A process with its name.
+    pub fn named(pid: u32) -> Holder {
         let program = fs::read_to_string(format!("/proc/{pid}/comm")).unwrap_or_default();
         Holder { pid, program: program.trim().to_owned() }
     }
@@ -149,12 +183,14 @@ mod unix {
         access(path, Access::READ_OK | Access::WRITE_OK).is_ok()
     }
 
-    /// The programs that have a port open, as far as this user may see them; not this one.
+    /// The programs that have a port open, as far as this user may see them and within a second; not this
+    /// one.
     pub fn holders(path: &Path) -> Vec<Holder> {
         let (Ok(port), Some(own)) = (fs::metadata(path), own_number()) else { return Vec::new() };
         let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
         let numbered = processes.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
-        let others = numbered.filter(|pid| *pid != own);
+        let until = Instant::now() + LOOK_MAX;
+        let others = numbered.filter(|pid| *pid != own).take_while(|_| Instant::now() < until);
         let is_port = |file: &Path| {
             let open = fs::metadata(file);
             open.is_ok_and(|open| open.file_type().is_char_device() && open.rdev() == port.rdev())

@@ -9,7 +9,7 @@ use std::task::{Context, Poll};
 use serial2::rs4xx::Rs485Config;
 use serial2::{CharSize, FlowControl, Parity, Settings, StopBits};
 
-use super::door::Visit;
+use super::door::Visits;
 use super::port::Claim;
 pub use crate::port_error::CannotSwitch;
 #[cfg(target_os = "linux")]
@@ -22,8 +22,8 @@ pub struct Port<P> {
     port: P,
     /// Excludes other programs; released after the port is closed.
     _claim: Claim,
-    /// Keeps who has given way from opening the port again.
-    visit: Option<Visit>,
+    /// Keep who has given way from opening the port again; end after the port.
+    visits: Visits,
 }
 
 impl<P: Opens> Port<P> {
@@ -45,7 +45,13 @@ impl<P: Opens> Port<P> {
         port.switch_direction(line)?;
         // Bytes from before the port was opened answer no request of this program.
         port.discard_input()?;
-        Ok(Self { port, _claim: claim, visit: None })
+        Ok(Self { port, _claim: claim, visits: Visits::default() })
+    }
+
+    /// Ends visits together with the port.
+    pub(crate) fn visiting(mut self, visits: Visits) -> Self {
+        self.visits = visits;
+        self
     }
 }
 
@@ -134,12 +140,6 @@ fn configured(mut settings: Settings, baud: u32) -> io::Result<Settings> {
 pub type Serial = Port<serial2_tokio::SerialPort>;
 
 impl Serial {
-    /// Ends a visit together with the port.
-    pub(super) fn visiting(mut self, visit: Option<Visit>) -> Self {
-        self.visit = visit;
-        self
-    }
-
     /// Sends the rest of a frame, of which `sent` bytes are gone.
     pub fn poll_send(
         &mut self,

@@ -20,5 +20,7 @@ mod memory;
 mod processes;
 mod radio;
 mod refusal;
+mod saving;
 mod silence;
 mod subscribe;
+mod urgent;

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{Read, Write};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::fake::{answer, encode};
@@ -9,6 +10,7 @@ use lafet_client::{Client, Config, Endpoint, Error, Lang, Monitor, PortError, To
 use lafet_proto::link::Decoder;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use rustix::io::{FdFlags, fcntl_setfd};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const VERTICAL: SubsystemId = SubsystemId::VERTICAL;
@@ -29,6 +31,8 @@ struct Line {
 /// Opens a pseudo-terminal and serves the monitors 1 to 3 on it; returns its path.
 fn start(behaves: Line) -> String {
     let line = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    // A program that is started has no end of the line.
+    fcntl_setfd(&line, FdFlags::CLOEXEC).unwrap();
     grantpt(&line).unwrap();
     unlockpt(&line).unwrap();
     let path = ptsname(&line, Vec::new()).unwrap().into_string().unwrap();
@@ -244,6 +248,41 @@ async fn a_port_is_for_one_program() {
     let missing = "serial:///dev/nope".parse().unwrap();
     let error = Client::connect(&missing).await.unwrap_err();
     assert!(error.to_string().contains("lafet ports"), "{error}");
+}
+
+/// While a port is in use, a program that locks nothing cannot open it, unless it is root's.
+#[tokio::test]
+async fn a_program_that_does_not_lock_is_kept_out() {
+    let path = start(Line::default());
+    let endpoint: Endpoint = format!("serial://{path}?baud=57600").parse().unwrap();
+    let opens = || sh(&path, "exec 3<>\"$0\"").stderr(Stdio::null()).status().unwrap().success();
+    assert!(opens());
+    let client = Client::connect(&endpoint).await.unwrap();
+    assert!(!opens());
+    let mut state = client.link_state();
+    drop(client);
+    while state.changed().await.is_ok() {}
+    assert!(opens());
+}
+
+/// Whose files this process makes.
+fn is_root() -> bool {
+    use std::os::unix::fs::MetadataExt;
+    std::fs::metadata("/proc/self").unwrap().uid() == 0
+}
+
+/// A shell without root's right to open any port, and with the port as `$0`.
+fn sh(path: &str, script: &str) -> Command {
+    let mut command = match is_root() {
+        true => {
+            let mut command = Command::new("setpriv");
+            command.args(["--bounding-set=-all", "--inh-caps=-all", "sh"]);
+            command
+        }
+        false => Command::new("sh"),
+    };
+    command.args(["-c", script, path]);
+    command
 }
 
 /// The same without async: a thread of its own carries the connection.

@@ -335,7 +335,9 @@ ctrl-c-ends = Ctrl-C ends
 listening-first = listening to the line before it is used, { $s } s
 port-awaited = { $port } is in use by { $program } ({ $pid }). Waiting for it, { $s } s at most. If that program keeps it: stop the monitor there, or end it (`kill { $pid }`); the emergency stop of the monitor waits for nothing.
 port-awaited-of = { $port } is in use by another program, which this user may not see. Waiting for it, { $s } s at most. If that program keeps it: stop the monitor there; the emergency stop of the monitor waits for nothing.
-port-given = { $url }: another command had to send at once, Stop for example, and got the port. Nothing was sent: look what it was for, then start this command again.
+port-given = { $url }: { $program } ({ $pid }) had to send at once, Stop for example, and got the port. Nothing was sent: look what it was for, then start this command again.
+port-given-away = { $url }: given to { $program } ({ $pid }), which has to send at once, Stop for example. This command starts again when that program has closed the port.
+port-given-often = { $url }: other commands had to send at once { $times } times, and got the port each time. Look what they are for, then start this command again.
 line-at-other-speed = { $url }: others transmit on this line at { $baud } baud ({ $who }), not at { $own }. Nothing was sent: it would reach no device and disturb theirs. Write baud={ $baud } into the URL; where there is a controller, also role=active and a src= of your own.
 controller-on-line = { $url }: a bus controller transmits on this line. Devices of its bus transmit in the turns that it grants, so nothing was sent. Write role=active and a src= of your own (129…254) into the URL, or disconnect the controller; --insist sends all the same. Stop, Close and Lockout on are always sent.
 line-not-frames = { $url }: bytes arrive that were not asked for and that are no frames ({ $bytes } of them): devices at a speed that is not in the URL, or noise. Nothing was sent: it could collide with a Stop of others. `lafet doctor` says more; --insist sends all the same. Stop, Close and Lockout on are always sent.

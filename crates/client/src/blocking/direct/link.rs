@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use serial2::SerialPort;
 
+use crate::transport::door::Visits;
+use crate::transport::port::with_user;
 use crate::transport::serial::Port;
 use crate::transport::tcp::{abandon, limit_delivery};
 use crate::transport::udp::nobody_listens;
@@ -29,7 +31,9 @@ impl Link {
         let (host, port, datagrams) = match endpoint {
             Endpoint::Tcp { host, port, .. } => (host, *port, false),
             Endpoint::Udp { host, port, .. } => (host, *port, true),
-            Endpoint::Serial { path, line, .. } => return Port::open(path, line).map(Self::Serial),
+            Endpoint::Serial { path, line, .. } => {
+                return Port::open(path, line).map(Self::Serial).map_err(with_user);
+            }
             Endpoint::Sim { .. } => return Err(io::ErrorKind::Unsupported.into()),
         };
         let mut last = io::Error::from(io::ErrorKind::NotFound);
@@ -54,6 +58,14 @@ impl Link {
         let socket = UdpSocket::bind(any)?;
         socket.connect(peer)?;
         Ok(Self::Udp { socket, waits: Duration::ZERO })
+    }
+
+    /// Ends visits together with the port.
+    pub fn visiting(self, visits: Visits) -> Self {
+        match self {
+            Self::Serial(port) => Self::Serial(port.visiting(visits)),
+            other => other,
+        }
     }
 
     /// Whether datagrams are received.

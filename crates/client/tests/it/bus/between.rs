@@ -258,7 +258,7 @@ async fn every_request_is_passed_exactly_once() {
         }
     }
     let each = requests().div_ceil(setups.len() as u32 * CONSOLES.len() as u32);
-    let (mut asked, mut answered, mut passed) = (0, 0, 0);
+    let (mut asked, mut answered, mut passed, mut expired) = (0, 0, 0, 0);
     for (index, setup) in setups.into_iter().enumerate() {
         let (mut left, mut seed) = (each, index as u64);
         while left > 0 {
@@ -280,9 +280,14 @@ async fn every_request_is_passed_exactly_once() {
             asked += of.asked;
             answered += of.answered;
             passed += of.passed;
+            expired += of.stats.expired;
         }
     }
-    println!("{asked} requests: {passed} passed on, 0 twice, 0 late, {answered} answered");
+    let lost = asked as u64 - passed - expired;
+    println!(
+        "{asked} requests: {passed} passed on, 0 twice, 0 late, {answered} answered; not passed on: \
+         {lost} lost on the consoles' line, {expired} expired at the controller"
+    );
     assert!(answered * 10 > asked * 7, "{answered} of {asked}");
 }
 

@@ -41,7 +41,12 @@ impl Device {
     }
 
     fn controller() -> Self {
-        let config = ControllerConfig { addresses: Vec::new(), ..ControllerConfig::default() };
+        Self::controller_of(Vec::new())
+    }
+
+    /// A controller that asks these addresses by itself.
+    fn controller_of(addresses: Vec<u8>) -> Self {
+        let config = ControllerConfig { addresses, ..ControllerConfig::default() };
         Self::Controller(Box::new(Controller::new(config)))
     }
 
@@ -73,6 +78,33 @@ impl Device {
                     all.push(transmit.bytes);
                 }
                 all
+            }
+        }
+    }
+}
+
+impl Device {
+    /// When it does something by itself.
+    fn due(&self, now: Duration) -> Option<Duration> {
+        match self {
+            Self::Monitor { .. } => None,
+            Self::Console(client) => client.poll_timeout(now),
+            Self::Controller(controller) => controller.poll_timeout(now),
+        }
+    }
+
+    /// What it does by itself.
+    fn wakes(&mut self, now: Duration) -> Vec<Vec<u8>> {
+        match self {
+            Self::Monitor { .. } => Vec::new(),
+            Self::Console(client) => {
+                client.handle_timeout(now);
+                std::iter::from_fn(|| client.poll_transmit(now)).collect()
+            }
+            Self::Controller(controller) => {
+                controller.handle_timeout(now);
+                let transmit = || controller.poll_transmit(now, || None).map(|it| it.bytes);
+                std::iter::from_fn(transmit).collect()
             }
         }
     }
@@ -114,6 +146,35 @@ impl Line {
             }
         }
         came
+    }
+}
+
+impl Line {
+    /// Runs for a time, after these frames; returns all frames on the line as destination, source and
+    /// whether they are empty.
+    fn run(&mut self, time: Duration, first: Vec<Vec<u8>>) -> Vec<(u8, u8, bool)> {
+        let mut line: VecDeque<(usize, Vec<u8>)> =
+            first.into_iter().map(|bytes| (usize::MAX, bytes)).collect();
+        let (mut all, until) = (Vec::new(), self.now + time);
+        while self.now < until {
+            if let Some((from, bytes)) = line.pop_front() {
+                self.now += FRAME;
+                let (to, by, payload) = frames(&bytes).remove(0);
+                all.push((to, by, payload.is_empty()));
+                for (number, device) in self.devices.iter_mut().enumerate() {
+                    let said = device.hears(self.now, number == from, &bytes);
+                    line.extend(said.into_iter().map(|bytes| (number, bytes)));
+                }
+                continue;
+            }
+            let due = self.devices.iter().filter_map(|device| device.due(self.now)).min();
+            self.now = due.unwrap_or(until).max(self.now + Duration::from_millis(1));
+            for (number, device) in self.devices.iter_mut().enumerate() {
+                let said = device.wakes(self.now);
+                line.extend(said.into_iter().map(|bytes| (number, bytes)));
+            }
+        }
+        all
     }
 }
 
@@ -223,6 +284,31 @@ fn two_controllers_and_clients_beside_them() {
                 let came = line.ask(asked, asking, payload, 3);
                 assert!(came.frames <= 6, "{asking} asks {asked}: {came:?}");
             }
+        }
+    }
+}
+
+/// A controller that probes by itself and grants access, and clients whose times run: a probe in a
+/// monitor's name is answered once, and between two monitors nothing else is ever said.
+#[test]
+fn while_the_controller_asks_and_time_passes() {
+    let monitors = [1, 2, 3, 127];
+    let addresses = monitors.into_iter().chain([129, 254]).collect();
+    let mut devices: Vec<Device> = monitors.map(|it| Device::monitor(a_sim(it))).into();
+    devices.extend([Device::controller_of(addresses), Device::console(129), Device::console(254)]);
+    let mut line = Line { devices, now: Duration::ZERO };
+    let second = Duration::from_secs(1);
+    let before = line.run(5 * second, Vec::new());
+    let own = before.iter().filter(|(_, by, _)| *by == CONTROLLER).count();
+    assert!(own > 20, "the controller asks: {own} frames");
+    for asking in monitors {
+        for asked in monitors.into_iter().filter(|asked| *asked != asking) {
+            let heard = line.run(2 * second, vec![encoded(asked, asking, &[])]);
+            let between =
+                |(to, by, _): &&(u8, u8, bool)| MONITORS.contains(to) && MONITORS.contains(by);
+            let between: Vec<_> = heard.iter().filter(between).collect();
+            assert_eq!(between, [&(asked, asking, true), &(asking, asked, true)]);
+            assert!(heard.iter().any(|(_, by, _)| *by == CONTROLLER), "it goes on");
         }
     }
 }

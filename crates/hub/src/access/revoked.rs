@@ -2,7 +2,8 @@
 //! tried again, and is kept in a preallocated file for a restart.
 
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::ErrorKind::{QuotaExceeded, StorageFull};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -227,7 +228,9 @@ impl Revoked {
         let (next, other) = (self.number + 1, self.number + 2);
         match self.write_as(next) {
             // A file of earlier versions has room for one list, on a full disk too.
-            Err(error) if error.kind() == ErrorKind::StorageFull => self.write_as(other),
+            Err(error) if matches!(error.kind(), StorageFull | QuotaExceeded) => {
+                self.write_as(other)
+            }
             written => written,
         }
     }
@@ -270,7 +273,7 @@ impl List {
     /// Reads a half; `None`: it was never written.
     fn read(half: &[u8]) -> Result<Option<Self>, std::io::Error> {
         let wrong = || std::io::Error::other(NOT_WHOLE);
-        if half.iter().all(|byte| matches!(byte, 0 | b'\n')) {
+        if half.iter().all(|byte| *byte == 0) {
             return Ok(None);
         }
         let text = std::str::from_utf8(half).map_err(|_| wrong())?;
@@ -367,6 +370,12 @@ mod tests {
         std::fs::write(&path, both).unwrap();
         assert_eq!(opened(&folder), (vec![of("boris")], false));
         assert_eq!(opened(&folder), (vec![of("boris")], false));
+        // Of which nothing was left: the second half is out of date.
+        let mut both = std::fs::read(&path).unwrap();
+        both[..HALF_BYTES].fill(b'\n');
+        std::fs::write(&path, both).unwrap();
+        assert_eq!(opened(&folder), (vec![], false));
+        assert_eq!(opened(&folder), (vec![], false));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -162,9 +162,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
         let len = request.headers().get(header::CONTENT_LENGTH);
         let len = len.and_then(|len| len.to_str().ok()?.parse::<usize>().ok());
         let (parts, body) = request.into_parts();
-        let who = len
-            .is_none_or(|len| len > SHORT)
-            .then(|| key(&parts, hub).unwrap_or_else(|| address(&parts, hub).to_string()));
+        let who = len.is_none_or(|len| len > SHORT).then(|| key(&parts, hub));
         let request = Request::from_parts(parts, body);
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = text::BodyUnreadable { body_max: BODY_MAX }.words();
@@ -176,8 +174,10 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
         let read = |bytes: &[u8]| serde_json::from_slice(bytes).map(Self);
         let read = match who {
             _ if bytes.is_empty() => read(b"{}"),
-            Some(who) => hub.answering().beside(&who, move || read(&bytes)).await?,
-            None => read(&bytes),
+            Some(who) if bytes.len() > SHORT => {
+                hub.answering().beside(who.as_deref(), move || read(&bytes)).await?
+            }
+            _ => read(&bytes),
         };
         read.map_err(|error| not_understood(&error))
     }

@@ -29,7 +29,8 @@ async fn jets(
     }
     let own = hub.clone();
     let compute = move || jets.iter().map(|asked| asked.jet(&own)).collect::<Result<_, _>>();
-    hub.answering().beside(&caller.principal.key, compute).await?.map(Json)
+    let who = Some(&*caller.principal.key);
+    hub.answering().beside(who, compute).await?.map(Json)
 }
 
 /// The elevation with which a monitor's jet hits a place.
@@ -44,5 +45,6 @@ async fn aim(
     hub.count_reading(&caller.principal)?;
     let station = hub.station(&id)?;
     let own = hub.clone();
-    hub.answering().beside(&caller.principal.key, move || aim.at(&own, &station)).await?.map(Json)
+    let who = Some(&*caller.principal.key);
+    hub.answering().beside(who, move || aim.at(&own, &station)).await?.map(Json)
 }

@@ -1,6 +1,7 @@
 //! The history as what the topics of the WebSocket were.
 
 use std::collections::BTreeMap;
+use std::mem::take;
 use std::sync::Arc;
 
 use axum::extract::{Query, State};
@@ -11,6 +12,7 @@ use lafet_proto::dictionary::layouts::{Kind, of_answer};
 use lafet_texts::{Text as _, hub as text};
 use serde::Deserialize;
 use tokio::sync::mpsc;
+use tokio::task::yield_now;
 use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -28,6 +30,8 @@ use crate::store::{Base, Change, StoreError};
 /// Longest range, and how much of it is read at a time.
 const RANGE_MS: u64 = 24 * 3_600_000;
 const PART_MS: u64 = 600_000;
+/// Lines are sent when they are so long together.
+const CHUNK_BYTES: usize = 64 * 1024;
 /// Range without `from_ms`, ms.
 const USUAL_MS: u64 = 600_000;
 
@@ -132,14 +136,20 @@ impl Past {
             }
             all.retain(|(.., (series, ..))| !series.starts_with(PREFIX));
             all.sort_by_key(|(at_ms, index, _)| (*at_ms, *index));
-            for group in all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let groups = all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+            for group in groups.take(LINES_MAX - count) {
                 if let Some(line) = self.moment(group) {
                     chunk += &line;
                     count += 1;
                 }
+                if chunk.len() >= CHUNK_BYTES && to.send(Ok(take(&mut chunk))).await.is_err() {
+                    return;
+                }
+                // A part of a large site takes seconds of the processor.
+                yield_now().await;
             }
             part_ms = end_ms;
-            if to.send(Ok(std::mem::take(&mut chunk))).await.is_err() {
+            if to.send(Ok(take(&mut chunk))).await.is_err() {
                 return;
             }
         }

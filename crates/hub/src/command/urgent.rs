@@ -59,7 +59,7 @@ struct Slot {
     wake: Arc<Notify>,
     /// Who has asked since the slot is busy, by session.
     noted: BTreeMap<String, (Caller, Repeats)>,
-    /// Sessions of users and tokens among them.
+    /// Sessions of users, and tokens, that have asked.
     users: BTreeSet<String>,
     /// Repetitions of clients beyond [`CALLERS_MAX`].
     others: Repeats,
@@ -175,18 +175,19 @@ impl Hub {
         let batch = slot.waits.get_or_insert_with(Batch::new);
         let outcome = batch.outcome.subscribe();
         let mut taken = Taken::Again;
+        let users = &mut slot.users;
+        if users.len() < CALLERS_MAX && users.insert(caller.principal.key.clone()) {
+            batch.new_user = true;
+            if slot.resting {
+                slot.wake.notify_one();
+            }
+        }
         if let Some((_, repeats)) = slot.noted.get_mut(&session) {
             repeats.again(now_ms);
         } else if slot.noted.len() < CALLERS_MAX {
             taken = Taken::First;
             slot.noted.insert(session.clone(), (caller.clone(), Repeats::default()));
             batch.callers.push(caller.clone());
-            if slot.users.insert(caller.principal.key.clone()) {
-                batch.new_user = true;
-                if slot.resting {
-                    slot.wake.notify_one();
-                }
-            }
         } else {
             slot.others.again(now_ms);
         }

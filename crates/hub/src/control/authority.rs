@@ -227,11 +227,18 @@ impl Authority {
         })
     }
 
-    /// The seat has a connection again.
-    pub fn back(&mut self, now: Now, seat: &str) {
-        if let Some(holder) = self.holder.as_mut().filter(|holder| holder.seat.seat == seat) {
+    /// The seat has a connection again; `false`: it holds nothing here.
+    pub fn back(&mut self, now: Now, seat: &str) -> bool {
+        let holder = self.holder.as_mut().filter(|holder| holder.seat.seat == seat);
+        holder.is_some_and(|holder| {
             (holder.lost, holder.seen) = (None, now);
-        }
+            true
+        })
+    }
+
+    /// Whether the seat asks the holder for it.
+    pub fn is_asked_by(&self, seat: &str) -> bool {
+        self.request.as_ref().is_some_and(|(by, _)| by.seat == seat)
     }
 
     /// Time has passed: see [`Authority::timeout`].

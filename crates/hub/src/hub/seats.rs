@@ -113,6 +113,7 @@ impl Hub {
             seats.iter().find(|(_, live)| matches(live)).map(|(seat, _)| seat.clone())
         });
         let connection = self.0.seats.next.fetch_add(1, Ordering::Relaxed) + 1;
+        let resumed = old.is_some();
         let seat = old.unwrap_or_else(|| format!("s{connection}"));
         let live = Live {
             events: sender,
@@ -126,9 +127,11 @@ impl Hub {
         };
         seats.insert(seat.clone(), live);
         drop(seats);
-        for station in self.stations() {
-            lock(&station.authority).back(self.now(), &seat);
-            station.publish_authority(self);
+        // A new seat has nothing.
+        for station in self.stations().iter().filter(|_| resumed) {
+            if lock(&station.authority).back(self.now(), &seat) {
+                station.publish_authority(self);
+            }
         }
         SeatKey { seat, resume: secret, events, missed, has: Has(has), connection }
     }
@@ -142,8 +145,14 @@ impl Hub {
         let mut holds = false;
         for station in self.stations() {
             station.let_go(&key.seat);
-            holds |= lock(&station.authority).lost(self.now(), &key.seat);
-            station.publish_authority(self);
+            let (asked, held) = {
+                let mut authority = lock(&station.authority);
+                (authority.is_asked_by(&key.seat), authority.lost(self.now(), &key.seat))
+            };
+            holds |= held;
+            if asked || held {
+                station.publish_authority(self);
+            }
         }
         if !holds {
             seats.remove(&key.seat);

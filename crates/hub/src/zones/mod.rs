@@ -38,7 +38,7 @@ use crate::control::authority::{HTTP_LOST, Now};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::StoreError;
-use crate::sync::lock;
+use crate::sync::{lock, lock_aside};
 use crate::text::Both;
 use line::Line;
 use stored::Stored;
@@ -254,7 +254,7 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
         let zones = self.known_zones()?;
-        Ok(lock(&zones.machine).view(self.now(), !zones.is_failing()))
+        Ok(lock_aside(&zones.machine).view(self.now(), !zones.is_failing()))
     }
 
     /// What belongs to each zone.
@@ -290,7 +290,7 @@ impl Hub {
         };
         let by = caller.principal.user.clone();
         let no = zones.void_by_hand(&order);
-        let mut machine = lock(&zones.machine);
+        let mut machine = lock_aside(&zones.machine);
         let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
         self.no_is_over(zones, &mut machine, no);
         let refused = records.into_iter().find_map(|record| match record.entry {
@@ -334,7 +334,7 @@ impl Hub {
             signal: reported.signal,
             condition: reported.condition,
         };
-        let mut machine = lock(&zones.machine);
+        let mut machine = lock_aside(&zones.machine);
         machine.reported.insert(detector.to_owned(), reported);
         // What follows from this report aims at what it shows.
         let detectors = &zones.config.site.detectors;
@@ -356,7 +356,7 @@ impl Hub {
     ///
     /// 404 without zones in the configuration.
     pub(crate) fn wind_reports(&self, wind: view::WindReported) -> Result<(), ApiError> {
-        let mut machine = lock(&self.known_zones()?.machine);
+        let mut machine = lock_aside(&self.known_zones()?.machine);
         (machine.wind, machine.wind_is_old) = (Some(wind), false);
         machine.news = true;
         Ok(())
@@ -372,7 +372,7 @@ impl Hub {
         fault: Option<Option<PathFault>>,
     ) {
         let Some(zones) = self.zones() else { return };
-        let mut machine = lock(&zones.machine);
+        let mut machine = lock_aside(&zones.machine);
         let path = fault.map(|fault| Event::Path { path: id.to_owned(), fault });
         let state = on.map(|on| match is_pump {
             true => Event::Pump { pump: id.to_owned(), on },
@@ -430,7 +430,7 @@ impl Hub {
 
     /// Looks at the monitors, lets time pass, publishes; returns how long nothing is due.
     fn turn(&self, zones: &Zones) -> Duration {
-        let mut guard = lock(&zones.machine);
+        let mut guard = lock_aside(&zones.machine);
         let (machine, caller) = (&mut *guard, Caller::zones());
         if let Some((first, said)) = machine.first.take() {
             said.iter().for_each(|text| self.event(None, text));

@@ -161,13 +161,17 @@ fn owner(request: &Request<'_>) -> SubsystemId {
     if request.to == SubsystemId::ALL { SubsystemId::GENERAL } else { request.to }
 }
 
-/// What refused a request: the owner's answer decides, whatever others say, who may have nothing to do
-/// (a valve that is closed already). Without it, the first refusal.
+/// What refused a request. Where the owner took it, others may have nothing to do (a valve that is closed
+/// already); a fault of theirs is one all the same. Without the owner's answer, the first refusal.
 fn refusal(answers: &Answers, owner: SubsystemId) -> Option<&AnswerBuf> {
-    match answers.iter().find(|answer| answer.from() == owner) {
-        Some(own) => Some(own).filter(|own| !own.status().is_success()),
-        None => answers.refusal(),
+    let Some(own) = answers.iter().find(|answer| answer.from() == owner) else {
+        return answers.refusal();
+    };
+    if !own.status().is_success() {
+        return Some(own);
     }
+    let idle = |status| matches!(status, Status::DENIED | Status::NOT_SUPPORTED);
+    answers.iter().find(|it| !it.status().is_success() && !idle(it.status()))
 }
 
 /// The status that the owner answered; an answer of another subsystem in its name does not count.

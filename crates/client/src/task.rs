@@ -96,9 +96,9 @@ impl Task {
 
 impl Task {
     /// Opens the link, unless that goes on already; whether it does so now. What is urgent does not wait for an
-    /// attempt that was made before it.
+    /// attempt that was made before it, and such an attempt ends when nothing urgent is left.
     fn dials(&mut self, Dial { pause, urgent }: Dial) -> bool {
-        let goes_on = self.dialing.is_some() && (self.urgently || !urgent);
+        let goes_on = self.dialing.is_some() && self.urgently == urgent;
         let Some(redial) = self.redial.clone().filter(|_| !goes_on) else { return false };
         lock(&self.engine).dialing();
         self.urgently = urgent;

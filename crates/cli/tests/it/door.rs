@@ -29,7 +29,7 @@ use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
 use crate::support::{Running, Sim, lafet, terminal};
 
 /// From the start of a Stop's process to its frame. Who listens does so for 3 s at least.
-const SOON: Duration = Duration::from_secs(2);
+const SOON: Duration = Duration::from_millis(2800);
 /// Longer than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(60);
 const STEP: Duration = Duration::from_millis(5);
@@ -304,7 +304,7 @@ fn two_stops_at_once() {
 /// A probe that is on the line when a Stop comes is answered first: its answer is not the Stop's.
 #[test]
 fn no_answer_to_a_probe_comes_to_a_stop() {
-    let wire = Wire::answering(Some(Duration::from_millis(100)));
+    let wire = Wire::answering(Some(Duration::from_millis(20)));
     let words = ["scan", "--insist", "--wait", "130", "--addresses", "1-126"];
     let _scan = listener(&wire.path, &words);
     assert!(within_time(PATIENCE, || wire.frames().len() > 3), "it probes");

@@ -18,6 +18,7 @@
 //! are not heard. Each visit lasts as long as the visitor has the port, [`VISIT_MAX`] at most, and there
 //! are [`VISITS_MAX`] of them.
 
+use std::future::ready;
 use std::time::Duration;
 
 use tokio::time::sleep;
@@ -76,6 +77,7 @@ pub async fn giving_way<F: Future>(
         };
         gave(visitor.who());
         door.ended(visitor).await;
+        door.is_free().await;
     }
     None
 }
@@ -107,9 +109,15 @@ async fn until_knock<F: Future>(
 /// The program that wants the port.
 pub async fn unless_wanted<F: Future>(endpoint: &Endpoint, work: F) -> Result<F::Output, Holder> {
     let Some(door) = door_of(endpoint) else { return Ok(work.await) };
+    let done = tokio::select! {
+        done = work => done,
+        visitor = door.knocked() => return Err(visitor.who().clone()),
+    };
+    // Of a knock at the same moment it is known now.
     tokio::select! {
-        done = work => Ok(done),
+        biased;
         visitor = door.knocked() => Err(visitor.who().clone()),
+        () = ready(()) => Ok(done),
     }
 }
 
@@ -192,6 +200,16 @@ mod linux {
             }
         }
 
+        /// Waits while a further urgent command has the port, [`VISIT_MAX`] at most.
+        pub async fn is_free(&self) {
+            let free = async {
+                while is_in_use(&self.path) {
+                    sleep(LOOKS).await;
+                }
+            };
+            let _ = timeout(VISIT_MAX, free).await;
+        }
+
         /// Waits until a visitor has ended, or does not use the port any more.
         pub async fn ended(&self, mut visitor: Visitor) {
             let unused = async {
@@ -213,6 +231,9 @@ mod linux {
             let _ = timeout(VISIT_MAX, visit).await;
         }
     }
+
+    /// How often it is looked whether the port is free again.
+    const LOOKS: Duration = Duration::from_millis(200);
 
     fn is_in_use(path: &Path) -> bool {
         Claim::lock(path, false).is_err_and(|error| error.kind() == io::ErrorKind::ResourceBusy)
@@ -310,6 +331,11 @@ mod elsewhere {
 
         /// Never called.
         pub async fn ended(&self, _: Visitor) {
+            match *self {}
+        }
+
+        /// Never called.
+        pub async fn is_free(&self) {
             match *self {}
         }
     }

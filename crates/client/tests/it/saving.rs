@@ -23,7 +23,7 @@ fn monitor(answers: &'static [(SubsystemId, Status)]) -> Monitor {
 const VALVE: SubsystemId = SubsystemId::VALVE1;
 const GENERAL: SubsystemId = SubsystemId::GENERAL;
 
-/// A valve that has nothing to close does not make a lockout that General has taken a refusal.
+/// A valve that has nothing to close does not make a lockout that General has taken a refusal; one with a fault does.
 #[tokio::test(start_paused = true)]
 async fn general_decides_on_a_lockout() {
     for valve in [Status::DENIED, Status::NOT_SUPPORTED] {
@@ -37,6 +37,9 @@ async fn general_decides_on_a_lockout() {
     let refused = monitor(&[(VALVE, Status::OK), (GENERAL, Status::DENIED)]);
     let error = refused.save_lockout(true).await.unwrap_err();
     assert!(matches!(error, Error::Refused { by: GENERAL, .. }), "{error}");
+    let fault = monitor(&[(VALVE, Status::MODULE_FAULT), (GENERAL, Status::OK)]);
+    let error = fault.save_lockout(true).await.unwrap_err();
+    assert!(matches!(error, Error::Refused { by: VALVE, .. }), "{error}");
     let without = monitor(&[(VALVE, Status::DENIED)]);
     let error = without.save_lockout(true).await.unwrap_err();
     assert!(matches!(error, Error::Refused { by: VALVE, .. }), "{error}");

@@ -100,8 +100,8 @@ impl Revoked {
         let unread = file.read_to_end(&mut bytes).err();
         let mut spoilt = unread.as_ref().map(ToString::to_string);
         let mut lists = Vec::new();
-        for half in bytes.chunks(HALF_BYTES) {
-            match List::read(half) {
+        for (index, half) in bytes.chunks(HALF_BYTES).enumerate() {
+            match List::read(half, index == 0) {
                 Ok(list) => lists.extend(list),
                 Err(error) => spoilt = Some(error.to_string()),
             }
@@ -270,8 +270,8 @@ struct Heading {
 const NOT_WHOLE: &str = "a list of revocations is not whole";
 
 impl List {
-    /// Reads a half; `None`: it was never written.
-    fn read(half: &[u8]) -> Result<Option<Self>, std::io::Error> {
+    /// Reads a half; `None`: it was never written. `alone`: earlier versions have written this one alone.
+    fn read(half: &[u8], alone: bool) -> Result<Option<Self>, std::io::Error> {
         let wrong = || std::io::Error::other(NOT_WHOLE);
         if half.iter().all(|byte| *byte == 0) {
             return Ok(None);
@@ -281,7 +281,8 @@ impl List {
         let (number, lines) = match serde_json::from_str::<Heading>(first) {
             Ok(heading) if heading.sha256 == sum(heading.list, rest) => (Some(heading.list), rest),
             Ok(_) => return Err(wrong()),
-            Err(_) => (None, text),
+            Err(_) if alone && !text.contains('\0') => (None, text),
+            Err(_) => return Err(wrong()),
         };
         let lines = lines.lines().filter(|line| !line.is_empty());
         // A power cut may have torn one of those that stand alone: the others count.
@@ -376,6 +377,12 @@ mod tests {
         std::fs::write(&path, both).unwrap();
         assert_eq!(opened(&folder), (vec![], false));
         assert_eq!(opened(&folder), (vec![], false));
+        // The second half without its first page, as a power cut leaves its first writing: no list, and reported.
+        let mut both = written(0, &[of("anna")]).unwrap();
+        both.extend(written(1, &[of("anna")]).unwrap());
+        both[HALF_BYTES..HALF_BYTES + 4096].fill(0);
+        std::fs::write(&path, both).unwrap();
+        assert_eq!(opened(&folder), (vec![of("anna")], true));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -87,7 +87,10 @@ impl Answering {
             let _turn = turn;
             work()
         };
-        tokio::task::spawn_blocking(done).await.map_err(|_| busy())
+        tokio::task::spawn_blocking(done).await.map_err(|error| match error.try_into_panic() {
+            Ok(panic) => std::panic::resume_unwind(panic),
+            Err(_) => busy(),
+        })
     }
 }
 
@@ -124,8 +127,9 @@ pub async fn bounded(State(hub): State<Hub>, request: Request, next: Next) -> Re
         return next.run(request).await;
     }
     let (parts, body) = request.into_parts();
-    // Strangers are answered with little, but for the metrics where these are open to all: they share its turns.
-    let who = guard::key(&parts, &hub).or_else(|| metrics.then(String::new));
+    // Strangers are answered with little, but for the metrics where these are open to all.
+    let stranger = || metrics.then(|| guard::address(&parts, &hub).to_string());
+    let who = guard::key(&parts, &hub).or_else(stranger);
     let Some(who) = who else {
         return next.run(Request::from_parts(parts, body)).await;
     };

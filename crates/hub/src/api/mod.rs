@@ -45,7 +45,7 @@ pub use packed::{Lasting, Packing};
 pub use places::{Place, Places, network};
 pub use ws::{Id, kinds as messages, show_frame};
 
-/// Largest body of a request; Stop, Close and Lockout are read only so far.
+/// Largest body of a request.
 pub const BODY_MAX: usize = 64 * 1024;
 
 const JSON: (HeaderName, &str) = (axum::http::header::CONTENT_TYPE, "application/json");

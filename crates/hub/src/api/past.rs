@@ -137,7 +137,10 @@ impl Past {
             all.retain(|(.., (series, ..))| !series.starts_with(PREFIX));
             all.sort_by_key(|(at_ms, index, _)| (*at_ms, *index));
             let groups = all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-            for group in groups.take(LINES_MAX - count) {
+            for group in groups {
+                if count >= LINES_MAX {
+                    break;
+                }
                 if let Some(line) = self.moment(group) {
                     chunk += &line;
                     count += 1;

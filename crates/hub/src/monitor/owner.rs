@@ -34,6 +34,8 @@ const PAUSE_FIRST: Duration = Duration::from_millis(200);
 const PAUSE_LAST: Duration = Duration::from_secs(2);
 /// How often slow things are looked at.
 const SLOW: Duration = Duration::from_secs(1);
+/// Longest wait for a parameter that is read ahead: what needs it is tried without it then.
+const AHEAD: Duration = Duration::from_secs(1);
 /// Pause until the first state is there.
 const SOON: Duration = Duration::from_millis(250);
 /// Limits are read again this often, in rounds of [`SLOW`].
@@ -400,6 +402,7 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         water_timeout(&read).filter(|it| water_timeout(&lock(&station.params)) != Some(*it));
     let unheld = {
         let mut params = lock(&station.params);
+        keep_values(&mut read, &params);
         read.unheld = has_hold.map_or(params.unheld, |has_hold| !has_hold);
         let news = read.unheld && !params.unheld;
         *params = read;
@@ -420,17 +423,33 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     station.publish_progress(hub, None);
 }
 
+/// A value that was read is not forgotten because it could not be read again.
+fn keep_values(read: &mut Params, before: &Params) {
+    for (subsystem, of) in &mut read.values {
+        let Some(before) = before.values.get(subsystem) else { continue };
+        for (name, value) in of {
+            let known = before.get(name).filter(|it| matches!(it, ParamValue::Values(_)));
+            if let (ParamValue::Error(_), Some(known)) = (&*value, known) {
+                *value = known.clone();
+            }
+        }
+    }
+}
+
 /// Reads a parameter that is needed now, if it was not read yet: reading all of them takes seconds on a slow line.
 pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
     let of = param.spec().subsystem.to_string();
-    let is_known =
-        |params: &Params| params.values.get(&of).is_some_and(|it| it.contains_key(param.name()));
+    let is_known = |params: &Params| {
+        let value = params.values.get(&of).and_then(|it| it.get(param.name()));
+        matches!(value, Some(ParamValue::Values(_)))
+    };
     if is_known(&lock(&station.params)) {
         return;
     }
     let Ok(client) = station.client() else { return };
     let monitor = Monitor::new(client);
-    let Some(Ok(values)) = monitor.params(&[param]).await.pop() else { return };
+    let read = timeout(AHEAD, monitor.params(&[param])).await;
+    let Some(Ok(values)) = read.unwrap_or_default().pop() else { return };
     let mut params = lock(&station.params);
     if !is_known(&params) {
         let of = params.values.entry(of.clone()).or_default();

@@ -379,7 +379,16 @@ impl Station {
 
     /// Publishes the authority.
     pub fn publish_authority(&self, hub: &Hub) {
-        hub.topics().set(&self.topic("authority"), &self.control(hub));
+        let mut control = self.control(hub);
+        loop {
+            hub.topics().set(&self.topic("authority"), &control);
+            // Of two changes at once the later one is published last.
+            let now = self.control(hub);
+            if now == control {
+                return;
+            }
+            control = now;
+        }
     }
 
     /// The authority as clients see it.

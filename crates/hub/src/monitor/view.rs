@@ -79,7 +79,7 @@ pub struct UrgentCounts {
 }
 
 /// The authority over a monitor.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Control {
     /// Whether it is held.
     pub state: ControlWord,
@@ -92,7 +92,7 @@ pub struct Control {
 }
 
 /// The holder of a monitor.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Holder {
     /// The client.
     #[serde(flatten)]
@@ -102,7 +102,7 @@ pub struct Holder {
 }
 
 /// A client that asks for control.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Asking {
     /// The client.
     #[serde(flatten)]

@@ -384,7 +384,7 @@ impl Hub {
     }
 
     /// Whether the zone controller, if there is one, is at work.
-    pub(crate) fn zones_work(&self) -> bool {
+    pub fn zones_work(&self) -> bool {
         let turned = |zones: &Zones| {
             let turned = Duration::from_millis(zones.turned_ms.load(Ordering::Relaxed));
             self.now().saturating_sub(turned) < WORKS

@@ -325,7 +325,7 @@ impl Opening {
 
     /// Keep-outs let no stored program pass of which it is not known what it sweeps.
     async fn know_program(&self) {
-        let param = self.aim.stored().filter(|_| self.opens && self.fire.is_none());
+        let param = self.aim.stored().filter(|_| self.fire.is_none());
         if let Some(param) = param
             && self.hub.keep_outs(self.station.id()).is_some()
         {

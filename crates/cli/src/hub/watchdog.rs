@@ -6,7 +6,7 @@ use std::time::Duration;
 use lafet_hub::Hub;
 
 /// Reports that the hub is ready, and from then on that it works, if systemd asks for it: that is, as long as
-/// its threads do work and its clock goes on.
+/// its threads do work, its clock goes on, and its zone controller, if it has one, is at work.
 ///
 /// # Errors
 ///
@@ -31,7 +31,8 @@ pub fn start(runtime: &tokio::runtime::Handle, hub: &Hub) -> io::Result<()> {
             // A hub that ends does its last work without the clock.
             let ticks = hub.ticks();
             let goes_on = std::mem::replace(&mut before, ticks) != ticks || hub.ends();
-            if works(&runtime, limit) && goes_on {
+            let zones = hub.zones_work() || hub.ends();
+            if works(&runtime, limit) && goes_on && zones {
                 _ = sd_notify::notify(&[NotifyState::Watchdog]);
             } else {
                 tracing::error!("the hub does not go on: no sign of life is given");

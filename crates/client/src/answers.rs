@@ -238,12 +238,17 @@ impl Answers {
     pub fn accepted(self) -> Result<Self, Error> {
         match self.refusal() {
             None => Ok(self),
-            Some(refusal) => Err(Error::Refused {
-                request: refusal.request(),
-                to: self.to,
-                status: refusal.status(),
-                by: refusal.from(),
-            }),
+            Some(refusal) => Err(self.refused(refusal)),
+        }
+    }
+
+    /// The error of one of the answers, which refuses.
+    pub(crate) fn refused(&self, refusal: &AnswerBuf) -> Error {
+        Error::Refused {
+            request: refusal.request(),
+            to: self.to,
+            status: refusal.status(),
+            by: refusal.from(),
         }
     }
 

@@ -92,12 +92,7 @@ impl Monitor {
         let (answers, saved) = self.save(request).await?;
         match refusal(&answers, owner(request)) {
             None => Ok((answers, saved.unwrap_or(Saved::Unconfirmed))),
-            Some(refusal) => Err(Error::Refused {
-                request: refusal.request(),
-                to: request.to,
-                status: refusal.status(),
-                by: refusal.from(),
-            }),
+            Some(refusal) => Err(answers.refused(refusal)),
         }
     }
 
@@ -164,9 +159,7 @@ fn owner(request: &Request<'_>) -> SubsystemId {
 /// What refused a request. Where the owner took it, others may have nothing to do (a valve that is closed
 /// already); a fault of theirs is one all the same. Without the owner's answer, the first refusal.
 fn refusal(answers: &Answers, owner: SubsystemId) -> Option<&AnswerBuf> {
-    let Some(own) = answers.iter().find(|answer| answer.from() == owner) else {
-        return answers.refusal();
-    };
+    let Some(own) = said(answers, owner) else { return answers.refusal() };
     if !own.status().is_success() {
         return Some(own);
     }
@@ -174,8 +167,12 @@ fn refusal(answers: &Answers, owner: SubsystemId) -> Option<&AnswerBuf> {
     answers.iter().find(|it| !it.status().is_success() && !idle(it.status()))
 }
 
+/// What the owner answered.
+fn said(answers: &Answers, owner: SubsystemId) -> Option<&AnswerBuf> {
+    answers.iter().find(|answer| answer.from() == owner)
+}
+
 /// The status that the owner answered; an answer of another subsystem in its name does not count.
 fn word(answers: &Answers, owner: SubsystemId) -> Status {
-    let said = answers.iter().find(|answer| answer.from() == owner);
-    said.map_or(Status::ACCEPTED, |answer| answer.status())
+    said(answers, owner).map_or(Status::ACCEPTED, AnswerBuf::status)
 }

@@ -58,8 +58,7 @@ pub struct Direct {
     used: Now,
     frame: Vec<u8>,
     buffer: Vec<u8>,
-    /// The request that is being exchanged must not wait for who only listens on the port.
-    urgent: bool,
+    /// At who only listens on the port that something urgent needs.
     visits: Visits,
 }
 
@@ -102,7 +101,6 @@ impl Direct {
             used: Now::ZERO,
             frame: Vec::new(),
             buffer: vec![0; 2 * WIRE_MAX],
-            urgent: false,
             visits: Visits::default(),
         })
     }
@@ -151,7 +149,6 @@ impl Direct {
             now = self.now();
         }
         let address = self.line.config().addresses.monitor;
-        self.urgent = !requests.is_empty() && requests.iter().all(RequestBuf::is_urgent);
         let terms = Terms { first, ..Terms::default() };
         let ticket = self.line.submit(now, address, terms, requests)?;
         loop {
@@ -261,7 +258,7 @@ impl Direct {
                 self.line.handle_connected(now);
             }
             Err(error) => {
-                if self.urgent
+                if self.line.is_urgent()
                     && let Endpoint::Serial { path, .. } = &self.endpoint
                 {
                     self.visits.knock(path);

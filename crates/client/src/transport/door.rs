@@ -77,7 +77,6 @@ pub async fn giving_way<F: Future>(
         };
         gave(visitor.who());
         door.ended(visitor).await;
-        door.is_free().await;
     }
     None
 }
@@ -200,17 +199,8 @@ mod linux {
             }
         }
 
-        /// Waits while a further urgent command has the port, [`VISIT_MAX`] at most.
-        pub async fn is_free(&self) {
-            let free = async {
-                while is_in_use(&self.path) {
-                    sleep(LOOKS).await;
-                }
-            };
-            let _ = timeout(VISIT_MAX, free).await;
-        }
-
-        /// Waits until a visitor has ended, or does not use the port any more.
+        /// Waits until a visitor has ended, or does not use the port any more, and while a further urgent
+        /// command has it.
         pub async fn ended(&self, mut visitor: Visitor) {
             let unused = async {
                 loop {
@@ -225,6 +215,9 @@ mod linux {
                 tokio::select! {
                     _ = visitor.stream.read(&mut nothing) => {}
                     () = unused => {}
+                }
+                while is_in_use(&self.path) {
+                    sleep(LOOKS).await;
                 }
             };
             // Longer than that, it is as any other program that has the port.
@@ -331,11 +324,6 @@ mod elsewhere {
 
         /// Never called.
         pub async fn ended(&self, _: Visitor) {
-            match *self {}
-        }
-
-        /// Never called.
-        pub async fn is_free(&self) {
             match *self {}
         }
     }

@@ -132,7 +132,7 @@ impl Hand {
                     self.noted.refused(self.seat(), monitor, valve, (why, why.text().en));
                 }
                 Act::Lost => {
-                    self.each(|it| self.hub.seat_is_silent(it, &self.caller.seat.seat));
+                    self.each(|it| _ = self.hub.seat_is_silent(it, &self.caller.seat.seat));
                     self.report_lost();
                 }
                 Act::Back => self.each(|station| {

@@ -16,7 +16,8 @@ use std::time::{Duration, Instant};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use tokio::sync::oneshot;
+use tokio::sync::{oneshot, watch};
+use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use super::act::Act;
@@ -34,6 +35,8 @@ const BATCH_MAX: usize = 256;
 const WAITING_MAX: u64 = 20_000;
 /// A disk that has taken none of what waits for this time fails.
 const HANGS: Duration = Duration::from_secs(2);
+/// Who reads waits so long for entries that are on their way to the disk.
+const CATCH_UP: Duration = Duration::from_millis(250);
 /// Entries that are looked at for one page of a search: the rest is for the next.
 const SCAN_MAX: i64 = 50_000;
 /// Entries that are verified before others read.
@@ -130,6 +133,10 @@ pub struct Audit {
 struct State {
     failing: AtomicBool,
     waiting: AtomicU64,
+    /// Entries that were handed to the thread that writes.
+    noted: AtomicU64,
+    /// Of those, how many are on the disk.
+    stored: watch::Sender<u64>,
     lost: AtomicU64,
     /// Since when the disk takes nothing of what waits; `None`: nothing waits.
     since: Mutex<Option<Instant>>,
@@ -225,11 +232,23 @@ impl Audit {
         for text in [&mut record.what, &mut record.user, &mut record.outcome] {
             text.truncate(text.floor_char_boundary(TEXT_MAX));
         }
-        if let Err(lost) = self.notes.send(Note { record, stored: Some(stored) }) {
+        match self.notes.send(Note { record, stored: Some(stored) }) {
+            Ok(()) => _ = self.state.noted.fetch_add(1, Ordering::Relaxed),
             // The thread has ended.
-            self.state.give_up(lost.0.record.at_ms);
+            Err(lost) => self.state.give_up(lost.0.record.at_ms),
         }
         number
+    }
+
+    /// Waits until what was noted before is on the disk: who was answered finds it in the log. Not for long, and
+    /// not for a disk that takes nothing.
+    async fn catch_up(&self) {
+        if self.is_failing() {
+            return;
+        }
+        let noted = self.state.noted.load(Ordering::Relaxed);
+        let mut stored = self.state.stored.subscribe();
+        let _ = timeout(CATCH_UP, stored.wait_for(|stored| *stored >= noted)).await;
     }
 
     /// The disk does not take entries just now: it refuses them, does not answer, or some were given up and
@@ -266,6 +285,7 @@ impl Audit {
 
     /// Looks entries up, the latest first.
     pub async fn find(&self, search: Search) -> Result<Page<Entry>, StoreError> {
+        self.catch_up().await;
         self.reads.call(move |db| find(db, &search, SCAN_MAX)).await
     }
 
@@ -276,6 +296,7 @@ impl Audit {
 
     /// Number and hash of the last entry that is stored.
     pub async fn head(&self) -> Result<(u64, String), StoreError> {
+        self.catch_up().await;
         self.reads.call(|db| head(db)).await
     }
 
@@ -291,6 +312,7 @@ impl Audit {
 
     /// Entries from a number on, for export.
     pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
+        self.catch_up().await;
         self.reads.call(move |db| from(db, n, limit)).await
     }
 
@@ -380,12 +402,15 @@ impl Writer {
         transaction.commit()?;
         let first = self.head.0;
         self.head = (n, prev);
+        let mut noted = 0;
         for (number, note) in (first + 1..).zip(self.waiting.drain(..count)) {
             self.state.waiting.fetch_sub(1, Ordering::Relaxed);
             if let Some(stored) = note.stored {
+                noted += 1;
                 _ = stored.send(number);
             }
         }
+        self.state.stored.send_modify(|stored| *stored += noted);
         let mut since = lock(&self.state.since);
         *since = (self.state.waiting.load(Ordering::Relaxed) > 0).then(Instant::now);
         Ok(())
@@ -618,6 +643,19 @@ mod tests {
     }
 
     /// What a full disk does not take waits, and is stored in its order when there is room.
+    /// What was noted is found by who reads afterwards, and a writer that hangs does not hold up who reads.
+    #[tokio::test]
+    async fn who_reads_finds_what_was_noted_before() {
+        let audit = Audit::open(None).unwrap();
+        for round in 1..=200 {
+            drop(audit.note(record("Stop All")));
+            assert_eq!(audit.last().await.unwrap(), round);
+        }
+        audit.state.noted.fetch_add(1, Ordering::Relaxed);
+        let found = timeout(4 * CATCH_UP, audit.latest(None, 1, None, None)).await;
+        assert_eq!(found.expect("the wait is bounded").unwrap()[0].n, 200);
+    }
+
     #[test]
     fn a_full_disk_loses_nothing() {
         let connection = open(None, "", SCHEMA).unwrap();

@@ -21,7 +21,7 @@ use crate::control::authority::Now;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::program::begins;
-use crate::monitor::station::{ParamValue, Station};
+use crate::monitor::station::Station;
 use crate::monitor::status::Status as State;
 use crate::site::keep_out::{KeepOut, Span, Swept};
 use crate::sync::lock;
@@ -519,15 +519,8 @@ fn of_points(points: impl Iterator<Item = i32>) -> Option<Swept> {
 
 /// The values of a stored program or trajectory; none if they were not read.
 fn stored(station: &Station, of: &str, number: u8) -> Option<Vec<i32>> {
-    let params = lock(&station.params);
-    match params
-        .values
-        .get(Param::ControlProgram0.spec().subsystem.name()?)?
-        .get(&format!("{of}{number}"))?
-    {
-        ParamValue::Values(values) => Some(values.clone()),
-        ParamValue::Error(_) => None,
-    }
+    let param = Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"))?;
+    lock(&station.params).of(param).map(<[i32]>::to_vec)
 }
 
 #[cfg(test)]

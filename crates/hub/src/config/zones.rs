@@ -114,9 +114,7 @@ impl Aim {
 
     /// The parameter that has the stored program by which it extinguishes without a known fire.
     pub fn stored(&self) -> Option<Param> {
-        let name = format!("Program{}", self.program);
-        let of = |it: &Param| it.spec().subsystem == SubsystemId::CONTROL && it.name() == name;
-        Param::ALL.iter().copied().find(of)
+        Param::by_name(SubsystemId::CONTROL, &format!("Program{}", self.program))
     }
 
     /// The requests that turn there without water, for a monitor that is deployed.

@@ -128,10 +128,8 @@ impl Hub {
         seats.insert(seat.clone(), live);
         drop(seats);
         // A new seat has nothing.
-        for station in self.stations().iter().filter(|_| resumed) {
-            if lock(&station.authority).back(self.now(), &seat) {
-                station.publish_authority(self);
-            }
+        if resumed {
+            self.stations().iter().for_each(|station| self.seat_is_back(station, &seat));
         }
         SeatKey { seat, resume: secret, events, missed, has: Has(has), connection }
     }
@@ -144,34 +142,32 @@ impl Hub {
         }
         let mut holds = false;
         for station in self.stations() {
-            station.let_go(&key.seat);
-            let (asked, held) = {
-                let mut authority = lock(&station.authority);
-                (authority.is_asked_by(&key.seat), authority.lost(self.now(), &key.seat))
-            };
-            holds |= held;
-            if asked || held {
-                station.publish_authority(self);
-            }
+            holds |= self.seat_is_silent(&station, &key.seat);
         }
         if !holds {
             seats.remove(&key.seat);
         }
     }
 
-    /// A seat gives no sign of life: its motions on a monitor stop, and its authority over it is lost unless
-    /// [`Hub::seat_is_back`] comes in time.
-    pub fn seat_is_silent(&self, station: &Station, seat: &str) {
+    /// A seat gives no sign of life: its motions on a monitor stop, what it asks for is withdrawn, and its authority
+    /// over it is lost unless [`Hub::seat_is_back`] comes in time. Whether it has authority.
+    pub fn seat_is_silent(&self, station: &Station, seat: &str) -> bool {
         station.let_go(seat);
-        if lock(&station.authority).lost(self.now(), seat) {
+        let (asked, holds) = {
+            let mut authority = lock(&station.authority);
+            (authority.is_asked_by(seat), authority.lost(self.now(), seat))
+        };
+        if asked || holds {
             station.publish_authority(self);
         }
+        holds
     }
 
     /// A seat gives signs of life again.
     pub fn seat_is_back(&self, station: &Station, seat: &str) {
-        lock(&station.authority).back(self.now(), seat);
-        station.publish_authority(self);
+        if lock(&station.authority).back(self.now(), seat) {
+            station.publish_authority(self);
+        }
     }
 
     /// The clients of the WebSockets.

@@ -438,12 +438,7 @@ fn keep_values(read: &mut Params, before: &Params) {
 
 /// Reads a parameter that is needed now, if it was not read yet: reading all of them takes seconds on a slow line.
 pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
-    let of = param.spec().subsystem.to_string();
-    let is_known = |params: &Params| {
-        let value = params.values.get(&of).and_then(|it| it.get(param.name()));
-        matches!(value, Some(ParamValue::Values(_)))
-    };
-    if is_known(&lock(&station.params)) {
+    if lock(&station.params).of(param).is_some() {
         return;
     }
     let Ok(client) = station.client() else { return };
@@ -451,8 +446,8 @@ pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
     let read = timeout(AHEAD, monitor.params(&[param])).await;
     let Some(Ok(values)) = read.unwrap_or_default().pop() else { return };
     let mut params = lock(&station.params);
-    if !is_known(&params) {
-        let of = params.values.entry(of.clone()).or_default();
+    if params.of(param).is_none() {
+        let of = params.values.entry(param.spec().subsystem.to_string()).or_default();
         of.insert(param.name().to_owned(), ParamValue::Values(values));
         drop(params);
         station.publish_params(hub);
@@ -461,12 +456,7 @@ pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
 
 /// After how long the monitor ends water that no client confirms, s, if it was read.
 fn water_timeout(params: &Params) -> Option<u32> {
-    let param = Param::GeneralWaterTimeout;
-    let of = params.values.get(&param.spec().subsystem.to_string())?.get(param.name())?;
-    match of {
-        ParamValue::Values(values) => u32::try_from(*values.first()?).ok(),
-        ParamValue::Error(_) => None,
-    }
+    u32::try_from(*params.of(Param::GeneralWaterTimeout)?.first()?).ok()
 }
 
 /// Whether a monitor knows a parameter; one that did not answer has not said.

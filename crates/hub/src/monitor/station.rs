@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lafet_client::Client;
+use lafet_proto::param::Param;
 use serde::Serialize;
 use tokio::sync::{Notify, watch};
 use utoipa::ToSchema;
@@ -131,6 +132,17 @@ pub enum ParamValue {
     Values(Vec<i32>),
     /// Why the values are unknown.
     Error(Both),
+}
+
+impl Params {
+    /// The values of a parameter, if they were read.
+    pub fn of(&self, param: Param) -> Option<&[i32]> {
+        let spec = param.spec();
+        match self.values.get(spec.subsystem.name()?)?.get(param.name())? {
+            ParamValue::Values(values) => Some(values),
+            ParamValue::Error(_) => None,
+        }
+    }
 }
 
 impl Station {

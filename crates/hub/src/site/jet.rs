@@ -13,7 +13,7 @@ use super::struck::{Line, Profile, Struck};
 use super::thrown::{NoThrow, Thrown, Wind, thrown};
 use crate::error::ApiError;
 use crate::hub::Hub;
-use crate::monitor::station::{ParamValue, Station};
+use crate::monitor::station::Station;
 use crate::sync::lock;
 
 /// Most jets in one request.
@@ -376,17 +376,9 @@ fn flow(station: &Station) -> Option<f32> {
 
 /// A parameter as last read, else as delivered.
 pub fn parameter(station: &Station, param: Param) -> i32 {
-    let spec = param.spec();
     let params = lock(&station.params);
-    let read = spec
-        .subsystem
-        .name()
-        .and_then(|subsystem| params.values.get(subsystem))
-        .and_then(|values| values.get(param.name()));
-    match read {
-        Some(ParamValue::Values(values)) if !values.is_empty() => values[0],
-        _ => spec.default,
-    }
+    let read = params.of(param).and_then(|values| values.first().copied());
+    read.unwrap_or(param.spec().default)
 }
 
 #[cfg(test)]

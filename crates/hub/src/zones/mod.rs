@@ -22,7 +22,7 @@ pub mod view;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use lafet_site::config::{Problem, Zone};
@@ -38,7 +38,7 @@ use crate::control::authority::{HTTP_LOST, Now};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::StoreError;
-use crate::sync::{lock, lock_aside};
+use crate::sync::lock_aside;
 use crate::text::Both;
 use line::Line;
 use stored::Stored;
@@ -180,12 +180,17 @@ impl Zones {
         }))
     }
 
+    /// The machine; locating and planning keep it for milliseconds.
+    fn machine(&self) -> MutexGuard<'_, Machine> {
+        lock_aside(&self.machine)
+    }
+
     fn is_failing(&self) -> bool {
         self.failing.load(Ordering::SeqCst)
     }
 
     fn persisted(&self) -> Persisted {
-        lock(&self.machine).site.persisted()
+        self.machine().site.persisted()
     }
 }
 
@@ -216,7 +221,7 @@ pub async fn store(hub: Hub) {
             let written = zones.stored.write(&now).await;
             let failing = written.is_err();
             if zones.failing.swap(failing, Ordering::SeqCst) != failing {
-                lock(&zones.machine).news = true;
+                zones.machine().news = true;
                 hub.event(None, &notes::storing(failing));
             }
             match written {
@@ -254,7 +259,7 @@ impl Hub {
     /// 404 without zones in the configuration.
     pub fn zones_view(&self) -> Result<view::ZonesView, ApiError> {
         let zones = self.known_zones()?;
-        Ok(lock_aside(&zones.machine).view(self.now(), !zones.is_failing()))
+        Ok(zones.machine().view(self.now(), !zones.is_failing()))
     }
 
     /// What belongs to each zone.
@@ -290,7 +295,7 @@ impl Hub {
         };
         let by = caller.principal.user.clone();
         let no = zones.void_by_hand(&order);
-        let mut machine = lock_aside(&zones.machine);
+        let mut machine = zones.machine();
         let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
         self.no_is_over(zones, &mut machine, no);
         let refused = records.into_iter().find_map(|record| match record.entry {
@@ -334,7 +339,7 @@ impl Hub {
             signal: reported.signal,
             condition: reported.condition,
         };
-        let mut machine = lock_aside(&zones.machine);
+        let mut machine = zones.machine();
         machine.reported.insert(detector.to_owned(), reported);
         // What follows from this report aims at what it shows.
         let detectors = &zones.config.site.detectors;
@@ -356,7 +361,7 @@ impl Hub {
     ///
     /// 404 without zones in the configuration.
     pub(crate) fn wind_reports(&self, wind: view::WindReported) -> Result<(), ApiError> {
-        let mut machine = lock_aside(&self.known_zones()?.machine);
+        let mut machine = self.known_zones()?.machine();
         (machine.wind, machine.wind_is_old) = (Some(wind), false);
         machine.news = true;
         Ok(())
@@ -372,7 +377,7 @@ impl Hub {
         fault: Option<Option<PathFault>>,
     ) {
         let Some(zones) = self.zones() else { return };
-        let mut machine = lock_aside(&zones.machine);
+        let mut machine = zones.machine();
         let path = fault.map(|fault| Event::Path { path: id.to_owned(), fault });
         let state = on.map(|on| match is_pump {
             true => Event::Pump { pump: id.to_owned(), on },
@@ -430,7 +435,7 @@ impl Hub {
 
     /// Looks at the monitors, lets time pass, publishes; returns how long nothing is due.
     fn turn(&self, zones: &Zones) -> Duration {
-        let mut guard = lock_aside(&zones.machine);
+        let mut guard = zones.machine();
         let (machine, caller) = (&mut *guard, Caller::zones());
         if let Some((first, said)) = machine.first.take() {
             said.iter().for_each(|text| self.event(None, text));

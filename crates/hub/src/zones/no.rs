@@ -15,7 +15,7 @@ use super::{Machine, ZONES, Zones};
 use crate::command::request::MonitorRequest;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
-use crate::sync::{lock, lock_aside};
+use crate::sync::lock;
 
 /// Who closes a monitor whose water goes into a keep-out.
 const KEEP_OUTS: &str = "keep-outs";
@@ -109,7 +109,7 @@ impl Hub {
     ) {
         let Some(zones) = self.zones() else { return };
         let no = zones.void_by_contact(input, pressed);
-        let mut machine = lock_aside(&zones.machine);
+        let mut machine = zones.machine();
         let path = Event::Path { path: input.to_owned(), fault };
         let contact = Event::Contact { input: input.to_owned(), pressed };
         let mut contacts = zones.config.site.contacts.iter().filter(|it| it.id == input);
@@ -183,7 +183,7 @@ impl Hub {
     /// come between.
     fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
         let no = zones.void_by_hand(&order);
-        let mut machine = lock_aside(&zones.machine);
+        let mut machine = zones.machine();
         let lasts = match &order {
             Hand::Stop(scope) | Hand::Close(scope) => !news && machine.site.is_refused(scope),
             _ => false,
@@ -259,7 +259,7 @@ mod tests {
         let order = Order::Engage { monitor: "M1".into(), zone: zone.into(), water_max_ms: None };
         let command = Command { number: 1, at_ms: 0, not_after_ms: None, order, cause: Vec::new() };
         let zones = hub.zones().unwrap();
-        hub.carry_order(zones, &mut lock(&zones.machine), &command);
+        hub.carry_order(zones, &mut zones.machine(), &command);
     }
 
     #[tokio::test]

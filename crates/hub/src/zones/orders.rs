@@ -448,7 +448,7 @@ mod tests {
     async fn an_order_by_the_same_command_makes_the_one_before_void() {
         let (hub, command) = hall();
         let zones = hub.zones().unwrap();
-        let mut machine = lock(&zones.machine);
+        let mut machine = zones.machine();
         hub.carry_order(zones, &mut machine, &command);
         let latest = machine.lines["M1"].latest.number.clone();
         let first = latest.load(Ordering::SeqCst);
@@ -464,11 +464,11 @@ mod tests {
     #[tokio::test]
     async fn a_no_makes_orders_void_before_it_waits_for_the_machine() {
         let (hub, _) = hall();
-        let latest = lock(&hub.zones().unwrap().machine).lines["M1"].latest.number.clone();
+        let latest = hub.zones().unwrap().machine().lines["M1"].latest.number.clone();
         let before = latest.load(Ordering::SeqCst);
         let busy = hub.clone();
         let refuse = {
-            let machine = lock(&busy.zones().unwrap().machine);
+            let machine = busy.zones().unwrap().machine();
             let hub = hub.clone();
             let refuse = tokio::task::spawn_blocking(move || {
                 let station = hub.station("M1").unwrap();

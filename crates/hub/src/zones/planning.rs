@@ -130,12 +130,12 @@ impl Hub {
             let Some(zones) = hub.zones() else { return };
             let chosen = {
                 let _one = lock(&zones.planning);
-                if !is_latest(&lock(&zones.machine), &job) {
+                if !is_latest(&zones.machine(), &job) {
                     return;
                 }
                 hub.chosen(job)
             };
-            hub.accept(zones, &mut lock(&zones.machine), chosen);
+            hub.accept(zones, &mut zones.machine(), chosen);
         });
     }
 

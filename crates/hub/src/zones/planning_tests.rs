@@ -59,7 +59,7 @@ fn hall() -> Hub {
     config.site = Some(Site { monitors, ..Site::default() });
     let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
     {
-        let machine = &mut *lock(&hub.zones().unwrap().machine);
+        let machine = &mut *hub.zones().unwrap().machine();
         let valve = lafet_site::Valve::Closed;
         let report = MonitorReport { reachable: true, valve, ..MonitorReport::default() };
         for (id, line) in &mut machine.lines {
@@ -121,7 +121,7 @@ fn blows(hub: &Hub, speed_mps: f64) {
 
 fn until(hub: &Hub, what: &str, wanted: impl Fn(&Machine) -> bool) {
     let began = Instant::now();
-    while !wanted(&lock(&hub.zones().unwrap().machine)) {
+    while !wanted(&hub.zones().unwrap().machine()) {
         assert!(began.elapsed() < Duration::from_secs(30), "{what}");
         std::thread::park_timeout(Duration::from_millis(5));
     }
@@ -132,7 +132,7 @@ fn meanwhile(hub: &Hub, what: impl FnOnce(&Hub) + Send + 'static) {
     let zones = hub.zones().unwrap();
     let planning = lock(&zones.planning);
     burns(hub);
-    assert!(lock(&zones.machine).plans["hall"].computing.is_some());
+    assert!(zones.machine().plans["hall"].computing.is_some());
     let (done, ended) = std::sync::mpsc::channel();
     let (runtime, its) = (tokio::runtime::Handle::current(), hub.clone());
     std::thread::spawn(move || {
@@ -150,7 +150,7 @@ async fn a_no_and_a_hold_do_not_wait_for_a_plan_and_votes_do() {
     meanwhile(&hub, |hub| {
         let zones = hub.zones().unwrap();
         let votes = || hub.zones_view().unwrap().state.zones[0].votes.len();
-        assert_eq!((votes(), lock(&zones.machine).held.len()), (1, 1), "one waits for the plan");
+        assert_eq!((votes(), zones.machine().held.len()), (1, 1), "one waits for the plan");
         let anna = Caller { via: "http", ..Caller::hub() };
         // Nothing is held yet; that it is answered is what counts.
         _ = hub.order_zones(&anna, Hand::Hold { zone: "hall".into(), on: true });
@@ -162,7 +162,7 @@ async fn a_no_and_a_hold_do_not_wait_for_a_plan_and_votes_do() {
         assert!(began.elapsed() < Duration::from_secs(1), "deadlines are looked at");
     });
     until(&hub, "the plan is there", |it| it.plans["hall"].computing.is_none());
-    let machine = lock(&hub.zones().unwrap().machine);
+    let machine = hub.zones().unwrap().machine();
     assert!(machine.held.is_empty());
     let state = machine.site.state();
     assert_eq!(state.zones[0].votes.len(), 2);
@@ -175,7 +175,7 @@ async fn what_the_votes_open_aims_by_the_plan_that_they_waited_for() {
     let hub = hall();
     meanwhile(&hub, |_| {});
     until(&hub, "it is released", |it| it.lines.values().any(|line| line.engaged.is_some()));
-    let machine = lock(&hub.zones().unwrap().machine);
+    let machine = hub.zones().unwrap().machine();
     assert_eq!((machine.plans["hall"].by["M2"], machine.lines["M2"].at()), (1, Some(1)));
 }
 
@@ -187,7 +187,7 @@ async fn a_plan_of_what_has_changed_meanwhile_is_not_taken() {
         let plan = &it.plans["hall"];
         plan.computing.is_none() && plan.basis.is_some()
     });
-    let machine = lock(&hub.zones().unwrap().machine);
+    let machine = hub.zones().unwrap().machine();
     let plan = &machine.plans["hall"];
     assert_eq!((plan.computed, plan.basis.as_ref().unwrap().wind.speed_mps), (2, 9.0));
     assert!(machine.held.is_empty());
@@ -199,9 +199,9 @@ async fn a_plan_that_does_not_come_is_not_waited_for() {
     meanwhile(&hub, |hub| {
         let zones = hub.zones().unwrap();
         let began = Instant::now();
-        while !lock(&zones.machine).held.is_empty() {
+        while !zones.machine().held.is_empty() {
             assert!(began.elapsed() < Duration::from_secs(15));
-            hub.release_held(zones, &mut lock(&zones.machine));
+            hub.release_held(zones, &mut zones.machine());
             std::thread::park_timeout(Duration::from_millis(10));
         }
         assert!(began.elapsed() >= WAITS / 2);
@@ -217,7 +217,7 @@ async fn reports_that_wait_are_bounded_and_keep_their_order() {
         let zones = hub.zones().unwrap();
         for number in 0..3 * HELD_MAX {
             let (signal, condition) = (Signal::Alarm, Condition::Ready);
-            let mut machine = lock(&zones.machine);
+            let mut machine = zones.machine();
             let detector = if number % 2 == 0 { "west" } else { "east" }.to_owned();
             let event = Event::Detector { detector, signal, condition };
             hub.report(zones, &mut machine, &Caller::hub(), event, vec!["hall".into()]);
@@ -225,7 +225,7 @@ async fn reports_that_wait_are_bounded_and_keep_their_order() {
         }
     });
     until(&hub, "none waits", |it| it.held.is_empty());
-    let machine = lock(&hub.zones().unwrap().machine);
+    let machine = hub.zones().unwrap().machine();
     assert_eq!(machine.site.state().detectors[1].signal, Some(Signal::Alarm), "the last one");
 }
 
@@ -235,7 +235,7 @@ async fn what_withdraws_water_does_not_wait() {
     let hub = hall();
     meanwhile(&hub, |hub| {
         let zones = hub.zones().unwrap();
-        let mut machine = lock(&zones.machine);
+        let mut machine = zones.machine();
         assert_eq!(machine.held.len(), 1, "the alarm of the east waits");
         let of = || vec!["hall".to_owned()];
         let report = |hub: &Hub, machine: &mut Machine, event| {
@@ -264,9 +264,9 @@ async fn a_report_does_not_overtake_an_earlier_one() {
     let hub = hall();
     meanwhile(&hub, |hub| {
         let zones = hub.zones().unwrap();
-        assert_eq!(lock(&zones.machine).held.len(), 1, "the alarm of the east waits");
-        lock(&zones.machine).plans.get_mut("hall").unwrap().computing = None;
-        let mut machine = lock(&zones.machine);
+        assert_eq!(zones.machine().held.len(), 1, "the alarm of the east waits");
+        zones.machine().plans.get_mut("hall").unwrap().computing = None;
+        let mut machine = zones.machine();
         let (detector, condition) = ("east".to_owned(), Condition::Ready);
         let event = Event::Detector { detector, signal: Signal::Quiet, condition };
         hub.report(zones, &mut machine, &Caller::hub(), event, vec!["hall".into()]);
@@ -283,7 +283,7 @@ async fn a_zone_that_cannot_be_planned_is_an_event() {
     burns(&hub);
     until(&hub, "it is not planned", |it| it.plans["hall"].failed.is_some());
     {
-        let (zones, machine) = (hub.zones().unwrap(), &mut *lock(&hub.zones().unwrap().machine));
+        let (zones, machine) = (hub.zones().unwrap(), &mut *hub.zones().unwrap().machine());
         let plan = machine.plans.get_mut("hall").unwrap();
         (plan.basis, plan.planned) = (None, None);
         hub.plan_fires(zones, machine, &zones.config.site.zones[0]);
@@ -296,7 +296,7 @@ async fn a_zone_that_cannot_be_planned_is_an_event() {
     let told: Vec<_> = events.iter().filter(|it| it.what.en.contains("be assigned")).collect();
     assert_eq!(told.len(), 1, "{events:?}");
     assert!(told[0].what.en.contains("wind") && told[0].what.ru.contains("hall"), "{told:?}");
-    let machine = lock(&hub.zones().unwrap().machine);
+    let machine = hub.zones().unwrap().machine();
     assert!(machine.plans["hall"].by.is_empty());
     let phase = machine.site.state().zones[0].phase;
     assert!(matches!(phase, Phase::Released { wet: true, .. }), "votes release it all the same");
@@ -312,7 +312,7 @@ async fn a_wind_that_is_old_is_kept_and_none_is_said_in_words() {
     assert!(none.text.en.contains("still air") && none.text.en.contains("90 %"), "{none:?}");
     assert!(none.text.ru.contains("штил"), "{none:?}");
     blows(&hub, 6.5);
-    let mut machine = lock(&zones.machine);
+    let mut machine = zones.machine();
     let later = hub.now() + super::super::WIND_COUNTS;
     hub.end_wind(&mut machine, later);
     let view = machine.view(later, true);

@@ -7,15 +7,20 @@ use lafet_proto::request::Body;
 use super::*;
 use crate::support::stand_for_people;
 
+/// The hall's monitor, with a stand for people beside its aim.
+async fn hall_beside_people() -> Site {
+    let zones = hall(1, "");
+    let map = stand_for_people();
+    Site::of((1, Composition::REMOTE), Clock::System, |config| {
+        (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
+    })
+    .await
+}
+
 /// Water that another client turns into a keep-out is shut off, and the zone does not open it again.
 #[tokio::test]
 async fn what_a_keep_out_has_shut_off_stays_closed_until_a_reset() {
-    let zones = hall(1, "");
-    let map = stand_for_people();
-    let site = Site::of((1, Composition::REMOTE), Clock::System, |config| {
-        (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
-    })
-    .await;
+    let site = hall_beside_people().await;
     let released = order(&site, "hall/release", json!({ "confirm": "hall" })).await;
     assert_eq!(released.status, 200, "{released:?}");
     until("the valve opens", || is_open(&site, "M1")).await;
@@ -43,12 +48,7 @@ async fn what_a_keep_out_has_shut_off_stays_closed_until_a_reset() {
 /// All parameters of a monitor take longer to read than an order to open is valid; the keep-outs need one of them.
 #[tokio::test]
 async fn a_release_right_after_the_start_opens_past_keep_outs_on_a_slow_line() {
-    let zones = hall(1, "");
-    let map = stand_for_people();
-    let site = Site::of((1, Composition::REMOTE), Clock::System, |config| {
-        (config.login, config.zones, config.site) = (false, Some(zones), Some(map));
-    })
-    .await;
+    let site = hall_beside_people().await;
     site.bus.slow(Duration::from_millis(60));
     let released = order(&site, "hall/release", json!({ "confirm": "hall" })).await;
     assert_eq!(released.status, 200, "{released:?}");

@@ -198,10 +198,10 @@ impl Flooded {
                 let all = tried.wrong.iter().chain(&tried.late);
                 all.for_each(|it| eprintln!("{}", named(it)));
                 failed.extend(tried.wrong.iter().map(|it| named(it)));
-                match last {
-                    0 => failed.extend(tried.late.iter().map(|it| named(it))),
-                    _ if tried.late.is_empty() || !tried.wrong.is_empty() => {}
-                    _ => again.push((kind, part)),
+                if last == 0 {
+                    failed.extend(tried.late.iter().map(|it| named(it)));
+                } else if tried.wrong.is_empty() && !tried.late.is_empty() {
+                    again.push((kind, part));
                 }
             }
             left = again;

@@ -16,9 +16,8 @@ use std::time::{Duration, Instant};
 use lafet_proto::RequestId;
 use lafet_proto::link::Decoder;
 use lafet_proto::record::Records;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use socket2::SockRef;
-use support::{Running, Sim, lafet};
+use support::{Running, Sim, lafet, terminal};
 
 /// For how long a line that comes back is cut: longer than the repetitions of a read with
 /// [`TIMEOUT`] take.
@@ -404,11 +403,7 @@ fn a_jog_ends_when_the_line_is_cut() {
     let sim = monitor();
     for cut in [Cut::End, Cut::Reset, Cut::Silence] {
         let relay = Relay::to(&sim, RequestId::MOVE, Phase::After(2), cut, AWAY);
-        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-        grantpt(&ours).unwrap();
-        unlockpt(&ours).unwrap();
-        let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-        let mut keys = File::from(ours);
+        let (mut keys, path) = terminal();
         let mut screen = keys.try_clone().unwrap();
         thread::spawn(move || {
             let mut buffer = [0; 1024];

@@ -7,7 +7,7 @@ use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 
 use crate::json::has_shape;
-use crate::support::{Run, Running, Sim, lafet};
+use crate::support::{Run, Running, Sim, lafet, serial_line};
 use lafet_proto::link::{Decoder, Frame, WIRE_MAX, encode};
 use lafet_sim::rng::Rng;
 
@@ -74,21 +74,7 @@ fn cable() -> (String, String) {
 }
 
 fn flawed_cable(flaws: Flaws) -> (String, String) {
-    let end = || {
-        let flags = rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY;
-        let ours = rustix::pty::openpt(flags).unwrap();
-        rustix::pty::grantpt(&ours).unwrap();
-        rustix::pty::unlockpt(&ours).unwrap();
-        let path = rustix::pty::ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-        // Kept open, so that the line does not hang up between two programs.
-        let kept = File::options().read(true).write(true).open(&path).unwrap();
-        let mut settings = rustix::termios::tcgetattr(&kept).unwrap();
-        settings.make_raw();
-        let now = rustix::termios::OptionalActions::Now;
-        rustix::termios::tcsetattr(&kept, now, &settings).unwrap();
-        (File::from(ours), kept, path)
-    };
-    let ((a, kept_a, path_a), (b, kept_b, path_b)) = (end(), end());
+    let ((a, kept_a, path_a), (b, kept_b, path_b)) = (serial_line(), serial_line());
     let [there, back] = flaws.loss;
     let ways = [
         (a.try_clone().unwrap(), b.try_clone().unwrap(), kept_a, there, flaws.echo),

@@ -22,11 +22,9 @@ use lafet_proto::request::Body;
 use lafet_proto::{Request, RequestId, SubsystemId};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Gid, Uid, geteuid};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
 
-use crate::support::{Running, Sim, lafet, terminal};
+use crate::support::{Running, Sim, lafet, serial_line, terminal};
 
 /// From the start of a Stop's process to its frame. Who listens does so for 3 s at least.
 const SOON: Duration = Duration::from_millis(2800);
@@ -60,21 +58,11 @@ impl Wire {
     }
 
     fn answering(after: Option<Duration>) -> Self {
-        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-        let ours = openpt(flags).unwrap();
-        grantpt(&ours).unwrap();
-        unlockpt(&ours).unwrap();
-        let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-        // Kept open, so that the line does not hang up between two openings.
-        let kept = File::options().read(true).write(true).open(&path).unwrap();
-        let mut settings = tcgetattr(&kept).unwrap();
-        settings.make_raw();
-        tcsetattr(&kept, OptionalActions::Now, &settings).unwrap();
+        let (ours, kept, path) = serial_line();
         let state = Arc::new(State::default());
         let shared = state.clone();
         spawn(move || {
             let _kept = kept;
-            let ours = File::from(ours);
             shared.serve(&ours, after);
         });
         Self { path, state }
@@ -286,7 +274,7 @@ fn the_dashboard_gives_way() {
 #[test]
 fn two_stops_at_once() {
     let sim = Sim::listening(&["pty"], &[]);
-    let path = sim.url().strip_prefix("serial://").unwrap().split('?').next().unwrap();
+    let path = sim.port();
     let url = format!("serial://{path}?addr=1&late=0");
     let mut command = lafet();
     command.args(["--lang", "en", "-c", &url, "scan", "--addresses", "1-3"]);
@@ -385,7 +373,7 @@ fn a_scan_that_is_always_disturbed_ends() {
 #[test]
 fn a_name_that_is_taken() {
     let sim = Sim::listening(&["pty"], &[]);
-    let path = sim.url().strip_prefix("serial://").unwrap().split('?').next().unwrap();
+    let path = sim.port();
     let url = format!("serial://{path}?addr=1&late=0");
     let program = env!("CARGO_BIN_EXE_lafet");
     let mut command = std::process::Command::new("sh");
@@ -417,15 +405,21 @@ fn a_visitor_is_killed() {
     assert!(wire.frames().len() > before, "it has probed");
 }
 
+/// A line, who listens on it and does not react, and a Stop that says so.
+fn hangs(words: &[&str]) -> (Wire, Running, Running) {
+    let wire = Wire::quiet();
+    let listens = listener(&wire.path, words);
+    listens.signal("STOP");
+    let (_, visitor) = stop(&wire.path);
+    let said = says(&visitor, "in use by lafet");
+    assert!(said.contains(&listens.child.id().to_string()), "{said}");
+    (wire, listens, visitor)
+}
+
 /// One that does not react has the port until it is killed; then the Stop is sent.
 #[test]
 fn a_listener_is_killed() {
-    let wire = Wire::quiet();
-    let mut scan = listener(&wire.path, &["scan"]);
-    scan.signal("STOP");
-    let (_, visitor) = stop(&wire.path);
-    let said = says(&visitor, "in use by lafet");
-    assert!(said.contains(&scan.child.id().to_string()), "{said}");
+    let (wire, mut scan, _visitor) = hangs(&["scan"]);
     assert!(wire.frames().is_empty());
     let killed = Instant::now();
     scan.signal("KILL");
@@ -437,11 +431,7 @@ fn a_listener_is_killed() {
 /// A visitor knocks again at who has taken the port after the one that it had knocked at.
 #[test]
 fn another_has_the_port_meanwhile() {
-    let wire = Wire::quiet();
-    let mut first = listener(&wire.path, &["status"]);
-    first.signal("STOP");
-    let (_, visitor) = stop(&wire.path);
-    says(&visitor, "in use by lafet");
+    let (wire, mut first, visitor) = hangs(&["status"]);
     visitor.signal("STOP");
     first.signal("KILL");
     first.code();

@@ -4,8 +4,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::process::Stdio;
 
-use crate::support::{Run, Running, Sim, lafet};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use crate::support::{Run, Running, Sim, lafet, terminal};
 
 const LEFT: &[u8] = b"\x1b[D";
 
@@ -17,11 +16,7 @@ struct Terminal {
 
 impl Terminal {
     fn open() -> Self {
-        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-        grantpt(&ours).unwrap();
-        unlockpt(&ours).unwrap();
-        let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-        let keys = File::from(ours);
+        let (keys, path) = terminal();
         let mut screen = keys.try_clone().unwrap();
         // The output of the program and the terminal's echo must be read.
         std::thread::spawn(move || {

@@ -9,10 +9,9 @@ use std::sync::mpsc::channel;
 use std::thread::{park, park_timeout, scope, spawn};
 use std::time::{Duration, Instant};
 
-use crate::support::{Run, Running, curl, lafet, terminal};
+use crate::support::{Run, Running, curl, lafet, serial_line, terminal};
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use rustix::termios::tcgetattr;
 
 /// Bytes as they arrive at a wrong speed.
 const GARBLED: [u8; 5] = [0x00, 0xF8, 0x80, 0x1C, 0xE6];
@@ -41,17 +40,9 @@ impl Line {
     }
 
     fn with(baud: u32, every: Option<Duration>, otherwise: &'static [u8]) -> Self {
-        let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-        grantpt(&ours).unwrap();
-        unlockpt(&ours).unwrap();
-        let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-        // Kept open, so that the line does not hang up between two openings.
-        let kept = File::options().read(true).write(true).open(&path).unwrap();
-        let mut settings = tcgetattr(&kept).unwrap();
-        settings.make_raw();
-        tcsetattr(&kept, OptionalActions::Now, &settings).unwrap();
+        let (ours, kept, path) = serial_line();
         let sent: Arc<AtomicUsize> = Arc::default();
-        let (mut reader, counted) = (File::from(ours.try_clone().unwrap()), sent.clone());
+        let (mut reader, counted) = (ours.try_clone().unwrap(), sent.clone());
         spawn(move || {
             let mut buffer = [0; 256];
             while let Ok(len @ 1..) = reader.read(&mut buffer) {
@@ -60,7 +51,7 @@ impl Line {
         });
         spawn(move || {
             let _kept = kept;
-            let mut writer = File::from(ours);
+            let mut writer = ours;
             loop {
                 let Some(every) = every else {
                     park();

@@ -18,7 +18,7 @@ const AT_ONCE: Duration = Duration::from_millis(2500);
 fn line() -> (Sim, String, String) {
     let sim = Sim::listening(&["pty"], &[]);
     let url = sim.url().to_owned();
-    let path = url.strip_prefix("serial://").unwrap().split('?').next().unwrap().to_owned();
+    let path = sim.port().to_owned();
     (sim, url, path)
 }
 

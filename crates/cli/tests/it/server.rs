@@ -182,8 +182,7 @@ fn a_pseudo_terminal_is_a_serial_line() {
         assert_eq!(run.out, "Valve1 GetStatus → Ok: [Closed]\n");
     }
     // A program without serial settings reads and writes the bytes unchanged.
-    let path = sim.url().strip_prefix("serial://").unwrap();
-    let mut line = std::fs::OpenOptions::new().read(true).write(true).open(path).unwrap();
+    let mut line = std::fs::OpenOptions::new().read(true).write(true).open(sim.port()).unwrap();
     line.write_all(b"\x03\x04\x11\x13\n").unwrap();
     line.write_all(&frame(1, 13, &[])).unwrap();
     assert_eq!(receive(&mut line), (13, 1, vec![]));

@@ -98,15 +98,11 @@ fn the_arrow_keys_move_it() {
     use std::fs::File;
     use std::io::Read;
 
-    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use crate::support::terminal;
 
     let sim = Sim::start(&["--speed", "10"]);
     sim.done(&["deploy"]);
-    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-    grantpt(&ours).unwrap();
-    unlockpt(&ours).unwrap();
-    let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-    let mut keys = File::from(ours);
+    let (mut keys, path) = terminal();
     let mut screen = keys.try_clone().unwrap();
     std::thread::spawn(move || {
         let mut buffer = [0; 1024];

@@ -1,6 +1,7 @@
 //! Runs the real program, as a user would.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -175,18 +176,39 @@ fn lines(input: impl Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-/// A pseudo-terminal of 80 × 24: our end, and the path of the other.
+/// A pseudo-terminal: our end, which no program that is started has, and the path of the other.
 #[cfg(unix)]
-pub fn terminal() -> (std::fs::File, String) {
+fn pty() -> (File, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    use rustix::termios::{Winsize, tcsetwinsize};
-    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+    let ours = openpt(flags).unwrap();
     grantpt(&ours).unwrap();
     unlockpt(&ours).unwrap();
+    let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
+    (File::from(ours), path)
+}
+
+/// A pseudo-terminal of 80 × 24: our end, and the path of the other.
+#[cfg(unix)]
+pub fn terminal() -> (File, String) {
+    use rustix::termios::{Winsize, tcsetwinsize};
+    let (ours, path) = pty();
     let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
     tcsetwinsize(&ours, size).unwrap();
-    let path = ptsname(&ours, Vec::new()).unwrap().into_string().unwrap();
-    (std::fs::File::from(ours), path)
+    (ours, path)
+}
+
+/// A serial line as a pseudo-terminal: our end, the other end, and its path. While the other end is kept, the
+/// line does not hang up between two openings.
+#[cfg(unix)]
+pub fn serial_line() -> (File, File, String) {
+    use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+    let (ours, path) = pty();
+    let kept = File::options().read(true).write(true).open(&path).unwrap();
+    let mut settings = tcgetattr(&kept).unwrap();
+    settings.make_raw();
+    tcsetattr(&kept, OptionalActions::Now, &settings).unwrap();
+    (ours, kept, path)
 }
 
 /// A simulated monitor in a process of its own.
@@ -222,6 +244,12 @@ impl Sim {
     /// The URL of its first listener.
     pub fn url(&self) -> &str {
         &self.urls[0]
+    }
+
+    /// The path of its serial port: the first listener is `pty`.
+    pub fn port(&self) -> &str {
+        let port = self.url().strip_prefix("serial://").expect("a serial port");
+        port.split('?').next().unwrap()
     }
 
     /// Host and port of the first listener.

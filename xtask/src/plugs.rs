@@ -31,21 +31,21 @@ pub fn check() -> StepResult {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::iter::once(programs).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(folders).map_err(|e| e.to_string())?;
+    // Built as for all other tests: selected alone, their dependencies would be built again with fewer features.
+    let build = ["test", "--workspace", "--no-run", "--message-format=json"];
+    let messages = output(&mut cargo(&build))?;
     for folder in ["crates/hub", "crates/cli"] {
-        let mut tests = Command::new(tests_of(folder)?);
+        let mut tests = Command::new(tests_of(&messages, folder)?);
         tests.args(["--ignored", "foreign::"]).current_dir(root().join(folder));
         show_tests(tests.env("PATH", &path))?;
     }
     Ok(())
 }
 
-/// The program of a crate's integration tests, built as for all other tests: selected alone, its dependencies
-/// would be built again with fewer features.
-fn tests_of(folder: &str) -> Result<PathBuf, String> {
-    let build = ["test", "--workspace", "--no-run", "--message-format=json"];
-    let messages = output(&mut cargo(&build))?;
+/// The program of a crate's integration tests, from what cargo says of a build.
+fn tests_of(messages: &str, folder: &str) -> Result<PathBuf, String> {
     let package = format!("/{folder}#");
     let it = |test: &TestProgram| test.package.contains(&package) && test.name == "it";
-    let program = test_programs(&messages).find(it).map(|test| test.path);
+    let program = test_programs(messages).find(it).map(|test| test.path);
     program.ok_or_else(|| format!("{folder} has no tests of the name `it`"))
 }

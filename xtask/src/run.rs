@@ -6,6 +6,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -196,6 +197,16 @@ pub fn verdict(headline: &str, problems: &[String]) -> StepResult {
     Err(format!("{headline} ({}):\n  {}", problems.len(), problems.join("\n  ")))
 }
 
+/// What passed only when nothing else ran: shown beside the summary.
+static UNSTEADY: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Reports something that passed only when nothing else ran.
+pub fn unsteady(what: String) {
+    println!("   UNSTEADY: {what}");
+    flush();
+    UNSTEADY.lock().unwrap_or_else(PoisonError::into_inner).push(what);
+}
+
 fn line(command: &Command) -> String {
     let program = Path::new(command.get_program());
     let name = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy();
@@ -271,6 +282,9 @@ impl Steps {
         for Step { name, time, processor, result } in &self.done {
             let word = if result.is_ok() { "ok" } else { "FAILED" };
             println!("   {word:<6} {:>7.1} s {processor:>7.1} s  {name}", time.as_secs_f32());
+        }
+        for what in UNSTEADY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+            println!("   UNSTEADY {what}");
         }
         println!("{} passed, {failed} failed", self.done.len() - failed);
         if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }

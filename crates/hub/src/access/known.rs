@@ -18,6 +18,9 @@ pub const STALE_MS: u64 = 24 * 3_600_000;
 pub const ENDED_MS: u64 = 10 * 60_000;
 /// Sessions that were ended and are remembered for that.
 const ENDED_MAX: usize = 1000;
+/// Sessions of a user: a client that logs in for each request and never out keeps no more, and ends none that is in
+/// use.
+pub const SESSIONS_MAX: usize = 64;
 /// A session or token is noted as used this often.
 const TOUCH_MS: u64 = 60_000;
 
@@ -49,11 +52,46 @@ pub struct Touch {
     pub used_ms: u64,
 }
 
-/// Sessions and tokens by the digest of their secret.
+/// Sessions or tokens.
+#[derive(Debug, Default)]
+struct Table {
+    /// By the digest of their secret.
+    entries: HashMap<String, Entry>,
+    /// That digest, by their key.
+    digests: HashMap<String, String>,
+}
+
+impl Table {
+    fn add(&mut self, digest: String, entry: Entry) {
+        self.digests.insert(entry.key.clone(), digest.clone());
+        self.entries.insert(digest, entry);
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.digests.contains_key(key)
+    }
+
+    fn of(&mut self, key: &str) -> Option<&mut Entry> {
+        self.entries.get_mut(self.digests.get(key)?)
+    }
+
+    fn remove(&mut self, key: &str) -> Option<(String, Entry)> {
+        let digest = self.digests.remove(key)?;
+        let entry = self.entries.remove(&digest)?;
+        Some((digest, entry))
+    }
+
+    /// The keys of those that are so.
+    fn keys(&self, are: impl Fn(&Entry) -> bool) -> Vec<String> {
+        self.entries.values().filter(|it| are(it)).map(|it| it.key.clone()).collect()
+    }
+}
+
+/// Sessions and tokens.
 #[derive(Debug, Default)]
 pub struct Known {
-    sessions: Mutex<HashMap<String, Entry>>,
-    tokens: Mutex<HashMap<String, Entry>>,
+    sessions: Mutex<Table>,
+    tokens: Mutex<Table>,
     ended: Mutex<HashMap<String, (Entry, u64)>>,
 }
 
@@ -88,58 +126,85 @@ impl Known {
     pub fn add_session(&self, digest: String, entry: Entry) {
         let mut sessions = lock(&self.sessions);
         let old = entry.created_ms.saturating_sub(SESSION_MS + STALE_MS);
-        sessions.retain(|_, it| it.created_ms >= old);
-        sessions.insert(digest, entry);
+        for key in sessions.keys(|it| it.created_ms < old) {
+            sessions.remove(&key);
+        }
+        sessions.add(digest, entry);
     }
 
     /// Adds a token.
     pub fn add_token(&self, digest: String, entry: Entry) {
-        lock(&self.tokens).insert(digest, entry);
+        lock(&self.tokens).add(digest, entry);
     }
 
     /// Ends sessions that their users have not ended themselves. The page of one of them is open
     /// somewhere, and its user watches a monitor: Stop goes on to work there for a
     /// while. Close and Lockout, which shut the water of a fire, do not.
     pub fn end(&self, now_ms: u64, ends: impl Fn(&Entry) -> bool) {
+        let keys = lock(&self.sessions).keys(ends);
+        self.end_these(now_ms, &keys);
+    }
+
+    fn end_these(&self, now_ms: u64, keys: &[String]) {
         let mut ended = lock(&self.ended);
         ended.retain(|_, (_, at_ms)| now_ms < *at_ms + ENDED_MS);
-        for (digest, entry) in lock(&self.sessions).extract_if(|_, entry| ends(entry)) {
+        let mut sessions = lock(&self.sessions);
+        for (digest, entry) in keys.iter().filter_map(|key| sessions.remove(key)) {
             if ended.len() < ENDED_MAX && now_ms < entry.expires_ms() {
                 ended.insert(digest, (entry, now_ms));
             }
         }
     }
 
+    /// Ends the sessions of a user that are more than [`SESSIONS_MAX`], and returns their keys: those first that rest,
+    /// from the longest rest on, then those that were used for the shortest time. Never the latest: it begins now.
+    pub fn end_most(&self, now_ms: u64, user: &str) -> Vec<String> {
+        let rank = |it: &Entry| match now_ms.saturating_sub(it.used_ms) > 2 * TOUCH_MS {
+            true => (0, it.used_ms, it.created_ms),
+            false => (1, it.used_ms - it.created_ms, it.created_ms),
+        };
+        let mut its: Vec<_> = {
+            let sessions = lock(&self.sessions);
+            let its = sessions.entries.values().filter(|it| it.user == user && it.used_ms < now_ms);
+            its.map(|it| (rank(it), it.key.clone())).collect()
+        };
+        its.sort_unstable();
+        its.truncate((its.len() + 1).saturating_sub(SESSIONS_MAX));
+        let keys: Vec<String> = its.into_iter().map(|(_, key)| key).collect();
+        self.end_these(now_ms, &keys);
+        keys
+    }
+
     /// Ends the session of a user who logs out.
     pub fn log_out(&self, key: &str) {
-        lock(&self.sessions).retain(|_, entry| entry.key != key);
+        lock(&self.sessions).remove(key);
     }
 
     /// Whether there is such a session.
     pub fn has_session(&self, key: &str) -> bool {
-        lock(&self.sessions).values().any(|entry| entry.key == key)
+        lock(&self.sessions).has(key)
     }
 
     /// Whether there is such a token.
     pub fn has_token(&self, key: &str) -> bool {
-        lock(&self.tokens).values().any(|entry| entry.key == key)
+        lock(&self.tokens).has(key)
     }
 
     /// Gives the sessions of a user another role.
     pub fn set_role(&self, user: &str, role: Role) {
-        for entry in lock(&self.sessions).values_mut().filter(|it| it.user == user) {
+        for entry in lock(&self.sessions).entries.values_mut().filter(|it| it.user == user) {
             entry.role = role;
         }
     }
 
     /// Forgets a token.
     pub fn remove_token(&self, key: &str) {
-        lock(&self.tokens).retain(|_, entry| entry.key != key);
+        lock(&self.tokens).remove(key);
     }
 
     /// Sessions that have not run out, the latest used first.
     pub fn sessions(&self, now_ms: u64) -> Vec<Entry> {
-        let mut all: Vec<Entry> = lock(&self.sessions).values().cloned().collect();
+        let mut all: Vec<Entry> = lock(&self.sessions).entries.values().cloned().collect();
         all.retain(|it| it.expires_ms() > now_ms);
         all.sort_by(|a, b| b.used_ms.cmp(&a.used_ms).then_with(|| a.key.cmp(&b.key)));
         all
@@ -147,8 +212,7 @@ impl Known {
 
     /// When a token was used last.
     pub fn token_used_ms(&self, key: &str) -> Option<u64> {
-        let tokens = lock(&self.tokens);
-        let used_ms = tokens.values().find(|it| it.key == key)?.used_ms;
+        let used_ms = lock(&self.tokens).of(key)?.used_ms;
         (used_ms != 0).then_some(used_ms)
     }
 
@@ -161,7 +225,7 @@ impl Known {
             return (now_ms < until_ms).then_some((principal, None));
         }
         let mut sessions = lock(&self.sessions);
-        let entry = sessions.get_mut(&digest)?;
+        let entry = sessions.entries.get_mut(&digest)?;
         let end_ms = entry.expires_ms();
         if now_ms >= end_ms + STALE_MS {
             return None;
@@ -177,7 +241,7 @@ impl Known {
     /// The owner of a token, and what to store of this use.
     pub fn by_token(&self, now_ms: u64, secret: &str) -> Option<(Principal, Option<Touch>)> {
         let mut tokens = lock(&self.tokens);
-        let entry = tokens.get_mut(&digest(secret))?;
+        let entry = tokens.entries.get_mut(&digest(secret))?;
         let touch = entry.touch(Kind::Token, now_ms);
         Some((entry.principal(Kind::Token, 0, Standing::Good), touch))
     }
@@ -192,7 +256,7 @@ impl Known {
             Kind::Demo | Kind::Modbus | Kind::Mqtt => return (true, None),
         };
         let mut entries = lock(of);
-        let Some(entry) = entries.values_mut().find(|it| it.key == principal.key) else {
+        let Some(entry) = entries.of(&principal.key) else {
             return (false, None);
         };
         if principal.kind == Kind::Session && now_ms >= entry.expires_ms() {

@@ -461,6 +461,12 @@ impl Access {
             standing: Standing::Good,
         };
         self.known.add_session(digest, entry);
+        for ended in self.known.end_most(now_ms, user) {
+            // A disk that takes nothing ends no session of this run; after the next start the same rule ends it.
+            if let Err(error) = db.execute("DELETE FROM session WHERE id = ?1", [ended]) {
+                tracing::warn!(%error, user, "the end of a session is not stored");
+            }
+        }
         Ok(SessionInfo { secret, principal })
     }
 

@@ -1,4 +1,4 @@
-use super::super::known::{ENDED_MS, SESSION_MS, STALE_MS};
+use super::super::known::{ENDED_MS, SESSION_MS, SESSIONS_MAX, STALE_MS};
 use super::*;
 
 const PASSWORD: &str = "correct horse";
@@ -125,6 +125,31 @@ fn a_session_that_was_ended_by_others_can_stop_for_a_while() {
     let own = access.log_in(200, "root", PASSWORD).unwrap();
     access.log_out(&own.principal.key).unwrap();
     assert_eq!(access.by_session(201, &own.secret), None, "who logs out has left");
+}
+
+/// A client that logs in for each request, and never out, ends the sessions that rest and its own, and none that is
+/// in use.
+#[test]
+fn a_user_has_so_many_sessions() {
+    let folder = std::env::temp_dir().join(format!("lafet-sessions-{}", std::process::id()));
+    let access = Access::open(Some(&folder), 1).unwrap();
+    let link = access.setup_link().unwrap().unwrap();
+    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    let log_in = |ms| access.log_in(ms, "root", PASSWORD).unwrap();
+    let (panel, rests) = (log_in(5), log_in(6));
+    let hour = 3_600_000;
+    assert!(access.is_valid(hour, &panel.principal), "its page is open");
+    let script: Vec<_> = (1..=SESSIONS_MAX as u64).map(|it| log_in(hour + it)).collect();
+    let now = hour + 1000;
+    let standing = |it: &SessionInfo| access.by_session(now, &it.secret).unwrap().standing;
+    assert_eq!(access.sessions(now).len(), SESSIONS_MAX);
+    assert_eq!([&panel, &rests].map(standing), [Standing::Good, Standing::Ended]);
+    assert_eq!([&script[0], &script[1]].map(standing), [Standing::Ended, Standing::Good]);
+    drop(access);
+    let access = Access::open(Some(&folder), 1).unwrap();
+    assert_eq!(access.sessions(now).len(), SESSIONS_MAX, "on the disk, too");
+    drop(access);
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// A disk that takes nothing: what is revoked is so at once, and is stored when there is room.

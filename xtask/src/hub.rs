@@ -14,11 +14,14 @@ pub fn load(arguments: &[String]) -> TaskResult {
     let size = match words[..] {
         [] => None,
         ["--quick"] => Some("--quick"),
-        [only @ "--long"] | ["--flood", only] => {
+        [only @ ("--long" | "--large")] | ["--flood", only] => {
             show(program("floods", &demo::optimised()?)?.arg(only))?;
             return Ok(ExitCode::SUCCESS);
         }
-        _ => return Err("usage: cargo xtask hub-load [--quick | --long | --flood KIND]".to_owned()),
+        _ => {
+            return Err("usage: cargo xtask hub-load [--quick | --long | --large | --flood KIND]"
+                .to_owned());
+        }
     };
     loads(&demo::optimised()?, size)?;
     Ok(ExitCode::SUCCESS)

@@ -196,7 +196,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "hub-load",
-        arguments: "[--quick | --long | --flood KIND]",
+        arguments: "[--quick | --long | --large | --flood KIND]",
         about: "the hub under load and failures: garbage, storms, a full disk, kill -9, floods",
         details: "Runs lafet serve with simulated monitors. Fails when a Stop is not through \
                   within 100 ms (99 of 100), when an entry of the audit log is lost or its chain \
@@ -204,7 +204,8 @@ const TASKS: &[Task] = &[
                   others are late, memory grows, or a kind is never answered as it has to be. The \
                   figures of a run are in docs/hub.md. With --quick, less of everything: part of \
                   cargo xtask ci. --long: only the floods, a minute of each kind from 1 and from \
-                  200 connections, some hours. --flood KIND: only kinds whose names contain this, \
+                  200 connections, some hours. --large: only the floods, beside 1,000 monitors in 64 \
+                  zones. --flood KIND: only kinds whose names contain this, \
                   each for 60 s from 1 and 200 connections in every manner.",
         run: hub::load,
     },

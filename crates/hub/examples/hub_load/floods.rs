@@ -19,9 +19,6 @@ use crate::site::Site;
 use crate::tally::{MANNERS, Manner, Tallies};
 use crate::watch::Watch;
 
-const MONITORS: usize = 3;
-/// How often the monitors are polled, ms.
-const POLL_MS: u64 = 100;
 /// Most connections of the hub.
 pub const CONNECTIONS: usize = 4000;
 /// Memory above that at rest, KiB.
@@ -35,6 +32,7 @@ const STABLE: (f64, usize) = (512.0, 4);
 
 /// How much, for how long, and within which bounds.
 pub struct Size {
+    site: Scale,
     /// Connections of a flood, and for how long.
     connections: &'static [(usize, Duration)],
     /// Each manner by itself (read, unread, known, stranger), however many connections there are.
@@ -45,6 +43,15 @@ pub struct Size {
     tries: usize,
 }
 
+/// The site that the hub serves.
+struct Scale {
+    monitors: usize,
+    zones: usize,
+    of_zone: usize,
+    /// How often the monitors are polled, ms.
+    poll_ms: u64,
+}
+
 /// Of the times of others' requests, ms.
 struct Bounds {
     p50: f64,
@@ -53,6 +60,7 @@ struct Bounds {
 }
 
 pub const WHOLE: Size = Size {
+    site: Scale { monitors: 3, zones: 1, of_zone: 1, poll_ms: 100 },
     connections: &[(1, Duration::from_secs(2)), (200, Duration::from_secs(6))],
     apart: false,
     bounds: Bounds { p50: 50.0, p99: 50.0, most: 250.0 },
@@ -70,9 +78,15 @@ pub const APART: Size = Size {
 /// Of a program without optimization, as CI has it, on a machine that does other things, too.
 pub const QUICK: Size = Size {
     connections: &[(48, Duration::from_millis(400))],
-    apart: false,
     bounds: Bounds { p50: 1000.0, p99: 2000.0, most: 2000.0 },
     tries: 3,
+    ..WHOLE
+};
+/// Of the greatest site: what costs time for each monitor or zone shows.
+pub const LARGE: Size = Size {
+    site: Scale { monitors: 1000, zones: 64, of_zone: 15, poll_ms: 1000 },
+    connections: &[(48, Duration::from_secs(2))],
+    ..WHOLE
 };
 
 /// Floods a hub with the kinds whose names hold `only`, first in the clear, then over TLS.
@@ -108,9 +122,11 @@ async fn served(
     (plain, tls): (&[Kind], &[Kind]),
     size: &Size,
 ) -> Fallible<Vec<String>> {
-    let site = Site::start(MONITORS);
+    let Scale { monitors, zones, of_zone, poll_ms } = size.site;
+    let site = Site::start(monitors);
     let (config, certificate) = (folder.join("hub.toml"), folder.join("cert.pem"));
-    let text = site.config(POLL_MS).replace("login = false\n", "") + prepare::ZONES;
+    let text =
+        site.config(poll_ms).replace("login = false\n", "") + &prepare::zones(zones, of_zone);
     std::fs::write(&config, &text)?;
     let (hub, setup) = Hub::with_users(lafet, &config)?;
     let secret = setup.as_deref().and_then(|link| link.split_once('#')).ok_or("no link")?.1;
@@ -120,7 +136,7 @@ async fn served(
     let mut failed = Vec::new();
     if !plain.is_empty() {
         let (hub, _) = Hub::with_users(lafet, &config)?;
-        prepare::ready(&hub, &tokens).await?;
+        prepare::ready(&hub, &tokens, monitors).await?;
         failed = Flooded::start(hub, &tokens, None).await?.all(plain, size).await?;
     }
     if !tls.is_empty() {

@@ -28,7 +28,7 @@ use std::process::ExitCode;
 /// What goes wrong is reported, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--long|[--quick] KIND], hub_load bench PROGRAM FOLDER";
+const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--long|--large|[--quick] KIND], hub_load bench PROGRAM FOLDER";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -51,6 +51,9 @@ fn main() -> ExitCode {
         }
         ["floods", lafet, folder, "--quick", kind] => {
             runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::QUICK, kind))
+        }
+        ["floods", lafet, folder, "--large"] => {
+            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LARGE, ""))
         }
         ["floods", lafet, folder, "--long"] => {
             runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LONG, ""))

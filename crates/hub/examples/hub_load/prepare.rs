@@ -24,30 +24,32 @@ const HISTORY_MS: u64 = 24 * 3_600_000;
 const STEP_MS: u64 = 10_000;
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A zone whose detectors are heard; another detector never reports, so that an alarm is there.
-pub const ZONES: &str = r#"
-[[detector]]
-id = "flame"
-kind = "flame"
-zones = ["hall"]
-silent_after_s = 3600
-[[detector]]
-id = "heat"
-kind = "heat"
-zones = ["hall"]
-silent_after_s = 3600
-[[zone]]
-id = "hall"
-votes = "2oo2"
-water_max_s = 60
-monitors = ["M1"]
-[[aim]]
-zone = "hall"
-monitor = "M1"
-horizontal = 600
-vertical = 300
-nozzle = 60
-"#;
+/// So many zones with so many monitors each. The detectors of the first are heard; those of others never report, so that
+/// alarms are there.
+pub fn zones(count: usize, of_each: usize) -> String {
+    let mut text = String::new();
+    for zone in 1..=count {
+        let id = if zone == 1 { "hall".to_owned() } else { format!("hall{zone}") };
+        let number = if zone == 1 { String::new() } else { zone.to_string() };
+        for kind in ["flame", "heat"] {
+            text += &format!(
+                "[[detector]]\nid = \"{kind}{number}\"\nkind = \"{kind}\"\nzones = [\"{id}\"]\n\
+                 silent_after_s = 3600\n"
+            );
+        }
+        let its = (0..of_each).map(|it| format!("M{}", (zone - 1) * of_each + it + 1));
+        let its: Vec<String> = its.collect();
+        text += &format!(
+            "[[zone]]\nid = \"{id}\"\nvotes = \"2oo2\"\nwater_max_s = 60\nmonitors = {its:?}\n"
+        );
+        for monitor in its {
+            text += &format!(
+                "[[aim]]\nzone = \"{id}\"\nmonitor = \"{monitor}\"\nhorizontal = 600\nvertical = 300\nnozzle = 60\n"
+            );
+        }
+    }
+    text
+}
 
 /// Tokens of a prepared hub.
 pub struct Tokens {
@@ -107,7 +109,7 @@ pub async fn fill(hub: &Hub, secret: &str) -> Fallible<Tokens> {
 }
 
 /// Waits until the monitors answer, the detectors are heard and the alarm is there.
-pub async fn ready(hub: &Hub, tokens: &Tokens) -> Fallible<()> {
+pub async fn ready(hub: &Hub, tokens: &Tokens, monitors: usize) -> Fallible<()> {
     let known = &link::authorization(&tokens.watch);
     // The memory of a hash is kept: it is there before the floods.
     let wrong = br#"{"user":"anna","password":"wrong and long"}"#;
@@ -117,7 +119,7 @@ pub async fn ready(hub: &Hub, tokens: &Tokens) -> Fallible<()> {
         let path = format!("/api/detectors/{detector}");
         made(&hub.place, &path, known, br#"{"signal":"quiet"}"#).await?;
     }
-    up(hub).await?;
+    up(hub, monitors).await?;
     let began = Instant::now();
     loop {
         let stream = link::connect_from(ADDRESS, &hub.place, None).await?;
@@ -133,9 +135,15 @@ pub async fn ready(hub: &Hub, tokens: &Tokens) -> Fallible<()> {
 }
 
 /// Waits until the monitors answer.
-async fn up(hub: &Hub) -> Fallible<()> {
+async fn up(hub: &Hub, monitors: usize) -> Fallible<()> {
     let began = Instant::now();
-    while get_json(&hub.place, "/health").await?["monitors"]["M1"] != "up" {
+    let are_up = |health: &Value| {
+        let up = |it: &Value| {
+            it.as_object().into_iter().flatten().filter(|(_, it)| **it == "up").count()
+        };
+        up(&health["monitors"]) >= monitors
+    };
+    while !are_up(&get_json(&hub.place, "/health").await?) {
         if began.elapsed() > PATIENCE {
             return Err("the monitors do not answer".into());
         }

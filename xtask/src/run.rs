@@ -93,11 +93,11 @@ pub fn example(package: &str, name: &str) -> Result<PathBuf, String> {
     Ok(target().join("debug/examples").join(name))
 }
 
-/// This program with other arguments, behind everything else that wants a processor.
-pub fn behind(arguments: &[&str]) -> Result<Command, String> {
+/// This program with other arguments, so far behind everything else that wants a processor.
+pub fn behind(niceness: u8, arguments: &[&str]) -> Result<Command, String> {
     let program = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;
     let mut command = Command::new("nice");
-    command.args(["-n", "19"]).arg(program).args(arguments).current_dir(root());
+    command.args(["-n", &niceness.to_string()]).arg(program).args(arguments).current_dir(root());
     if is_built() {
         command.env(BUILT_BEFORE, "1");
     }

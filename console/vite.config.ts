@@ -31,12 +31,12 @@ export default defineConfig({
     projects: [
       { test: { name: 'unit', include: ['test/unit/**/*.test.ts'], environment: 'node', testTimeout: 30_000 } },
       {
-        // Chromium against the real program (LAFET_BIN). They mostly wait: three files at a time for two cores.
+        // Chromium against the real program (LAFET_BIN). They mostly wait: two files at a time.
         test: {
           name: 'browser',
           include: ['test/browser/**/*.test.ts'],
           environment: 'node',
-          maxWorkers: 3,
+          maxWorkers: 2,
           // A busy machine is slow; what is asserted is what a monitor says, and in which order.
           testTimeout: 180_000,
           hookTimeout: 180_000,

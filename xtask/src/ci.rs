@@ -13,6 +13,8 @@ use crate::{
 /// Start of the README's test command.
 const TEST_COMMAND: &str = "cargo xtask test";
 const READMES: [&str; 2] = ["README.md", "README.ru.md"];
+/// Niceness of what runs beside the browser, whose tests are looked at by the time that passes.
+const BESIDE: u8 = 5;
 /// Niceness of what takes what the others leave.
 const BEHIND: u8 = 19;
 /// The demo without a terminal, much faster than real time.
@@ -102,7 +104,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     let _ = ahead.join();
     let beside = Beside::start(When::Beside, BEHIND)?;
     run_steps(&mut steps, at(When::Then));
-    let along = Beside::start(When::Along, 0)?;
+    let along = Beside::start(When::Along, BESIDE)?;
     run_steps(&mut steps, at(When::Wait));
     steps.step("what ran beside the browser", || along.end());
     steps.step("what computed beside all these", || beside.end());

@@ -116,14 +116,17 @@ describe('LOCKOUT', () => {
     await passes(page, 900);
     await touch('touchEnd');
     expect(await locked()).toBe(false);
-    await passes(page, 3200);
-    await touch('touchStart', [x, y]);
-    for (let n = 0; n < 8 && !(await locked()); n += 1) {
-      await touch('touchMove', [x + (n % 2 ? 12 : -12), y + (n % 2 ? 14 : 0)]);
-      await passes(page, 120);
+    // A page that stalls while it is held ends the hold, as it must: then the finger comes again.
+    for (let tries = 0; tries < 4 && !(await locked()); tries += 1) {
+      await passes(page, 3200);
+      await touch('touchStart', [x, y]);
+      for (let n = 0; n < 16 && !(await locked()); n += 1) {
+        await touch('touchMove', [x + (n % 2 ? 12 : -12), y + (n % 2 ? 14 : 0)]);
+        await passes(page, 120);
+      }
+      await touch('touchEnd');
     }
     await until(locked, 5000);
-    await touch('touchEnd');
   });
 });
 
@@ -200,8 +203,8 @@ describe('what is not known', () => {
     const valve = page.locator('#Valve1');
     await valve.and(page.locator('.open')).waitFor();
     site.links[0]!.freeze();
-    await valve.getByText(/was: open, \d+ s(ec)? ago/).waitFor();
-    expect(await valve.getAttribute('class')).not.toMatch(/\bopen\b/);
+    const was = valve.filter({ hasText: /was: open, \d+ s(ec)? ago/ });
+    await was.and(page.locator(':not(.open)')).waitFor();
     site.links[0]!.mend();
     await valve.and(page.locator('.open')).waitFor();
     await site.send('M1', 'Close Valve1');

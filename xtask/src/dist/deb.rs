@@ -10,6 +10,8 @@ const POSTINST: &str = include_str!("debian/postinst");
 const PRERM: &str = include_str!("debian/prerm");
 const POSTRM: &str = include_str!("debian/postrm");
 const OVERRIDES: &str = include_str!("debian/lintian-overrides");
+/// Characters of a line of the changelog.
+const LINE_MAX: usize = 80;
 const DESCRIPTION: &str = "hub, tools and simulator for robotic fire monitors
  lafet controls robotic fire monitors (water cannon on two motor axes) over
  serial lines and networks. One program is the hub of a site with its console
@@ -92,15 +94,27 @@ fn changelog(built: &Built) -> Result<String, String> {
     ))
 }
 
-/// The points of the first section, each as a line of Debian's changelog and those that continue it.
+/// The points of the first section, each as a line of Debian's changelog and those that continue it, which has
+/// lines of 80 characters at most.
 fn changes(text: &str) -> Vec<String> {
     let section = text.split("\n## ").nth(1).unwrap_or_default();
-    let lines = section.lines().skip(1);
-    let point = |line: &str| match line.strip_prefix("- ") {
-        Some(point) => Some(format!("  * {point}")),
-        None => line.strip_prefix("  ").map(|rest| format!("    {}", rest.trim())),
-    };
-    lines.filter_map(point).collect()
+    let mut lines: Vec<String> = Vec::new();
+    for line in section.lines().skip(1) {
+        match line.strip_prefix("- ") {
+            Some(_) => lines.push("  *".to_owned()),
+            None if line.starts_with("  ") && !lines.is_empty() => {}
+            None => continue,
+        }
+        for word in line.trim_start_matches("- ").split_whitespace() {
+            if lines.last().is_none_or(|last| (last.len() + 1 + word.len()) > LINE_MAX) {
+                lines.push("   ".to_owned());
+            }
+            if let Some(last) = lines.last_mut() {
+                *last = format!("{last} {word}");
+            }
+        }
+    }
+    lines
 }
 
 fn sums(root: &Path, files: &[File]) -> Result<String, String> {
@@ -127,9 +141,11 @@ mod tests {
     #[test]
     fn the_newest_section_becomes_the_changelog() {
         let text = "# Changes\n\nWords.\n\n## 0.2.0\n\nMore words.\n\n- one\n  and its rest\n- two\n\n## 0.1.0\n\n- old\n";
-        assert_eq!(changes(text), ["  * one", "    and its rest", "  * two"]);
+        assert_eq!(changes(text), ["  * one and its rest", "  * two"]);
         assert!(changes("nothing").is_empty());
-        assert!(!changes(&run::read("CHANGELOG.md").unwrap()).is_empty());
+        let own = changes(&run::read("CHANGELOG.md").unwrap());
+        assert!(own.len() > 5 && own.iter().all(|line| line.len() <= LINE_MAX), "{own:#?}");
+        assert!(own.iter().all(|line| line.starts_with("  * ") || line.starts_with("    ")));
     }
 
     /// Runs the script of an upgrade on a machine of stubs: what was called, and what was said.

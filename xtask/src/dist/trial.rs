@@ -297,6 +297,14 @@ fn emulated(built: &Built) -> StepResult {
     Ok(())
 }
 
+/// `lafet serve` as the user of an image. Nothing of our environment is left, so that `chroot` is not searched for.
+fn in_image(root: &Path) -> Command {
+    let mut serve = Command::new("/usr/sbin/chroot");
+    serve.arg("--userspec=10001:10001").arg(root).env_clear().env("LAFET_HUB_DATA", STATE);
+    serve.args(["/usr/bin/lafet", "serve", "--config", "/etc/lafet/hub.toml"]);
+    serve
+}
+
 /// The image without an engine: its layers unpacked, its command run in them as its user.
 fn of_image(path: &Path, built: &Built) -> StepResult {
     if !is_own(built.arch) {
@@ -304,14 +312,9 @@ fn of_image(path: &Path, built: &Built) -> StepResult {
     }
     let root = work("image-root")?;
     image::unpack(path, &root)?;
-    let mut check = Command::new("chroot");
-    check.arg("--userspec=10001:10001").arg(&root).env_clear();
-    check.args(["/usr/bin/lafet", "serve", "--check", "--config", "/etc/lafet/hub.toml"]);
-    output(check.env("LAFET_HUB_DATA", STATE))?;
-    let mut serve = Command::new("chroot");
-    serve.arg("--userspec=10001:10001").arg(&root).env_clear().env("LAFET_HUB_DATA", STATE);
-    serve.args(["/usr/bin/lafet", "serve", "--no-browser", "--json", "--port", "18481"]);
-    let mut hub = Running::start(serve.args(["--config", "/etc/lafet/hub.toml"]))?;
+    output(in_image(&root).arg("--check"))?;
+    let serve = ["--no-browser", "--json", "--port", "18481"];
+    let mut hub = Running::start(in_image(&root).args(serve))?;
     hub.link()?;
     hub.end()?;
     if !root.join("var/lib/lafet/hub.db").is_file() {

@@ -218,10 +218,6 @@ impl Plan {
         self.fires.iter().filter(|it| it.counts)
     }
 
-    fn places(&self) -> Vec<FirePlace> {
-        self.counted().map(|it| it.place.clone()).collect()
-    }
-
     /// The monitors that could be used and that votes may not open.
     pub fn left_out(&self) -> impl Iterator<Item = &String> {
         let able = self.basis.iter().flat_map(|it| &it.able);
@@ -265,7 +261,7 @@ impl Hub {
         machine.plans.insert(zone.id.clone(), plan);
         match renewed {
             Renewed::Same => {}
-            Renewed::Over => self.prefer(zones, machine, zone),
+            Renewed::Over => self.prefer(zones, machine, zone, Vec::new()),
             Renewed::Job(job) => self.compute(*job),
         }
     }
@@ -368,14 +364,20 @@ impl Hub {
         most.map_or(USUAL_MPA, |datm| datm as f64 * DATM_MPA)
     }
 
-    /// Monitors on fires first, of these one for each fire before the second ones; then by rank.
-    pub(super) fn planned_order(&self, machine: &Machine, zone: &Zone) -> Vec<String> {
-        let Some(plan) = machine.plans.get(&zone.id) else { return Vec::new() };
-        let ranked = self.preferred(&zone.monitors, &plan.places());
+    /// Monitors on fires first, of these one for each fire before the second ones; then by rank. Not under the lock
+    /// of the machine.
+    pub(super) fn planned_order(
+        &self,
+        monitors: &[String],
+        fires: &[Known],
+        by: &BTreeMap<String, u64>,
+    ) -> Vec<String> {
+        let places: Vec<FirePlace> = fires.iter().map(|it| it.place.clone()).collect();
+        let ranked = self.preferred(monitors, &places);
         let mut jets: BTreeMap<u64, usize> = BTreeMap::new();
         let mut ordered: Vec<(usize, String)> = Vec::new();
         for id in ranked {
-            let nth = plan.by.get(&id).map(|number| {
+            let nth = by.get(&id).map(|number| {
                 let count = jets.entry(*number).or_default();
                 *count += 1;
                 *count

@@ -12,7 +12,10 @@
 
 mod assign;
 pub mod fires;
+#[cfg(test)]
+mod hall;
 mod line;
+mod locating;
 mod no;
 mod notes;
 pub mod orders;
@@ -76,7 +79,7 @@ pub struct Zones {
     /// What says no now.
     nos: no::Nos,
     stored: Stored,
-    /// Held while a plan is computed.
+    /// Held while fires are located or a plan is computed.
     planning: Mutex<()>,
     /// A deadline may have changed.
     wake: Notify,
@@ -100,8 +103,9 @@ struct Machine {
     holds: BTreeMap<String, Now>,
     /// The latest report of each detector.
     reported: BTreeMap<String, Reported>,
-    /// Where the fires of each zone are, by the bearings of its detectors.
+    /// Where the fires of each zone are, by the bearings of its detectors, and how far these were looked at.
     fires: BTreeMap<String, Vec<fires::FirePlace>>,
+    locating: BTreeMap<String, locating::Locating>,
     /// Who is on which of them.
     plans: BTreeMap<String, assign::Plan>,
     /// The wind as it was reported last.
@@ -148,6 +152,7 @@ impl Zones {
             holds: BTreeMap::new(),
             reported: BTreeMap::new(),
             fires: BTreeMap::new(),
+            locating: BTreeMap::new(),
             plans: BTreeMap::new(),
             wind: None,
             wind_is_old: false,
@@ -180,7 +185,7 @@ impl Zones {
         }))
     }
 
-    /// The machine; locating and planning keep it for milliseconds.
+    /// The machine. Fires are located and plans computed without it.
     fn machine(&self) -> MutexGuard<'_, Machine> {
         lock_aside(&self.machine)
     }
@@ -348,7 +353,6 @@ impl Hub {
         let sees = |zone: &&Zone| placed && of.unwrap_or_default().contains(&zone.id);
         for zone in zones.config.site.zones.iter().filter(sees) {
             self.locate_fires(zones, &mut machine, zone);
-            self.plan_fires(zones, &mut machine, zone);
         }
         let of = of.unwrap_or_default().to_vec();
         self.report(zones, &mut machine, caller, event, of);
@@ -460,8 +464,9 @@ impl Hub {
                 for zone in &zones.config.site.zones {
                     if machine.fires.get(&zone.id).is_some_and(|fires| !fires.is_empty()) {
                         self.locate_fires(zones, machine, zone);
+                    } else {
+                        self.plan_fires(zones, machine, zone);
                     }
-                    self.plan_fires(zones, machine, zone);
                 }
             }
         }

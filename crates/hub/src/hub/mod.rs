@@ -231,6 +231,11 @@ impl Hub {
         lock(&self.0.stations).get(id).cloned().ok_or_else(|| ApiError::no_monitor(id))
     }
 
+    /// The monitors by id, as they are now.
+    pub fn all_stations(&self) -> Arc<BTreeMap<String, Arc<Station>>> {
+        lock(&self.0.stations).clone()
+    }
+
     /// All monitors, by id.
     pub fn stations(&self) -> Vec<Arc<Station>> {
         lock(&self.0.stations).values().cloned().collect()

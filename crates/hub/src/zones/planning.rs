@@ -155,7 +155,7 @@ impl Hub {
         if plan.computing.is_none() || plan.computed != job.number {
             return;
         }
-        let able = self.able(machine, &machine.site.state(), zone);
+        let able = self.able(zones, machine, &machine.site.state(), zone);
         let now = self.basis(machine, plan, &able);
         // What changes all the time would keep each plan from being taken.
         let is_like = job.basis.is_like(&now) || (plan.again && job.basis.is_for_the_same(&now));

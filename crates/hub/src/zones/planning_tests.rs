@@ -156,7 +156,7 @@ async fn a_plan_is_taken_in_the_order_that_was_computed_with_it() {
         let zones = hub.zones().unwrap();
         let (zone, machine) = (&zones.config.site.zones[0], &mut *zones.machine());
         let plan = machine.plans.remove("hall").unwrap();
-        let able = hub.able(machine, &machine.site.state(), zone);
+        let able = hub.able(zones, machine, &machine.site.state(), zone);
         let basis = hub.basis(machine, &plan, &able);
         let job = hub.job(zones, machine, zone, (&plan, basis, able));
         machine.plans.insert("hall".into(), plan);

@@ -286,9 +286,10 @@ impl Hub {
 
     /// Whether a monitor may throw water there at every elevation.
     pub fn is_clear(&self, monitor: &str, horizontal: Span) -> bool {
-        let Some((place, keep_outs)) = self.keep_outs(monitor) else { return true };
+        let Some(map) = self.map() else { return true };
+        let Some(place) = map.monitors.get(monitor) else { return true };
         let swept = Swept { horizontal, ..Swept::WHOLE };
-        !keep_outs.iter().any(|it| it.meets(&place, swept))
+        !map.keep_outs.iter().any(|it| it.is_of(monitor) && it.meets(place, swept))
     }
 
     fn known(&self, station: &Station, barrel: &Barrel) -> Known {

@@ -103,7 +103,7 @@ struct Parts {
     dictionary: Lasting,
 
     stations: Mutex<Arc<BTreeMap<String, Arc<Station>>>>,
-    site: Mutex<Option<Site>>,
+    site: Mutex<Option<Arc<Site>>>,
     zones: Option<Zones>,
     field: Field,
     modbus_servers: Servers,
@@ -181,7 +181,7 @@ impl Hub {
             packing: Packing::default(),
             dictionary: Lasting::new(dictionary.to_string()),
             stations: Mutex::new(Arc::new(stations)),
-            site: Mutex::new(config.site.clone()),
+            site: Mutex::new(config.site.clone().map(Arc::new)),
             zones: Zones::open(&config)?,
             field: Field::new(&config.modbus),
             modbus_servers: Servers::new(&config.modbus_servers),
@@ -222,13 +222,18 @@ impl Hub {
             simulation: self.config().simulation,
             login: self.config().login,
             started_ms: self.started_ms(),
-            site: lock(&self.0.site).clone(),
+            site: self.map().as_deref().cloned(),
         }
     }
 
     /// The monitor with this id.
     pub fn station(&self, id: &str) -> Result<Arc<Station>, ApiError> {
         lock(&self.0.stations).get(id).cloned().ok_or_else(|| ApiError::no_monitor(id))
+    }
+
+    /// The monitors by id, as they are now.
+    pub fn all_stations(&self) -> Arc<BTreeMap<String, Arc<Station>>> {
+        lock(&self.0.stations).clone()
     }
 
     /// All monitors, by id.
@@ -242,14 +247,13 @@ impl Hub {
     }
 
     /// The map of the site, if the configuration has one.
-    pub fn map(&self) -> Option<Site> {
+    pub fn map(&self) -> Option<Arc<Site>> {
         lock(&self.0.site).clone()
     }
 
     /// The keep-outs that concern a monitor, if it has a place.
     pub fn keep_outs(&self, id: &str) -> Option<(Place, Vec<KeepOut>)> {
-        let site = lock(&self.0.site);
-        let site = site.as_ref()?;
+        let site = self.map()?;
         let place = *site.monitors.get(id)?;
         let of: Vec<KeepOut> = site.keep_outs.iter().filter(|it| it.is_of(id)).cloned().collect();
         (!of.is_empty()).then_some((place, of))
@@ -271,7 +275,7 @@ impl Hub {
         let owned = lock(&self.0.owners).take().is_some();
         let new = Arc::new(stations_of(self.config(), monitors));
         let old = std::mem::replace(&mut *lock(&self.0.stations), new.clone());
-        *lock(&self.0.site) = site;
+        *lock(&self.0.site) = site.map(Arc::new);
         self.recordings().forget();
         for station in old.values() {
             let changes = self.alarms().forget(station.id());

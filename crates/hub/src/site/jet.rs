@@ -354,12 +354,12 @@ fn present(hub: &Hub, station: &Station) -> (Basis, Option<i32>) {
     (basis, valid(SubsystemId::VERTICAL, "position"))
 }
 
-/// Whether the jet of a monitor reaches so far with its present pressure; none without a pressure that
-/// makes a jet. A tenth of the throw is left in hand.
-pub fn reaches(hub: &Hub, station: &Station, way_m: f32) -> Option<bool> {
+/// How far the jet of a monitor reaches with its present pressure, m, a tenth of the throw left in hand; none
+/// without a pressure that makes a jet.
+pub fn reaches_m(hub: &Hub, station: &Station) -> Option<f32> {
     let (basis, _) = present(hub, station);
     let jet = basis.jet().ok()?;
-    Some(way_m <= 0.9 * reach(&jet, basis.height_m()))
+    Some(0.9 * reach(&jet, basis.height_m()))
 }
 
 /// The horizontal position of a monitor, arc-minutes, while it is known.

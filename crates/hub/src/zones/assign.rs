@@ -213,13 +213,15 @@ impl Plan {
         self.fires.iter_mut().filter(|it| it.seen == now).for_each(|it| it.weigh(now, wet, &heard));
     }
 
+    /// There is nothing to plan for, and nothing is left of what was.
+    fn is_over(&self) -> bool {
+        let idle = self.basis.is_none() && self.computing.is_none() && !self.waits;
+        idle && self.fires.is_empty() && self.by.is_empty() && self.opens.is_none()
+    }
+
     /// The fires that are planned for.
     pub(super) fn counted(&self) -> impl Iterator<Item = &Known> {
         self.fires.iter().filter(|it| it.counts)
-    }
-
-    fn places(&self) -> Vec<FirePlace> {
-        self.counted().map(|it| it.place.clone()).collect()
     }
 
     /// The monitors that could be used and that votes may not open.
@@ -265,22 +267,31 @@ impl Hub {
         machine.plans.insert(zone.id.clone(), plan);
         match renewed {
             Renewed::Same => {}
-            Renewed::Over => self.prefer(zones, machine, zone),
+            Renewed::Over => self.prefer(zones, machine, zone, Vec::new()),
             Renewed::Job(job) => self.compute(*job),
         }
     }
 
     /// Plans again the zones of monitors whose reports have changed.
-    pub(super) fn plan_again(&self, zones: &Zones, machine: &mut Machine, monitors: &[&String]) {
-        let serves = |zone: &&Zone| zone.monitors.iter().any(|id| monitors.contains(&id));
-        for zone in zones.config.site.zones.iter().filter(serves) {
-            self.plan_fires(zones, machine, zone);
+    pub(super) fn plan_again(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        monitors: impl Iterator<Item = usize>,
+    ) {
+        let of: BTreeSet<usize> =
+            monitors.flat_map(|at| zones.index.zones_of(at)).copied().collect();
+        for zone in of {
+            self.plan_fires(zones, machine, &zones.config.site.zones[zone]);
         }
     }
 
     fn renew(&self, zones: &Zones, machine: &Machine, zone: &Zone, plan: &mut Plan) -> Renewed {
         let now = self.now();
         let places = machine.fires.get(&zone.id).map_or(&[][..], |it| &it[..]);
+        if places.is_empty() && plan.is_over() {
+            return Renewed::Same;
+        }
         let heard = |id: &str| machine.reported.get(id).map(|it| it.heard);
         plan.see(places, now, has_water(machine, zone), heard);
         let state = machine.site.state();
@@ -294,7 +305,7 @@ impl Hub {
             let assigned = !std::mem::take(&mut plan.by).is_empty();
             return if limited || assigned { Renewed::Over } else { Renewed::Same };
         }
-        let able = self.able(machine, &state, zone);
+        let able = self.able(zones, machine, &state, zone);
         let basis = self.basis(machine, plan, &able);
         let changes = plan.basis.as_ref().is_none_or(|before| !before.is_like(&basis));
         // One that is computed is looked at when it is there.
@@ -326,11 +337,12 @@ impl Hub {
     /// as many at work as it uses at once, those alone: who works stays at work.
     pub(super) fn able(
         &self,
+        zones: &Zones,
         machine: &Machine,
         state: &State,
         zone: &Zone,
     ) -> Vec<(String, Place, Built)> {
-        let of = |id: &String| state.monitors.iter().find(|it| it.monitor == *id);
+        let of = |id: &String| state.monitors.get(zones.index.monitor(id)?);
         let works = |id: &&String| {
             let report = machine.lines.get(*id).and_then(|line| line.report());
             let reported = report.is_some_and(|it| {
@@ -368,14 +380,20 @@ impl Hub {
         most.map_or(USUAL_MPA, |datm| datm as f64 * DATM_MPA)
     }
 
-    /// Monitors on fires first, of these one for each fire before the second ones; then by rank.
-    pub(super) fn planned_order(&self, machine: &Machine, zone: &Zone) -> Vec<String> {
-        let Some(plan) = machine.plans.get(&zone.id) else { return Vec::new() };
-        let ranked = self.preferred(&zone.monitors, &plan.places());
+    /// Monitors on fires first, of these one for each fire before the second ones; then by rank. Not under the lock
+    /// of the machine.
+    pub(super) fn planned_order(
+        &self,
+        monitors: &[String],
+        fires: &[Known],
+        by: &BTreeMap<String, u64>,
+    ) -> Vec<String> {
+        let places: Vec<FirePlace> = fires.iter().map(|it| it.place.clone()).collect();
+        let ranked = self.preferred(monitors, &places);
         let mut jets: BTreeMap<u64, usize> = BTreeMap::new();
         let mut ordered: Vec<(usize, String)> = Vec::new();
         for id in ranked {
-            let nth = plan.by.get(&id).map(|number| {
+            let nth = by.get(&id).map(|number| {
                 let count = jets.entry(*number).or_default();
                 *count += 1;
                 *count
@@ -402,6 +420,8 @@ impl Hub {
         if let Some(number) = plan.by.get(monitor) {
             return target(plan.known(*number)?, &place);
         }
+        // The state is not for nothing.
+        plan.counted().next()?;
         let mut taken: BTreeMap<u64, usize> = BTreeMap::new();
         let present = present(&machine.site.state(), zone, monitor);
         let by = present.iter().filter_map(|id| plan.by.get(*id));
@@ -434,7 +454,8 @@ fn wind(machine: &Machine) -> Option<Wind> {
 
 /// Whether the machine has engaged a monitor for a zone.
 fn has_water(machine: &Machine, zone: &Zone) -> bool {
-    machine.lines.values().any(|line| line.engaged.as_ref() == Some(&zone.id))
+    let lines = zone.monitors.iter().filter_map(|id| machine.lines.get(id));
+    lines.map(|line| &line.engaged).any(|engaged| engaged.as_ref() == Some(&zone.id))
 }
 
 /// Whether a monitor was ordered to act and does not.

@@ -9,17 +9,16 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use lafet_place::fires::{Candidate, Standing};
-use lafet_place::station::{AGE_MAX_MS, Bearing, Kind as Sense, QUALITY_MIN};
+use lafet_place::station::{self, AGE_MAX_MS, Bearing, Kind as Sense, QUALITY_MIN};
 use lafet_place::wrapped;
 use lafet_proto::param::Param;
 use lafet_proto::request::Sector;
-use lafet_site::config::{Kind, Zone};
+use lafet_site::config::Kind;
 use lafet_site::{Condition, Signal};
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::view::Reported;
-use super::{Machine, Zones};
 use crate::config::{Target, ZonesConfig};
 use crate::control::authority::Now;
 use crate::hub::Hub;
@@ -29,6 +28,8 @@ use crate::site::{Place, jet};
 
 /// The ellipse of a place holds the fire with this probability.
 const PROBABILITY: f64 = 0.95;
+/// Two bearings of a detector that differ by no more standard errors are of the same fire.
+const SAME_SIGHT: f64 = 3.0;
 /// Width and height of what a jet scans around a place, arc-minutes, and the step between its lines, degrees.
 const SCAN_MIN: f64 = 240.0;
 const SCAN_MAX: f64 = 1200.0;
@@ -74,52 +75,101 @@ pub enum FireStanding {
     Ghost,
 }
 
-/// The places that the bearings of a zone give.
-pub fn of_zone(
-    config: &ZonesConfig,
-    zone: &str,
-    reported: &BTreeMap<String, Reported>,
-    now: Now,
-) -> Vec<FirePlace> {
-    let mut ids = Vec::new();
-    let (mut stations, mut bearings) = (Vec::new(), Vec::new());
-    let of_zone = |it: &&lafet_site::config::Detector| it.zones.iter().any(|id| id == zone);
-    for detector in config.site.detectors.iter().filter(of_zone) {
-        let heard = reported.get(&detector.id);
-        let (Some(station), Some(report)) = (config.stations.get(&detector.id), heard) else {
-            continue;
+/// The bearings of a zone that count as sights of fire.
+#[derive(Clone, Debug, Default)]
+pub struct Sights {
+    zone: String,
+    /// The detector of each bearing, and where it is.
+    ids: Vec<String>,
+    stations: Vec<station::Station>,
+    bearings: Vec<Bearing>,
+}
+
+impl Sights {
+    /// What the detectors of a zone show now.
+    pub fn now(
+        config: &ZonesConfig,
+        zone: &str,
+        reported: &BTreeMap<String, Reported>,
+        now: Now,
+    ) -> Self {
+        let mut sights = Self { zone: zone.to_owned(), ..Self::default() };
+        let of_zone = |it: &&lafet_site::config::Detector| it.zones.iter().any(|id| id == zone);
+        for detector in config.site.detectors.iter().filter(of_zone) {
+            let heard = reported.get(&detector.id);
+            let (Some(station), Some(report)) = (config.stations.get(&detector.id), heard) else {
+                continue;
+            };
+            let silent_after = Duration::from_secs(detector.silent_after_s.into());
+            let age = now.saturating_sub(report.heard);
+            let shown = report.bearing_deg.filter(|_| age < silent_after);
+            let Some(bearing) = shown.and_then(|it| bearing(report, detector.kind, it, age)) else {
+                continue;
+            };
+            let (station, sigma) = (station.mounted(), station.sigma);
+            sights.bearings.push(Bearing { station: sights.stations.len(), sigma, ..bearing });
+            sights.stations.push(station);
+            sights.ids.push(detector.id.clone());
+        }
+        sights
+    }
+
+    /// Whether there are enough of them for a place.
+    pub fn may_cross(&self) -> bool {
+        self.bearings.len() >= 2
+    }
+
+    /// The places that they give. The search takes long where many of them contradict each other.
+    pub fn places(&self) -> Vec<FirePlace> {
+        if !self.may_cross() {
+            return Vec::new();
+        }
+        let zone = &self.zone;
+        let found = lafet_place::fires::fires(&self.stations, &self.bearings, 0.0, None);
+        let found =
+            found.inspect_err(|error| tracing::warn!(zone, %error, "bearings of detectors"));
+        let place = |candidate: Candidate| {
+            let ellipse = candidate.fix.ellipse(PROBABILITY).ok()?;
+            let used = candidate.fix.used.iter();
+            Some(FirePlace {
+                zone: zone.clone(),
+                standing: match candidate.standing {
+                    Standing::Sure => FireStanding::Sure,
+                    Standing::Doubtful => FireStanding::Doubtful,
+                    Standing::Ghost => FireStanding::Ghost,
+                },
+                at: candidate.fix.at,
+                height_m: candidate.fix.height_m,
+                major_m: ellipse.major_m,
+                minor_m: ellipse.minor_m,
+                direction_deg: ellipse.direction.to_degrees(),
+                detectors: used.map(|bearing| self.ids[*bearing].clone()).collect(),
+            })
         };
-        let silent_after = Duration::from_secs(detector.silent_after_s.into());
-        let age = now.saturating_sub(report.heard);
-        let Some(bearing_deg) = report.bearing_deg.filter(|_| age < silent_after) else { continue };
-        let Some(bearing) = bearing(report, detector.kind, bearing_deg, age) else { continue };
-        bearings.push(Bearing { station: stations.len(), sigma: station.sigma, ..bearing });
-        stations.push(station.mounted());
-        ids.push(&detector.id);
+        found.unwrap_or_default().into_iter().filter_map(place).collect()
     }
-    if bearings.len() < 2 {
-        return Vec::new();
+
+    /// Whether they are the same bearings, however old.
+    pub fn are_those_of(&self, other: &Self) -> bool {
+        let ageless = |it: &Bearing| Bearing { age_ms: 0, ..*it };
+        self.ids == other.ids
+            && self.bearings.iter().map(ageless).eq(other.bearings.iter().map(ageless))
     }
-    let found = lafet_place::fires::fires(&stations, &bearings, 0.0, None);
-    let found = found.inspect_err(|error| tracing::warn!(zone, %error, "bearings of detectors"));
-    let place = |candidate: Candidate| {
-        let ellipse = candidate.fix.ellipse(PROBABILITY).ok()?;
-        Some(FirePlace {
-            zone: zone.to_owned(),
-            standing: match candidate.standing {
-                Standing::Sure => FireStanding::Sure,
-                Standing::Doubtful => FireStanding::Doubtful,
-                Standing::Ghost => FireStanding::Ghost,
-            },
-            at: candidate.fix.at,
-            height_m: candidate.fix.height_m,
-            major_m: ellipse.major_m,
-            minor_m: ellipse.minor_m,
-            direction_deg: ellipse.direction.to_degrees(),
-            detectors: candidate.fix.used.iter().map(|bearing| ids[*bearing].clone()).collect(),
+
+    /// Whether every detector of a place that was found by other ones sees it there still, as far as its error
+    /// lets one know.
+    pub fn still_show(&self, place: &FirePlace, other: &Self) -> bool {
+        let of = |sights: &Self, id: &String| {
+            let at = sights.ids.iter().position(|it| it == id)?;
+            sights.bearings.get(at).copied()
+        };
+        place.detectors.iter().all(|id| {
+            let (now, then) = (of(self, id), of(other, id));
+            now.zip(then).is_some_and(|(now, then)| {
+                wrapped(now.azimuth - then.azimuth).abs() <= SAME_SIGHT * then.sigma
+            })
         })
-    };
-    found.unwrap_or_default().into_iter().filter_map(place).collect()
+    }
 }
 
 /// The bearing of a report; none unless it counts as a sight of fire.
@@ -186,25 +236,20 @@ impl FirePlace {
 }
 
 impl Hub {
-    /// Computes where the fires of a zone are.
-    pub(super) fn locate_fires(&self, zones: &Zones, machine: &mut Machine, zone: &Zone) {
-        let fires = of_zone(&zones.config, &zone.id, &machine.reported, self.now());
-        let known = machine.fires.entry(zone.id.clone()).or_default();
-        if fires != *known {
-            *known = fires;
-            machine.news = true;
-        }
-    }
-
-    /// The monitors of a zone that have a place, best ones first; none without a sure fire.
+    /// The monitors of a zone that have a place, best ones first; none without a sure fire. The reach of each is
+    /// computed: not under the lock of the machine.
     pub(super) fn preferred(&self, monitors: &[String], fires: &[FirePlace]) -> Vec<String> {
         let sure = || fires.iter().filter(|it| it.is_sure());
+        if sure().next().is_none() {
+            return Vec::new();
+        }
         let rank = |id: &String| {
             let station = self.station(id).ok()?;
             let place = self.place_of(id)?;
+            let reaches_m = jet::reaches_m(self, &station);
             let of = |fire: &FirePlace| {
                 let way_m = fire.distance_m(&place);
-                let far = jet::reaches(self, &station, way_m as f32) == Some(false);
+                let far = reaches_m.is_some_and(|most| way_m as f32 > most);
                 (!self.may_aim(&station, &place, fire), far, (way_m / STEP_M) as u32)
             };
             sure().map(of).min()
@@ -218,7 +263,8 @@ impl Hub {
     /// Height at which the water comes down, m: on the roof of a tank, else where the fire was measured.
     pub(super) fn height_of(&self, fire: &FirePlace) -> f64 {
         let map = self.map();
-        let tank = map.iter().flat_map(|map| &map.tanks).find(|tank| tank.has(fire.at));
+        let mut tanks = map.iter().flat_map(|map| &map.tanks);
+        let tank = tanks.find(|tank| tank.has(fire.at));
         // Not within it.
         tank.map(|tank| tank.height + 0.1).or(fire.height_m).unwrap_or_default()
     }
@@ -295,6 +341,15 @@ mod tests {
         }
     }
 
+    fn of_zone(
+        config: &ZonesConfig,
+        zone: &str,
+        reported: &BTreeMap<String, Reported>,
+        now: Now,
+    ) -> Vec<FirePlace> {
+        Sights::now(config, zone, reported, now).places()
+    }
+
     const WEST_EAST: [[f64; 3]; 2] = [[-20.0, 0.0, 6.0], [20.0, 0.0, 6.0]];
 
     fn near(a: [f64; 2], b: [f64; 2]) -> bool {
@@ -364,6 +419,27 @@ mod tests {
         let began = std::time::Instant::now();
         hall.places(NOW);
         assert!(began.elapsed() < Duration::from_secs(1), "{:?}", began.elapsed());
+    }
+
+    #[test]
+    fn a_place_is_shown_while_its_detectors_see_it_there() {
+        let hall = Hall::new(&WEST_EAST, &[[10.0, 20.0]]);
+        let sights = |hall: &Hall| Sights::now(&hall.config, "hall", &hall.reported, NOW);
+        let (before, place) = (sights(&hall), hall.places(NOW).remove(0));
+        let shows = |change: &dyn Fn(&mut Reported)| {
+            let mut hall = Hall::new(&WEST_EAST, &[[10.0, 20.0]]);
+            change(hall.reported.get_mut("D10").unwrap());
+            let now = sights(&hall);
+            (now.still_show(&place, &before), now.are_those_of(&before))
+        };
+        let turn = |by: f64| {
+            shows(&|it| it.bearing_deg = it.bearing_deg.map(|it| (it + by).rem_euclid(360.0)))
+        };
+        assert_eq!(shows(&|it| it.heard = NOW - Duration::from_secs(3)), (true, true));
+        assert_eq!(turn(1.0), (true, false), "two standard errors");
+        assert_eq!(turn(2.0), (false, false));
+        assert_eq!(shows(&|it| it.signal = Signal::Quiet), (false, false));
+        assert_eq!(shows(&|it| it.heard = NOW - Duration::from_secs(10)), (false, false), "silent");
     }
 
     #[test]

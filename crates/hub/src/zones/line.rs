@@ -9,6 +9,7 @@ use lafet_proto::flags::{self, Button, ButtonState, ButtonsFlags, Severity};
 use lafet_site::{Authority, Command, Event, Hand, MonitorReport, Scope, Valve};
 use tokio::task::AbortHandle;
 
+use super::index::Beside;
 use super::{Machine, ZONES, Zones};
 use crate::config::Aim;
 use crate::control::authority::Now;
@@ -21,6 +22,8 @@ use crate::sync::lock;
 const CONFIRMS: Duration = Duration::from_millis(900);
 /// A person who has pressed a button of the post keeps the monitor for this time.
 const POST_KEEPS: Duration = Duration::from_secs(30);
+/// So many monitors report to the machine before others get its lock.
+const CHANGES_MAX: usize = 16;
 /// Posts of a monitor.
 const POSTS: [SubsystemId; 2] = [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS];
 /// Subsystems without which a monitor neither aims nor opens.
@@ -57,6 +60,28 @@ pub struct Line {
     pressed: Option<Now>,
     /// Its Close button is pressed.
     closes: bool,
+    /// What its state said when it was looked at last.
+    seen: Option<Sight>,
+}
+
+/// What a state says for an order with this outlet.
+#[derive(Debug)]
+struct Sight {
+    of: Arc<Status>,
+    outlet: Option<SubsystemId>,
+    seen: Seen,
+}
+
+/// What the flags of a state say.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// A button of a post is pressed; Close is.
+    pressed: bool,
+    closes: bool,
+    lockout: bool,
+    valve: Valve,
+    extinguishing: bool,
+    failure: bool,
 }
 
 /// For what the holder of a monitor was asked to give it up.
@@ -127,30 +152,23 @@ impl Line {
 }
 
 impl Hub {
-    /// Reports to the machine what has changed of the monitors.
-    pub(super) fn look_at_lines(&self, zones: &Zones, machine: &mut Machine) {
+    /// Reports to the machine what has changed of the monitors; whether there is more. Each report takes the machine
+    /// its time, and a line that is lost may change all of them at once: what waits for the lock gets it in between.
+    pub(super) fn look_at_lines(&self, zones: &Zones, machine: &mut Machine) -> bool {
         let (now, caller) = (self.now(), Caller::zones());
-        let mut news = Vec::new();
-        for monitor in &zones.config.site.monitors {
-            let Some(line) = machine.lines.get_mut(monitor) else { continue };
-            let (report, closes) = match self.station(monitor) {
-                Ok(station) => {
-                    let aim = line.engaged.clone().map(|zone| (zone, monitor.clone()));
-                    let outlet = aim.and_then(|it| zones.config.aims.get(&it)).map(Aim::outlet);
-                    line.look(now, &station, outlet)
-                }
-                Err(_) => (line.lost(), false),
-            };
-            let changed = line.report.replace(report) != Some(report);
-            if changed || closes {
-                news.push((monitor, changed.then_some(report), closes));
+        let configured = &zones.config.site;
+        let mut news = self.news_of_lines(zones, machine, now);
+        let more = limit(&mut news, &mut machine.next_line);
+        for (at, report, _) in &news {
+            if let Some(line) = machine.lines.get_mut(&configured.monitors[*at]) {
+                line.report = report.or(line.report);
             }
         }
         // Who takes the place of a lost one has to know its fire.
-        let changed: Vec<&String> =
-            news.iter().filter(|it| it.1.is_some()).map(|it| it.0).collect();
-        self.plan_again(zones, machine, &changed);
-        for (monitor, report, closes) in news {
+        let changed = news.iter().filter(|it| it.1.is_some()).map(|it| it.0);
+        self.plan_again(zones, machine, changed);
+        for (at, report, closes) in news {
+            let monitor = &configured.monitors[at];
             if closes {
                 let order = Hand::Close(Scope::Monitor(monitor.clone()));
                 let by = format!("buttons of {monitor}");
@@ -158,12 +176,59 @@ impl Hub {
             }
             if let Some(report) = report {
                 let event = Event::Monitor { monitor: monitor.clone(), report };
-                let serves = zones.config.site.zones.iter();
-                let of = serves.filter(|it| it.monitors.contains(monitor)).map(|it| it.id.clone());
-                self.report(zones, machine, &caller, event, of.collect());
+                let of = zones.index.zones_of(at).iter();
+                let of = of.map(|zone| configured.zones[*zone].id.clone()).collect();
+                self.report(zones, machine, &caller, event, of);
             }
         }
+        more
     }
+
+    /// Monitors of which something has changed, in their configured order.
+    fn news_of_lines(&self, zones: &Zones, machine: &mut Machine, now: Now) -> Vec<News> {
+        let stations = self.all_stations();
+        let mut stations = Beside::new(&stations);
+        let mut news = Vec::new();
+        for ((monitor, line), at) in machine.lines.iter_mut().zip(zones.index.by_id()) {
+            let (report, closes) = match stations.of(monitor) {
+                Some(station) => {
+                    let aim = line.engaged.clone().map(|zone| (zone, monitor.clone()));
+                    let outlet = aim.and_then(|it| zones.config.aims.get(&it)).map(Aim::outlet);
+                    line.look(now, station, outlet)
+                }
+                None => (line.lost(), false),
+            };
+            let changed = line.report != Some(report);
+            if changed || closes {
+                news.push((at, changed.then_some(report), closes));
+            }
+        }
+        news.sort_unstable_by_key(|it| it.0);
+        news
+    }
+}
+
+/// The position of a monitor, what it reports now if that has changed, and whether Close was pressed at its post.
+type News = (usize, Option<MonitorReport>, bool);
+
+/// Leaves so much that the machine takes at once, from this monitor on and around; whether that was not all. Close
+/// is never left for later.
+fn limit(news: &mut Vec<News>, next: &mut usize) -> bool {
+    let all = news.len();
+    if all <= CHANGES_MAX {
+        return false;
+    }
+    let first = news.partition_point(|it| it.0 < *next);
+    news.rotate_left(first);
+    let mut reports = 0;
+    news.retain(|(at, _, closes)| {
+        let taken = *closes || reports < CHANGES_MAX;
+        if taken && !closes {
+            (reports, *next) = (reports + 1, at + 1);
+        }
+        taken
+    });
+    news.len() < all
 }
 
 impl Line {
@@ -192,28 +257,37 @@ impl Line {
         if !station.is_up() || status.stale || status.at_ms.is_none() {
             return (self.lost(), false);
         }
-        let pressed = |button| POSTS.iter().any(|post| is_pressed(&status, *post, button));
-        let closes = pressed(Button::Close);
-        if Button::ALL.into_iter().any(pressed) {
+        let seen = self.see(&status, outlet);
+        if seen.pressed {
             self.pressed = Some(now);
         }
-        let news = closes && !std::mem::replace(&mut self.closes, closes);
-        self.closes = closes;
+        let news = seen.closes && !std::mem::replace(&mut self.closes, seen.closes);
+        self.closes = seen.closes;
         let fresh = now.saturating_sub(self.state.1) < CONFIRMS;
-        let seen = valve(&status, outlet);
-        let valve = if seen == Valve::Closed && !fresh { Valve::Unknown } else { seen };
-        let runs = status.is_set(SubsystemId::CONTROL, "Quench")
-            || status.is_set(SubsystemId::CONTROL, "Trajectory");
+        let valve = if seen.valve == Valve::Closed && !fresh { Valve::Unknown } else { seen.valve };
         let report = MonitorReport {
             reachable: true,
             authority: self.authority(now, station),
-            lockout: status.is_set(SubsystemId::GENERAL, "LockedOut"),
+            lockout: seen.lockout,
             valve,
-            // A program whose valve stays closed gives no water: the monitor does not act.
-            extinguishing: runs && may_flow(&status, outlet, seen),
-            failure: NEEDED.iter().any(|id| has_failed(&status, *id)),
+            extinguishing: seen.extinguishing,
+            failure: seen.failure,
         };
         (report, news)
+    }
+
+    /// What the flags of a state say: most states have those of the one before.
+    fn see(&mut self, status: &Arc<Status>, outlet: Option<SubsystemId>) -> Seen {
+        let before = self.seen.as_mut().filter(|it| it.outlet == outlet);
+        if let Some(Sight { of, seen, .. }) = before
+            && (Arc::ptr_eq(of, status) || of.has_flags_of(status))
+        {
+            of.clone_from(status);
+            return *seen;
+        }
+        let seen = Seen::of(status, outlet);
+        self.seen = Some(Sight { of: status.clone(), outlet, seen });
+        seen
     }
 
     fn authority(&self, now: Now, station: &Station) -> Authority {
@@ -224,6 +298,24 @@ impl Line {
             None => Authority::Free,
             Some((seat, _)) if seat.seat == ZONES => Authority::Site,
             Some(_) => Authority::Person,
+        }
+    }
+}
+
+impl Seen {
+    fn of(status: &Status, outlet: Option<SubsystemId>) -> Self {
+        let pressed = |button| POSTS.iter().any(|post| is_pressed(status, *post, button));
+        let valve = valve(status, outlet);
+        let runs = status.is_set(SubsystemId::CONTROL, "Quench")
+            || status.is_set(SubsystemId::CONTROL, "Trajectory");
+        Self {
+            pressed: Button::ALL.into_iter().any(pressed),
+            closes: pressed(Button::Close),
+            lockout: status.is_set(SubsystemId::GENERAL, "LockedOut"),
+            valve,
+            // A program whose valve stays closed gives no water: the monitor does not act.
+            extinguishing: runs && may_flow(status, outlet, valve),
+            failure: NEEDED.iter().any(|id| has_failed(status, *id)),
         }
     }
 }
@@ -303,6 +395,25 @@ mod tests {
             status.subsystems.insert(*name, Arc::new(subsystem));
         }
         status
+    }
+
+    #[test]
+    fn what_changes_at_once_is_taken_in_parts_and_close_with_the_first() {
+        let report = Some(MonitorReport::default());
+        let changed = |from: usize| (from..40).map(|at| (at, report, at == 30)).collect::<Vec<_>>();
+        let mut next = 0;
+        let mut taken = |news: &mut Vec<News>| {
+            let more = limit(news, &mut next);
+            (news.iter().map(|it| it.0).collect::<Vec<_>>(), more)
+        };
+        assert_eq!(taken(&mut changed(0)), ((0..16).chain([30]).collect(), true));
+        // The first ones change all the time.
+        let without_close = |news: Vec<News>| news.into_iter().map(|it| (it.0, it.1, false));
+        let mut news: Vec<News> = without_close(changed(0)).collect();
+        assert_eq!(taken(&mut news), ((16..32).collect(), true));
+        let mut news: Vec<News> = without_close(changed(0)).collect();
+        assert_eq!(taken(&mut news), ((32..40).chain(0..8).collect(), true));
+        assert_eq!(taken(&mut changed(24)), ((24..40).collect(), false));
     }
 
     #[test]

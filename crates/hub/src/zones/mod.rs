@@ -12,7 +12,11 @@
 
 mod assign;
 pub mod fires;
+#[cfg(test)]
+mod hall;
+mod index;
 mod line;
+mod locating;
 mod no;
 mod notes;
 pub mod orders;
@@ -40,6 +44,7 @@ use crate::hub::{Caller, Hub};
 use crate::store::StoreError;
 use crate::sync::lock_aside;
 use crate::text::Both;
+use index::Index;
 use line::Line;
 use stored::Stored;
 use view::Reported;
@@ -70,13 +75,14 @@ const FAREWELL: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 pub struct Zones {
     config: ZonesConfig,
+    index: Index,
     machine: Mutex<Machine>,
     /// Counts the orders of each monitor, outside the lock: a no does not wait for it.
     latest: BTreeMap<String, line::Latest>,
     /// What says no now.
     nos: no::Nos,
     stored: Stored,
-    /// Held while a plan is computed.
+    /// Held while fires are located or a plan is computed.
     planning: Mutex<()>,
     /// A deadline may have changed.
     wake: Notify,
@@ -100,8 +106,9 @@ struct Machine {
     holds: BTreeMap<String, Now>,
     /// The latest report of each detector.
     reported: BTreeMap<String, Reported>,
-    /// Where the fires of each zone are, by the bearings of its detectors.
+    /// Where the fires of each zone are, by the bearings of its detectors, and how far these were looked at.
     fires: BTreeMap<String, Vec<fires::FirePlace>>,
+    locating: BTreeMap<String, locating::Locating>,
     /// Who is on which of them.
     plans: BTreeMap<String, assign::Plan>,
     /// The wind as it was reported last.
@@ -117,6 +124,9 @@ struct Machine {
     /// What the start has recorded, until the hub is there to note it.
     first: Option<(Reaction, Vec<Both>)>,
     looked: Now,
+    /// More has changed than the machine took then; the monitor from which it goes on.
+    hurries: bool,
+    next_line: usize,
     published: Now,
     /// Something has happened since it was published.
     news: bool,
@@ -148,6 +158,7 @@ impl Zones {
             holds: BTreeMap::new(),
             reported: BTreeMap::new(),
             fires: BTreeMap::new(),
+            locating: BTreeMap::new(),
             plans: BTreeMap::new(),
             wind: None,
             wind_is_old: false,
@@ -156,6 +167,8 @@ impl Zones {
             held: VecDeque::new(),
             first: Some((first, said)),
             looked: Now::ZERO,
+            hurries: false,
+            next_line: 0,
             published: Now::ZERO,
             news: true,
         };
@@ -164,8 +177,10 @@ impl Zones {
         let (wanted, kept) = (AtomicU64::new(0), watch::Sender::new(0));
         let turned_ms = AtomicU64::new(0);
         let planning = Mutex::new(());
+        let index = Index::new(&zones.site);
         Ok(Some(Self {
             config: zones,
+            index,
             machine,
             latest,
             nos,
@@ -180,7 +195,7 @@ impl Zones {
         }))
     }
 
-    /// The machine; locating and planning keep it for milliseconds.
+    /// The machine. Fires are located and plans computed without it.
     fn machine(&self) -> MutexGuard<'_, Machine> {
         lock_aside(&self.machine)
     }
@@ -199,10 +214,11 @@ pub async fn run(hub: Hub) {
     let Some(zones) = hub.zones() else { return };
     let mut shutdown = hub.shutdown();
     loop {
-        let pause = hub.turn(zones);
+        let (pause, hurries) = hub.turn(zones);
         tokio::select! {
             () = sleep(pause) => {}
-            () = zones.wake.notified() => {}
+            // The pause is for those that wait for the lock.
+            () = zones.wake.notified(), if !hurries => {}
             () = shutdown.requested() => return,
         }
     }
@@ -348,7 +364,6 @@ impl Hub {
         let sees = |zone: &&Zone| placed && of.unwrap_or_default().contains(&zone.id);
         for zone in zones.config.site.zones.iter().filter(sees) {
             self.locate_fires(zones, &mut machine, zone);
-            self.plan_fires(zones, &mut machine, zone);
         }
         let of = of.unwrap_or_default().to_vec();
         self.report(zones, &mut machine, caller, event, of);
@@ -433,52 +448,77 @@ impl Hub {
         records
     }
 
-    /// Looks at the monitors, lets time pass, publishes; returns how long nothing is due.
-    fn turn(&self, zones: &Zones) -> Duration {
-        let mut guard = zones.machine();
-        let (machine, caller) = (&mut *guard, Caller::zones());
+    /// Looks at the monitors, lets time pass, publishes; returns how long nothing is due, and whether more was to be
+    /// done than was done.
+    fn turn(&self, zones: &Zones) -> (Duration, bool) {
+        let (pause, hurries, view) = {
+            let mut machine = zones.machine();
+            let (pause, view) = self.turn_machine(zones, &mut machine);
+            (pause, machine.hurries, view)
+        };
+        // A view of many monitors takes its time.
+        if let Some(view) = view {
+            self.topics().set(ZONES, &view);
+        }
+        (pause, hurries)
+    }
+
+    fn turn_machine(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+    ) -> (Duration, Option<view::ZonesView>) {
+        let caller = Caller::zones();
         if let Some((first, said)) = machine.first.take() {
             said.iter().for_each(|text| self.event(None, text));
             self.topics().set(CONFIGURED, &view::ZonesConfigured::from(&zones.config));
             self.carry(zones, machine, &caller, first);
         }
         let now = self.now();
-        let looks = now >= machine.looked + LOOK;
+        let looks = machine.hurries || now >= machine.looked + LOOK;
         if looks {
             machine.looked = now;
-            self.look_at_lines(zones, machine);
+            machine.hurries = self.look_at_lines(zones, machine);
             self.end_holds(zones, machine, now);
             self.end_wind(machine, now);
-            for zone in &zones.config.site.zones {
-                if machine.plans.get(&zone.id).is_some_and(|plan| plan.is_due(now)) {
-                    self.plan_fires(zones, machine, zone);
-                }
-            }
-            self.release_held(zones, machine);
-            if now >= machine.located + AGAIN {
-                machine.located = now;
-                for zone in &zones.config.site.zones {
-                    if machine.fires.get(&zone.id).is_some_and(|fires| !fires.is_empty()) {
-                        self.locate_fires(zones, machine, zone);
-                    }
-                    self.plan_fires(zones, machine, zone);
-                }
-            }
+            self.look_at_fires(zones, machine, now);
         }
         let reaction = machine.site.step(ms(self.now()));
         self.carry(zones, machine, &caller, reaction);
         if looks {
             let state = machine.site.state();
-            self.end_turning(machine, &state);
-            self.give_back(machine, &state);
-            self.ask_holders(machine, &state);
+            self.end_turning(zones, machine, &state);
+            self.give_back(zones, machine, &state);
+            self.ask_holders(zones, machine, &state);
         }
-        self.publish_zones(machine, now, !zones.is_failing());
+        let view = machine.due_view(now, !zones.is_failing());
         zones.turned_ms.store(ms(now), Ordering::Relaxed);
         let due = machine.site.next_deadline().map(Duration::from_millis);
         let due = due.map_or(LOOK, |due| due.saturating_sub(self.now()));
+        let due = if machine.hurries { Duration::ZERO } else { due };
         // A millisecond is the grain of the machine.
-        due.clamp(Duration::from_millis(1), LOOK)
+        (due.clamp(Duration::from_millis(1), LOOK), view)
+    }
+
+    /// Plans what is due. Bearings age: once a second fires that are known are located again.
+    fn look_at_fires(&self, zones: &Zones, machine: &mut Machine, now: Now) {
+        for zone in &zones.config.site.zones {
+            if machine.plans.get(&zone.id).is_some_and(|plan| plan.is_due(now)) {
+                self.plan_fires(zones, machine, zone);
+            }
+        }
+        self.release_held(zones, machine);
+        if now < machine.located + AGAIN {
+            return;
+        }
+        machine.located = now;
+        for zone in &zones.config.site.zones {
+            if machine.fires.get(&zone.id).is_some_and(|fires| !fires.is_empty()) {
+                self.locate_fires(zones, machine, zone);
+            } else {
+                self.plan_fires(zones, machine, zone);
+            }
+        }
     }
 
     /// A hold that its holder has not renewed is over.
@@ -502,18 +542,19 @@ impl Hub {
             self.event(None, &notes::no_wind(WIND_COUNTS));
         }
     }
+}
 
-    fn publish_zones(&self, machine: &mut Machine, now: Now, stored: bool) {
-        let pause = if machine.news { PUBLISH_NEWS } else { PUBLISH };
-        if now < machine.published + pause {
-            return;
+impl Machine {
+    /// What is to be published now, if anything.
+    fn due_view(&mut self, now: Now, stored: bool) -> Option<view::ZonesView> {
+        let pause = if self.news { PUBLISH_NEWS } else { PUBLISH };
+        if now < self.published + pause {
+            return None;
         }
-        let view = machine.view(now, stored);
+        self.published = now;
+        let view = self.view(now, stored);
         let runs = runs(&view.state);
-        if std::mem::take(&mut machine.news) || runs {
-            self.topics().set(ZONES, &view);
-        }
-        machine.published = now;
+        (std::mem::take(&mut self.news) || runs).then_some(view)
     }
 }
 
@@ -526,3 +567,7 @@ fn runs(state: &State) -> bool {
 
 /// Asked right before an order is sent.
 type Valid = Arc<dyn Fn() -> bool + Send + Sync>;
+
+#[cfg(test)]
+#[path = "turn_tests.rs"]
+mod tests;

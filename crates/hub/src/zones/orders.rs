@@ -13,6 +13,7 @@ use lafet_proto::{Request, SubsystemId};
 use lafet_site::{Cause, Command, MonitorReport, Order, Phase, State, Tone, Withheld};
 use tokio::time::sleep;
 
+use super::index::Beside;
 use super::line::{Aiming, Asked};
 use super::{Machine, Valid, ZONES, Zones};
 use crate::access::{Kind, Principal, Role, Standing};
@@ -152,39 +153,43 @@ impl Hub {
     }
 
     /// Gives monitors back that no zone needs, and to who asks for them.
-    pub(super) fn give_back(&self, machine: &Machine, state: &State) {
+    pub(super) fn give_back(&self, zones: &Zones, machine: &Machine, state: &State) {
         let counting = state.zones.iter().any(|zone| zone.phase.is_pending());
-        for monitor in &state.monitors {
-            let Ok(station) = self.station(&monitor.monitor) else { continue };
+        let stations = self.all_stations();
+        let mut stations = Beside::new(&stations);
+        for ((id, line), at) in machine.lines.iter().zip(zones.index.by_id()) {
+            let (Some(station), monitor) = (stations.of(id), &state.monitors[at]) else {
+                continue;
+            };
             let (holds, asked) = {
                 let authority = lock(&station.authority);
                 let holds = authority.holder().is_some_and(|(seat, _)| seat.seat == ZONES);
                 (holds, authority.request().is_some())
             };
-            let task = machine.lines.get(&monitor.monitor).and_then(|line| line.task.as_ref());
-            let busy = task.is_some_and(|task| !task.is_finished());
+            let busy = line.task.as_ref().is_some_and(|task| !task.is_finished());
             let needs = monitor.engaged_for.is_some() || monitor.closing || counting || busy;
             let action = match (holds, asked, needs) {
                 (true, true, _) => "grant",
                 (true, false, false) => "release",
                 _ => continue,
             };
-            _ = self.change_authority(&Caller::zones(), &station, action, None);
+            _ = self.change_authority(&Caller::zones(), station, action, None);
         }
     }
 
     /// A monitor that turns to a fire which is no cause any more, as the votes were withdrawn or the zone was
     /// switched to another mode, is sent nothing further.
-    pub(super) fn end_turning(&self, machine: &mut Machine, state: &State) {
-        let Some(zones) = self.zones() else { return };
-        for monitor in &state.monitors {
-            let of = zones.config.site.zones.iter().zip(&state.zones);
-            let mut own = of.filter(|(zone, _)| zone.monitors.contains(&monitor.monitor));
-            let wanted = own
-                .any(|(_, it)| it.phase.is_pending() || matches!(it.phase, Phase::Released { .. }));
-            let Some(line) = machine.lines.get_mut(&monitor.monitor) else { continue };
-            let turns = line.order.is_some() && line.engaged.is_none();
-            if turns && !wanted && monitor.engaged_for.is_none() && !monitor.closing {
+    pub(super) fn end_turning(&self, zones: &Zones, machine: &mut Machine, state: &State) {
+        for (line, at) in machine.lines.values_mut().zip(zones.index.by_id()) {
+            let (turns, monitor) =
+                (line.order.is_some() && line.engaged.is_none(), &state.monitors[at]);
+            if !turns || monitor.engaged_for.is_some() || monitor.closing {
+                continue;
+            }
+            let mut own = zones.index.zones_of(at).iter().map(|zone| state.zones[*zone].phase);
+            let wanted =
+                own.any(|phase| phase.is_pending() || matches!(phase, Phase::Released { .. }));
+            if !wanted {
                 line.void();
                 line.clear();
             }
@@ -194,15 +199,15 @@ impl Hub {
     /// Asks who holds a monitor that votes or a release need, as another operator would: who does not
     /// answer and commands nothing gives way after the usual time, who answers decides. Each is asked once for
     /// the votes and once for the release; who has water at work is left alone, and so is everyone in a test.
-    pub(super) fn ask_holders(&self, machine: &mut Machine, state: &State) {
-        for monitor in &state.monitors {
-            let (Ok(station), Some(line)) =
-                (self.station(&monitor.monitor), machine.lines.get_mut(&monitor.monitor))
-            else {
+    pub(super) fn ask_holders(&self, zones: &Zones, machine: &mut Machine, state: &State) {
+        let stations = self.all_stations();
+        let mut stations = Beside::new(&stations);
+        for ((id, line), at) in machine.lines.iter_mut().zip(zones.index.by_id()) {
+            let withheld = state.monitors[at].withheld == Some(Withheld::Person);
+            let Some(station) = stations.of(id).filter(|_| withheld || line.asked.is_some()) else {
                 continue;
             };
-            let wants = self.wanted(state, &monitor.monitor);
-            let withheld = monitor.withheld == Some(Withheld::Person);
+            let wants = wanted(zones, state, at);
             let works = line.report().is_none_or(MonitorReport::acts);
             let Some(wants) = wants.filter(|_| withheld && !works) else {
                 if line.asked.take_if(|_| wants.is_none()).is_some()
@@ -219,24 +224,9 @@ impl Hub {
             };
             if free && line.asked != Some(wants) {
                 line.asked = Some(wants);
-                _ = self.change_authority(&Caller::zones(), &station, "request", None);
+                _ = self.change_authority(&Caller::zones(), station, "request", None);
             }
         }
-    }
-
-    /// Why a zone needs this monitor, if one does.
-    fn wanted(&self, state: &State, monitor: &str) -> Option<Asked> {
-        let zones = &self.zones()?.config.site.zones;
-        let of = zones.iter().zip(&state.zones);
-        let of = of.filter(|(zone, it)| {
-            !it.mode.is_test() && zone.monitors.iter().any(|id| id == monitor)
-        });
-        of.filter_map(|(_, it)| match it.phase {
-            phase if phase.is_pending() => Some(Asked::Votes),
-            Phase::Released { wet: true, .. } => Some(Asked::Released),
-            _ => None,
-        })
-        .max_by_key(|it| *it == Asked::Released)
     }
 
     /// Notes an order with its causes; the request to the monitor has its own entries.
@@ -257,6 +247,18 @@ impl Hub {
         let record = self.record(&Caller::zones(), monitor, &what, "ordered");
         drop(self.audit().note(record.about(&act)));
     }
+}
+
+/// Why a zone needs this monitor, if one does.
+fn wanted(zones: &Zones, state: &State, monitor: usize) -> Option<Asked> {
+    let of = zones.index.zones_of(monitor).iter().map(|zone| &state.zones[*zone]);
+    let of = of.filter(|it| !it.mode.is_test());
+    of.filter_map(|it| match it.phase {
+        phase if phase.is_pending() => Some(Asked::Votes),
+        Phase::Released { wet: true, .. } => Some(Asked::Released),
+        _ => None,
+    })
+    .max_by_key(|it| *it == Asked::Released)
 }
 
 /// The requests that end water: valves, and the program that aims.

@@ -5,7 +5,7 @@
 //!                             reports of its zone wait, WAITS at most ─────────────────▶ the machine
 //! ```
 //!
-//! A vote or the loss of a monitor that is reported meanwhile reaches the machine after the plan: what follows from
+//! The fires that they are for are located before, on the same thread ([`super::locating`]). A vote or the loss of a monitor that is reported meanwhile reaches the machine after the plan: what follows from
 //! it aims by the plan. Everything else does not wait: a vote that is withdrawn, a hand, a contact, a time.
 
 use std::collections::BTreeMap;
@@ -25,6 +25,7 @@ use lafet_site::{Authority, Condition, Event, MonitorReport, Signal};
 use super::assign::{Basis, Known, Plan};
 use super::fires::FirePlace;
 use super::line::Line;
+use super::locating::Locating;
 use super::{Machine, Zones, notes};
 use crate::control::authority::Now;
 use crate::hub::{Caller, Hub};
@@ -42,8 +43,8 @@ const MONITORS_MAX: usize = 16;
 /// A report waits for a plan for so long at most, and so many do.
 const WAITS: Duration = Duration::from_secs(1);
 const HELD_MAX: usize = 1024;
-/// A plan that is not there after so long is not waited for any more.
-const LOST: Duration = Duration::from_secs(10);
+/// A plan, or where a fire is, that is not there after so long is not waited for any more.
+pub(super) const LOST: Duration = Duration::from_secs(10);
 
 /// What a plan is computed from.
 #[derive(Debug)]
@@ -56,8 +57,9 @@ pub struct Job {
     water: Vec<Water>,
     before: Assignment,
     jets: usize,
-    /// Monitors of the zone that are not planned with.
+    /// Monitors of the zone that are not planned with, and all of them.
     others: Vec<String>,
+    monitors: Vec<String>,
 }
 
 /// What a monitor does already.
@@ -76,6 +78,8 @@ pub struct Chosen {
     by: BTreeMap<String, u64>,
     /// Those that votes may open; none: the water is not known.
     opens: Option<Vec<String>>,
+    /// Its monitors, those that are used first in front.
+    order: Vec<String>,
     /// Why nothing could be planned.
     failed: Option<Both>,
 }
@@ -86,7 +90,8 @@ pub struct Held {
     since: Now,
     caller: Caller,
     event: Event,
-    zones: Vec<String>,
+    /// Its zones, and the report of each up to which fires have to be located.
+    zones: Vec<(String, u64)>,
 }
 
 impl Hub {
@@ -119,8 +124,9 @@ impl Hub {
         let jets = zone.jets.map_or(usize::MAX, usize::from);
         let others = zone.monitors.iter().filter(|id| able.iter().all(|it| it.0 != **id));
         let others = others.cloned().collect();
-        let (zone, number) = (zone.id.clone(), plan.computed);
-        Job { zone, number, basis, fires, able, water, before, jets, others }
+        let (monitors, number) = (zone.monitors.clone(), plan.computed);
+        let zone = zone.id.clone();
+        Job { zone, number, basis, fires, able, water, before, jets, others, monitors }
     }
 
     /// Computes a plan, one at a time, and takes it.
@@ -141,7 +147,7 @@ impl Hub {
 
     /// Takes a plan if what it was computed from still holds; else there is another one to be computed.
     pub(super) fn accept(&self, zones: &Zones, machine: &mut Machine, chosen: Chosen) {
-        let Chosen { job, by, opens, failed } = chosen;
+        let Chosen { job, by, opens, order, failed } = chosen;
         let Some(zone) = zones.config.site.zones.iter().find(|it| it.id == job.zone) else {
             return;
         };
@@ -149,7 +155,7 @@ impl Hub {
         if plan.computing.is_none() || plan.computed != job.number {
             return;
         }
-        let able = self.able(machine, &machine.site.state(), zone);
+        let able = self.able(zones, machine, &machine.site.state(), zone);
         let now = self.basis(machine, plan, &able);
         // What changes all the time would keep each plan from being taken.
         let is_like = job.basis.is_like(&now) || (plan.again && job.basis.is_for_the_same(&now));
@@ -162,7 +168,7 @@ impl Hub {
         }
         if holds {
             (plan.by, plan.opens, plan.basis, plan.again) = (by, opens, Some(job.basis), false);
-            self.prefer(zones, machine, zone);
+            self.prefer(zones, machine, zone, order);
         } else {
             // Once at once; what changes all the time waits for its turn.
             plan.basis = None;
@@ -176,9 +182,14 @@ impl Hub {
     }
 
     /// Gives the machine the order of the monitors of a zone, and those that votes may open.
-    pub(super) fn prefer(&self, zones: &Zones, machine: &mut Machine, zone: &Zone) {
+    pub(super) fn prefer(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        zone: &Zone,
+        monitors: Vec<String>,
+    ) {
         machine.news = true;
-        let monitors = self.planned_order(machine, zone);
         let opens = machine.plans.get(&zone.id).and_then(|plan| plan.opens.clone());
         let new = (monitors, opens);
         if machine.preferred.get(&zone.id) == Some(&new) {
@@ -190,7 +201,8 @@ impl Hub {
         self.take(zones, machine, &Caller::zones(), &event);
     }
 
-    /// Gives the machine what was reported; while the plan of one of its zones is computed, after that.
+    /// Gives the machine what was reported; while fires that it shows are located, or the plan of one of its zones is
+    /// computed, after that.
     pub(super) fn report(
         &self,
         zones: &Zones,
@@ -201,6 +213,7 @@ impl Hub {
     ) {
         // What was reported before goes first.
         self.release_held(zones, machine);
+        let of = machine.up_to_now(of);
         if !may_wait(&event) || !machine.is_planning(&of) {
             self.take_held(zones, machine, |_, it| subject(&it.event) == subject(&event));
             self.take(zones, machine, caller, &event);
@@ -216,6 +229,7 @@ impl Hub {
     /// Gives the machine the reports whose plan is there, or is not there in time.
     pub(super) fn release_held(&self, zones: &Zones, machine: &mut Machine) {
         let now = self.now();
+        machine.locating.values_mut().for_each(|it| it.end_lost(now));
         for plan in machine.plans.values_mut() {
             if plan.computing.is_some_and(|at| now.saturating_sub(at) >= LOST) {
                 (plan.computing, plan.basis, plan.waits) = (None, None, true);
@@ -241,13 +255,20 @@ impl Hub {
         }
     }
 
-    /// The fire of each monitor that the planner chooses.
+    /// The fire of each monitor that the planner chooses, and the order in which they are used.
     fn chosen(&self, job: Job) -> Chosen {
+        let mut chosen = self.assigned(job);
+        chosen.order = self.planned_order(&chosen.job.monitors, &chosen.job.fires, &chosen.by);
+        chosen
+    }
+
+    fn assigned(&self, job: Job) -> Chosen {
         let mut task = match self.task(&job) {
             Ok(Some(task)) => task,
             other => {
                 let failed = other.err().map(|problem| problem.0);
-                return Chosen { job, by: BTreeMap::new(), opens: None, failed };
+                let (by, order) = (BTreeMap::new(), Vec::new());
+                return Chosen { job, by, opens: None, order, failed };
             }
         };
         for (monitor, (id, place, _)) in job.able.iter().enumerate() {
@@ -266,7 +287,7 @@ impl Hub {
         let opens = limited.then(|| opens(&task, &chosen, &job));
         let by = job.able.iter().zip(&chosen);
         let by = by.filter_map(|((id, ..), fire)| Some((id.clone(), job.fires[(*fire)?].number)));
-        Chosen { by: by.collect(), job, opens, failed: None }
+        Chosen { by: by.collect(), job, opens, order: Vec::new(), failed: None }
     }
 
     /// What each monitor brings to each fire. The others of the site follow those that can be used: jets keep
@@ -323,9 +344,22 @@ impl Hub {
 }
 
 impl Machine {
-    fn is_planning(&self, zones: &[String]) -> bool {
-        let planning = |zone| self.plans.get(zone).is_some_and(|plan| plan.computing.is_some());
-        zones.iter().any(planning)
+    /// These zones, with what their detectors have reported so far.
+    fn up_to_now(&self, zones: Vec<String>) -> Vec<(String, u64)> {
+        let with = |zone: String| {
+            let report = self.locating.get(&zone).map_or(0, Locating::reported);
+            (zone, report)
+        };
+        zones.into_iter().map(with).collect()
+    }
+
+    /// Whether what these zones show up to a report is not located yet, or not planned for.
+    fn is_planning(&self, zones: &[(String, u64)]) -> bool {
+        zones.iter().any(|(zone, report)| {
+            let located = self.locating.get(zone).is_none_or(|it| it.has(*report));
+            let planning = self.plans.get(zone).is_some_and(|plan| plan.computing.is_some());
+            !located || planning
+        })
     }
 }
 

@@ -1,146 +1,20 @@
-use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use lafet_place::planner::Offer;
 use lafet_site::{Hand, Phase, Scope};
-use serde_json::Value;
 
+use super::super::hall::{blows, burns, ends, hall, locate, until};
 use super::*;
-use crate::monitor::status::{Status, Subsystem};
-use crate::site::Site;
 use crate::store::Search;
-use crate::zones::view::{Reported, WindReported};
-use crate::{Clock, Config, Overrides};
-
-const HALL: &str = r#"
-    [[monitor]]
-    id = "M1"
-    url = "tcp://127.0.0.1:1?addr=1"
-    [[monitor]]
-    id = "M2"
-    url = "tcp://127.0.0.1:1?addr=2"
-    [[detector]]
-    id = "west"
-    kind = "flame"
-    zones = ["hall"]
-    at = [-20, 0, 6]
-    [[detector]]
-    id = "east"
-    kind = "flame"
-    zones = ["hall"]
-    at = [20, 0, 6]
-    [[aim]]
-    zone = "hall"
-    monitor = "M1"
-    horizontal = 600
-    vertical = 300
-    nozzle = 60
-    [[aim]]
-    zone = "hall"
-    monitor = "M2"
-    horizontal = 600
-    vertical = 300
-    nozzle = 60
-    [[zone]]
-    id = "hall"
-    votes = "2oo2"
-    coincidence_s = 0
-    water_max_s = 60
-    monitors = ["M1", "M2"]
-"#;
-
-/// Two monitors that answer, two detectors that see nothing.
-fn hall() -> Hub {
-    let read = Config::parse("hub.toml", HALL, Path::new("/"), &Overrides::default());
-    let mut config = Config { data: None, ..read.unwrap_or_else(|it| panic!("{it:#?}")) };
-    let place = |east| Place { at: [east, 0.0], heading: 0.0, height: 2.0 };
-    let monitors = [("M1".to_owned(), place(-15.0)), ("M2".to_owned(), place(15.0))].into();
-    config.site = Some(Site { monitors, ..Site::default() });
-    let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
-    {
-        let machine = &mut *hub.zones().unwrap().machine();
-        let valve = lafet_site::Valve::Closed;
-        let report = MonitorReport { reachable: true, valve, ..MonitorReport::default() };
-        for (id, line) in &mut machine.lines {
-            line.report = Some(report);
-            machine.site.handle(0, &Event::Monitor { monitor: id.clone(), report });
-        }
-        // There are none behind it to be looked at.
-        machine.looked = Now::from_secs(1_000_000);
-    }
-    for id in ["M1", "M2"] {
-        rests(&hub, id);
-    }
-    for detector in ["west", "east"] {
-        sees(&hub, detector, Signal::Quiet, 0.0);
-    }
-    hub
-}
-
-/// It points north, its valve shut.
-fn rests(hub: &Hub, monitor: &str) {
-    let mut state = Status { at_ms: Some(1), ..Status::default() };
-    for name in ["Horizontal", "Vertical", "Valve1"] {
-        let id = SubsystemId::from_name(name).unwrap();
-        let flag = (name == "Valve1").then_some("Closed");
-        let bits = flag.map(|it| lafet_proto::flags::flags_of(id).by_name(it).unwrap().mask());
-        let mut subsystem = Subsystem::default();
-        subsystem.set_bits(id, bits.unwrap_or(0));
-        subsystem.fields = [("position", 0)].into();
-        state.subsystems.insert(name, Arc::new(subsystem));
-    }
-    hub.station(monitor).unwrap().set_status(hub, state);
-}
-
-fn sees(hub: &Hub, detector: &str, signal: Signal, bearing_deg: f64) {
-    let reported = Reported {
-        heard: hub.now(),
-        at_ms: 0,
-        by: String::new(),
-        signal,
-        condition: Condition::Ready,
-        bearing_deg: (signal == Signal::Alarm).then_some(bearing_deg),
-        elevation_deg: None,
-        quality: None,
-    };
-    hub.detector_reports(&Caller::hub(), detector, reported).unwrap();
-}
-
-/// 10 m east, 20 m north.
-fn burns(hub: &Hub) {
-    sees(hub, "west", Signal::Alarm, 56.31);
-    sees(hub, "east", Signal::Alarm, 333.435);
-}
-
-fn blows(hub: &Hub, speed_mps: f64) {
-    let by = String::new();
-    let wind = WindReported { heard: hub.now(), at_ms: 7, by, from_deg: 350.0, speed_mps };
-    hub.wind_reports(wind).unwrap();
-}
-
-fn until(hub: &Hub, what: &str, wanted: impl Fn(&Machine) -> bool) {
-    let began = Instant::now();
-    while !wanted(&hub.zones().unwrap().machine()) {
-        assert!(began.elapsed() < Duration::from_secs(30), "{what}");
-        std::thread::park_timeout(Duration::from_millis(5));
-    }
-}
 
 /// Does this while a plan is computed; it has to end before the plan does.
 fn meanwhile(hub: &Hub, what: impl FnOnce(&Hub) + Send + 'static) {
     let zones = hub.zones().unwrap();
     let planning = lock(&zones.planning);
     burns(hub);
+    locate(hub);
     assert!(zones.machine().plans["hall"].computing.is_some());
-    let (done, ended) = std::sync::mpsc::channel();
-    let (runtime, its) = (tokio::runtime::Handle::current(), hub.clone());
-    std::thread::spawn(move || {
-        let _runtime = runtime.enter();
-        what(&its);
-        done.send(()).unwrap();
-    });
-    ended.recv_timeout(Duration::from_secs(20)).expect("it waits for the plan");
+    ends(hub, what);
     drop(planning);
 }
 
@@ -274,6 +148,26 @@ async fn a_report_does_not_overtake_an_earlier_one() {
     });
 }
 
+/// The reach of each monitor of a zone takes milliseconds: it was computed with the plan.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_plan_is_taken_in_the_order_that_was_computed_with_it() {
+    let hub = hall();
+    meanwhile(&hub, |hub| {
+        let zones = hub.zones().unwrap();
+        let (zone, machine) = (&zones.config.site.zones[0], &mut *zones.machine());
+        let plan = machine.plans.remove("hall").unwrap();
+        let able = hub.able(zones, machine, &machine.site.state(), zone);
+        let basis = hub.basis(machine, &plan, &able);
+        let job = hub.job(zones, machine, zone, (&plan, basis, able));
+        machine.plans.insert("hall".into(), plan);
+        let mut chosen = hub.chosen(job);
+        assert_eq!(chosen.order, ["M2", "M1"]);
+        chosen.order.reverse();
+        hub.accept(zones, machine, chosen);
+        assert_eq!(machine.preferred["hall"].0, ["M1", "M2"]);
+    });
+}
+
 /// A plan that cannot be computed is reported once, with the reason; the zone goes on without one.
 #[tokio::test]
 async fn a_zone_that_cannot_be_planned_is_an_event() {
@@ -350,6 +244,7 @@ fn opened(reaches_while: &[usize], chosen: &[usize], jets: usize, flows: &[usize
         able,
         jets,
         others: Vec::new(),
+        monitors: Vec::new(),
     };
     let chosen = (0..reaches_while.len()).map(|it| chosen.contains(&it).then_some(0)).collect();
     opens(&task, &chosen, &job)

@@ -289,9 +289,9 @@ impl Site {
         for index in 0..self.monitors.len() {
             self.monitor(index);
         }
-        for zone in 0..self.zones.len() {
+        let all_working = self.all_working();
+        for (zone, working) in all_working.into_iter().enumerate() {
             let wet = released(self, &zone, false) || released(self, &zone, true);
-            let working = self.working(zone);
             self.trouble(Trouble::NoMonitor, zone, wet && working == 0);
             let few = wet && working > 0 && working < self.jets_wanted(zone);
             self.trouble(Trouble::FewJets, zone, few);
@@ -310,12 +310,20 @@ impl Site {
 
     /// Monitors that work for a zone as ordered.
     fn working(&self, zone: usize) -> usize {
-        let works = |index: &usize| {
-            let monitor = &self.monitors[*index];
-            let works = self.works_for(*index) == Some(zone);
-            works && !monitor.idle && self.withheld(*index).is_none()
-        };
-        (0..self.monitors.len()).filter(works).count()
+        (0..self.monitors.len()).filter(|index| self.works_as_ordered(*index) == Some(zone)).count()
+    }
+
+    /// The same of each zone, in one walk: there are many monitors.
+    fn all_working(&self) -> Vec<usize> {
+        let mut working = vec![0; self.zones.len()];
+        let zones = (0..self.monitors.len()).filter_map(|index| self.works_as_ordered(index));
+        zones.for_each(|zone| working[zone] += 1);
+        working
+    }
+
+    fn works_as_ordered(&self, index: usize) -> Option<usize> {
+        let zone = self.works_for(index)?;
+        (!self.monitors[index].idle && self.withheld(index).is_none()).then_some(zone)
     }
 
     /// Takes monitors for a released zone, until it has its jets.

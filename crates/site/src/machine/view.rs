@@ -63,7 +63,7 @@ impl Site {
             at_ms: self.now,
             lockout: self.is_locked(),
             tone: self.tone(None),
-            zones: (0..self.zones.len()).map(|zone| self.zone_state(zone)).collect(),
+            zones: self.zone_states(),
             detectors: detectors.collect(),
             monitors: monitors.collect(),
             pumps: pumps.collect(),
@@ -73,7 +73,18 @@ impl Site {
         }
     }
 
-    fn zone_state(&self, zone: usize) -> ZoneState {
+    fn zone_states(&self) -> Vec<ZoneState> {
+        let mut monitors = vec![Vec::new(); self.zones.len()];
+        for index in 0..self.monitors.len() {
+            if let Some(zone) = self.works_for(index) {
+                monitors[zone].push(self.monitor_id(index));
+            }
+        }
+        let zones = monitors.into_iter().enumerate();
+        zones.map(|(zone, monitors)| self.zone_state(zone, monitors)).collect()
+    }
+
+    fn zone_state(&self, zone: usize, monitors: Vec<String>) -> ZoneState {
         let config = &self.plan.config;
         let (configured, state) = (&config.zones[zone], &self.zones[zone]);
         let tally = self.tally(zone);
@@ -82,8 +93,6 @@ impl Site {
         let unable = detectors
             .iter()
             .filter_map(|it| Some(Voteless { detector: id(it), why: self.unable(*it)? }));
-        let owned = |index: &usize| self.works_for(*index) == Some(zone);
-        let monitors = (0..self.monitors.len()).filter(owned);
         let held_now = state.held_since.map_or(0, |since| self.now.saturating_sub(since));
         let held_ms = state.held_ms.saturating_add(held_now);
         let until = state.release.as_ref().and_then(|release| release.until);
@@ -110,7 +119,7 @@ impl Site {
             water_left_ms: until.map(|until| until.saturating_sub(self.now)),
             reacted_in_ms: state.reacted_in_ms,
             not_released: self.not_released(zone),
-            monitors: monitors.map(|index| self.monitor_id(index)).collect(),
+            monitors,
         }
     }
 

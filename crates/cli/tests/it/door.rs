@@ -6,7 +6,7 @@ use std::os::linux::net::SocketAddrExt;
 use std::os::unix::fs::MetadataExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{park_timeout, scope, spawn};
@@ -169,8 +169,25 @@ fn waits_for_process(path: &str, pid: u32) {
 
 fn stop(path: &str) -> (Instant, Running) {
     let started = Instant::now();
-    let mut command = lafet();
-    (started, Running::stderr(command.args(["--lang", "en", "-c", &url(path), "stop"])))
+    (started, Running::stderr(&mut stopping(path)))
+}
+
+/// A Stop without root's right to open any port.
+fn stopping(path: &str) -> Command {
+    let lafet = lafet();
+    let mut command = Command::new(lafet.get_program());
+    if geteuid().is_root() {
+        command = Command::new("setpriv");
+        command.args(["--bounding-set=-all", "--inh-caps=-all"]).arg(lafet.get_program());
+    }
+    for (name, value) in lafet.get_envs() {
+        match value {
+            Some(value) => command.env(name, value),
+            None => command.env_remove(name),
+        };
+    }
+    command.args(["--lang", "en", "-c", &url(path), "stop"]);
+    command
 }
 
 /// Reads lines of standard error until one has these words.
@@ -376,7 +393,7 @@ fn a_name_that_is_taken() {
     let path = sim.port();
     let url = format!("serial://{path}?addr=1&late=0");
     let program = env!("CARGO_BIN_EXE_lafet");
-    let mut command = std::process::Command::new("sh");
+    let mut command = Command::new("sh");
     // The name has the number of the process, which is known before it is the program.
     let script = "read _ && exec \"$0\" --lang en -c \"$1\" status";
     command.args(["-c", script, program, &url]).stdin(Stdio::piped());

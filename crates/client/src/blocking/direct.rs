@@ -84,7 +84,7 @@ impl Direct {
         }
         let name: Arc<str> = endpoint.to_string().into();
         let adapters = Adapters::default();
-        let link = Link::open(endpoint)
+        let link = Link::open(endpoint, false)
             .and_then(|link| adapters.check(endpoint).map(|()| link))
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
         let mut line = Line::new(config.of(endpoint));
@@ -252,7 +252,7 @@ impl Direct {
 
     fn dial(&mut self, now: Now) {
         let same = |link| self.adapters.check(&self.endpoint).map(|()| link);
-        match Link::open(&self.endpoint).and_then(same) {
+        match Link::open(&self.endpoint, self.line.is_urgent()).and_then(same) {
             Ok(link) => {
                 self.link = Some(link.visiting(std::mem::take(&mut self.visits)));
                 self.line.handle_connected(now);

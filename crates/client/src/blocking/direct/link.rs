@@ -27,12 +27,12 @@ pub enum Link {
 
 impl Link {
     /// Opens the connection of an endpoint; `Unsupported` for `sim:`.
-    pub fn open(endpoint: &Endpoint) -> io::Result<Self> {
+    pub fn open(endpoint: &Endpoint, urgent: bool) -> io::Result<Self> {
         let (host, port, datagrams) = match endpoint {
             Endpoint::Tcp { host, port, .. } => (host, *port, false),
             Endpoint::Udp { host, port, .. } => (host, *port, true),
             Endpoint::Serial { path, line, .. } => {
-                return Port::open(path, line).map(Self::Serial).map_err(with_user);
+                return Port::open_for(urgent, path, line).map(Self::Serial).map_err(with_user);
             }
             Endpoint::Sim { .. } => return Err(io::ErrorKind::Unsupported.into()),
         };

@@ -306,7 +306,8 @@ pub async fn listened(
         let used = PortError::InUse { path: path.clone(), by: Some(by) };
         return Err(lost(url, used.into()).into());
     }
-    match unless_wanted(endpoint, overhear(endpoint, times, Link::open)).await {
+    let done = unless_wanted(endpoint, overhear(endpoint, times, Link::open)).await;
+    match done.map_err(|source| lost(url, source))? {
         Ok(heard) => Ok(heard.map_err(|source| lost(url, source))?),
         Err(Holder { pid, program }) => {
             Err(Failure::Silent(text::PortGiven { url, pid, program }.of(current())))
@@ -324,6 +325,7 @@ pub async fn giving_way<F: Future>(
 ) -> Result<F::Output, Failure> {
     let gave = |Holder { pid, program }: &Holder| {
         complain(text::PortGivenAway { url, pid, program }.of(current()));
+    let done = done.map_err(|source| lost(url, source))?;
     };
     let done = door::giving_way(endpoint, answer, gave, work).await;
     let times = VISITS_MAX;

@@ -24,7 +24,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Gid, Uid, geteuid};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
 
-use crate::support::{Running, Sim, lafet, serial_line, terminal};
+use crate::support::{Run, Running, Sim, lafet, serial_line, terminal};
 
 /// From the start of a Stop's process to its frame. Who listens does so for 3 s at least.
 const SOON: Duration = Duration::from_millis(2800);
@@ -200,15 +200,23 @@ fn says(running: &Running, words: &str) -> String {
     }
 }
 
-/// The name of the door of a process.
-fn name(path: &str, pid: u32) -> SocketAddr {
+/// What the name of the door of a process begins with.
+fn name(path: &str, pid: u32) -> String {
     let port = fs::metadata(path).unwrap();
-    let name = format!("lafet-port-{:x}-{:x}-{pid}", port.rdev(), port.ino());
-    SocketAddr::from_abstract_name(name).unwrap()
+    format!("lafet-port-{:x}-{:x}-{pid}", port.rdev(), port.ino())
+}
+
+/// The door of a process.
+fn door(path: &str, running: &Running) -> SocketAddr {
+    let start = format!("@{}-", name(path, running.child.id()));
+    let sockets = fs::read_to_string("/proc/net/unix").unwrap();
+    let mut names = sockets.lines().filter_map(|line| line.split(' ').next_back());
+    let name = names.find(|name| name.starts_with(&start)).expect("it has a door");
+    SocketAddr::from_abstract_name(&name[1..]).unwrap()
 }
 
 fn knock(path: &str, running: &Running) -> UnixStream {
-    UnixStream::connect_addr(&name(path, running.child.id())).expect("it has a door")
+    UnixStream::connect_addr(&door(path, running)).unwrap()
 }
 
 fn is_closed_within(time: Duration, stream: &mut UnixStream) -> bool {
@@ -321,35 +329,35 @@ fn no_answer_to_a_probe_comes_to_a_stop() {
     assert_eq!(answers, probes, "an answer is on its way");
 }
 
-/// Who may not open the port cannot keep it from others.
+/// Many who knock and have no use for the port keep it from no Stop. Run by root they are strangers, who may
+/// not open it, and are not let in at all (the client's `who_may_open_a_port_may_ask_for_it` needs no root).
 #[test]
 fn a_stranger_is_not_heard() {
-    if !geteuid().is_root() {
-        // Only root can become a stranger.
-        return;
-    }
+    let strangers = geteuid().is_root();
     let wire = Wire::quiet();
     let mut scan = listener(&wire.path, &["scan", "--addresses", "1-3"]);
-    let (path, place) = (&wire.path, name(&wire.path, scan.child.id()));
+    let (path, place) = (&wire.path, door(&wire.path, &scan));
     scope(|scope| {
-        let stranger = scope.spawn(|| {
-            // Of this thread alone.
-            let (user, group) = (Uid::from_raw(65_534), Gid::from_raw(65_534));
-            set_thread_groups(&[]).unwrap();
-            set_thread_res_gid(group, group, group).unwrap();
-            set_thread_res_uid(user, user, user).unwrap();
+        let knocks = scope.spawn(|| {
+            if strangers {
+                // Of this thread alone.
+                let (user, group) = (Uid::from_raw(65_534), Gid::from_raw(65_534));
+                set_thread_groups(&[]).unwrap();
+                set_thread_res_gid(group, group, group).unwrap();
+                set_thread_res_uid(user, user, user).unwrap();
+            }
             let mut held: Vec<_> =
                 (0..20).map(|_| UnixStream::connect_addr(&place).unwrap()).collect();
-            assert!(is_closed_within(SOON, &mut held[19]), "it is let in");
+            assert!(!strangers || is_closed_within(SOON, &mut held[19]), "it is let in");
             held
         });
-        let _held = stranger.join().unwrap();
-        // A Stop is heard beside them.
+        let _held = knocks.join().unwrap();
         let (started, mut visitor) = stop(path);
         let at = wire.stopped(PATIENCE).expect("a Stop");
-        assert!(at - started < SOON, "{:?}", at - started);
+        assert!(at - started < SOON && wire.frames()[0].stops, "{:?}", at - started);
         let said = says(&scan, "send at once");
-        assert!(said.contains(&format!("({})", visitor.child.id())), "{said}");
+        let by = if strangers { visitor.child.id() } else { std::process::id() };
+        assert!(said.contains(&format!("({by})")), "{said}");
         visitor.signal("KILL");
         visitor.code();
     });
@@ -385,25 +393,46 @@ fn a_scan_that_is_always_disturbed_ends() {
     assert!(wire.frames().is_empty());
 }
 
-/// A socket of the door's name in another process: the command works without a door, and a Stop has the port
-/// after it.
+/// Sockets of the door's name, and of names like it, in another process keep no Stop from the door.
 #[test]
-fn a_name_that_is_taken() {
-    let sim = Sim::listening(&["pty"], &[]);
-    let path = sim.port();
-    let url = format!("serial://{path}?addr=1&late=0");
+fn names_that_are_taken() {
+    let wire = Wire::quiet();
     let program = env!("CARGO_BIN_EXE_lafet");
     let mut command = Command::new("sh");
     // The name has the number of the process, which is known before it is the program.
     let script = "read _ && exec \"$0\" --lang en -c \"$1\" status";
-    command.args(["-c", script, program, &url]).stdin(Stdio::piped());
+    command.args(["-c", script, program, &wire.url()]).stdin(Stdio::piped());
     let mut status = Running::stderr(&mut command);
-    let _taken = UnixListener::bind_addr(&name(path, status.child.id())).unwrap();
+    let start = name(&wire.path, status.child.id());
+    let take = |end: String| {
+        UnixListener::bind_addr(&SocketAddr::from_abstract_name(start.clone() + &end).unwrap())
+    };
+    let ends = (0..100).map(|number| format!("-{number:016x}")).chain([String::new()]);
+    let _taken: Vec<_> = ends.map(|end| take(end).unwrap()).collect();
     status.child.stdin.take().unwrap().write_all(b"\n").unwrap();
-    waits_for(path, &status);
-    let mut stop = Running::stderr(lafet().args(["-c", &url, "stop"]));
-    assert_eq!(status.code(), Some(0));
-    assert_eq!(stop.code(), Some(0));
+    waits_for(&wire.path, &status);
+    let (started, _visitor) = stop(&wire.path);
+    let at = wire.stopped(PATIENCE).expect("a Stop");
+    assert!(at - started < SOON && wire.frames()[0].stops, "{:?}", at - started);
+    assert_eq!(status.code(), Some(3));
+}
+
+/// Without a door a line is not listened to: a Stop would wait for it. A program that may open fewer and fewer
+/// files has none at some point.
+#[test]
+fn without_a_door_nothing_is_listened_to() {
+    let wire = Wire::quiet();
+    let refused = |files: u32| {
+        let mut command = Command::new("sh");
+        let script = format!("ulimit -n {files} && exec \"$0\" --lang en -c \"$1\" status");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_lafet"), &wire.url()]);
+        let began = Instant::now();
+        let run = Run::of_command(&mut command);
+        assert!(began.elapsed() < SOON || run.code == 3, "{files}: {run:?}");
+        run.err.contains("is not listened to")
+    };
+    assert!((4..24).any(refused));
+    assert!(wire.frames().is_empty());
 }
 
 /// The scan starts again when the visitor is killed in its middle.

@@ -435,6 +435,28 @@ fn without_a_door_nothing_is_listened_to() {
     assert!(wire.frames().is_empty());
 }
 
+/// A reader of standard error that takes nothing holds up no Stop.
+#[test]
+fn a_stop_does_not_wait_for_standard_error() {
+    let wire = Wire::quiet();
+    let mut scan = listener(&wire.path, &["scan"]);
+    scan.signal("STOP");
+    let (_reader, mut writer) = std::io::pipe().unwrap();
+    // As much as a pipe holds.
+    writer.write_all(&[b' '; 1 << 16]).unwrap();
+    let mut stop = stopping(&wire.path).stderr(writer).spawn().unwrap();
+    // It has said by then who has the port, or tried to.
+    park_timeout(Duration::from_millis(1500));
+    let killed = Instant::now();
+    scan.signal("KILL");
+    scan.code();
+    let at = wire.stopped(PATIENCE);
+    stop.kill().unwrap();
+    stop.wait().unwrap();
+    let at = at.expect("a Stop");
+    assert!(at - killed < SOON, "{:?}", at - killed);
+}
+
 /// The scan starts again when the visitor is killed in its middle.
 #[test]
 fn a_visitor_is_killed() {

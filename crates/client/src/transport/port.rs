@@ -41,12 +41,6 @@ pub(crate) fn with_user(error: io::Error) -> io::Error {
     }
 }
 
-/// [`user_of`] beside the runtime, which it would hold up.
-pub async fn user_of_beside(path: &Path) -> Option<Holder> {
-    let path = path.to_owned();
-    spawn_blocking(move || user_of(&path)).await.unwrap_or_default()
-}
-
 #[cfg(unix)]
 mod unix {
     use std::fs::{self, File, OpenOptions};

@@ -31,14 +31,15 @@ pub async fn holders_beside(path: &Path) -> Vec<Holder> {
     spawn_blocking(move || holders(&path)).await.unwrap_or_default()
 }
 
-/// An error with the program that uses the port, if it is about that.
+/// An error with the program that uses the port, if it is about that. Looks at all processes.
 pub(crate) fn with_user(error: io::Error) -> io::Error {
-    match PortError::of(&error) {
-        Some(PortError::InUse { path, by: None }) => {
-            PortError::InUse { path: path.clone(), by: user_of(path) }.into()
-        }
-        _ => error,
-    }
+    of_user(&error).unwrap_or(error)
+}
+
+/// The same of an error that others have, if it is about that.
+pub(crate) fn of_user(error: &io::Error) -> Option<io::Error> {
+    let Some(PortError::InUse { path, by: None }) = PortError::of(error) else { return None };
+    Some(PortError::InUse { path: path.clone(), by: user_of(path) }.into())
 }
 
 #[cfg(unix)]

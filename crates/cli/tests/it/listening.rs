@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::{Run, Running, curl, lafet, serial_line, terminal};
 use lafet_client::overhear::GLANCE;
+use lafet_client::transport::port::user_of;
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use rustix::termios::tcgetattr;
 
@@ -584,6 +585,26 @@ fn a_hub_heeds_the_others_on_its_line() {
             line.used();
         });
     });
+}
+
+/// It has no connection yet because another program listens: a Stop asks that one for the port.
+#[test]
+fn a_hub_asks_for_the_port_that_its_stop_needs() {
+    let line = Line::quiet();
+    let url = line.url("baud=19200&late=0");
+    let mut listens = Running::stderr(lafet().args(["--lang", "en", "-c", &url, "conform"]));
+    let path = std::path::Path::new(&line.path);
+    let has = || user_of(path).is_some_and(|by| by.pid == listens.child.id());
+    let start = Instant::now();
+    while !has() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it does not listen");
+        park_timeout(Duration::from_millis(5));
+    }
+    let hub = Hub::start("asks", &url);
+    stop_by(&hub.url);
+    line.used();
+    assert_eq!(listens.code(), Some(3));
+    while !listens.line().contains("send at once") {}
 }
 
 /// At the right speed it works within seconds, and sends a Stop before.

@@ -13,7 +13,7 @@ use lafet_client::overhear::{CONTROLLER_PAUSE, GLANCE, Overheard, Times, overhea
 use lafet_client::transport::Link;
 use lafet_client::transport::door::{self, PATIENCE, VISITS_MAX, unless_wanted};
 use lafet_client::transport::memory::Memory;
-use lafet_client::transport::port::{Holder, PortError, holders_beside, user_of_beside};
+use lafet_client::transport::port::{Holder, PortError, holders_beside, user_of};
 use lafet_client::{
     AnswerBuf, Answers, Client, Config, Endpoint, Error, Framing, LinkEvent, Monitor, RequestBuf,
     Role,
@@ -32,7 +32,7 @@ use crate::cli::Global;
 use crate::cmd::bus::called;
 use crate::failure::{Asked, Failure};
 use crate::lang::current;
-use crate::out::complain;
+use crate::out::{complain, complain_aside};
 use crate::quiet::Notes;
 use crate::serve::{Habits, Shared, Wire, pace, serve_stream};
 use crate::simulator;
@@ -188,10 +188,7 @@ async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
         match events.recv().await {
             Ok(LinkEvent::Held(time)) => {
                 let s = time.as_secs_f64().ceil();
-                // The command continues even if standard error is closed.
-                let _ =
-                    writeln!(io::stderr(), "{}", text::WaitingForLateAnswers { s }.of(current()));
-                return;
+                return complain_aside(move || text::WaitingForLateAnswers { s }.of(current()));
             }
             Ok(_) | Err(RecvError::Lagged(_)) => {}
             Err(RecvError::Closed) => return,
@@ -306,7 +303,8 @@ pub async fn listened(
         let used = PortError::InUse { path: path.clone(), by: Some(by) };
         return Err(lost(url, used.into()).into());
     }
-    match unless_wanted(endpoint, overhear(endpoint, times, Link::open)).await {
+    let done = unless_wanted(endpoint, overhear(endpoint, times, Link::open)).await;
+    match done.map_err(|source| lost(url, source))? {
         Ok(heard) => Ok(heard.map_err(|source| lost(url, source))?),
         Err(Holder { pid, program }) => {
             Err(Failure::Silent(text::PortGiven { url, pid, program }.of(current())))
@@ -327,10 +325,12 @@ pub async fn giving_way<F: Future>(
     };
     let done = door::giving_way(endpoint, answer, gave, work).await;
     let times = VISITS_MAX;
+    let done = done.map_err(|source| lost(url, source))?;
     done.ok_or_else(|| Failure::Silent(text::PortGivenOften { url, times }.of(current())))
 }
 
-/// Opens the bare link of what must not wait. Says who has the port when it is not given soon.
+/// Opens the bare link of what must not wait. Says who has the port when it is not given soon, on a thread of
+/// its own: a look at all processes takes up to a second, and a terminal that is held takes no line at all.
 async fn urgently(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
     let opening = Link::open_urgently(endpoint);
     tokio::pin!(opening);
@@ -338,12 +338,15 @@ async fn urgently(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
         return Ok(opened.map_err(|source| lost(url, source))?);
     }
     if let Endpoint::Serial { path, .. } = endpoint {
-        let (port, s) = (Shown(path.display()), PATIENCE.as_secs());
-        complain(match user_of_beside(path).await {
-            Some(Holder { pid, program }) => {
-                text::PortAwaited { port, pid, program, s }.of(current())
+        let path = path.clone();
+        complain_aside(move || {
+            let (port, s) = (Shown(path.display()), PATIENCE.as_secs());
+            match user_of(&path) {
+                Some(Holder { pid, program }) => {
+                    text::PortAwaited { port, pid, program, s }.of(current())
+                }
+                None => text::PortAwaitedOf { port, s }.of(current()),
             }
-            None => text::PortAwaitedOf { port, s }.of(current()),
         });
     }
     Ok(opening.await.map_err(|source| lost(url, source))?)

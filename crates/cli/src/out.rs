@@ -45,10 +45,11 @@ impl Out {
     }
 
     /// An output of the same form for which nothing waits: lines are left out rather than held up,
-    /// and no failure to print is returned.
-    pub fn aside(&self) -> Result<Self, Failure> {
+    /// and no failure to print is returned. A line of progress goes on there.
+    pub fn aside(&mut self) -> Result<Self, Failure> {
         let mut out = Self::new(self.json);
         out.aside = Some(Aside::start()?);
+        std::mem::swap(&mut out.progress, &mut self.progress);
         Ok(out)
     }
 
@@ -147,6 +148,14 @@ impl Out {
 /// terminal is gone.
 pub fn complain(text: impl Display) {
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Prints a line to standard error on a thread of its own, which makes it as well: nothing waits for it, not
+/// even the end of the program.
+pub fn complain_aside(line: impl FnOnce() -> String + Send + 'static) {
+    let thread = std::thread::Builder::new().name("lafet-aside".into());
+    // Without a thread the line is left out.
+    let _ = thread.spawn(move || complain(line()));
 }
 
 impl Drop for Out {

@@ -10,14 +10,24 @@ use crate::state;
 /// Longer ago, another device may have been connected.
 const LATELY: Duration = Duration::from_secs(600);
 
-/// The folder of the notes, an empty file for each port and speed; `None`: there is no place for them.
+/// The kernel's devices by their numbers.
+const DEVICES: &str = "/sys/dev/char";
+/// What is different each time that the computer is started.
+const BOOT: &str = "/proc/sys/kernel/random/boot_id";
+
+/// The folder of the notes, an empty file for each port and speed.
 #[derive(Debug)]
-pub struct Notes(Option<PathBuf>);
+pub struct Notes {
+    /// `None`: there is no place for them.
+    folder: Option<PathBuf>,
+    devices: PathBuf,
+}
 
 impl Notes {
     /// Those of this user.
     pub fn of_user() -> Self {
-        Self(state::folder().map(|state| state.join("quiet")))
+        let folder = state::folder().map(|state| state.join("quiet"));
+        Self { folder, devices: DEVICES.into() }
     }
 
     /// Whether this port was quiet lately, or readable, at this speed.
@@ -38,14 +48,19 @@ impl Notes {
         };
     }
 
-    /// A port that was unplugged and came back is another one: the system has made it again.
+    /// A port that was unplugged and came back is another one: the system has made its file again, and in a
+    /// container, where that file stays, the kernel has made the device again.
     #[cfg(unix)]
     fn file(&self, port: &Path, baud: u32) -> Option<PathBuf> {
         use std::os::unix::fs::MetadataExt;
         let it = fs::metadata(port).ok()?;
         let (made_s, made_ns) = (it.ctime(), it.ctime_nsec());
-        let name = format!("{:x}-{:x}-{made_s:x}-{made_ns:x}-{baud}", it.rdev(), it.ino());
-        Some(self.0.as_ref()?.join(name))
+        let numbers = format!("{}:{}", rustix::fs::major(it.rdev()), rustix::fs::minor(it.rdev()));
+        // A pseudo-terminal has none.
+        let device = fs::metadata(self.devices.join(numbers)).map_or(0, |device| device.ino());
+        let boot = fs::read_to_string(BOOT).unwrap_or_default();
+        let port = format!("{:x}-{:x}-{made_s:x}-{made_ns:x}", it.rdev(), it.ino());
+        Some(self.folder.as_ref()?.join(format!("{port}-{device:x}-{baud}-{}", boot.trim())))
     }
 
     /// These systems do not show whether a port is the same.
@@ -70,7 +85,8 @@ mod tests {
         fs::create_dir_all(&folder).unwrap();
         let port = folder.join("port");
         fs::write(&port, "").unwrap();
-        let notes = Notes(Some(folder.join("notes")));
+        let devices = folder.join("devices");
+        let notes = Notes { folder: Some(folder.join("notes")), devices: devices.clone() };
         assert!(!notes.has(&port, 19_200));
         notes.set(&port, 19_200, false);
         notes.set(&port, 19_200, true);
@@ -91,7 +107,16 @@ mod tests {
         fs::rename(&port, folder.join("before")).unwrap();
         fs::write(&port, "").unwrap();
         assert!(!notes.has(&port, 19_200));
-        assert!(!Notes(None).has(&port, 19_200));
+        // Another device behind the same file.
+        let device = devices.join("0:0");
+        fs::create_dir_all(&device).unwrap();
+        notes.set(&port, 19_200, true);
+        assert!(notes.has(&port, 19_200));
+        fs::rename(&device, devices.join("before")).unwrap();
+        assert!(!notes.has(&port, 19_200));
+        fs::create_dir_all(&device).unwrap();
+        assert!(!notes.has(&port, 19_200));
+        assert!(!Notes { folder: None, devices }.has(&port, 19_200));
         fs::remove_dir_all(folder).unwrap();
     }
 }

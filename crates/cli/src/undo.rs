@@ -206,6 +206,9 @@ impl Undo {
         interrupt: &mut Interrupt,
         because: Because,
     ) -> Failure {
+        // A reader that pauses must not hold up what stops.
+        let mut aside = out.aside().ok();
+        let out = aside.as_mut().unwrap_or(out);
         let mut since = None;
         match &because {
             Because::Interrupted => {

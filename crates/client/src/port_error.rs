@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use lafet_texts::{Argument, Lang, Shown, Text, client as text};
 
+use crate::os_text::SystemError;
 use crate::usb::Usb;
 
 /// Why a port cannot be opened.
@@ -35,6 +36,13 @@ pub enum PortError {
     NotSerial {
         /// What was named as a port.
         path: PathBuf,
+    },
+    /// A Stop of another program could not ask for the port: the system gives no socket for that.
+    NoDoor {
+        /// The port.
+        path: PathBuf,
+        /// The error's number in the system.
+        code: i32,
     },
     /// Another adapter has the name of the one that was used before.
     OtherAdapter {
@@ -100,6 +108,10 @@ impl Argument for PortError {
             Self::NotSerial { path } => {
                 text::PortNotSerial { port: Shown(path.display()) }.write(lang, out)
             }
+            Self::NoDoor { path, code } => {
+                let (port, error) = (Shown(path.display()), io::Error::from_raw_os_error(*code));
+                text::PortWithoutDoor { port, error: SystemError(&error) }.write(lang, out)
+            }
             Self::OtherAdapter { path, was, now } => {
                 let port = Shown(path.display());
                 let now = now.as_ref().map_or_else(|| "—".to_owned(), ToString::to_string);
@@ -126,6 +138,7 @@ impl From<PortError> for io::Error {
             PortError::Permission { .. } => io::ErrorKind::PermissionDenied,
             PortError::Missing { .. } => io::ErrorKind::NotFound,
             PortError::NotSerial { .. } => io::ErrorKind::InvalidInput,
+            PortError::NoDoor { code, .. } => Self::from_raw_os_error(code).kind(),
             PortError::OtherAdapter { .. } => io::ErrorKind::NotConnected,
         };
         Self::new(kind, error)
@@ -162,6 +175,7 @@ mod tests {
             (PortError::Permission { path: path.clone(), group: None }, "/dev/ttyUSB7"),
             (PortError::Missing { path: path.clone() }, "lafet ports"),
             (PortError::NotSerial { path: path.clone() }, "lafet ports"),
+            (PortError::NoDoor { path: path.clone(), code: 24 }, "ulimit -n"),
             (PortError::OtherAdapter { path, was: Box::default(), now: None }, "by-id"),
         ];
         for (error, remedy) in errors {

@@ -1,15 +1,16 @@
 //! The bench on which a monitor is tested: one frame, one answer, and a log of the exchanges.
 
 use lafet_client::Framing;
+use lafet_proto::id::key;
 use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
 use lafet_texts::{Shown, Text, conform as text};
 
-use crate::Options;
 use crate::checks::Erased;
 use crate::line::Line;
 use crate::raw::{self, Incoming, Rec, Splitter};
-use crate::safety::{Found, Undo};
+use crate::safety::{Found, Undo, VALVES};
 use crate::verdict::{Halt, Step, fail, must, not_applicable};
+use crate::{Level, Options};
 
 /// §3.18/3: requests that a monitor executes under lockout.
 const WORKS_LOCKED_OUT: [R; 7] = [
@@ -60,8 +61,10 @@ pub struct Bench<'a> {
     /// State of the monitor at the start.
     pub found: Found,
     pub undo: Vec<Undo>,
-    /// Something other than a read was sent.
+    /// Something other than a read was sent, and not restored since.
     pub dirty: bool,
+    /// The same since the start.
+    pub acted: bool,
     /// Subsystems that may move now.
     pub movers: Vec<S>,
     pub water: bool,
@@ -90,6 +93,7 @@ impl<'a> Bench<'a> {
             found: Found::default(),
             undo: Vec::new(),
             dirty: false,
+            acted: false,
             movers: Vec::new(),
             water: false,
             restoring: false,
@@ -127,7 +131,30 @@ impl<'a> Bench<'a> {
         if !self.restoring && self.options.interrupt.load(Ordering::Relaxed) {
             return Err(Halt::Abort(text::Interrupted.words()));
         }
+        if self.line.is_given_up() {
+            return Err(Halt::Link(std::io::ErrorKind::Interrupted.into()));
+        }
         Ok(())
+    }
+
+    /// Stops what may move and closes what may be open, if not everything could be restored because the user
+    /// gave up.
+    pub fn stop_if_given_up(&mut self) {
+        if !self.acted || !self.line.is_given_up() {
+            return;
+        }
+        let stop = Rec::new(R::STOP, S::ALL, &[]).bytes();
+        let valves = VALVES.into_iter().filter(|valve| self.has(*valve));
+        let close = |valve| Rec::new(R::CLOSE, valve, &key::CLOSE.to_le_bytes()).bytes();
+        let closes: Vec<u8> = match self.options.level >= Level::Full {
+            true => valves.flat_map(close).collect(),
+            false => Vec::new(),
+        };
+        for payload in [stop, closes].iter().filter(|payload| !payload.is_empty()) {
+            let wire = self.framed_bytes(payload);
+            // What becomes of it is not waited for.
+            let _ = self.line.send_last(&wire);
+        }
     }
 
     fn push_log(&mut self, sent: &[u8], received: &[u8], words: String) {
@@ -182,7 +209,9 @@ impl<'a> Bench<'a> {
             if incoming.len() >= wanted || now >= end {
                 break;
             }
-            let bytes = self.line.recv(end - now).map_err(Halt::Link)?;
+            // An interrupt does not wait until an answer is given up.
+            let bytes = self.line.recv((end - now).min(POLL_MS)).map_err(Halt::Link)?;
+            self.interrupted()?;
             self.was_answered |= !bytes.is_empty();
             all.extend_from_slice(&bytes);
             for byte in bytes {
@@ -213,7 +242,7 @@ impl<'a> Bench<'a> {
         let requests = Rec::all(payload).unwrap_or_default();
         let repeatable = requests.iter().all(|rec| is_harmless(rec.request));
         if !repeatable || requests.is_empty() {
-            self.dirty = true;
+            (self.dirty, self.acted) = (true, true);
         }
         let wire = self.framed_bytes(payload);
         let tries = if repeatable { TRIES } else { 1 };

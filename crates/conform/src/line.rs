@@ -18,6 +18,11 @@ const WAIT_MIN: Duration = Duration::from_millis(30);
 /// For how long a lost connection is retried, and the pause between two tries.
 const REACH: Duration = Duration::from_secs(30);
 const REDIAL: Duration = Duration::from_millis(200);
+/// Longest time for sending bytes; once given up, for sending the last ones, and for their answer.
+const SEND: Duration = Duration::from_secs(5);
+const LAST: Duration = Duration::from_millis(200);
+/// How often it is looked whether the user gives up.
+const LOOKS: Duration = Duration::from_millis(20);
 
 /// Bytes to the monitor and back, and the time that passes meanwhile.
 ///
@@ -37,6 +42,14 @@ pub trait Line {
     /// is not possible.
     fn renew(&mut self) -> io::Result<bool> {
         Ok(false)
+    }
+    /// Whether the user does not wait any more, not even until everything is restored.
+    fn is_given_up(&self) -> bool {
+        false
+    }
+    /// Sends the last bytes, after giving up too, and waits shortly for an answer.
+    fn send_last(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.send(bytes)
     }
     /// A second connection to the same monitor; `None` if only one is possible.
     fn another(&mut self) -> Option<Box<dyn Line>> {
@@ -90,23 +103,29 @@ impl LinkLine {
     }
 }
 
-impl Line for LinkLine {
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+impl LinkLine {
+    fn send_within(&mut self, time: Duration, bytes: &[u8]) -> io::Result<()> {
         let Some(link) = &mut self.link else { return Err(io::ErrorKind::NotConnected.into()) };
-        let send = tokio::time::timeout(Duration::from_secs(5), link.send(bytes));
         // Timers must be created inside the runtime.
         let _inside = self.handle.enter();
+        let send = tokio::time::timeout(time, link.send(bytes));
         self.handle.block_on(send).unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
-    fn recv(&mut self, wait_ms: u64) -> io::Result<Vec<u8>> {
-        let wait = Duration::from_millis(wait_ms).div_f64(self.speed);
-        let wait = if wait_ms == 0 { Duration::ZERO } else { wait.max(WAIT_MIN) };
+    fn recv_unless(
+        &mut self,
+        given_up: impl Future<Output = ()>,
+        wait: Duration,
+    ) -> io::Result<Vec<u8>> {
         let mut buffer = [0; CHUNK];
         let Some(link) = &mut self.link else { return Err(io::ErrorKind::NotConnected.into()) };
-        let read = self
-            .handle
-            .block_on(async { tokio::time::timeout(wait, link.recv(&mut buffer)).await });
+        let read = self.handle.block_on(async {
+            tokio::select! {
+                biased;
+                read = tokio::time::timeout(wait, link.recv(&mut buffer)) => read,
+                () = given_up => Ok(Err(io::ErrorKind::Interrupted.into())),
+            }
+        });
         match read {
             Ok(Ok(len)) => {
                 self.lost = None;
@@ -115,6 +134,26 @@ impl Line for LinkLine {
             Ok(Err(error)) => Err(error),
             Err(_) => Ok(Vec::new()),
         }
+    }
+}
+
+/// Waits until the user gives up.
+async fn given_up(flag: Arc<AtomicBool>) {
+    while !flag.load(Ordering::Relaxed) {
+        tokio::time::sleep(LOOKS).await;
+    }
+}
+
+impl Line for LinkLine {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.send_within(SEND, bytes)
+    }
+
+    fn recv(&mut self, wait_ms: u64) -> io::Result<Vec<u8>> {
+        let wait = Duration::from_millis(wait_ms).div_f64(self.speed);
+        let wait = if wait_ms == 0 { Duration::ZERO } else { wait.max(WAIT_MIN) };
+        let given_up = given_up(Arc::clone(&self.cut.give_up));
+        self.recv_unless(given_up, wait)
     }
 
     fn now_ms(&self) -> u64 {
@@ -127,32 +166,54 @@ impl Line for LinkLine {
 
     fn renew(&mut self) -> io::Result<bool> {
         let Some(endpoint) = &self.endpoint else { return Ok(false) };
+        if self.is_given_up() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
         if let Some(tell) = self.cut.tell.take() {
             tell();
         }
         // A port can be opened again only after it is closed.
         self.link = None;
         let until = *self.lost.get_or_insert_with(Instant::now) + REACH;
-        let mut last = io::ErrorKind::TimedOut.into();
         loop {
-            self.handle.block_on(async { tokio::time::sleep(REDIAL).await });
             if self.cut.give_up.load(Ordering::Relaxed) {
                 return Err(io::ErrorKind::Interrupted.into());
             }
-            if Instant::now() >= until {
-                // No later loss is waited for as long.
-                self.cut.give_up.store(true, Ordering::Relaxed);
-                return Err(last);
-            }
-            // The monitor is stopped over it.
-            match self.handle.block_on(Link::open_urgently(endpoint)) {
+            let given_up = given_up(Arc::clone(&self.cut.give_up));
+            let opening = async {
+                tokio::time::sleep(REDIAL).await;
+                // The monitor is stopped over it.
+                Link::open_urgently(endpoint).await
+            };
+            let opened = self.handle.block_on(async {
+                tokio::select! {
+                    opened = opening => opened,
+                    () = given_up => Err(io::ErrorKind::Interrupted.into()),
+                }
+            });
+            match opened {
                 Ok(link) => {
                     self.link = Some(link);
                     return Ok(true);
                 }
-                Err(error) => last = error,
+                Err(error) if Instant::now() >= until => {
+                    // No later loss is waited for as long.
+                    self.cut.give_up.store(true, Ordering::Relaxed);
+                    return Err(error);
+                }
+                Err(_) => {}
             }
         }
+    }
+
+    fn is_given_up(&self) -> bool {
+        self.cut.give_up.load(Ordering::Relaxed)
+    }
+
+    fn send_last(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.send_within(LAST, bytes)?;
+        // A connection that is closed with bytes in it may lose those on their way.
+        self.recv_unless(std::future::pending(), LAST).map(|_| ())
     }
 
     fn another(&mut self) -> Option<Box<dyn Line>> {

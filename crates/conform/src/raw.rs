@@ -118,6 +118,19 @@ pub enum Incoming {
     Broken(Vec<u8>),
 }
 
+impl Incoming {
+    /// Addresses and payload, or the bytes, as text.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Frame { dst, src, payload } if payload.is_empty() => {
+                format!("dst {dst}, src {src}")
+            }
+            Self::Frame { dst, src, payload } => format!("dst {dst}, src {src}: {}", hex(payload)),
+            Self::Broken(raw) => hex(raw),
+        }
+    }
+}
+
 /// Splits a stream of bytes into frames.
 #[derive(Clone, Debug, Default)]
 pub struct Splitter {
@@ -271,6 +284,14 @@ pub fn several<T: ToString>(all: &[T]) -> String {
     }
 }
 
+/// Frames, as text.
+pub fn frames(all: &[Incoming]) -> String {
+    match all {
+        [] => "—".to_owned(),
+        all => all.iter().map(Incoming::words).collect::<Vec<_>>().join("; "),
+    }
+}
+
 /// Limits of a drive, with their unit.
 pub fn range(drive: SubsystemId, (min, max): (i32, i32)) -> String {
     let unit = if drive == SubsystemId::NOZZLE { " mm" } else { "'" };
@@ -343,6 +364,14 @@ mod tests {
         assert!(matches!(found[0], Incoming::Broken(_)));
         assert_eq!(found[1], Incoming::Frame { dst: 1, src: 0x81, payload: Vec::new() });
         assert_eq!(split(&[0xC0, 0xC0, 1, 0xC0]), []);
+    }
+
+    #[test]
+    fn frames_are_shown_as_addresses_and_bytes() {
+        let frame = |payload: &[u8]| Incoming::Frame { dst: 129, src: 1, payload: payload.into() };
+        let all = [frame(&[]), frame(&[0xFA, 0x34]), Incoming::Broken(vec![1, 0xDB])];
+        assert_eq!(frames(&all), "dst 129, src 1; dst 129, src 1: FA 34; 01 DB");
+        assert_eq!(frames(&[]), "—");
     }
 
     #[test]

@@ -195,6 +195,7 @@ fn blank(test: &Test) -> TestReport {
 }
 
 fn finish(report: &mut Report, bench: &mut Bench<'_>) {
+    bench.stop_if_given_up();
     report.present.clone_from(&bench.found.present);
     report.frames = bench.frames;
     report.repeats = bench.repeats;

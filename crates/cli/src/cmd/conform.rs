@@ -129,13 +129,13 @@ pub async fn run(args: ConformArgs, global: &Global, out: &mut Out) -> Outcome {
     if options.level >= Level::Full {
         out.progress(text::ConformTakesLong.str(current()));
     }
-    let (mut report, shown) = tested(&args, &endpoint, &options, &global, out).await?;
+    let (mut report, shown, given_up) = tested(&args, &endpoint, &options, &global, out).await?;
     report.url = url;
     let written = write(&args, &report);
     let shown = shown.and_then(|()| {
         out.show(report::summary(&report, current()), || report::json(&report, current()))
     });
-    match outcome(&report, &options) {
+    match outcome(&report, &options, given_up) {
         // No error of a file may hide that something still moves.
         Err(failure @ Failure::NotAtRest(_)) => Err(failure),
         outcome => written.and(shown).and(outcome),
@@ -157,15 +157,15 @@ fn list(level: Level, out: &mut Out) -> Outcome {
     })
 }
 
-/// Runs the tests; returns the report, and whether all of it could be shown. A reader that is gone
-/// ends the tests like Ctrl-C: everything is restored.
+/// Runs the tests; returns the report, whether all of it could be shown, and whether the user gave up. A
+/// reader that is gone ends the tests like Ctrl-C: everything is restored.
 async fn tested(
     args: &ConformArgs,
     endpoint: &Endpoint,
     options: &Options,
     global: &Global,
     out: &mut Out,
-) -> Result<(Report, Outcome), Failure> {
+) -> Result<(Report, Outcome, bool), Failure> {
     let mut interrupt = Interrupt::catch()?;
     let url = url_of(global)?;
     let open = tokio::select! {
@@ -207,7 +207,8 @@ async fn tested(
     while let Ok(told) = hear.try_recv() {
         all = all.and(show(told, args.quiet, out));
     }
-    report.map(|report| (report, all)).map_err(|error| Failure::Ended(error.to_string()))
+    let given_up = since.is_some() && give_up.load(Ordering::Relaxed);
+    report.map(|report| (report, all, given_up)).map_err(|error| Failure::Ended(error.to_string()))
 }
 
 /// Sends a message; the receiver may be gone when the command is about to end.
@@ -258,9 +259,13 @@ fn save(path: &Path, text: &str) -> Outcome {
         .map_err(|error| Failure::io(format!("{} {}", what(), path.display()), error))
 }
 
-fn outcome(report: &Report, options: &Options) -> Outcome {
-    if report.cut {
-        return Err(Failure::NotAtRest(text::ConformCutOff.str(current()).into()));
+fn outcome(report: &Report, options: &Options, given_up: bool) -> Outcome {
+    match report.cut {
+        true if given_up => {
+            return Err(Failure::NotAtRest(text::ConformGivenUp.str(current()).into()));
+        }
+        true => return Err(Failure::NotAtRest(text::ConformCutOff.str(current()).into())),
+        false => {}
     }
     if options.interrupt.load(Ordering::Relaxed) {
         return Err(Failure::Interrupted);

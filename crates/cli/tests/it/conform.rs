@@ -1,11 +1,15 @@
 //! `lafet conform` over TCP: what it prints, writes and returns.
 
 use std::io::{Read, Write};
-use std::net::TcpListener;
-use std::time::Duration;
+use std::net::{TcpListener, TcpStream};
+use std::sync::{Arc, Mutex};
+use std::thread::{park_timeout, spawn};
+use std::time::{Duration, Instant};
 
-use crate::support::{Run, Sim};
-use lafet_proto::link::{Frame, WIRE_MAX, encode};
+use crate::support::{Run, Running, Sim};
+use lafet_proto::RequestId;
+use lafet_proto::link::{BODY_MAX, Decoder, Frame, WIRE_MAX, encode};
+use lafet_proto::record::Records;
 use serde_json::json;
 
 /// A simulated monitor with a fast clock.
@@ -113,4 +117,100 @@ fn a_full_disk_leaves_nothing_changed() {
     for drive in ["horizontal", "vertical"] {
         assert!(!sim.flags(drive).contains(&"Move".to_owned()), "{drive}: {said}");
     }
+}
+
+/// A monitor behind a relay that passes no answer on once something was to move.
+struct Mute {
+    url: String,
+    /// The requests that were passed on.
+    asked: Arc<Mutex<Vec<RequestId>>>,
+}
+
+impl Mute {
+    fn to(sim: &Sim) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = format!("tcp://{}?addr=1", listener.local_addr().unwrap());
+        let monitor = sim.place().split('?').next().unwrap().to_owned();
+        let asked: Arc<Mutex<Vec<RequestId>>> = Arc::default();
+        let seen = asked.clone();
+        spawn(move || {
+            for near in listener.incoming().map_while(Result::ok) {
+                let far = TcpStream::connect(&monitor).unwrap();
+                let (back, to) = (far.try_clone().unwrap(), near.try_clone().unwrap());
+                let (there, here) = (seen.clone(), seen.clone());
+                spawn(move || ask(near, far, &there));
+                spawn(move || answer(back, to, &here));
+            }
+        });
+        Self { url, asked }
+    }
+
+    fn stops(&self) -> usize {
+        self.asked.lock().unwrap().iter().filter(|id| **id == RequestId::STOP).count()
+    }
+
+    fn waits(&self, time: Duration, is: impl Fn(&[RequestId]) -> bool) -> bool {
+        let start = Instant::now();
+        while !is(&self.asked.lock().unwrap()) {
+            if start.elapsed() > time {
+                return false;
+            }
+            park_timeout(Duration::from_millis(5));
+        }
+        true
+    }
+}
+
+fn ask(mut near: TcpStream, mut far: TcpStream, asked: &Mutex<Vec<RequestId>>) {
+    let (mut decoder, mut buffer) = (Decoder::<BODY_MAX>::new(), [0; 512]);
+    while let Ok(len @ 1..) = near.read(&mut buffer) {
+        for byte in &buffer[..len] {
+            let Some(frame) = decoder.push(*byte) else { continue };
+            let ids = Records::new(frame.payload).flatten().map(|record| record.request);
+            asked.lock().unwrap().extend(ids);
+        }
+        if far.write_all(&buffer[..len]).is_err() {
+            return;
+        }
+    }
+}
+
+fn answer(mut far: TcpStream, mut near: TcpStream, asked: &Mutex<Vec<RequestId>>) {
+    let mut buffer = [0; 512];
+    while let Ok(len @ 1..) = far.read(&mut buffer) {
+        let mute = asked.lock().unwrap().contains(&RequestId::MOVE);
+        if !mute && near.write_all(&buffer[..len]).is_err() {
+            return;
+        }
+    }
+}
+
+/// However long an answer is waited for, Ctrl-C stops the monitor within a second, and a second one ends the
+/// program within one; the last that it has sent is a Stop.
+#[cfg(unix)]
+#[test]
+fn a_second_ctrl_c_ends_it() {
+    let sim = Sim::start(&[]);
+    let relay = Mute::to(&sim);
+    let mut command = crate::support::lafet();
+    command.args(["--lang", "en", "--timeout", "8", "conform", &relay.url, "--motion"]);
+    let mut running = Running::stderr(command.args(["--only", "§3.1"]));
+    let moves = |asked: &[RequestId]| asked.contains(&RequestId::MOVE);
+    assert!(relay.waits(Duration::from_secs(60), moves), "it moves nothing");
+    let before = relay.stops();
+    running.signal("INT");
+    // Twice that, on a machine that is busy with other tests.
+    let soon = Duration::from_secs(2);
+    assert!(relay.waits(soon, |asked| {
+        asked.iter().filter(|id| **id == RequestId::STOP).count() > before
+    }));
+    // Sooner it would belong to the first.
+    park_timeout(Duration::from_millis(1100));
+    let (before, again) = (relay.stops(), Instant::now());
+    running.signal("INT");
+    assert_eq!(running.code(), Some(4));
+    assert!(again.elapsed() < soon, "{:?}", again.elapsed());
+    assert!(relay.waits(soon, |asked| asked.last() == Some(&RequestId::STOP)));
+    assert!(relay.stops() > before);
+    while !running.line().contains("Given up") {}
 }

@@ -6,7 +6,7 @@ use std::os::linux::net::SocketAddrExt;
 use std::os::unix::fs::MetadataExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{park_timeout, scope, spawn};
@@ -24,7 +24,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Gid, Uid, geteuid};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
 
-use crate::support::{Running, Sim, lafet, serial_line, terminal};
+use crate::support::{Run, Running, Sim, lafet, serial_line, terminal};
 
 /// From the start of a Stop's process to its frame. Who listens does so for 3 s at least.
 const SOON: Duration = Duration::from_millis(2800);
@@ -169,8 +169,25 @@ fn waits_for_process(path: &str, pid: u32) {
 
 fn stop(path: &str) -> (Instant, Running) {
     let started = Instant::now();
-    let mut command = lafet();
-    (started, Running::stderr(command.args(["--lang", "en", "-c", &url(path), "stop"])))
+    (started, Running::stderr(&mut stopping(path)))
+}
+
+/// A Stop without root's right to open any port.
+fn stopping(path: &str) -> Command {
+    let lafet = lafet();
+    let mut command = Command::new(lafet.get_program());
+    if geteuid().is_root() {
+        command = Command::new("setpriv");
+        command.args(["--bounding-set=-all", "--inh-caps=-all"]).arg(lafet.get_program());
+    }
+    for (name, value) in lafet.get_envs() {
+        match value {
+            Some(value) => command.env(name, value),
+            None => command.env_remove(name),
+        };
+    }
+    command.args(["--lang", "en", "-c", &url(path), "stop"]);
+    command
 }
 
 /// Reads lines of standard error until one has these words.
@@ -183,15 +200,23 @@ fn says(running: &Running, words: &str) -> String {
     }
 }
 
-/// The name of the door of a process.
-fn name(path: &str, pid: u32) -> SocketAddr {
+/// What the name of the door of a process begins with.
+fn name(path: &str, pid: u32) -> String {
     let port = fs::metadata(path).unwrap();
-    let name = format!("lafet-port-{:x}-{:x}-{pid}", port.rdev(), port.ino());
-    SocketAddr::from_abstract_name(name).unwrap()
+    format!("lafet-port-{:x}-{:x}-{pid}", port.rdev(), port.ino())
+}
+
+/// The door of a process.
+fn door(path: &str, running: &Running) -> SocketAddr {
+    let start = format!("@{}-", name(path, running.child.id()));
+    let sockets = fs::read_to_string("/proc/net/unix").unwrap();
+    let mut names = sockets.lines().filter_map(|line| line.split(' ').next_back());
+    let name = names.find(|name| name.starts_with(&start)).expect("it has a door");
+    SocketAddr::from_abstract_name(&name[1..]).unwrap()
 }
 
 fn knock(path: &str, running: &Running) -> UnixStream {
-    UnixStream::connect_addr(&name(path, running.child.id())).expect("it has a door")
+    UnixStream::connect_addr(&door(path, running)).unwrap()
 }
 
 fn is_closed_within(time: Duration, stream: &mut UnixStream) -> bool {
@@ -304,35 +329,35 @@ fn no_answer_to_a_probe_comes_to_a_stop() {
     assert_eq!(answers, probes, "an answer is on its way");
 }
 
-/// Who may not open the port cannot keep it from others.
+/// Many who knock and have no use for the port keep it from no Stop. Run by root they are strangers, who may
+/// not open it, and are not let in at all (the client's `who_may_open_a_port_may_ask_for_it` needs no root).
 #[test]
 fn a_stranger_is_not_heard() {
-    if !geteuid().is_root() {
-        // Only root can become a stranger.
-        return;
-    }
+    let strangers = geteuid().is_root();
     let wire = Wire::quiet();
     let mut scan = listener(&wire.path, &["scan", "--addresses", "1-3"]);
-    let (path, place) = (&wire.path, name(&wire.path, scan.child.id()));
+    let (path, place) = (&wire.path, door(&wire.path, &scan));
     scope(|scope| {
-        let stranger = scope.spawn(|| {
-            // Of this thread alone.
-            let (user, group) = (Uid::from_raw(65_534), Gid::from_raw(65_534));
-            set_thread_groups(&[]).unwrap();
-            set_thread_res_gid(group, group, group).unwrap();
-            set_thread_res_uid(user, user, user).unwrap();
+        let knocks = scope.spawn(|| {
+            if strangers {
+                // Of this thread alone.
+                let (user, group) = (Uid::from_raw(65_534), Gid::from_raw(65_534));
+                set_thread_groups(&[]).unwrap();
+                set_thread_res_gid(group, group, group).unwrap();
+                set_thread_res_uid(user, user, user).unwrap();
+            }
             let mut held: Vec<_> =
                 (0..20).map(|_| UnixStream::connect_addr(&place).unwrap()).collect();
-            assert!(is_closed_within(SOON, &mut held[19]), "it is let in");
+            assert!(!strangers || is_closed_within(SOON, &mut held[19]), "it is let in");
             held
         });
-        let _held = stranger.join().unwrap();
-        // A Stop is heard beside them.
+        let _held = knocks.join().unwrap();
         let (started, mut visitor) = stop(path);
         let at = wire.stopped(PATIENCE).expect("a Stop");
-        assert!(at - started < SOON, "{:?}", at - started);
+        assert!(at - started < SOON && wire.frames()[0].stops, "{:?}", at - started);
         let said = says(&scan, "send at once");
-        assert!(said.contains(&format!("({})", visitor.child.id())), "{said}");
+        let by = if strangers { visitor.child.id() } else { std::process::id() };
+        assert!(said.contains(&format!("({by})")), "{said}");
         visitor.signal("KILL");
         visitor.code();
     });
@@ -368,25 +393,68 @@ fn a_scan_that_is_always_disturbed_ends() {
     assert!(wire.frames().is_empty());
 }
 
-/// A socket of the door's name in another process: the command works without a door, and a Stop has the port
-/// after it.
+/// Sockets of the door's name, and of names like it, in another process keep no Stop from the door.
 #[test]
-fn a_name_that_is_taken() {
-    let sim = Sim::listening(&["pty"], &[]);
-    let path = sim.port();
-    let url = format!("serial://{path}?addr=1&late=0");
+fn names_that_are_taken() {
+    let wire = Wire::quiet();
     let program = env!("CARGO_BIN_EXE_lafet");
-    let mut command = std::process::Command::new("sh");
+    let mut command = Command::new("sh");
     // The name has the number of the process, which is known before it is the program.
     let script = "read _ && exec \"$0\" --lang en -c \"$1\" status";
-    command.args(["-c", script, program, &url]).stdin(Stdio::piped());
+    command.args(["-c", script, program, &wire.url()]).stdin(Stdio::piped());
     let mut status = Running::stderr(&mut command);
-    let _taken = UnixListener::bind_addr(&name(path, status.child.id())).unwrap();
+    let start = name(&wire.path, status.child.id());
+    let take = |end: String| {
+        UnixListener::bind_addr(&SocketAddr::from_abstract_name(start.clone() + &end).unwrap())
+    };
+    let ends = (0..100).map(|number| format!("-{number:016x}")).chain([String::new()]);
+    let _taken: Vec<_> = ends.map(|end| take(end).unwrap()).collect();
     status.child.stdin.take().unwrap().write_all(b"\n").unwrap();
-    waits_for(path, &status);
-    let mut stop = Running::stderr(lafet().args(["-c", &url, "stop"]));
-    assert_eq!(status.code(), Some(0));
-    assert_eq!(stop.code(), Some(0));
+    waits_for(&wire.path, &status);
+    let (started, _visitor) = stop(&wire.path);
+    let at = wire.stopped(PATIENCE).expect("a Stop");
+    assert!(at - started < SOON && wire.frames()[0].stops, "{:?}", at - started);
+    assert_eq!(status.code(), Some(3));
+}
+
+/// Without a door a line is not listened to: a Stop would wait for it. A program that may open fewer and fewer
+/// files has none at some point.
+#[test]
+fn without_a_door_nothing_is_listened_to() {
+    let wire = Wire::quiet();
+    let refused = |files: u32| {
+        let mut command = Command::new("sh");
+        let script = format!("ulimit -n {files} && exec \"$0\" --lang en -c \"$1\" status");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_lafet"), &wire.url()]);
+        let began = Instant::now();
+        let run = Run::of_command(&mut command);
+        assert!(began.elapsed() < SOON || run.code == 3, "{files}: {run:?}");
+        run.err.contains("is not listened to")
+    };
+    assert!((4..24).any(refused));
+    assert!(wire.frames().is_empty());
+}
+
+/// A reader of standard error that takes nothing holds up no Stop.
+#[test]
+fn a_stop_does_not_wait_for_standard_error() {
+    let wire = Wire::quiet();
+    let mut scan = listener(&wire.path, &["scan"]);
+    scan.signal("STOP");
+    let (_reader, mut writer) = std::io::pipe().unwrap();
+    // As much as a pipe holds.
+    writer.write_all(&[b' '; 1 << 16]).unwrap();
+    let mut stop = stopping(&wire.path).stderr(writer).spawn().unwrap();
+    // It has said by then who has the port, or tried to.
+    park_timeout(Duration::from_millis(1500));
+    let killed = Instant::now();
+    scan.signal("KILL");
+    scan.code();
+    let at = wire.stopped(PATIENCE);
+    stop.kill().unwrap();
+    stop.wait().unwrap();
+    let at = at.expect("a Stop");
+    assert!(at - killed < SOON, "{:?}", at - killed);
 }
 
 /// The scan starts again when the visitor is killed in its middle.

@@ -3,8 +3,9 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
@@ -19,8 +20,31 @@ pub fn lafet() -> Command {
     for name in ["LAFET_CONNECT", "LC_ALL", "LC_MESSAGES", "LANG"] {
         command.env_remove(name);
     }
-    command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command.env("XDG_STATE_HOME", state());
     command
+}
+
+/// The state of the programs that this process starts: what those of another process have noted of their
+/// pseudo-terminals is nothing to them.
+fn state() -> &'static Path {
+    static STATE: LazyLock<PathBuf> = LazyLock::new(|| {
+        let all = Path::new(env!("CARGO_TARGET_TMPDIR")).join("state");
+        // Those of processes that have ended.
+        for old in std::fs::read_dir(&all).into_iter().flatten().flatten() {
+            let ended = old.file_name().to_str().is_some_and(|pid| {
+                cfg!(target_os = "linux") && !Path::new("/proc").join(pid).exists()
+            });
+            if ended {
+                // Another process may do the same.
+                let _ = std::fs::remove_dir_all(old.path());
+            }
+        }
+        let own = all.join(std::process::id().to_string());
+        let _ = std::fs::remove_dir_all(&own);
+        std::fs::create_dir_all(&own).unwrap();
+        own
+    });
+    &STATE
 }
 
 /// Result of a run of the program.

@@ -19,6 +19,7 @@ use crate::ports::Adapters;
 use crate::session::line::Line;
 use crate::session::{Config, Now, Outcome, Slot, Stats, Terms, Ticket};
 use crate::transport::door::Visits;
+use crate::transport::port::{of_user, with_user};
 use crate::url::Endpoint;
 use link::Link;
 
@@ -84,8 +85,9 @@ impl Direct {
         }
         let name: Arc<str> = endpoint.to_string().into();
         let adapters = Adapters::default();
-        let link = Link::open(endpoint)
+        let link = Link::open(endpoint, false)
             .and_then(|link| adapters.check(endpoint).map(|()| link))
+            .map_err(with_user)
             .map_err(|source| Error::Link { endpoint: name.clone(), source: Arc::new(source) })?;
         let mut line = Line::new(config.of(endpoint));
         line.handle_connected(Now::ZERO);
@@ -183,6 +185,9 @@ impl Direct {
         while let Some((ended, outcome)) = self.line.poll_outcome() {
             if ended == ticket {
                 self.used = now;
+                if matches!(outcome, Outcome::LinkLost | Outcome::NotConnected) {
+                    self.name_user();
+                }
                 return Some(Ended::new(outcome, Some(ticket), self.lost.clone()));
             }
         }
@@ -252,19 +257,26 @@ impl Direct {
 
     fn dial(&mut self, now: Now) {
         let same = |link| self.adapters.check(&self.endpoint).map(|()| link);
-        match Link::open(&self.endpoint).and_then(same) {
+        let urgent = self.line.is_urgent();
+        match Link::open(&self.endpoint, urgent).and_then(same) {
             Ok(link) => {
                 self.link = Some(link.visiting(std::mem::take(&mut self.visits)));
                 self.line.handle_connected(now);
             }
             Err(error) => {
-                if self.line.is_urgent()
-                    && let Endpoint::Serial { path, .. } = &self.endpoint
-                {
+                if urgent && let Endpoint::Serial { path, .. } = &self.endpoint {
                     self.visits.knock(path);
                 }
                 self.lost = Some(Arc::new(error));
             }
+        }
+    }
+
+    /// Names who uses the port in the latest error: once, when nothing is to be sent any more, for it takes up
+    /// to a second.
+    fn name_user(&mut self) {
+        if let Some(named) = self.lost.as_deref().and_then(of_user) {
+            self.lost = Some(Arc::new(named));
         }
     }
 }

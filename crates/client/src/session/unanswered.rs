@@ -3,7 +3,7 @@
 use lafet_proto::RequestId;
 
 use super::operation::{Echo, Haste, Operation, Outstanding, Recent};
-use super::{Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
+use super::{Config, Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
 
 /// Most frames without answer whose times are remembered: a read that may be sent more often has
 /// all its tries.
@@ -38,12 +38,23 @@ impl Session {
         }
     }
 
-    /// Without connection no operation waits longer than for an answer.
+    /// Until when an operation waits without connection: no longer than for an answer. A Stop, Close or Lockout
+    /// does no harm late, and has all the time of its tries.
+    pub(super) fn waits_until(config: &Config) -> impl Fn(&Operation) -> Now + use<> {
+        let (once, all) = (config.timeout, config.timeout * config.tries.max(1));
+        move |operation| match operation.began {
+            _ if !operation.is_urgent() => operation.submitted + once,
+            Some(began) => (began + all).max(operation.submitted + once),
+            None => operation.submitted + all,
+        }
+    }
+
+    /// Ends what has waited too long for a connection.
     pub(super) fn expire(&mut self, now: Now) {
-        let (timeout, outcomes) = (self.config.timeout, &mut self.outcomes);
+        let (until, outcomes) = (Self::waits_until(&self.config), &mut self.outcomes);
         for queue in [&mut self.urgent, &mut self.queue] {
             queue.retain(|operation| {
-                let alive = now < operation.submitted + timeout;
+                let alive = now < until(operation);
                 if !alive {
                     let outcome =
                         if operation.sent { Outcome::LinkLost } else { Outcome::NotConnected };

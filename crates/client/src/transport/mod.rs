@@ -180,21 +180,21 @@ impl Link {
     }
 }
 
-/// Opens a port; as long as it is in use, again and again within `time`, and with knocks at the doors of
-/// those who have it.
+/// Opens a port; as long as it is in use, again and again within `time`, for what is urgent with knocks at the
+/// doors of those who have it.
 async fn serial_within(
     time: Duration,
     path: &Path,
     line: &SerialLine,
-    knocks: bool,
+    urgent: bool,
 ) -> io::Result<serial::Serial> {
     let mut now = Instant::now();
     let (until, mut knock) = (now + time, now);
     let mut visits = door::Visits::default();
     loop {
-        match serial::Serial::open(path, line) {
+        match serial::Serial::open_for(urgent, path, line) {
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy && now < until => {
-                if knocks && now >= knock {
+                if urgent && now >= knock {
                     visits.knock(path);
                     knock = now + door::KNOCKS;
                 }

@@ -4,6 +4,10 @@
 //! An exclusive lock (flock) excludes programs that lock as well, even root's; TIOCEXCL excludes
 //! those that do not, unless they have CAP_SYS_ADMIN. Ports opened with `shared=1` share the lock,
 //! so that one program alone cannot decide to share.
+//!
+//! The lock ends with its program, however that ends. TIOCEXCL is a mark on the terminal, and ends when no
+//! program has it open any more: after a kill it would keep a Stop out for as long as another one has. So
+//! it is not set where that is usual (a pseudo-terminal, which its other end keeps), nor by what is urgent.
 
 use std::io;
 use std::path::Path;
@@ -27,29 +31,25 @@ pub async fn holders_beside(path: &Path) -> Vec<Holder> {
     spawn_blocking(move || holders(&path)).await.unwrap_or_default()
 }
 
-/// An error with the program that uses the port, if it is about that.
+/// An error with the program that uses the port, if it is about that. Looks at all processes.
 pub(crate) fn with_user(error: io::Error) -> io::Error {
-    match PortError::of(&error) {
-        Some(PortError::InUse { path, by: None }) => {
-            PortError::InUse { path: path.clone(), by: user_of(path) }.into()
-        }
-        _ => error,
-    }
+    of_user(&error).unwrap_or(error)
 }
 
-/// [`user_of`] beside the runtime, which it would hold up.
-pub async fn user_of_beside(path: &Path) -> Option<Holder> {
-    let path = path.to_owned();
-    spawn_blocking(move || user_of(&path)).await.unwrap_or_default()
+/// The same of an error that others have, if it is about that.
+pub(crate) fn of_user(error: &io::Error) -> Option<io::Error> {
+    let Some(PortError::InUse { path, by: None }) = PortError::of(error) else { return None };
+    Some(PortError::InUse { path: path.clone(), by: user_of(path) }.into())
 }
 
 #[cfg(unix)]
 mod unix {
     use std::fs::{self, File, OpenOptions};
+    use std::ops::RangeInclusive;
     use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
     use std::time::{Duration, Instant};
 
-    use rustix::fs::{Access, FlockOperation, OFlags, access, flock};
+    use rustix::fs::{Access, FlockOperation, OFlags, access, flock, major, minor};
     use rustix::io::Errno;
     use rustix::termios::{ioctl_tiocexcl, ioctl_tiocnxcl, isatty};
 
@@ -59,6 +59,8 @@ mod unix {
     const FILES_MAX: usize = 4096;
     /// Longest look at processes; those after it are not seen.
     const LOOK_MAX: Duration = Duration::from_secs(1);
+    /// Major numbers of the ends of pseudo-terminals that programs open (Linux).
+    const PSEUDO_TERMINALS: RangeInclusive<u32> = 136..=143;
 
     /// The right to use a port, until it is dropped.
     #[derive(Debug)]
@@ -92,12 +94,17 @@ mod unix {
             }
         }
 
-        /// Excludes programs that do not lock, once the port is open.
+        /// Excludes programs that do not lock, once the port is open, unless it is a pseudo-terminal.
         ///
         /// # Errors
         ///
         /// The error of the system if it is not a terminal.
         pub fn keep_others_out(&mut self) -> io::Result<()> {
+            let is_pseudo = PSEUDO_TERMINALS.contains(&major(self.file.metadata()?.rdev()));
+            if is_pseudo { Ok(()) } else { self.mark() }
+        }
+
+        fn mark(&mut self) -> io::Result<()> {
             ioctl_tiocexcl(&self.file)?;
             self.exclusive = true;
             Ok(())
@@ -144,8 +151,7 @@ mod unix {
     /// The other processes that have locked a port.
     pub fn lock_owners(path: &Path) -> Vec<u32> {
         let Ok(port) = fs::metadata(path) else { return Vec::new() };
-        let (major, minor) = (rustix::fs::major(port.dev()), rustix::fs::minor(port.dev()));
-        let place = format!("{major:02x}:{minor:02x}:{}", port.ino());
+        let place = format!("{:02x}:{:02x}:{}", major(port.dev()), minor(port.dev()), port.ino());
         let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
         let owner = |line: &str| {
             let fields: Vec<&str> = line.split_whitespace().collect();
@@ -232,6 +238,39 @@ mod unix {
         use lafet_texts::Lang;
 
         use super::*;
+
+        /// Whether a program that locks nothing can open a port, without root's right to open any.
+        #[cfg(target_os = "linux")]
+        fn opens(path: &Path) -> bool {
+            use std::process::Command;
+            let mut command = Command::new("sh");
+            if rustix::process::geteuid().is_root() {
+                command = Command::new("setpriv");
+                command.args(["--bounding-set=-all", "--inh-caps=-all", "sh"]);
+            }
+            command.args(["-c", "exec 2>&- 3<>\"$0\""]).arg(path).status().unwrap().success()
+        }
+
+        /// Where the mark is set, it ends with the claim; on a pseudo-terminal it is not.
+        #[cfg(target_os = "linux")]
+        #[test]
+        fn a_program_that_does_not_lock_is_kept_out() {
+            use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+            let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+            let line = openpt(flags).unwrap();
+            grantpt(&line).unwrap();
+            unlockpt(&line).unwrap();
+            let path = ptsname(&line, Vec::new()).unwrap().into_string().unwrap();
+            let path = Path::new(&path);
+            let mut claim = Claim::lock(path, false).unwrap();
+            assert!(opens(path));
+            claim.keep_others_out().unwrap();
+            assert!(opens(path), "a Stop would not either, if this program was killed");
+            claim.mark().unwrap();
+            assert!(!opens(path));
+            drop(claim);
+            assert!(opens(path));
+        }
 
         /// What the system says about a port becomes what is wrong with it.
         #[test]

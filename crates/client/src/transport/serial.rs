@@ -37,9 +37,15 @@ impl<P: Opens> Port<P> {
     /// program uses the port, permission is missing, or it is no serial port or does not exist; with
     /// [`CannotSwitch`] inside if the driver cannot switch the direction.
     pub fn open(path: &Path, line: &SerialLine) -> io::Result<Self> {
+        Self::open_for(false, path, line)
+    }
+
+    /// The same for what is urgent or not. A Stop that is killed must not keep out the next one, so it
+    /// excludes only programs that lock as well.
+    pub(crate) fn open_for(urgent: bool, path: &Path, line: &SerialLine) -> io::Result<Self> {
         let mut claim = Claim::lock(path, line.shared)?;
         let port = P::open(path, line.baud)?;
-        if !line.shared {
+        if !line.shared && !urgent {
             claim.keep_others_out()?;
         }
         port.switch_direction(line)?;

@@ -85,6 +85,32 @@ fn a_stop_outlives_its_connection() {
     }
 }
 
+/// One that is given while there is no connection goes out at once over the next, as long as its tries would
+/// have taken. What starts something is not sent so late.
+#[test]
+fn a_stop_waits_for_a_line_that_is_away() {
+    let close = Body::Close { key: key::CLOSE };
+    let open = Body::Open { key: key::OPEN };
+    for body in [Body::Stop, close, open] {
+        let (urgent, valve) = (!matches!(body, Body::Open { .. }), SubsystemId::VALVE1);
+        for away in [500, 1_001, 2_999, 3_001].map(|ms| MS * ms) {
+            let mut line = connected(Config::default());
+            line.handle_disconnected(Now::ZERO);
+            let asked = ask(&mut line, Now::ZERO, valve, body);
+            assert_eq!(run(&mut line, (Now::ZERO, away), |_| true), [], "{body:?}");
+            line.handle_connected(away);
+            let sent = run(&mut line, (away, away + 100 * MS), |_| true);
+            let ends = ends(&mut line);
+            if away < MS * if urgent { 3_000 } else { 1_000 } {
+                assert_eq!(sent[0].0, away, "{body:?}");
+                assert!(matches!(&ends[..], [(ticket, Outcome::Answered(_))] if *ticket == asked));
+            } else {
+                assert_eq!((sent, ends), (vec![], vec![(asked, Outcome::NotConnected)]));
+            }
+        }
+    }
+}
+
 /// However often the connection is lost, a Stop that is never answered ends.
 #[test]
 fn a_stop_without_any_answer_ends() {

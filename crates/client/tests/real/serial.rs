@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{Read, Write};
-use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::fake::{answer, encode};
@@ -248,41 +247,6 @@ async fn a_port_is_for_one_program() {
     let missing = "serial:///dev/nope".parse().unwrap();
     let error = Client::connect(&missing).await.unwrap_err();
     assert!(error.to_string().contains("lafet ports"), "{error}");
-}
-
-/// While a port is in use, a program that locks nothing cannot open it, unless it is root's.
-#[tokio::test]
-async fn a_program_that_does_not_lock_is_kept_out() {
-    let path = start(Line::default());
-    let endpoint: Endpoint = format!("serial://{path}?baud=57600").parse().unwrap();
-    let opens = || sh(&path, "exec 3<>\"$0\"").stderr(Stdio::null()).status().unwrap().success();
-    assert!(opens());
-    let client = Client::connect(&endpoint).await.unwrap();
-    assert!(!opens());
-    let mut state = client.link_state();
-    drop(client);
-    while state.changed().await.is_ok() {}
-    assert!(opens());
-}
-
-/// Whose files this process makes.
-fn is_root() -> bool {
-    use std::os::unix::fs::MetadataExt;
-    std::fs::metadata("/proc/self").unwrap().uid() == 0
-}
-
-/// A shell without root's right to open any port, and with the port as `$0`.
-fn sh(path: &str, script: &str) -> Command {
-    let mut command = match is_root() {
-        true => {
-            let mut command = Command::new("setpriv");
-            command.args(["--bounding-set=-all", "--inh-caps=-all", "sh"]);
-            command
-        }
-        false => Command::new("sh"),
-    };
-    command.args(["-c", script, path]);
-    command
 }
 
 /// The same without async: a thread of its own carries the connection.

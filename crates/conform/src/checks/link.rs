@@ -126,7 +126,7 @@ pub fn two_at_once(b: &mut Bench<'_>) -> Step {
     }
     let incoming = b.exchange(&both, 2, b.options.timeout_ms)?;
     let devices: Vec<S> = incoming.iter().filter_map(device).collect();
-    must(devices == [S::GENERAL, S(0)], text::TwoFramesAtOnce, format!("{devices:?}"))
+    must(devices == [S::GENERAL, S(0)], text::TwoFramesAtOnce, raw::several(&devices))
 }
 
 fn device(incoming: &Incoming) -> Option<S> {
@@ -179,7 +179,7 @@ pub fn probe(b: &mut Bench<'_>) -> Step {
     must(
         incoming == [Incoming::Frame { dst, src, payload: Vec::new() }],
         text::ProbeSwapped,
-        format!("{incoming:02X?}"),
+        raw::frames(&incoming),
     )
 }
 
@@ -243,7 +243,7 @@ pub fn probes_end(b: &mut Bench<'_>) -> Step {
         answered += u64::from(heard);
     }
     let most = PROBES_AT_ONCE + 1 + (b.now_ms() - began_ms) / PROBE_AGAIN_MS;
-    must(answered <= most, text::ProbesLimited, format!("{answered}"))?;
+    must(answered <= most, text::ProbesLimited, answered.to_string())?;
     let good = b.framed_bytes(&status_of(S::GENERAL));
     self::answered(b, &good, text::RequestAfterProbes.fixed())
 }
@@ -270,7 +270,7 @@ pub fn crc32c(b: &mut Bench<'_>) -> Step {
         (dst, src) == (source, monitor)
             && payload.get(..3) == Some(&[R::GET_STATUS.0, S::GENERAL.0, Status::OK.0][..])
     };
-    must(decoded.is_some_and(right), text::AnswerWithCrc32c, format!("{answer:02X?}"))?;
+    must(decoded.is_some_and(right), text::AnswerWithCrc32c, answer.words())?;
     let spoilt = raw::frame_crc32c(monitor, source, &status_of(S::GENERAL), 1);
     silent(b, &spoilt, text::WrongCrc32c.fixed())
 }

@@ -299,6 +299,7 @@ impl Hub {
         request: MonitorRequest,
         since: Instant,
     ) -> Sent {
+        station.ask_for_link().await;
         let exchanged = exchange(station, &request, false).await.map_err(|it| it.error);
         // The next Stop does not wait for an explanation of this one: all reasons are named.
         let sent = Sent::new(&request, exchanged, None, millis(since.elapsed()));

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use lafet_client::transport::Link;
 use lafet_client::{
     Cause, Client, Config as LinkConfig, Endpoint, Error, LinkEvent, Monitor, Update,
 };
@@ -32,6 +33,8 @@ use crate::sync::lock;
 /// Pauses between attempts to connect.
 const PAUSE_FIRST: Duration = Duration::from_millis(200);
 const PAUSE_LAST: Duration = Duration::from_secs(2);
+/// How often it is looked whether something urgent waits for the first connection.
+const ASKED: Duration = Duration::from_millis(20);
 /// How often slow things are looked at.
 const SLOW: Duration = Duration::from_secs(1);
 /// Longest wait for a parameter that is read ahead: what needs it is tried without it then.
@@ -110,7 +113,7 @@ async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
     let Some(first) = stations.first() else { return true };
     let mut pause = PAUSE_FIRST;
     let client = loop {
-        match Client::connect_with(&first.config.endpoint, link_config()).await {
+        match first_connection(&first.config.endpoint, stations).await {
             Ok(client) => break client,
             Err(error) => {
                 let text = error.words();
@@ -118,7 +121,8 @@ async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
                     station.set_link(hub, false, Some(text.clone()));
                     hub.observe(station);
                 }
-                sleep(pause).await;
+                sleep(ASKED).await;
+                _ = timeout(pause, asked(stations)).await;
                 pause = (pause * 2).min(PAUSE_LAST);
             }
         }
@@ -140,6 +144,26 @@ async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
     }
     drop(client);
     all_end(&mut tasks).await
+}
+
+/// Opens the first connection. When something urgent asks for it, who only listens to the port is asked to give
+/// way.
+async fn first_connection(endpoint: &Endpoint, stations: &[Arc<Station>]) -> Result<Client, Error> {
+    tokio::select! {
+        client = Client::connect_with(endpoint, link_config()) => return client,
+        () = asked(stations) => {}
+    }
+    let lost =
+        |source| Error::Link { endpoint: endpoint.to_string().into(), source: Arc::new(source) };
+    let link = Link::open_urgently(endpoint).await.map_err(lost)?;
+    Ok(Client::connect_on(endpoint, link, link_config()))
+}
+
+/// Waits until something urgent asks for a connection.
+async fn asked(stations: &[Arc<Station>]) {
+    while !stations.iter().any(|station| station.asks_for_link()) {
+        sleep(ASKED).await;
+    }
 }
 
 async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {

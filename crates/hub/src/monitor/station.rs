@@ -1,14 +1,15 @@
 //! A monitor as the hub has it: its client, its state, its authority, and what is published of them.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use lafet_client::Client;
+use lafet_client::{Client, Endpoint};
 use lafet_proto::param::Param;
 use serde::Serialize;
 use tokio::sync::{Notify, watch};
+use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use crate::command::keep_out::Barrel;
@@ -29,6 +30,9 @@ use crate::monitor::view::{
 };
 use crate::sync::lock;
 use crate::text::Both;
+
+/// How long what is urgent waits for the first connection: as long as for any other (its tries).
+const FIRST_LINK: Duration = Duration::from_secs(3);
 
 /// What is published of a monitor.
 pub const PARTS: [&str; 13] = [
@@ -80,6 +84,8 @@ pub struct Station {
     pub tuning: Mutex<Option<Running>>,
     /// Commands and motions so far that end a tuning.
     pub interrupted: AtomicU64,
+    /// How much of what is urgent waits for the first connection.
+    asking: AtomicUsize,
 }
 
 #[derive(Debug, Default)]
@@ -164,12 +170,32 @@ impl Station {
             jogs: Mutex::default(),
             tuning: Mutex::default(),
             interrupted: AtomicU64::new(0),
+            asking: AtomicUsize::new(0),
         }
     }
 
     /// Id from the configuration.
     pub fn id(&self) -> &str {
         &self.config.id
+    }
+
+    /// Waits for the first connection, for what is urgent, if it is over a serial port: who only listens there
+    /// is asked to give way.
+    pub async fn ask_for_link(&self) {
+        let mut client = self.client.subscribe();
+        let serial = matches!(self.config.endpoint, Endpoint::Serial { .. });
+        if !serial || client.borrow_and_update().is_some() {
+            return;
+        }
+        self.asking.fetch_add(1, Ordering::Relaxed);
+        // Without a connection the request fails as such.
+        _ = timeout(FIRST_LINK, client.wait_for(Option::is_some)).await;
+        self.asking.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    /// Whether something urgent waits for the first connection.
+    pub fn asks_for_link(&self) -> bool {
+        self.asking.load(Ordering::Relaxed) > 0
     }
 
     /// Its client, if there was a connection.

@@ -92,6 +92,7 @@ interrupted-restoring = Interrupted: restoring everything
 restoring-everything = Restoring everything
 conform-lost-monitor = The monitor no longer answers and may still move. Trying for up to { $seconds } s to reach it, stop it and restore everything; Ctrl-C twice gives up. If you see danger, use the emergency stop now.
 cannot-write = cannot write
+conform-given-up = Given up before the monitor was seen at rest. If it could be reached, Stop was sent as the last; not everything is restored, it may still move, and water may flow. If you see danger, use the emergency stop.
 conform-cut-off = The line was cut, and the monitor was not seen at rest: it may still move, and water may flow. Use the emergency stop.
 
 # cmd/coverage.rs

@@ -48,6 +48,7 @@ program-with-id = { $program } ({ $pid })
 port-not-permitted = No permission to open { $port }. Join the group { $group } (`sudo usermod -aG { $group } $USER`), then log in again.
 port-of-owner = No permission to open { $port }: its owner can grant it.
 port-missing = There is no port { $port }. Check that the adapter is plugged in; `lafet ports` lists the ports that there are.
+port-without-door = { $port } is not listened to: a Stop of another program could not ask for it meanwhile ({ $error }). The system has no socket left for this program: close others, or raise the limit of open files (`ulimit -n`).
 port-other-adapter = { $port } is another adapter now: { $now } in place of { $was }. Nothing is sent to it: another monitor may be there. Plug the former adapter in again; a path in /dev/serial/by-id names an adapter, not a socket (`lafet ports`).
 port-not-serial = { $port } is not a serial port, or there is no hardware behind it. `lafet ports` lists the ports that there are.
 

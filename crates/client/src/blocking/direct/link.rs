@@ -7,7 +7,6 @@ use std::time::Duration;
 use serial2::SerialPort;
 
 use crate::transport::door::Visits;
-use crate::transport::port::with_user;
 use crate::transport::serial::Port;
 use crate::transport::tcp::{abandon, limit_delivery};
 use crate::transport::udp::nobody_listens;
@@ -26,13 +25,13 @@ pub enum Link {
 }
 
 impl Link {
-    /// Opens the connection of an endpoint; `Unsupported` for `sim:`.
-    pub fn open(endpoint: &Endpoint) -> io::Result<Self> {
+    /// Opens the connection of an endpoint; `Unsupported` for `sim:`. Who uses a port is not looked for.
+    pub fn open(endpoint: &Endpoint, urgent: bool) -> io::Result<Self> {
         let (host, port, datagrams) = match endpoint {
             Endpoint::Tcp { host, port, .. } => (host, *port, false),
             Endpoint::Udp { host, port, .. } => (host, *port, true),
             Endpoint::Serial { path, line, .. } => {
-                return Port::open(path, line).map(Self::Serial).map_err(with_user);
+                return Port::open_for(urgent, path, line).map(Self::Serial);
             }
             Endpoint::Sim { .. } => return Err(io::ErrorKind::Unsupported.into()),
         };

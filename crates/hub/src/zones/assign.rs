@@ -241,6 +241,12 @@ impl Plan {
             .filter_map(|(monitor, number)| Some((monitor, *number, self.known(*number)?.at)))
     }
 
+    /// Whether a plan is computed, or is going to be where there is none: a fire soon after another one waits for
+    /// its turn.
+    pub(super) const fn is_coming(&self) -> bool {
+        self.computing.is_some() || (self.waits && self.basis.is_none())
+    }
+
     /// Whether it waits to be planned, and may be.
     pub fn is_due(&self, now: Now) -> bool {
         self.waits && !self.is_recent(now)

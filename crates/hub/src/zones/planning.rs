@@ -357,8 +357,7 @@ impl Machine {
     fn is_planning(&self, zones: &[(String, u64)]) -> bool {
         zones.iter().any(|(zone, report)| {
             let located = self.locating.get(zone).is_none_or(|it| it.has(*report));
-            let planning = self.plans.get(zone).is_some_and(|plan| plan.computing.is_some());
-            !located || planning
+            !located || self.plans.get(zone).is_some_and(Plan::is_coming)
         })
     }
 }

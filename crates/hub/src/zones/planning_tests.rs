@@ -3,7 +3,7 @@ use std::time::Instant;
 use lafet_place::planner::Offer;
 use lafet_site::{Hand, Phase, Scope};
 
-use super::super::hall::{blows, burns, ends, hall, locate, until};
+use super::super::hall::{blows, burns, ends, hall, locate, sees, until};
 use super::*;
 use crate::store::Search;
 
@@ -51,6 +51,34 @@ async fn what_the_votes_open_aims_by_the_plan_that_they_waited_for() {
     until(&hub, "it is released", |it| it.lines.values().any(|line| line.engaged.is_some()));
     let machine = hub.zones().unwrap().machine();
     assert_eq!((machine.plans["hall"].by["M2"], machine.lines["M2"].at()), (1, Some(1)));
+}
+
+/// A zone is planned once a second; a fire that comes within it has its plan all the same.
+#[tokio::test(flavor = "multi_thread")]
+async fn votes_for_a_fire_soon_after_another_wait_for_its_plan() {
+    let hub = hall();
+    let zones = hub.zones().unwrap();
+    {
+        let _planning = lock(&zones.planning);
+        burns(&hub);
+        locate(&hub);
+        ["west", "east"].iter().for_each(|it| sees(&hub, it, Signal::Quiet, 0.0));
+        assert!(zones.machine().held.is_empty());
+        burns(&hub);
+        locate(&hub);
+        let machine = zones.machine();
+        assert!(machine.plans["hall"].waits);
+        assert_eq!(machine.held.len(), 1, "the second vote");
+    }
+    let began = Instant::now();
+    while zones.machine().lines.values().all(|line| line.engaged.is_none()) {
+        assert!(began.elapsed() < Duration::from_secs(20), "it is not released");
+        hub.look_at_fires(zones, &mut zones.machine(), hub.now());
+        std::thread::park_timeout(Duration::from_millis(10));
+    }
+    let machine = zones.machine();
+    let fire = machine.plans["hall"].by["M2"];
+    assert_eq!(machine.lines["M2"].at(), Some(fire));
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -4,7 +4,7 @@ use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 use lafet_texts::{Fixed, conform as text};
 
 use crate::bench::Bench;
-use crate::raw::{self, Incoming, Rec};
+use crate::raw::{self, Incoming, Rec, several};
 use crate::verdict::{Step, must, not_applicable};
 
 /// Silence after which a frame counts as not answered, ms.
@@ -126,7 +126,8 @@ pub fn two_at_once(b: &mut Bench<'_>) -> Step {
     }
     let incoming = b.exchange(&both, 2, b.options.timeout_ms)?;
     let devices: Vec<S> = incoming.iter().filter_map(device).collect();
-    must(devices == [S::GENERAL, S(0)], text::TwoFramesAtOnce, format!("{devices:?}"))
+    let found: Vec<String> = devices.iter().map(|of| raw::name(of.name(), of.0)).collect();
+    must(devices == [S::GENERAL, S(0)], text::TwoFramesAtOnce, several(&found))
 }
 
 fn device(incoming: &Incoming) -> Option<S> {

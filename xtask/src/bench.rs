@@ -43,14 +43,29 @@ pub fn bench(arguments: &[String]) -> TaskResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Fails when instruction counts have drifted from those in [`COUNTS`].
+/// Fails when the programs of bench/ measure wrongly, or instruction counts have drifted from those in
+/// [`COUNTS`].
 pub fn check() -> StepResult {
     valgrind()?;
+    tests()?;
     let counts = run::root().join(COUNTS);
     let mut command = program("lafet-bench-codec", &["--no-default-features"])?;
     let printed = run::output(command.arg("check").arg(counts))?;
     println!("   {}", printed.trim());
     Ok(())
+}
+
+/// The tests of bench/, which is no part of the workspace whose tests `cargo xtask test` runs.
+fn tests() -> StepResult {
+    let mut test = run::cargo(&["test", "--quiet", "--locked", "--manifest-path"]);
+    test.arg(run::root().join("bench/Cargo.toml")).args([
+        "--package",
+        "lafet-bench-trips",
+        "--package",
+        "lafet-bench-report",
+    ]);
+    test.env("CARGO_TARGET_DIR", no_std::target().join("bench"));
+    run::show(&mut test)
 }
 
 fn names() -> String {

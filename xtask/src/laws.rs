@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::run;
-use crate::source::{self, File};
+use crate::source::{self, File, Line};
 
 /// Crates that run inside the monitor: no_std, no unsafe, no panicking path.
 const CORE: [&str; 4] = ["ballistics", "proto", "device", "update"];
@@ -12,6 +12,8 @@ const CORE: [&str; 4] = ["ballistics", "proto", "device", "update"];
 const IDS: [&str; 2] = ["crates/proto/src/id.rs", "crates/proto/src/bus.rs"];
 /// Bytes of the document that the tester sends: these must not come from proto.
 const LITERAL: &str = "crates/conform/src/checks/literal.rs";
+/// What a check finds is read by people.
+const CHECKS: &str = "crates/conform/src/checks/";
 const LONGEST_FILE: usize = 800;
 
 /// Lints that the core crates deny outside their tests.
@@ -47,6 +49,9 @@ pub fn broken() -> Result<Vec<String>, String> {
         }
         if file.path != LITERAL && file.crate_name().is_some_and(|name| name != "proto") {
             problems.extend(wire_constants(file, &ids));
+        }
+        if file.path.starts_with(CHECKS) {
+            problems.extend(debug_texts(file));
         }
         if file.lines.len() > LONGEST_FILE {
             let length = file.lines.len();
@@ -135,6 +140,17 @@ fn core_text(file: &File) -> Vec<String> {
         }
     }
     problems
+}
+
+/// Finds texts that show a value as Rust writes it for its programmers.
+fn debug_texts(file: &File) -> Vec<String> {
+    let debug =
+        |line: &Line| [":?}", ":#?}", "dbg!", "Debug::fmt"].iter().any(|it| line.text.contains(it));
+    let shown = file.product().filter(|(_, line)| debug(line));
+    let place = |number| format!("{}:{number}", file.path);
+    shown
+        .map(|(number, _)| format!("{}: not `{{:?}}`, but words or values", place(number)))
+        .collect()
 }
 
 /// Whether the code contains this word, not only as the end of a longer one.
@@ -226,6 +242,16 @@ mod tests {
         assert_eq!(problems("#[allow(clippy::panic)]\nfn a() {}"), 1);
         assert_eq!(problems("use std::vec::Vec; // std::"), 1);
         assert_eq!(problems("#[cfg(test)]\nextern crate std;\n"), 0);
+    }
+
+    #[test]
+    fn what_is_found_is_no_debug_text() {
+        let text = "fn a() { format!(\"{b:?}\") }\nfn a() { format!(\"{:#?} {b}\", c) }\n\
+                    fn a() { format!(\"{b}\") }\n\
+                    #[cfg(test)]\nmod tests { fn a() { format!(\"{b:?}\") } }\n";
+        let problems = debug_texts(&file("crates/conform/src/checks/a.rs", text));
+        assert_eq!(problems.len(), 2, "{problems:?}");
+        assert!(problems[1].starts_with("crates/conform/src/checks/a.rs:2: "));
     }
 
     #[test]

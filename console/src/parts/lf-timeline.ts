@@ -246,7 +246,8 @@ export class LfTimeline extends LitElement {
 
   protected override render(): TemplateResult {
     const part = this.percent(this.at);
-    const run = span(this.at - this.from);
+    const passed = within(this.at, this.from, this.to) - this.from;
+    const run = span(passed);
     const whole = span(this.to - this.from);
     return html`
       <div
@@ -256,7 +257,7 @@ export class LfTimeline extends LitElement {
         aria-label=${t('parts.timeline')}
         aria-valuemin="0"
         aria-valuemax=${Math.round((this.to - this.from) / 1000)}
-        aria-valuenow=${Math.round((this.at - this.from) / 1000)}
+        aria-valuenow=${Math.round(passed / 1000)}
         aria-valuetext="${time(this.at)}, ${t('parts.timeline.at', { t: run, d: whole })}"
         @pointerdown=${this.down}
         @pointermove=${this.move}
@@ -317,8 +318,7 @@ export class LfTimeline extends LitElement {
   }
 
   private seek(at_ms: number): void {
-    const at = Math.min(Math.max(at_ms, this.from), this.to);
-    emit(this, 'seek', { at_ms: at });
+    emit(this, 'seek', { at_ms: within(at_ms, this.from, this.to) });
   }
 
   private jump(way: 1 | -1): void {
@@ -388,6 +388,11 @@ function nearest(marks: readonly Mark[], at_ms: number, within_ms: number): Mark
     if (off <= within_ms && (!best || off < Math.abs(best.at_ms - at_ms))) best = mark;
   }
   return best;
+}
+
+/** A time, or the end that it is beyond: nothing is shown to be at 4:40 of 3:00. */
+export function within(at: number, from: number, to: number): number {
+  return Math.max(Math.min(at, to), from);
 }
 
 /** 3:07, 1:02:09 */

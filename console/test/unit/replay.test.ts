@@ -2,7 +2,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import { difference, type Line, marksOf, PIECE_MS, parseLines, replay, stateAt } from '../../src/hub/replay';
 import { store } from '../../src/hub/store';
 import { type Check, type Fault, grouped, ordered } from '../../src/pages/training/model';
-import { nextMark, span } from '../../src/parts/lf-timeline';
+import { nextMark, span, within } from '../../src/parts/lf-timeline';
 
 const START = 1_763_712_000_000;
 const status = (position: number) => ({
@@ -187,6 +187,10 @@ describe('timeline', () => {
     expect(nextMark(marks, 5000, 1)).toBe(9000);
     expect(nextMark(marks, 5000, -1)).toBe(1000);
     expect(nextMark(marks, 9000, 1)).toBeNull();
+  });
+
+  it('ends at its ends', () => {
+    expect([900, 1000, 4000, 9000, 9100].map((at) => within(at, 1000, 9000))).toEqual([1000, 1000, 4000, 9000, 9000]);
   });
 
   it('formats durations', () => {

@@ -366,4 +366,22 @@ mod tests {
         assert_eq!(a_range("10.0.0.1-3").unwrap().0.len(), 3);
         assert!(a_range("10.0.0.0/8").is_err());
     }
+
+    /// On a network the first answer shortens the waits after it, unless the user has chosen them.
+    #[test]
+    fn a_wait_adapts_where_none_is_chosen() {
+        #[derive(Debug, clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            args: ScanArgs,
+        }
+        let adapts = |words: &[&str]| {
+            let words = std::iter::once("scan").chain(words.iter().copied());
+            let line = <Line as clap::Parser>::try_parse_from(words).unwrap();
+            options(&line.args, NETWORK_WAIT_MS, true).adapt
+        };
+        assert!(adapts(&["10.0.0.1"]));
+        assert!(!adapts(&["10.0.0.1", "--wait", "100"]));
+        assert!(!adapts(&[]));
+    }
 }

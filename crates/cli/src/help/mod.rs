@@ -278,6 +278,45 @@ mod tests {
         }
     }
 
+    /// Where each of these words begins a line of the list of arguments.
+    fn listed(help: &str, heading: &str, words: &[String]) -> Vec<usize> {
+        let (_, list) = help.split_once(heading).unwrap_or_else(|| panic!("{heading}: {help}"));
+        // The list ends at the first empty line that the next heading follows.
+        let lines: Vec<&str> = list.lines().skip(1).collect();
+        let own = lines.iter().take_while(|line| line.is_empty() || line.starts_with(' '));
+        let own: Vec<&str> = own.map(|line| line.trim()).collect();
+        let at = |word: &String| own.iter().position(|line| line.starts_with(word.as_str()));
+        words.iter().map(|word| at(word).unwrap_or_else(|| panic!("{word}: {help}"))).collect()
+    }
+
+    /// Lists the arguments of each command in the order in which they are given.
+    fn in_order(command: &mut Command, heading: &str) -> usize {
+        let names = |arg: &Arg| arg.get_value_names().unwrap_or_default().to_vec();
+        let names: Vec<String> = command
+            .get_positionals()
+            .filter(|arg| !arg.is_hide_set())
+            .filter_map(|arg| names(arg).first().map(|name| (arg.is_required_set(), name.clone())))
+            .map(|(needed, name)| if needed { format!("<{name}>") } else { format!("[{name}]") })
+            .collect();
+        let mut seen = 0;
+        if names.len() > 1 {
+            let places = listed(&command.render_long_help().to_string(), heading, &names);
+            assert!(places.is_sorted(), "{}: {names:?} at {places:?}", command.get_name());
+            seen += 1;
+        }
+        seen + command.get_subcommands_mut().map(|sub| in_order(sub, heading)).sum::<usize>()
+    }
+
+    #[test]
+    fn help_lists_arguments_in_their_order() {
+        for (lang, heading) in [(Lang::En, "\nArguments:"), (Lang::Ru, "\nАргументы:")] {
+            let mut command = if lang == Lang::En { command() } else { in_language(plain(), lang) };
+            command.build();
+            let seen = in_order(&mut command, heading);
+            assert!(seen > 3, "{seen} commands with several arguments");
+        }
+    }
+
     /// Arguments in their order; the command's own options before the general ones.
     #[test]
     fn help_begins_with_what_is_the_commands_own() {

@@ -325,5 +325,7 @@ fn progress_in_a_pipe_is_bounded() {
     let began = std::time::Instant::now();
     let run = Run::of(&["scan", "127.0.0.1-40", "--port", "1", "--brief"]);
     let most = 2 + began.elapsed().as_secs() as usize / 5;
+    let lines = run.err.lines().filter(|line| line.contains("ports examined: ")).count();
+    assert!((1..=most).contains(&lines), "{lines} of {most}: {run:?}");
     assert!(run.err.lines().count() <= most + 1, "{run:?}");
 }

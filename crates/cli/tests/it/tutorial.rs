@@ -1,5 +1,6 @@
 //! Every command of docs/tutorial.md and docs/tutorial.ru.md is run, in the order of the page; what it has
-//! the reader do in the browser is asked of the hub as the browser asks it.
+//! the reader do in the browser is asked of the hub as the browser asks it. Of docs/overview.md and
+//! docs/overview.ru.md those commands are run that need one simulated monitor and no terminal.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -18,11 +19,13 @@ const RU: &str = include_str!("../../../../docs/tutorial.ru.md");
 const INSTALL: [&str; 4] = [
     include_str!("../../../../README.md"),
     include_str!("../../../../README.ru.md"),
-    include_str!("../../../../docs/overview.md"),
-    include_str!("../../../../docs/overview.ru.md"),
+    OVERVIEW[0],
+    OVERVIEW[1],
 ];
+const OVERVIEW: [&str; 2] =
+    [include_str!("../../../../docs/overview.md"), include_str!("../../../../docs/overview.ru.md")];
 /// What the comment of a command says that the reader leaves running.
-const STAYS: [&str; 2] = ["# leave it running", "# оставьте работать"];
+const STAYS: [&str; 2] = ["leave it running", "оставьте работать"];
 const MONITOR: &str = "127.0.0.1:10485";
 const HUB: &str = "127.0.0.1:8480";
 /// The simulated monitor is quicker here than the reader's.
@@ -47,6 +50,11 @@ fn blocks(page: &str) -> Vec<Block<'_>> {
     }
     assert!(open.is_none(), "a block is not closed");
     found
+}
+
+/// A line without its comment.
+fn bare(line: &str) -> &str {
+    line.split(" #").next().unwrap_or(line).trim()
 }
 
 /// The reader's folder, terminals and browser.
@@ -99,9 +107,9 @@ impl Reader {
         self.run += 1;
         if let Some((name, value)) = line.strip_prefix("export ").and_then(|it| it.split_once('='))
         {
-            self.exported.insert(name.to_owned(), value.to_owned());
-        } else if let Some(mark) = STAYS.iter().find(|mark| line.ends_with(**mark)) {
-            let kept = line.trim_end_matches(mark).trim_end();
+            self.exported.insert(name.to_owned(), bare(value).to_owned());
+        } else if STAYS.iter().any(|mark| line.ends_with(mark)) {
+            let kept = bare(&line);
             let speed = if kept.starts_with("lafet sim") { SPEED } else { "" };
             self.running.push(Running::stdout(&mut self.command(&format!("exec {kept}{speed}"))));
             self.wait_until_open(kept.starts_with("lafet sim"));
@@ -288,6 +296,43 @@ fn put_out(reader: &Reader) -> bool {
     false
 }
 
+/// Types those blocks of the overview that are for one simulated monitor; returns how many lines.
+fn look_over(page: &str, name: &str) -> usize {
+    let mut reader = Reader::new(name);
+    let of_one = |block: &Block<'_>| block.1.iter().any(|line| line.contains(MONITOR));
+    let mut blocks = blocks(page).into_iter().skip_while(|block| !of_one(block)).map(|it| it.1);
+    let (sim, commands) = (blocks.next().unwrap(), blocks.next().unwrap());
+    let service = blocks.next().unwrap();
+    let by_hand = |line: &str| ["lafet jog", "lafet shell", "lafet top"].contains(&bare(line));
+    for line in sim.into_iter().chain(commands).filter(|line| !by_hand(line)) {
+        reader.type_in(&line.replace("--for 60", "--for 1"));
+    }
+    let code = |line: &str| {
+        let run = Run::of_command(&mut reader.command(line));
+        println!("{line}: {run:?}");
+        run.code
+    };
+    assert_eq!(code("lafet deploy"), 1, "the block locks out");
+    let (first, rest) = service.split_first().unwrap();
+    assert_eq!(bare(first), "lafet lockout off");
+    assert_eq!(code(first), 0);
+    assert_eq!(code("lafet deploy"), 0);
+    let here = |line: &&&str| line.starts_with("lafet param ");
+    let saved: Vec<i32> = rest.iter().filter(here).map(|line| code(line)).collect();
+    assert_eq!(saved, [0, 0]);
+    reader.run
+}
+
+#[test]
+fn the_overview_in_english() {
+    assert!(look_over(OVERVIEW[0], "overview-en") > 12);
+}
+
+#[test]
+fn the_overview_in_russian() {
+    assert!(look_over(OVERVIEW[1], "overview-ru") > 12);
+}
+
 #[test]
 fn in_english() {
     assert!(follow(EN, "en") > 15);
@@ -303,8 +348,9 @@ fn in_russian() {
 fn both_have_the_same_commands() {
     let plain = |page: &'static str| -> Vec<String> {
         let lines = blocks(page).into_iter().flat_map(|(_, lines)| lines);
-        let bare = lines.map(|line| line.split(" #").next().unwrap_or(line).trim().to_owned());
+        let bare = lines.map(|line| bare(line).to_owned());
         bare.filter(|line| !line.is_empty() && !line.starts_with("export LANG")).collect()
     };
     assert_eq!(plain(EN), plain(RU));
+    assert_eq!(plain(OVERVIEW[0]), plain(OVERVIEW[1]));
 }

@@ -188,3 +188,18 @@ async fn headers(State(hub): State<Hub>, request: axum::extract::Request, next: 
 fn nothing() -> Response {
     ApiError::not_found().into_response()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Who asks often without login costs no time: both answers are the same bytes in memory.
+    #[tokio::test]
+    async fn the_description_is_written_once() {
+        let body = async || axum::body::to_bytes(openapi().await.into_body(), usize::MAX).await;
+        let [first, second] = [body().await.unwrap(), body().await.unwrap()];
+        let read: Value = serde_json::from_slice(&first).unwrap();
+        assert!(read["openapi"].is_string() && read["paths"].is_object());
+        assert_eq!((first.as_ptr(), first.len()), (second.as_ptr(), second.len()));
+    }
+}

@@ -585,13 +585,24 @@ mod tests {
     #[test]
     fn a_key_that_everybody_can_read_is_warned_of() {
         use std::os::unix::fs::PermissionsExt;
-        let file = std::env::temp_dir().join(format!("lafet-key-{}", std::process::id()));
-        std::fs::write(&file, "").unwrap();
+        let folder = std::env::temp_dir().join(format!("lafet-key-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
+        std::fs::write(folder.join("hub.pem"), made.cert.pem()).unwrap();
+        let key = folder.join("hub.key");
+        std::fs::write(&key, made.signing_key.serialize_pem()).unwrap();
+        let text = format!("{MONITOR}[tls]\ncert = \"hub.pem\"\nkey = \"hub.key\"\n");
         for (mode, open) in [(0o644, true), (0o640, false), (0o600, false)] {
-            std::fs::set_permissions(&file, std::fs::Permissions::from_mode(mode)).unwrap();
-            assert_eq!(is_open(&file), open, "{mode:o}");
+            std::fs::set_permissions(&key, std::fs::Permissions::from_mode(mode)).unwrap();
+            assert_eq!(is_open(&key), open, "{mode:o}");
+            let warnings =
+                Config::parse("hub.toml", &text, &folder, &Overrides::default()).unwrap().warnings;
+            let remedies: Vec<&str> = warnings.iter().map(|it| it.remedy.of(Lang::En)).collect();
+            let remedy = format!("chmod o= {}", key.display());
+            let expected = if open { vec![remedy.as_str()] } else { Vec::new() };
+            assert_eq!(remedies, expected, "{mode:o}: {warnings:#?}");
         }
-        std::fs::remove_file(file).unwrap();
+        std::fs::remove_dir_all(folder).unwrap();
         assert!(!is_open(Path::new("/nothing/of/this/name")));
     }
 }

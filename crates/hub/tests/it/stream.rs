@@ -420,6 +420,12 @@ async fn an_urgent_request_to_a_silent_monitor_is_answered_at_once_and_goes_on()
     let mut socket = site.ws("").await;
     socket.next_of("state").await;
     site.bus.lock()[0].power_off();
+    // Over the WebSocket it is said that it is sent, and later what came of it.
+    socket.send(json!({ "type": "stop", "monitor": "M1", "id": 7 })).await;
+    let soon = tokio::time::timeout(Duration::from_secs(2), socket.next_of("progress")).await;
+    let soon = soon.expect("word that it is sent");
+    assert_eq!((&soon["id"], &soon["answered"]), (&json!(7), &json!(false)), "{soon}");
+    assert_eq!(socket.next_of("answer").await["error"]["code"], "outcome_unknown");
     for (path, body, what) in [
         ("stop", json!({}), "Stop All"),
         ("stop", json!({ "of": "Vertical" }), "Stop Vertical"),

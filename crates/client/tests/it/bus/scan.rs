@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use lafet_client::scan::{Scan, ScanOptions, scan};
+use lafet_client::scan::{ADAPTED, Scan, ScanOptions, scan};
 use lafet_client::transport::Link;
 use lafet_client::transport::memory::Memory;
 use lafet_proto::bus;
@@ -67,6 +67,30 @@ async fn those_that_answer_cost_the_time_of_their_answers() {
     let found: Vec<u8> = some.present.iter().map(|present| present.address).collect();
     assert_eq!(found, [1, 64, 127]);
     assert!(longer > took, "{longer:?}");
+}
+
+/// The first answer shortens the waits after it, and those alone: to what the round trip allows.
+#[tokio::test(start_paused = true)]
+async fn the_first_answer_shortens_the_waits_of_a_network() {
+    const FIRST: u32 = 10;
+    let wait = Duration::from_millis(300);
+    let options = ScanOptions { wait, adapt: true, ..ScanOptions::default() };
+    let (scan, took, _) = scanned(&[10], &options).await;
+    let [first] = &scan.present[..] else { panic!("{scan:?}") };
+    assert!(first.rtt <= ON_THE_LINE, "{:?}", first.rtt);
+    // Two tries of those before it, and the listening at the end.
+    let whole = wait * (2 * (FIRST - 1) + 1);
+    // The second round comes after the answer.
+    let rest = 2 * (127 - FIRST) + 126;
+    let least = whole + ADAPTED * rest;
+    let most = whole + (ADAPTED + first.rtt * 4) * rest + ON_THE_LINE * (3 * 127);
+    assert!((least..=most).contains(&took), "{took:?} of {least:?} to {most:?}");
+    assert!(most < wait * (3 * 126) / 2, "{most:?}");
+    // Without an answer, and where the user has chosen the wait, nothing is shortened.
+    let (_, took, _) = scanned(&[], &options).await;
+    assert!(took >= wait * (3 * 127 + 1), "{took:?}");
+    let (_, took, _) = scanned(&[10], &ScanOptions { adapt: false, ..options }).await;
+    assert!(took >= wait * (3 * 126 + 1), "{took:?}");
 }
 
 /// A line on which others speak costs the listening alone.

@@ -388,6 +388,7 @@ fn written(progress: Progress) -> Utf8Bytes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ANSWERS_MAX;
     use super::*;
     use crate::text::both;
 
@@ -399,14 +400,15 @@ mod tests {
         assert_eq!(answer["error"]["en"], "a");
         assert!(answer["id"].is_null() && answer.get("result").is_none(), "{answer}");
     }
-    #[tokio::test]
-    async fn what_is_invented_is_not_remembered() {
+
+    /// A connection of the hub's own, with room for so many answers.
+    fn reader(answers: usize) -> (Reader, mpsc::Receiver<Utf8Bytes>) {
         let config = crate::Config::default();
         let hub = Hub::new(config, crate::Clock::System, Value::Null).unwrap();
-        let (answers, _waiting) = mpsc::channel(1);
+        let (answers, waiting) = mpsc::channel(answers);
         let room = || Arc::new(Semaphore::new(1));
         let key = hub.connect(&Caller::hub().principal, "", None);
-        let mut reader = Reader {
+        let reader = Reader {
             hub,
             caller: Caller::hub(),
             answers,
@@ -416,10 +418,32 @@ mod tests {
             watching: HashMap::new(),
             told: HashMap::new(),
             audience: watch::channel(Audience::default()).0,
-            talk: Talk::new(std::time::Duration::ZERO),
+            talk: Talk::new(Duration::ZERO),
             has: key.has,
             delay: Delay::default(),
         };
+        (reader, waiting)
+    }
+
+    /// From a client that takes no answers nothing more is read, so what waits for it is little.
+    #[tokio::test(start_paused = true)]
+    async fn answers_that_are_not_taken_are_few() {
+        let (mut reader, mut waiting) = reader(ANSWERS_MAX);
+        let stop = || Said::Stop { id: Id::default(), monitor: Some("M9".into()), of: None };
+        let mut heeded = 0;
+        while heeded < 1000 && timeout(Duration::from_secs(60), reader.heed(stop())).await.is_ok() {
+            heeded += 1;
+        }
+        assert_eq!(heeded, ANSWERS_MAX);
+        assert!(heeded <= 100, "{heeded} answers wait");
+        // Each that is taken makes room for one.
+        assert!(waiting.recv().await.is_some());
+        assert!(timeout(Duration::from_secs(60), reader.heed(stop())).await.is_ok());
+    }
+
+    #[tokio::test]
+    async fn what_is_invented_is_not_remembered() {
+        let (mut reader, _waiting) = reader(1);
         for number in 0..1000 {
             let drive = format!("Drive{number}");
             let beat = JogBeat { drive, toward: Some("max".into()), t: None, end: false };

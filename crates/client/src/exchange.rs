@@ -39,6 +39,7 @@ impl Future for Exchange<'_> {
             && job.is_urgent()
         {
             self.shared.stop_jogs(job.address, &job.requests);
+            self.shared.look_elsewhere();
         }
         let mut engine = lock(self.engine);
         let ended = match std::mem::replace(&mut self.state, State::Done) {

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
+use tokio::runtime::Handle;
 use tokio::sync::{broadcast, watch};
 
 use crate::answers::RequestBuf;
@@ -104,6 +105,8 @@ pub struct Shared {
     /// Addresses of monitors that have MoveHold, as far as known from this connection.
     pub holds: Mutex<HashSet<u8>>,
     pub feeds: Mutex<Feeds>,
+    /// Whose threads look at the links.
+    runtime: Option<Handle>,
 }
 
 /// Polled values, by address and record.
@@ -118,6 +121,7 @@ impl Default for Shared {
             jogs: Mutex::default(),
             holds: Mutex::default(),
             feeds: Mutex::default(),
+            runtime: Handle::try_current().ok(),
         }
     }
 }
@@ -132,6 +136,14 @@ impl Shared {
             }
             later
         });
+    }
+
+    /// Has another thread of the runtime look at the links, if there is one: the one that did may be busy with a
+    /// caller whom it has woken, and tokio then leaves the links to that thread until it waits again.
+    pub fn look_elsewhere(&self) {
+        if let Some(runtime) = &self.runtime {
+            drop(runtime.spawn(std::future::ready(())));
+        }
     }
 
     /// Ends motions held by this client that an urgent request stops.

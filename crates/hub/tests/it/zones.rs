@@ -171,6 +171,9 @@ async fn the_nearer_monitor_aims_at_the_place_of_the_fire() {
     sees_at(&site, "flame", 56.31).await;
     assert_eq!(site.get("", "/api/zones").await.body["fires"], json!([]), "one bearing is a line");
     sees_at(&site, "heat", 333.435).await;
+    // They are located beside the report.
+    let located = || site.hub.zones_view().is_ok_and(|it| !it.fires.is_empty());
+    until("the fire is located", located).await;
     let fires = site.get("", "/api/zones").await.body["fires"].clone();
     let at = |axis: usize| fires[0]["at"][axis].as_f64().unwrap();
     assert!((at(0) - 10.0).abs() < 0.1 && (at(1) - 20.0).abs() < 0.1, "{fires:#}");

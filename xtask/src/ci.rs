@@ -13,10 +13,6 @@ use crate::{
 /// Start of the README's test command.
 const TEST_COMMAND: &str = "cargo xtask test";
 const READMES: [&str; 2] = ["README.md", "README.ru.md"];
-/// Niceness of what runs beside the browser, whose tests are looked at by the time that passes.
-const BESIDE: u8 = 5;
-/// Niceness of what takes what the others leave.
-const BEHIND: u8 = 19;
 /// The demo without a terminal, much faster than real time.
 const SMOKE: [&str; 5] = ["--seed", "7", "--speed", "50", "--plain"];
 /// Includes the build; the demo itself takes seconds.
@@ -30,14 +26,9 @@ type CiStep = (When, &'static str, &'static str, fn() -> StepResult);
 enum When {
     /// One after another, before all others.
     First,
-    /// After the first, by themselves: they have most of what measures time.
+    /// What mostly waits: one after another, after the first.
     Then,
-    /// What mostly waits: one after another, beside [`When::Along`].
-    Wait,
-    /// One after another beside those that wait.
-    Along,
-    /// What mostly computes: one after another from the end of the first on, with what the others leave of the
-    /// processor.
+    /// What mostly computes: one after another beside those that wait, with what they leave of the processor.
     Beside,
     /// One after another when all others have ended, as it measures time.
     Last,
@@ -58,12 +49,12 @@ const STEPS: [CiStep; 26] = [
     (When::First, "fmt", "format", format),
     (When::First, "build", "all tests are built", run::build_tests),
     (When::Then, "test", "the README's test command", readme_tests),
-    (When::Along, "python", "lafet for Python", python::check),
-    (When::Along, "plugs", "other protocols, with clients of others", plugs::check),
-    (When::Along, "api", "the API and its description", api::check),
-    (When::Wait, "browser", "the console in a browser", console::browser),
-    (When::Along, "playground", "the protocol in a page", playground::check),
-    (When::Along, "dist", "the package, installed in a bare Debian", dist::check),
+    (When::Then, "python", "lafet for Python", python::check),
+    (When::Then, "plugs", "other protocols, with clients of others", plugs::check),
+    (When::Then, "api", "the API and its description", api::check),
+    (When::Then, "browser", "the console in a browser", console::browser),
+    (When::Then, "playground", "the protocol in a page", playground::check),
+    (When::Then, "dist", "the package, installed in a bare Debian", dist::check),
     (When::Beside, "no-std", "no_std build for Cortex-M3", no_std::check),
     (
         When::Beside,
@@ -102,12 +93,9 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     run_steps(&mut steps, at(When::First));
     // The package manager allows one at a time, and another process would not wait for it.
     let _ = ahead.join();
-    let beside = Beside::start(When::Beside, BEHIND)?;
+    let beside = Beside::start()?;
     run_steps(&mut steps, at(When::Then));
-    let along = Beside::start(When::Along, BESIDE)?;
-    run_steps(&mut steps, at(When::Wait));
-    steps.step("what ran beside the browser", || along.end());
-    steps.step("what computed beside all these", || beside.end());
+    steps.step("what ran beside these", || beside.end());
     run_steps(&mut steps, at(When::Last));
     Ok(steps.finish("cargo xtask ci"))
 }
@@ -120,20 +108,20 @@ fn run_steps(steps: &mut Steps, chosen: impl Fn(When, &str) -> bool) {
     }
 }
 
-/// Steps that run beside others, in a process of their own; what they print comes at their end.
+/// The steps that run beside others, in a process of lower priority; what they print comes at their end.
 struct Beside {
     process: Child,
     log: PathBuf,
 }
 
 impl Beside {
-    fn start(when: When, niceness: u8) -> Result<Self, String> {
-        let beside = STEPS.iter().filter(|(its, ..)| *its == when);
+    fn start() -> Result<Self, String> {
+        let beside = STEPS.iter().filter(|(when, ..)| *when == When::Beside);
         let names: Vec<&str> = beside.map(|(_, name, ..)| *name).collect();
-        let log = target().join(format!("ci-{}.log", names[0]));
+        let log = target().join("ci-beside.log");
         let failed = |e: std::io::Error| format!("{}: {e}", log.display());
         let file = std::fs::File::create(&log).map_err(failed)?;
-        let mut command = run::behind(niceness, &[&["ci"], &names[..]].concat())?;
+        let mut command = run::behind(&[&["ci"], &names[..]].concat())?;
         command.stdin(Stdio::null()).stderr(file.try_clone().map_err(failed)?).stdout(file);
         let process = command.spawn().map_err(|e| format!("cannot run nice: {e}"))?;
         run::limit::spare(process.id());

@@ -93,11 +93,11 @@ pub fn example(package: &str, name: &str) -> Result<PathBuf, String> {
     Ok(target().join("debug/examples").join(name))
 }
 
-/// This program with other arguments, so far behind everything else that wants a processor.
-pub fn behind(niceness: u8, arguments: &[&str]) -> Result<Command, String> {
+/// This program with other arguments, behind everything else that wants a processor.
+pub fn behind(arguments: &[&str]) -> Result<Command, String> {
     let program = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;
     let mut command = Command::new("nice");
-    command.args(["-n", &niceness.to_string()]).arg(program).args(arguments).current_dir(root());
+    command.args(["-n", "19"]).arg(program).args(arguments).current_dir(root());
     if is_built() {
         command.env(BUILT_BEFORE, "1");
     }
@@ -115,24 +115,36 @@ pub fn show(command: &mut Command) -> StepResult {
 
 /// Runs tests whose output the user sees; an error if none of them was chosen.
 pub fn show_tests(command: &mut Command) -> StepResult {
+    shown_tests(command).map_err(|(error, _)| error)
+}
+
+/// The same; the error has the names of the tests that failed, too.
+pub fn shown_tests(command: &mut Command) -> Result<(), (String, Vec<String>)> {
     let text = line(command);
     println!("   {text}");
     flush();
-    let failed = |e: std::io::Error| format!("cannot run `{text}`: {e}");
+    let failed = |e: std::io::Error| (format!("cannot run `{text}`: {e}"), Vec::new());
     let mut child = command.stdout(Stdio::piped()).spawn().map_err(failed)?;
-    let mut passed = 0;
+    let (mut passed, mut all) = (0, String::new());
     if let Some(printed) = child.stdout.take() {
         for line in BufReader::new(printed).lines().map_while(Result::ok) {
             println!("{line}");
             passed += passed_in(&line);
+            all += &format!("{line}\n");
         }
     }
     let status = child.wait().map_err(failed)?;
     match (status.success(), passed) {
-        (false, _) => Err(format!("`{text}` failed: {status}")),
-        (true, 0) => Err(format!("`{text}` ran no test: they have other names now")),
+        (false, _) => Err((format!("`{text}` failed: {status}"), failed_in(&all))),
+        (true, 0) => Err((format!("`{text}` ran no test: they have other names now"), Vec::new())),
         _ => Ok(()),
     }
+}
+
+/// The tests that failed, from the list at the end of what a test program prints.
+pub fn failed_in(printed: &str) -> Vec<String> {
+    let Some((_, list)) = printed.rsplit_once("\nfailures:\n") else { return Vec::new() };
+    list.lines().map_while(|line| line.strip_prefix("    ")).map(str::to_owned).collect()
 }
 
 /// A test program, as cargo names it in its messages.
@@ -302,6 +314,18 @@ mod tests {
         busy.args(["-c", "i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done"]);
         assert_eq!(show(&mut busy), Ok(()));
         assert!(processor_s() > before);
+    }
+
+    #[test]
+    fn failed_tests_are_read_from_the_list_at_the_end() {
+        let printed = "test a::b ... FAILED\n\nfailures:\n\n---- a::b stdout ----\nfailures:\n    it said\n\n\
+            failures:\n    a::b\n    c\n\ntest result: FAILED. 3 passed; 2 failed\n";
+        assert_eq!(failed_in(printed), ["a::b", "c"]);
+        assert_eq!(failed_in("killed"), Vec::<String>::new());
+        let mut failing = Command::new("sh");
+        let (_, names) =
+            shown_tests(failing.args(["-c", "printf '%s' \"$0\"; exit 101", printed])).unwrap_err();
+        assert_eq!(names, ["a::b", "c"]);
     }
 
     #[test]

@@ -3,19 +3,19 @@
 use std::collections::HashSet;
 use std::io;
 use std::process::{Child, Command, Output};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// How long what was killed may take to end before what has started since is killed too.
 const AGAIN: Duration = Duration::from_secs(5);
 
-/// The processes that run beside steps and have limits of their own.
-static BESIDE: Mutex<Vec<u32>> = Mutex::new(Vec::new());
+/// The process that runs beside all steps and has limits of its own; 0 without one.
+static BESIDE: AtomicU32 = AtomicU32::new(0);
 
 /// Spares this process and what it starts.
 pub fn spare(process: u32) {
-    BESIDE.lock().unwrap_or_else(PoisonError::into_inner).push(process);
+    BESIDE.store(process, Ordering::Relaxed);
 }
 
 /// Runs this; after the limit, kills the processes that it has started until it returns. The second result
@@ -51,13 +51,12 @@ fn watch<T>(limit: Duration, kill: impl Fn() + Send, run: impl FnOnce() -> T) ->
 
 fn kill_below(root: u32) {
     let processes = processes();
-    let spared = BESIDE.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    kill_all(&descendants(root, &spared, &processes), &processes);
+    kill_all(&descendants(root, BESIDE.load(Ordering::Relaxed), &processes), &processes);
 }
 
 fn kill(root: u32) {
     let processes = processes();
-    let mut all = descendants(root, &[], &processes);
+    let mut all = descendants(root, 0, &processes);
     all.insert(root);
     kill_all(&all, &processes);
 }
@@ -94,12 +93,11 @@ fn processes() -> Vec<Process> {
         .collect()
 }
 
-fn descendants(root: u32, spared: &[u32], processes: &[Process]) -> HashSet<u32> {
+fn descendants(root: u32, spared: u32, processes: &[Process]) -> HashSet<u32> {
     let mut found = HashSet::new();
     let mut parents = vec![root];
     while let Some(parent) = parents.pop() {
-        let children =
-            processes.iter().filter(|it| it.parent == parent && !spared.contains(&it.id));
+        let children = processes.iter().filter(|it| it.parent == parent && it.id != spared);
         for child in children {
             if found.insert(child.id) {
                 parents.push(child.id);
@@ -147,6 +145,6 @@ mod tests {
     fn what_runs_beside_is_spared_with_its_children() {
         let process = |id, parent| Process { id, parent, line: String::new() };
         let all = [process(2, 1), process(3, 2), process(4, 1), process(5, 4), process(6, 9)];
-        assert_eq!(descendants(1, &[4], &all), HashSet::from([2, 3]));
+        assert_eq!(descendants(1, 4, &all), HashSet::from([2, 3]));
     }
 }

@@ -2,6 +2,7 @@
 
 mod faults;
 mod log;
+mod looks;
 pub mod scene;
 pub mod training;
 mod watchdog;
@@ -32,6 +33,7 @@ pub struct Running {
     url: String,
     end: Option<oneshot::Sender<()>>,
     ended: tokio::task::JoinHandle<()>,
+    _looks: looks::Looks,
 }
 
 impl Running {
@@ -66,6 +68,7 @@ impl Running {
             .thread_name("lafet-hub")
             .enable_all()
             .build()?;
+        let looks = looks::start(runtime.handle())?;
         let (end, ending) = oneshot::channel::<()>();
         let (ready, server) = oneshot::channel();
         let own = hub.clone();
@@ -92,7 +95,7 @@ impl Running {
             runtime.shutdown_background();
             return Err(error.into());
         }
-        Ok(Self { runtime: Some(runtime), hub, url, end: Some(end), ended })
+        Ok(Self { runtime: Some(runtime), hub, url, end: Some(end), ended, _looks: looks })
     }
 
     /// The URL to open in a browser.

@@ -1,5 +1,6 @@
 //! The container image: the program alone, on nothing, as a layout of the Open Container Initiative.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -32,7 +33,7 @@ pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
     let manifest = blob(&layout, &manifest.to_string())?;
     let mut named = described(MANIFEST, &layout, &manifest)?;
     named["platform"] = json!({ "architecture": built.arch.name, "os": "linux" });
-    named["annotations"] = json!({ "org.opencontainers.image.ref.name": built.version });
+    named["annotations"] = json!({ "org.opencontainers.image.ref.name": name(built) });
     let index = json!({ "schemaVersion": 2, "manifests": [named] });
     write(&layout.join("index.json"), index.to_string())?;
     write(&layout.join("oci-layout"), json!({ "imageLayoutVersion": "1.0.0" }).to_string())?;
@@ -41,6 +42,11 @@ pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
     inspect(&path, built)?;
     println!("   {}", path.display());
     Ok(path)
+}
+
+/// What engines call it.
+fn name(built: &Built) -> String {
+    format!("lafet:{}", built.version)
 }
 
 /// The only layer; its digest, and that of its contents unpacked.
@@ -54,8 +60,7 @@ fn layer(built: &Built, root: &Path, layout: &Path) -> Result<(String, String), 
     lay(&kept, &tree)?;
     let config = tree.join("etc/lafet/hub.toml");
     write(&config, files::CONFIG)?;
-    // The folder of the state must be there: a new volume takes its owner and mode from it.
-    for folder in ["var/lib/lafet", "tmp"] {
+    for folder in ["var/lib", "tmp"] {
         std::fs::create_dir_all(tree.join(folder)).map_err(|e| e.to_string())?;
     }
     mode(&tree.join("tmp"), 0o1777)?;
@@ -67,15 +72,22 @@ fn layer(built: &Built, root: &Path, layout: &Path) -> Result<(String, String), 
     Ok((digest, plain))
 }
 
-/// Packs the tree; the folder of the state belongs to the user of the image.
+/// Packs the tree, and the folder of the state, which belongs to the user of the image: a new volume takes its owner
+/// and mode from it. Each path once, as podman takes no other layer.
 fn owned(tree: &Path, tar: &Path, epoch: &str) -> StepResult {
     pack(tree, ".", tar, epoch)?;
+    std::fs::create_dir_all(tree.join(&STATE[1..])).map_err(|e| e.to_string())?;
     let user = USER.split(':').next().unwrap_or_default();
     let mut state = tools::command("tar", "tar")?;
-    // The later entry of a path is the one that counts.
     state.arg("-rf").arg(tar).arg("-C").arg(tree).args(["--format=gnu", "--mode=0700"]);
     state.args([format!("--owner={user}"), format!("--group={user}"), format!("--mtime=@{epoch}")]);
-    output(state.args(["--numeric-owner", "./var/lib/lafet"])).map(drop)
+    output(state.args(["--numeric-owner", "./var/lib/lafet"]))?;
+    let listed = output(tools::command("tar", "tar")?.arg("-tf").arg(tar))?;
+    let paths: BTreeSet<&str> = listed.lines().collect();
+    match paths.len() == listed.lines().count() {
+        true => Ok(()),
+        false => Err(format!("a path is twice in the layer:\n{listed}")),
+    }
 }
 
 fn config(built: &Built, layer: &str) -> Result<Value, String> {
@@ -128,7 +140,7 @@ fn described(kind: &str, layout: &Path, digest: &str) -> Result<Value, String> {
 
 /// skopeo reads the image as registries and engines do; it checks every digest when it copies.
 fn inspect(path: &Path, built: &Built) -> StepResult {
-    let image = format!("oci-archive:{}:{}", path.display(), built.version);
+    let image = format!("oci-archive:{}:{}", path.display(), name(built));
     let arch = built.arch.name;
     let mut skopeo = tools::command("skopeo", "skopeo")?;
     let said = output(skopeo.args(["--override-arch", arch, "inspect", "--config", &image]))?;

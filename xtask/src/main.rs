@@ -204,7 +204,7 @@ const TASKS: &[Task] = &[
                   others are late, memory grows, or a kind is never answered as it has to be. The \
                   figures of a run are in docs/hub.md. With --quick, less of everything: part of \
                   cargo xtask ci. --long: only the floods, a minute of each kind from 1 and from \
-                  200 connections, some hours. --large: only the floods, beside 1,000 monitors in 64 \
+                  200 connections, some hours. --large: only the floods, beside 240 monitors in 64 \
                   zones. --flood KIND: only kinds whose names contain this, \
                   each for 60 s from 1 and 200 connections in every manner.",
         run: hub::load,

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use futures_util::future::select_all;
 use lafet_client::transport::Link;
 use lafet_client::{
     Cause, Client, Config as LinkConfig, Endpoint, Error, LinkEvent, Monitor, Update,
@@ -33,8 +34,8 @@ use crate::sync::lock;
 /// Pauses between attempts to connect.
 const PAUSE_FIRST: Duration = Duration::from_millis(200);
 const PAUSE_LAST: Duration = Duration::from_secs(2);
-/// How often it is looked whether something urgent waits for the first connection.
-const ASKED: Duration = Duration::from_millis(20);
+/// Least pause while something urgent waits for the first connection.
+const PAUSE_ASKED: Duration = Duration::from_millis(20);
 /// How often slow things are looked at.
 const SLOW: Duration = Duration::from_secs(1);
 /// Longest wait for a parameter that is read ahead: what needs it is tried without it then.
@@ -121,7 +122,7 @@ async fn talk(hub: &Hub, stations: &[Arc<Station>]) -> bool {
                     station.set_link(hub, false, Some(text.clone()));
                     hub.observe(station);
                 }
-                sleep(ASKED).await;
+                sleep(PAUSE_ASKED).await;
                 _ = timeout(pause, asked(stations)).await;
                 pause = (pause * 2).min(PAUSE_LAST);
             }
@@ -161,9 +162,7 @@ async fn first_connection(endpoint: &Endpoint, stations: &[Arc<Station>]) -> Res
 
 /// Waits until something urgent asks for a connection.
 async fn asked(stations: &[Arc<Station>]) {
-    while !stations.iter().any(|station| station.asks_for_link()) {
-        sleep(ASKED).await;
-    }
+    select_all(stations.iter().map(|station| Box::pin(station.link_is_asked_for()))).await;
 }
 
 async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {

@@ -1,7 +1,7 @@
 //! A monitor as the hub has it: its client, its state, its authority, and what is published of them.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -85,7 +85,7 @@ pub struct Station {
     /// Commands and motions so far that end a tuning.
     pub interrupted: AtomicU64,
     /// How much of what is urgent waits for the first connection.
-    asking: AtomicUsize,
+    asking: watch::Sender<usize>,
 }
 
 #[derive(Debug, Default)]
@@ -170,7 +170,7 @@ impl Station {
             jogs: Mutex::default(),
             tuning: Mutex::default(),
             interrupted: AtomicU64::new(0),
-            asking: AtomicUsize::new(0),
+            asking: watch::Sender::new(0),
         }
     }
 
@@ -187,15 +187,16 @@ impl Station {
         if !serial || client.borrow_and_update().is_some() {
             return;
         }
-        self.asking.fetch_add(1, Ordering::Relaxed);
+        self.asking.send_modify(|asking| *asking += 1);
         // Without a connection the request fails as such.
         _ = timeout(FIRST_LINK, client.wait_for(Option::is_some)).await;
-        self.asking.fetch_sub(1, Ordering::Relaxed);
+        self.asking.send_modify(|asking| *asking -= 1);
     }
 
-    /// Whether something urgent waits for the first connection.
-    pub fn asks_for_link(&self) -> bool {
-        self.asking.load(Ordering::Relaxed) > 0
+    /// Waits until something urgent waits for the first connection.
+    pub async fn link_is_asked_for(&self) {
+        // The sender is the station's own.
+        _ = self.asking.subscribe().wait_for(|asking| *asking > 0).await;
     }
 
     /// Its client, if there was a connection.

@@ -156,16 +156,17 @@ impl Known {
         }
     }
 
-    /// Ends the sessions of a user that are more than [`SESSIONS_MAX`], and returns their keys: those first that rest,
-    /// from the longest rest on, then those that were used for the shortest time. Never the latest: it begins now.
-    pub fn end_most(&self, now_ms: u64, user: &str) -> Vec<String> {
+    /// Makes room for a session of a user among [`SESSIONS_MAX`]. Ends others, and returns their keys: those first that
+    /// rest, from the longest rest on, then those that were used for the shortest time.
+    pub fn make_room(&self, now_ms: u64, user: &str) -> Vec<String> {
         let rank = |it: &Entry| match now_ms.saturating_sub(it.used_ms) > 2 * TOUCH_MS {
             true => (0, it.used_ms, it.created_ms),
-            false => (1, it.used_ms - it.created_ms, it.created_ms),
+            // The date may have been set back in between.
+            false => (1, it.used_ms.saturating_sub(it.created_ms), it.created_ms),
         };
         let mut its: Vec<_> = {
             let sessions = lock(&self.sessions);
-            let its = sessions.entries.values().filter(|it| it.user == user && it.used_ms < now_ms);
+            let its = sessions.entries.values().filter(|it| it.user == user);
             its.map(|it| (rank(it), it.key.clone())).collect()
         };
         its.sort_unstable();

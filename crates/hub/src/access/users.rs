@@ -460,13 +460,13 @@ impl Access {
             expires_ms: now_ms + IDLE_MS,
             standing: Standing::Good,
         };
-        self.known.add_session(digest, entry);
-        for ended in self.known.end_most(now_ms, user) {
-            // A disk that takes nothing ends no session of this run; after the next start the same rule ends it.
+        for ended in self.known.make_room(now_ms, user) {
+            // A disk that takes nothing brings it back at the next start: the next login ends it again.
             if let Err(error) = db.execute("DELETE FROM session WHERE id = ?1", [ended]) {
                 tracing::warn!(%error, user, "the end of a session is not stored");
             }
         }
+        self.known.add_session(digest, entry);
         Ok(SessionInfo { secret, principal })
     }
 

@@ -1,14 +1,19 @@
-use super::super::known::{ENDED_MS, SESSION_MS, SESSIONS_MAX, STALE_MS};
+use super::super::known::{ENDED_MS, Entry, Known, SESSION_MS, SESSIONS_MAX, STALE_MS};
 use super::*;
 
 const PASSWORD: &str = "correct horse";
 const OTHER: &str = "wrong battery staple";
 
 fn set_up() -> Access {
-    let access = Access::open(None, 1).unwrap();
+    set_up_in(None, 1)
+}
+
+/// With its state in a folder, at this time.
+fn set_up_in(folder: Option<&Path>, now_ms: u64) -> Access {
+    let access = Access::open(folder, now_ms).unwrap();
     let link = access.setup_link().unwrap().unwrap();
-    access.set_up(1, &link, "root", PASSWORD).unwrap();
-    assert!(matches!(access.set_up(1, &link, "second", PASSWORD), Err(AccessError::Wrong)));
+    access.set_up(now_ms, &link, "root", PASSWORD).unwrap();
+    assert!(matches!(access.set_up(now_ms, &link, "second", PASSWORD), Err(AccessError::Wrong)));
     access
 }
 
@@ -78,9 +83,7 @@ fn tokens_are_told_once_and_taken_back() {
 #[test]
 fn a_disk_that_takes_nothing_keeps_nobody_out() {
     let folder = std::env::temp_dir().join(format!("lafet-access-{}", std::process::id()));
-    let access = Access::open(Some(&folder), 1).unwrap();
-    let link = access.setup_link().unwrap().unwrap();
-    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    let access = set_up_in(Some(&folder), 1);
     let session = access.log_in(5, "root", PASSWORD).unwrap();
     let (_, token) = access.add_token(5, "scada", Role::Operator).unwrap();
     lock(&access.db).pragma_update(None, "query_only", true).unwrap();
@@ -132,9 +135,7 @@ fn a_session_that_was_ended_by_others_can_stop_for_a_while() {
 #[test]
 fn a_user_has_so_many_sessions() {
     let folder = std::env::temp_dir().join(format!("lafet-sessions-{}", std::process::id()));
-    let access = Access::open(Some(&folder), 1).unwrap();
-    let link = access.setup_link().unwrap().unwrap();
-    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    let access = set_up_in(Some(&folder), 1);
     let log_in = |ms| access.log_in(ms, "root", PASSWORD).unwrap();
     let (panel, rests) = (log_in(5), log_in(6));
     let hour = 3_600_000;
@@ -152,14 +153,32 @@ fn a_user_has_so_many_sessions() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+/// The date was set back between the start of a session and its last use, and the hub was started again.
+#[test]
+fn a_session_that_was_used_before_it_began_makes_room() {
+    let known = Known::default();
+    for number in 0..SESSIONS_MAX {
+        let (key, user) = (format!("h{number}"), "anna".to_owned());
+        let entry = Entry {
+            key,
+            user,
+            role: Role::Operator,
+            csrf: String::new(),
+            created_ms: 9,
+            used_ms: 5,
+        };
+        known.add_session(number.to_string(), entry);
+    }
+    assert_eq!(known.make_room(10, "anna").len(), 1);
+    assert!(known.make_room(10, "anna").is_empty());
+}
+
 /// A disk that takes nothing: what is revoked is so at once, and is stored when there is room.
 #[test]
 fn revocation_needs_no_disk() {
     let folder = std::env::temp_dir().join(format!("lafet-revoked-{}", std::process::id()));
     _ = std::fs::remove_dir_all(&folder);
-    let access = Access::open(Some(&folder), 1).unwrap();
-    let link = access.setup_link().unwrap().unwrap();
-    access.set_up(1, &link, "root", PASSWORD).unwrap();
+    let access = set_up_in(Some(&folder), 1);
     for user in ["anna", "boris"] {
         access.add(1, user, Role::Administrator, PASSWORD).unwrap();
     }
@@ -210,9 +229,7 @@ fn a_date_that_has_stepped_ends_no_session() {
     let folder = std::env::temp_dir().join(format!("lafet-step-{}", std::process::id()));
     _ = std::fs::remove_dir_all(&folder);
     let month = 30 * 24 * 3_600_000;
-    let access = Access::open(Some(&folder), month).unwrap();
-    let link = access.setup_link().unwrap().unwrap();
-    access.set_up(month, &link, "root", PASSWORD).unwrap();
+    let access = set_up_in(Some(&folder), month);
     let session = access.log_in(month, "root", PASSWORD).unwrap();
     access.stepped(i64::try_from(month).unwrap());
     assert!(access.by_session(month + 5, &session.secret).unwrap().is_good());

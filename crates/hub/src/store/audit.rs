@@ -642,7 +642,6 @@ mod tests {
         assert!(changed.unwrap_err().to_string().contains("not changed"));
     }
 
-    /// What a full disk does not take waits, and is stored in its order when there is room.
     /// What was noted is found by who reads afterwards, and a writer that hangs does not hold up who reads.
     #[tokio::test]
     async fn who_reads_finds_what_was_noted_before() {
@@ -656,6 +655,7 @@ mod tests {
         assert_eq!(found.expect("the wait is bounded").unwrap()[0].n, 200);
     }
 
+    /// What a full disk does not take waits, and is stored in its order when there is room.
     #[test]
     fn a_full_disk_loses_nothing() {
         let connection = open(None, "", SCHEMA).unwrap();

@@ -292,6 +292,7 @@ async fn what_was_asked_answered_and_came_of_it_is_in_the_log() {
     assert_eq!(verified["ok"], true);
     let export = site.get(&token, "/api/audit/export").await;
     assert!(export.text.lines().count() >= 4);
+    until("the log is stored", || site.hub.audit().waiting() == 0).await;
 }
 
 #[tokio::test]

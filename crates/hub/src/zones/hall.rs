@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use lafet_proto::SubsystemId;
-use lafet_site::{Condition, Event, MonitorReport, Signal};
+use lafet_site::{Condition, Event, MonitorReport, Phase, Signal};
 use serde_json::Value;
 
 use super::Machine;
@@ -53,10 +53,15 @@ const HALL: &str = r#"
     monitors = ["M1", "M2"]
 "#;
 
+/// A configuration whose state is in memory.
+pub fn configured(text: &str) -> Config {
+    let read = Config::parse("hub.toml", text, Path::new("/"), &Overrides::default());
+    Config { data: None, ..read.unwrap_or_else(|it| panic!("{it:#?}")) }
+}
+
 /// Two monitors that answer, two detectors that see nothing.
 pub fn hall() -> Hub {
-    let read = Config::parse("hub.toml", HALL, Path::new("/"), &Overrides::default());
-    let mut config = Config { data: None, ..read.unwrap_or_else(|it| panic!("{it:#?}")) };
+    let mut config = configured(HALL);
     let place = |east| Place { at: [east, 0.0], heading: 0.0, height: 2.0 };
     let monitors = [("M1".to_owned(), place(-15.0)), ("M2".to_owned(), place(15.0))].into();
     config.site = Some(Site { monitors, ..Site::default() });
@@ -128,6 +133,23 @@ pub fn until(hub: &Hub, what: &str, wanted: impl Fn(&Machine) -> bool) {
         assert!(began.elapsed() < Duration::from_secs(30), "{what}");
         std::thread::park_timeout(Duration::from_millis(5));
     }
+}
+
+/// The votes open M2 at the fire that it is planned for.
+pub fn opens_at_the_fire(hub: &Hub) {
+    until(hub, "it is released", |it| it.lines.values().any(|line| line.engaged.is_some()));
+    let machine = hub.zones().unwrap().machine();
+    assert_eq!((machine.plans["hall"].by["M2"], machine.lines["M2"].at()), (1, Some(1)));
+}
+
+/// Both votes are counted, and a no has ended what follows from them.
+pub fn is_ended(hub: &Hub) {
+    let machine = hub.zones().unwrap().machine();
+    assert!(machine.held.is_empty());
+    let state = machine.site.state();
+    assert_eq!(state.zones[0].votes.len(), 2);
+    assert!(matches!(state.zones[0].phase, Phase::Ended(_)), "{:?}", state.zones[0].phase);
+    assert!(machine.lines.values().all(|line| line.engaged.is_none()), "the no was heard");
 }
 
 /// Fires are located by hand, not on their thread: the lock of the planning is held.

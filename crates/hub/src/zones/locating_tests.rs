@@ -1,8 +1,8 @@
 use std::time::{Duration, Instant};
 
-use lafet_site::{Hand, Phase, Scope, Signal};
+use lafet_site::{Hand, Scope, Signal};
 
-use super::super::hall::{burns, ends, hall, locate, sees, until};
+use super::super::hall::{burns, ends, hall, is_ended, locate, opens_at_the_fire, sees, until};
 use super::*;
 use crate::hub::Caller;
 
@@ -38,20 +38,14 @@ async fn a_no_and_a_deadline_do_not_wait_until_fires_are_located() {
         hub.turn(zones);
     });
     until(&hub, "what waited is with the machine", |it| it.held.is_empty());
-    let machine = hub.zones().unwrap().machine();
-    let state = machine.site.state();
-    assert_eq!(state.zones[0].votes.len(), 2);
-    assert!(matches!(state.zones[0].phase, Phase::Ended(_)), "{:?}", state.zones[0].phase);
-    assert!(machine.lines.values().all(|line| line.engaged.is_none()), "the no was heard");
+    is_ended(&hub);
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_the_votes_open_aims_at_what_they_show() {
     let hub = hall();
     meanwhile(&hub, |_| {});
-    until(&hub, "it is released", |it| it.lines.values().any(|line| line.engaged.is_some()));
-    let machine = hub.zones().unwrap().machine();
-    assert_eq!((machine.plans["hall"].by["M2"], machine.lines["M2"].at()), (1, Some(1)));
+    opens_at_the_fire(&hub);
 }
 
 /// Without a place they open as configured.

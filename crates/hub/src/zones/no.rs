@@ -219,13 +219,12 @@ impl Hub {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use lafet_site::Order;
     use serde_json::Value;
 
+    use super::super::hall::configured;
     use super::*;
-    use crate::{Clock, Config, Overrides};
+    use crate::Clock;
 
     /// Two zones that share a monitor; each has its abort contact.
     fn shared() -> Hub {
@@ -244,9 +243,7 @@ mod tests {
                  source = {{ modbus = \"panel\", unit = 1, on = \"discrete:{bit}\" }}\n"
             );
         }
-        let read = Config::parse("hub.toml", &text, Path::new("/"), &Overrides::default());
-        let config = Config { data: None, ..read.unwrap_or_else(|it| panic!("{it:#?}")) };
-        Hub::new(config, Clock::System, Value::Null).unwrap()
+        Hub::new(configured(&text), Clock::System, Value::Null).unwrap()
     }
 
     fn number(hub: &Hub) -> usize {

@@ -385,12 +385,8 @@ impl Opening {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use serde_json::Value;
-
+    use super::super::hall::hall;
     use super::*;
-    use crate::{Clock, Config, Overrides};
 
     #[tokio::test]
     async fn an_order_that_is_void_is_not_sent() {
@@ -414,41 +410,17 @@ mod tests {
         assert_eq!(sent.unwrap_err().code, "not_connected");
     }
 
-    /// A hub with a zone of one monitor, which engages it by this order.
-    fn hall() -> (Hub, Command) {
-        let text = r#"
-            [[monitor]]
-            id = "M1"
-            url = "tcp://127.0.0.1:1?addr=1"
-            [[detector]]
-            id = "flame"
-            kind = "flame"
-            zones = ["hall"]
-            [[aim]]
-            zone = "hall"
-            monitor = "M1"
-            horizontal = 600
-            vertical = 300
-            nozzle = 60
-            [[zone]]
-            id = "hall"
-            votes = "1oo1"
-            one_detector_releases = true
-            water_max_s = 60
-            monitors = ["M1"]
-        "#;
-        let read = Config::parse("hub.toml", text, Path::new("/"), &Overrides::default());
-        let config = Config { data: None, ..read.unwrap() };
-        let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+    /// The machine orders M1 to give water to the hall.
+    fn engages() -> Command {
         let (monitor, zone) = ("M1".into(), "hall".into());
         let order = Order::Engage { monitor, zone, water_max_ms: None };
-        (hub, Command { number: 7, at_ms: 0, not_after_ms: None, order, cause: Vec::new() })
+        Command { number: 7, at_ms: 0, not_after_ms: None, order, cause: Vec::new() }
     }
 
     /// What waits for the audit log is asked then whether it is the latest.
     #[tokio::test]
     async fn an_order_by_the_same_command_makes_the_one_before_void() {
-        let (hub, command) = hall();
+        let (hub, command) = (hall(), engages());
         let zones = hub.zones().unwrap();
         let mut machine = zones.machine();
         hub.carry_order(zones, &mut machine, &command);
@@ -465,7 +437,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_no_makes_orders_void_before_it_waits_for_the_machine() {
-        let (hub, _) = hall();
+        let hub = hall();
         let latest = hub.zones().unwrap().machine().lines["M1"].latest.number.clone();
         let before = latest.load(Ordering::SeqCst);
         let busy = hub.clone();

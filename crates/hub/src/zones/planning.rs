@@ -5,8 +5,9 @@
 //!                             reports of its zone wait, WAITS at most ─────────────────▶ the machine
 //! ```
 //!
-//! The fires that they are for are located before, on the same thread ([`super::locating`]). A vote or the loss of a monitor that is reported meanwhile reaches the machine after the plan: what follows from
-//! it aims by the plan. Everything else does not wait: a vote that is withdrawn, a hand, a contact, a time.
+//! The fires that they are for are located before, on the same thread ([`super::locating`]). A vote or the loss of a
+//! monitor that is reported meanwhile reaches the machine after the plan: what follows from it aims by the plan.
+//! Everything else does not wait: a vote that is withdrawn, a hand, a contact, a time.
 
 use std::collections::BTreeMap;
 use std::time::Duration;

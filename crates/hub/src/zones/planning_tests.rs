@@ -3,7 +3,9 @@ use std::time::Instant;
 use lafet_place::planner::Offer;
 use lafet_site::{Hand, Phase, Scope};
 
-use super::super::hall::{blows, burns, ends, hall, locate, sees, until};
+use super::super::hall::{
+    blows, burns, ends, hall, is_ended, locate, opens_at_the_fire, sees, until,
+};
 use super::*;
 use crate::store::Search;
 
@@ -36,21 +38,14 @@ async fn a_no_and_a_hold_do_not_wait_for_a_plan_and_votes_do() {
         assert!(began.elapsed() < Duration::from_secs(1), "deadlines are looked at");
     });
     until(&hub, "the plan is there", |it| it.plans["hall"].computing.is_none());
-    let machine = hub.zones().unwrap().machine();
-    assert!(machine.held.is_empty());
-    let state = machine.site.state();
-    assert_eq!(state.zones[0].votes.len(), 2);
-    assert!(matches!(state.zones[0].phase, Phase::Ended(_)), "{:?}", state.zones[0].phase);
-    assert!(machine.lines.values().all(|line| line.engaged.is_none()));
+    is_ended(&hub);
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_the_votes_open_aims_by_the_plan_that_they_waited_for() {
     let hub = hall();
     meanwhile(&hub, |_| {});
-    until(&hub, "it is released", |it| it.lines.values().any(|line| line.engaged.is_some()));
-    let machine = hub.zones().unwrap().machine();
-    assert_eq!((machine.plans["hall"].by["M2"], machine.lines["M2"].at()), (1, Some(1)));
+    opens_at_the_fire(&hub);
 }
 
 /// A zone is planned once a second; a fire that comes within it has its plan all the same.

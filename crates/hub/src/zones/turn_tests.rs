@@ -1,13 +1,12 @@
 use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
 use serde_json::Value;
 
-use super::hall::rests;
+use super::hall::{configured, rests};
 use super::*;
+use crate::Clock;
 use crate::monitor::status::Status;
-use crate::{Clock, Overrides};
 
 /// Monitors that answer, spread over zones with a detector each.
 fn spread(monitors: usize, zones: usize) -> Hub {
@@ -31,9 +30,7 @@ fn spread(monitors: usize, zones: usize) -> Hub {
              water_max_s = 60\nmonitors = [{of}]\n"
         );
     }
-    let read = Config::parse("hub.toml", &text, Path::new("/"), &Overrides::default());
-    let config = Config { data: None, ..read.unwrap_or_else(|it| panic!("{it:#?}")) };
-    let hub = Hub::new(config, Clock::System, Value::Null).unwrap();
+    let hub = Hub::new(configured(&text), Clock::System, Value::Null).unwrap();
     for station in hub.stations() {
         station.set_link(&hub, true, None);
         rests(&hub, station.id());

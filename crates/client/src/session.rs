@@ -405,7 +405,7 @@ impl Session {
     fn next_timeout(&self, now: Now) -> Option<Now> {
         let waiting = self.urgent.iter().chain(&self.queue);
         if !self.connected {
-            return waiting.map(Self::waits_until(&self.config)).min();
+            return waiting.map(|it| Self::waits_until(&self.config, it)).min();
         }
         if let Some(until) = self.probed_until(self.next_is_urgent())
             && self.outstanding.as_ref().is_none_or(|outstanding| outstanding.due)

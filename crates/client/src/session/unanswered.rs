@@ -40,21 +40,17 @@ impl Session {
 
     /// Until when an operation waits without connection: no longer than for an answer. A Stop, Close or Lockout
     /// does no harm late, and has all the time of its tries.
-    pub(super) fn waits_until(config: &Config) -> impl Fn(&Operation) -> Now + use<> {
-        let (once, all) = (config.timeout, config.timeout * config.tries.max(1));
-        move |operation| match operation.began {
-            _ if !operation.is_urgent() => operation.submitted + once,
-            Some(began) => (began + all).max(operation.submitted + once),
-            None => operation.submitted + all,
-        }
+    pub(super) fn waits_until(config: &Config, operation: &Operation) -> Now {
+        let tries = if operation.is_urgent() { config.tries.max(1) } else { 1 };
+        operation.began.unwrap_or(operation.submitted) + config.timeout * tries
     }
 
     /// Ends what has waited too long for a connection.
     pub(super) fn expire(&mut self, now: Now) {
-        let (until, outcomes) = (Self::waits_until(&self.config), &mut self.outcomes);
+        let (config, outcomes) = (&self.config, &mut self.outcomes);
         for queue in [&mut self.urgent, &mut self.queue] {
             queue.retain(|operation| {
-                let alive = now < until(operation);
+                let alive = now < Self::waits_until(config, operation);
                 if !alive {
                     let outcome =
                         if operation.sent { Outcome::LinkLost } else { Outcome::NotConnected };

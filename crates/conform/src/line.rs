@@ -101,9 +101,7 @@ impl LinkLine {
     pub fn when_cut(self, cut: Cut) -> Self {
         Self { cut, ..self }
     }
-}
 
-impl LinkLine {
     fn send_within(&mut self, time: Duration, bytes: &[u8]) -> io::Result<()> {
         let Some(link) = &mut self.link else { return Err(io::ErrorKind::NotConnected.into()) };
         // Timers must be created inside the runtime.
@@ -176,7 +174,7 @@ impl Line for LinkLine {
         self.link = None;
         let until = *self.lost.get_or_insert_with(Instant::now) + REACH;
         loop {
-            if self.cut.give_up.load(Ordering::Relaxed) {
+            if self.is_given_up() {
                 return Err(io::ErrorKind::Interrupted.into());
             }
             let given_up = given_up(Arc::clone(&self.cut.give_up));

@@ -260,12 +260,12 @@ fn save(path: &Path, text: &str) -> Outcome {
 }
 
 fn outcome(report: &Report, options: &Options, given_up: bool) -> Outcome {
-    match report.cut {
-        true if given_up => {
-            return Err(Failure::NotAtRest(text::ConformGivenUp.str(current()).into()));
-        }
-        true => return Err(Failure::NotAtRest(text::ConformCutOff.str(current()).into())),
-        false => {}
+    if report.cut {
+        let why = match given_up {
+            true => text::ConformGivenUp.str(current()),
+            false => text::ConformCutOff.str(current()),
+        };
+        return Err(Failure::NotAtRest(why.into()));
     }
     if options.interrupt.load(Ordering::Relaxed) {
         return Err(Failure::Interrupted);

@@ -147,10 +147,8 @@ fn debug_texts(file: &File) -> Vec<String> {
     let debug =
         |line: &Line| [":?}", ":#?}", "dbg!", "Debug::fmt"].iter().any(|it| line.text.contains(it));
     let shown = file.product().filter(|(_, line)| debug(line));
-    let place = |number| format!("{}:{number}", file.path);
-    shown
-        .map(|(number, _)| format!("{}: not `{{:?}}`, but words or values", place(number)))
-        .collect()
+    let problem = |number| format!("{}:{number}: not `{{:?}}`, but words or values", file.path);
+    shown.map(|(number, _)| problem(number)).collect()
 }
 
 /// Whether the code contains this word, not only as the end of a longer one.

@@ -204,3 +204,13 @@ export async function pressUntil(page: Page, button: Locator, so: () => Promise<
     await page.mouse.up();
   }
 }
+
+/** Presses until it has its effect: a press on what has just come up does not count. */
+export async function clickUntil(page: Page, button: Locator, so: () => Promise<boolean>): Promise<void> {
+  await button.waitFor();
+  await until(async () => {
+    if (!(await so())) await button.click({ timeout: 1000 }).catch(() => undefined);
+    await passes(page, 1000);
+    return so();
+  }, LATE_MS);
+}

@@ -5,7 +5,7 @@ import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Alarm, AuditEntry } from '../../src/hub/types';
 import { Guarded } from './guarded';
-import { able, drawn, go, LATE_MS, passes, placed, SOON, settled, take, until } from './page';
+import { able, clickUntil, drawn, go, LATE_MS, passes, placed, SOON, settled, take, until } from './page';
 import { Site } from './site';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
@@ -75,12 +75,7 @@ describe('alarms', () => {
     await row.getByText('Unacknowledged').waitFor();
     await quietUntil(() => page.locator('lf-nav a[href="#/alarms"] .count', { hasText: /^1$/ }).isVisible());
     const more = row.getByText('Find out who locked it', { exact: false });
-    await until(async () => {
-      // A press on a row that has just come up does not count.
-      if (!(await more.isVisible())) await row.locator('[data-act=more]').click();
-      await passes(page, 1000);
-      return more.isVisible();
-    }, LATE_MS);
+    await clickUntil(page, row.locator('[data-act=more]'), () => more.isVisible());
     await able(row.locator('[data-act=ack]')).click();
     await row.getByText('Acknowledged', { exact: true }).waitFor();
     expect((await alarm(LOCKED))?.state).toBe('ack');
@@ -117,13 +112,7 @@ describe('alarms', () => {
     await page.locator('lf-tabbar [data-tab=shelved]').click();
     await page.getByText('“The gate is being painted”', { exact: false }).waitFor();
     const unshelve = able(page.locator(`[data-id="${LOCKED}"] [data-act=unshelve]`));
-    await unshelve.waitFor();
-    await until(async () => {
-      // A press on a row that has just come up does not count.
-      await unshelve.click({ timeout: 1000 }).catch(() => undefined);
-      await drawn(page);
-      return (await alarm(LOCKED))?.state === 'unack';
-    }, LATE_MS);
+    await clickUntil(page, unshelve, async () => (await alarm(LOCKED))?.state === 'unack');
   });
 
   test('do not move under a hand that aims at one', async () => {

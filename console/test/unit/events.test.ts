@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import type { AuditEntry } from '../../src/hub/types';
 import { fits } from '../../src/pages/events/live';
-import { deedsOf, fateOf, fieldTime, joined, matches, plainDetails } from '../../src/pages/events/model';
+import { byResult, deedsOf, fateOf, fieldTime, joined, matches, plainDetails } from '../../src/pages/events/model';
 
 function entry(
   n: number,
@@ -54,6 +54,24 @@ describe('the audit log', () => {
       entry(2, 'Stop All', 'Denied', { asked: 1 }, stop),
     ]);
     expect(fateOf(deed!)).toBe('done');
+  });
+
+  it('a request to all has its monitors by their results', () => {
+    const all = { monitor: '*' };
+    const answer = entry(
+      2,
+      'Stop All',
+      'outcome_unknown',
+      { monitors: { Ok: ['M1', 'M2'], outcome_unknown: ['M3'] } },
+      all,
+    );
+    expect(byResult(answer)).toEqual([
+      ['Ok', ['M1', 'M2']],
+      ['outcome_unknown', ['M3']],
+    ]);
+    expect(plainDetails(answer)).toEqual([]);
+    const effect = entry(3, 'Stop All', 'effect', { flowing: ['M1', 'M2'], moving: [], silent: [] }, all);
+    expect(plainDetails(effect)).toEqual([['flowing', 'M1, M2']]);
   });
 
   it('keeps an effect whose command is on an earlier page', () => {

@@ -5,7 +5,7 @@ import { dateTime, type Key, t, time } from '../../i18n';
 import { type IconName, icon } from '../../parts/icons';
 import { subsystemName } from '../../shell/request';
 import { show } from '../../units';
-import { type Deed, type Fate, fateOf, isNeedless, plainDetails } from './model';
+import { byResult, type Deed, type Fate, fateOf, isNeedless, isOfAll, plainDetails } from './model';
 import { endingWords, isOwn, outcomeMeaning, outcomeWords, stateWords, userWords, wordsOf } from './words';
 
 const FATES: Record<Fate, IconName> = { done: 'check', open: 'clock', refused: 'lock', failed: 'warning' };
@@ -33,7 +33,7 @@ export function renderDeed(deed: Deed, open: boolean, toggle: () => void, row: n
             <div class="small dim">${first.role ? named(`role.${first.role}`, first.role) : ''}</div>`
       }
     </td>
-    <td class="c-monitor"><b>${first.monitor ?? ''}</b></td>
+    <td class="c-monitor"><b>${isOfAll(first) ? t('shell.all_monitors') : (first.monitor ?? '')}</b></td>
     <td class="c-what">
       <div class="words">${words}</div>
     </td>
@@ -102,6 +102,10 @@ function renderEntry(entry: AuditEntry, deed: Deed) {
             </dd>`
           : nothing
       }
+      ${byResult(entry).map(
+        ([result, monitors]) => html`<dt>${outcomeWords(result)}</dt>
+          <dd>${monitors.join(', ')}</dd>`,
+      )}
       ${states(entry).map(
         ([name, state]) => html`<dt>${subsystemName(name)}</dt>
           <dd>${stateWords(name, state)}</dd>`,
@@ -129,6 +133,10 @@ function states(entry: AuditEntry): [string, SubsystemStatus][] {
 }
 
 function effectLine(entry: AuditEntry): string {
+  if (isOfAll(entry)) {
+    const unrest = plainDetails(entry).map(([name, value]) => `${named(`events.detail_${name}`, name)}: ${value}`);
+    return unrest.join('; ') || t('events.all_at_rest');
+  }
   const all = states(entry);
   if (all.length !== 1) return '';
   const [name, state] = all[0]!;

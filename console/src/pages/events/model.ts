@@ -136,8 +136,24 @@ export function fieldTime(value: string): number | null {
 
 /** Details that are shown as name and value; those shown in another way are omitted. */
 export function plainDetails(entry: AuditEntry): [string, string][] {
-  const apart = new Set(['answers', 'state', 'asked', 'answered', 'at_ms', 'stale']);
+  const apart = new Set(['answers', 'state', 'monitors', 'asked', 'answered', 'at_ms', 'stale']);
   return Object.entries(entry.details ?? {})
-    .filter(([name, value]) => !apart.has(name) && value !== null)
-    .map(([name, value]) => [name, typeof value === 'object' ? JSON.stringify(value) : String(value)]);
+    .filter(([name, value]) => !apart.has(name) && value !== null && !(Array.isArray(value) && value.length === 0))
+    .map(([name, value]) => [name, inWords(value)]);
+}
+
+function inWords(value: unknown): string {
+  if (Array.isArray(value)) return value.join(', ');
+  return typeof value === 'object' ? JSON.stringify(value) : String(value);
+}
+
+/** Whether it is about every monitor. */
+export function isOfAll(entry: AuditEntry): boolean {
+  return entry.monitor === '*';
+}
+
+/** The monitors by their results, of a request to all. */
+export function byResult(entry: AuditEntry): [string, string[]][] {
+  const monitors = entry.details?.monitors;
+  return isOfAll(entry) && monitors ? Object.entries(monitors as Record<string, string[]>) : [];
 }

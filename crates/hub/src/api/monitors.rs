@@ -23,7 +23,7 @@ use super::crash::Crash;
 use super::guard::{Body, Lenient, Urgent};
 use crate::command::outcome::{OfAll, OfOne, Outcome, Pending};
 use crate::command::request::MonitorRequest;
-use crate::command::urgent::{Joined, Taken};
+use crate::command::urgent::Joined;
 use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -367,35 +367,6 @@ pub async fn together(mut all: Vec<Joined>) -> Result<Outcome, ApiError> {
 }
 
 impl Hub {
-    /// The same urgent request to every monitor at the same time, with what is known of each soon
-    /// after: the worst one does not keep back what the others have answered.
-    pub async fn everywhere(&self, caller: &Caller, request: &MonitorRequest) -> OfAll {
-        let all = self.overtake_everywhere(caller, request);
-        let each = all
-            .into_iter()
-            .map(async |(monitor, mut joined)| (monitor, OfOne::new(joined.soon().await)));
-        futures_util::future::join_all(each).await.into_iter().collect()
-    }
-
-    /// An urgent request to every monitor; then it is a no for all zones.
-    pub fn overtake_everywhere(
-        &self,
-        caller: &Caller,
-        request: &MonitorRequest,
-    ) -> Vec<(String, Joined)> {
-        let mut most = Taken::Refused;
-        let mut join = |station: &Arc<Station>| {
-            let (joined, taken) = self.overtake(caller, station, request);
-            most = most.max(taken);
-            (station.id().to_owned(), joined)
-        };
-        let all = self.stations().iter().map(&mut join).collect();
-        if most != Taken::Refused {
-            self.refuse_everywhere(caller, most == Taken::First);
-        }
-        all
-    }
-
     /// A beat, or the end, of a motion that is held.
     pub fn beat(
         &self,

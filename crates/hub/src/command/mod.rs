@@ -1,5 +1,6 @@
 //! A client's request to a monitor: permission, audit log, answer.
 
+pub mod everywhere;
 pub mod keep_out;
 pub mod outcome;
 pub mod request;
@@ -212,7 +213,7 @@ impl Hub {
         let mut asked = None;
         if !reads {
             station.interrupt_tuning(caller);
-            station.urgent.other_sent(self, station);
+            self.other_sent(station);
             let record = self.record(caller, station.id(), request.text(), "asked");
             let mut note = self.audit().note(record.about(&request.act()));
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
@@ -497,6 +498,13 @@ pub struct Noted {
     took_ms: u64,
     answers: Vec<String>,
     saved: Option<Saved>,
+}
+
+impl Noted {
+    /// The result, as the audit log has it.
+    pub fn outcome(&self) -> &str {
+        &self.outcome
+    }
 }
 
 /// The answers to a request, and how far its value is stored.

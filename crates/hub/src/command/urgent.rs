@@ -38,9 +38,9 @@ use crate::sync::lock;
 const REST: Duration = Duration::from_millis(20);
 const REST_MAX: Duration = Duration::from_millis(250);
 /// Clients of a request that are noted by name at the same time; more are counted together.
-const CALLERS_MAX: usize = 256;
+pub(super) const CALLERS_MAX: usize = 256;
 /// Repetitions are noted this often while they go on.
-const REPEATS_NOTED: Duration = Duration::from_secs(10);
+pub const REPEATS_NOTED: Duration = Duration::from_secs(10);
 /// An answer waits this long for the numbers of its entries, and then goes without.
 const NUMBERED: Duration = Duration::from_millis(25);
 /// A client learns after this time that a request is sent and not answered yet.
@@ -89,8 +89,8 @@ pub enum Taken {
 
 /// Repetitions, as they are noted in the audit log.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-struct Repeats {
-    count: u64,
+pub(super) struct Repeats {
+    pub(super) count: u64,
     first_ms: u64,
     last_ms: u64,
 }
@@ -99,19 +99,30 @@ struct Repeats {
 #[derive(Debug)]
 struct Shared {
     result: Result<Outcome, ApiError>,
+    /// The result as the audit log has it.
+    word: String,
     /// The numbers of the audit entries, by session.
     numbers: BTreeMap<String, u64>,
 }
 
 /// The result of a request that is under way; it goes on if this is dropped.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Joined {
     outcome: watch::Receiver<Option<Arc<Shared>>>,
-    session: String,
+    entry: Entry,
+}
+
+/// Where the number of the audit entry of a request comes from.
+#[derive(Clone, Debug)]
+pub(super) enum Entry {
+    /// The entry of a session for one monitor.
+    Session(String),
+    /// The entry of a request to every monitor; `None` of a repetition.
+    Everywhere(Option<watch::Receiver<Option<u64>>>),
 }
 
 impl Repeats {
-    fn again(&mut self, now_ms: u64) {
+    pub(super) fn again(&mut self, now_ms: u64) {
         if self.count == 0 {
             self.first_ms = now_ms;
         }
@@ -123,13 +134,40 @@ impl Joined {
     /// The result, once there is one.
     pub async fn result(&mut self) -> Result<Outcome, ApiError> {
         let closed = || Err(ApiError::from(&lafet_client::Error::Closed));
-        let Ok(outcome) = self.outcome.wait_for(Option::is_some).await else { return closed() };
-        let Some(outcome) = outcome.as_ref() else { return closed() };
-        let number = outcome.numbers.get(&self.session).copied();
+        let Some(outcome) = self.shared().await else { return closed() };
+        let number = match &mut self.entry {
+            Entry::Session(session) => outcome.numbers.get(session).copied(),
+            Entry::Everywhere(None) => None,
+            Entry::Everywhere(Some(number)) => {
+                let number = timeout(NUMBERED, number.wait_for(Option::is_some)).await;
+                number.ok().and_then(Result::ok).and_then(|it| *it)
+            }
+        };
         match &outcome.result {
             Ok(outcome) => Ok(Outcome { audit: number, ..outcome.clone() }),
             Err(error) => Err(error.clone().noted(number)),
         }
+    }
+
+    /// The result as the audit log has it.
+    pub(super) async fn word(&mut self) -> String {
+        match self.shared().await {
+            Some(outcome) => outcome.word.clone(),
+            None => ApiError::from(&lafet_client::Error::Closed).code.to_owned(),
+        }
+    }
+
+    async fn shared(&mut self) -> Option<Arc<Shared>> {
+        self.outcome.wait_for(Option::is_some).await.ok()?.clone()
+    }
+
+    /// What a session gets that others have ended.
+    pub(super) fn refused_as_ended() -> Self {
+        let error = ApiError::ended();
+        let word = error.code.to_owned();
+        let outcome = Shared { result: Err(error), word, numbers: BTreeMap::new() };
+        let (_, outcome) = watch::channel(Some(Arc::new(outcome)));
+        Self { outcome, entry: Entry::Everywhere(None) }
     }
 
     /// The result, if it comes within [`UNANSWERED`].
@@ -164,17 +202,27 @@ impl Hub {
         if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
             return (self.refused_as_ended(caller, station, request), Taken::Refused);
         }
+        self.join(caller, station, request, Entry::Session(caller.seat.seat.clone()))
+    }
+
+    /// Puts an urgent request into the batch that waits, or into a new one.
+    pub(super) fn join(
+        &self,
+        caller: &Caller,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+        entry: Entry,
+    ) -> (Joined, Taken) {
         station.withdraw(request);
         station.publish_urgent(self);
         station.interrupt_tuning(caller);
         self.counts().commands.fetch_add(1, Ordering::Relaxed);
-        let (now_ms, session) = (self.clock().now_ms(), caller.seat.seat.clone());
+        let now_ms = self.clock().now_ms();
         let mut slots = lock(&station.urgent.0);
         let busy = slots.contains_key(request.buf());
         let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
         let batch = slot.waits.get_or_insert_with(Batch::new);
         let outcome = batch.outcome.subscribe();
-        let mut taken = Taken::Again;
         let users = &mut slot.users;
         if users.len() < CALLERS_MAX && users.insert(caller.principal.key.clone()) {
             batch.new_user = true;
@@ -182,19 +230,21 @@ impl Hub {
                 slot.wake.notify_one();
             }
         }
-        if let Some((_, repeats)) = slot.noted.get_mut(&session) {
-            repeats.again(now_ms);
-        } else if slot.noted.len() < CALLERS_MAX {
-            taken = Taken::First;
-            slot.noted.insert(session.clone(), (caller.clone(), Repeats::default()));
-            batch.callers.push(caller.clone());
-        } else {
-            slot.others.again(now_ms);
-        }
+        let taken = match &entry {
+            Entry::Session(session) => slot.count(caller, session, now_ms),
+            Entry::Everywhere(Some(_)) => Taken::First,
+            Entry::Everywhere(None) => Taken::Again,
+        };
         if !busy {
             tokio::spawn(run(self.clone(), station.clone(), request.clone()));
         }
-        (Joined { outcome, session }, taken)
+        (Joined { outcome, entry }, taken)
+    }
+
+    /// Another request goes to a monitor: the next Stop is no repetition of those before it.
+    pub fn other_sent(&self, station: &Station) {
+        lock(&station.urgent.0).values_mut().for_each(|slot| slot.renew(self, station));
+        self.urgent_series().end(self);
     }
 
     /// Sends an urgent request once more, without an entry of its own: its first one was noted.
@@ -221,16 +271,7 @@ impl Hub {
     ) -> Joined {
         let record = self.record(caller, station.id(), request.text(), "not allowed");
         drop(self.audit().note(record.about(&request.act())));
-        let outcome = Shared { result: Err(ApiError::ended()), numbers: BTreeMap::new() };
-        let (_, outcome) = watch::channel(Some(Arc::new(outcome)));
-        Joined { outcome, session: caller.seat.seat.clone() }
-    }
-}
-
-impl Lane {
-    /// Another request goes to the monitor: the next Stop is no repetition of those before it.
-    pub fn other_sent(&self, hub: &Hub, station: &Station) {
-        lock(&self.0).values_mut().for_each(|slot| slot.renew(hub, station));
+        Joined::refused_as_ended()
     }
 }
 
@@ -301,6 +342,21 @@ impl Slot {
         }
     }
 
+    /// Counts a request of a session, whose first one gets an entry.
+    fn count(&mut self, caller: &Caller, session: &str, now_ms: u64) -> Taken {
+        if let Some((_, repeats)) = self.noted.get_mut(session) {
+            repeats.again(now_ms);
+            return Taken::Again;
+        }
+        if self.noted.len() >= CALLERS_MAX {
+            self.others.again(now_ms);
+            return Taken::Again;
+        }
+        self.noted.insert(session.to_owned(), (caller.clone(), Repeats::default()));
+        self.waits.get_or_insert_with(Batch::new).callers.push(caller.clone());
+        Taken::First
+    }
+
     /// Writes the repetitions into the audit log.
     fn note(&self, hub: &Hub, station: &Station) {
         let hub_itself = Caller::hub();
@@ -336,6 +392,7 @@ async fn send(
     };
     let asked: Vec<oneshot::Receiver<u64>> = callers.iter().map(note).collect();
     let sent = hub.send_urgent(station, request.clone(), since).await;
+    let word = sent.noted.outcome().to_owned();
     let numbers = if callers.is_empty() {
         BTreeMap::new()
     } else {
@@ -344,5 +401,5 @@ async fn send(
         let patience = if hub.audit().is_failing() { Duration::ZERO } else { NUMBERED };
         timeout(patience, noting).await.ok().and_then(Result::ok).unwrap_or_default()
     };
-    Shared { result: sent.result, numbers }
+    Shared { result: sent.result, word, numbers }
 }

@@ -106,7 +106,7 @@ impl Station {
         let asked = hub.audit().note(record.about(&act(None)));
         hub.counts().jogs.fetch_add(1, Ordering::Relaxed);
         self.interrupt_tuning(caller);
-        self.urgent.other_sent(hub, self);
+        hub.other_sent(self);
         let (hub, caller, station) = (hub.clone(), caller.clone(), self.clone());
         tokio::spawn(async move {
             station.tell_jog(&hub, &caller, beat.drive, MotionWord::Moving, None);

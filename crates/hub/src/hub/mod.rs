@@ -27,6 +27,7 @@ use crate::access::{Access, Logins, Turns};
 use crate::alarms::Alarms;
 use crate::api::{Answering, Lasting, Packing, Places};
 use crate::clock::Clock;
+use crate::command::everywhere::Series;
 use crate::config::{Config, MonitorConfig};
 use crate::control::authority::Now;
 use crate::error::ApiError;
@@ -97,6 +98,7 @@ struct Parts {
     counts: Counts,
     rates: Rates,
 
+    series: Series,
     places: Mutex<Places>,
     answering: Answering,
     packing: Packing,
@@ -176,6 +178,7 @@ impl Hub {
             alarms: Mutex::new(alarms),
             counts: Counts::default(),
             rates: Rates::default(),
+            series: Series::default(),
             places: Mutex::default(),
             answering: Answering::default(),
             packing: Packing::default(),
@@ -357,6 +360,11 @@ impl Hub {
     /// Users, sessions and tokens.
     pub fn access(&self) -> &Access {
         &self.0.access
+    }
+
+    /// Urgent requests to every monitor that are repeated.
+    pub fn urgent_series(&self) -> &Series {
+        &self.0.series
     }
 
     /// Failed logins.

@@ -134,6 +134,12 @@ impl Status {
         }
     }
 
+    /// Whether a drive moves.
+    pub fn moves(&self) -> bool {
+        let mut names = self.subsystems.keys().filter_map(|name| SubsystemId::from_name(name));
+        names.any(|id| id.is_drive() && self.is_set(id, "Move"))
+    }
+
     /// Whether the monitor can do its work: it is heard, not locked out, and no flag is an alarm but that of
     /// a fire that was found.
     pub fn is_ready(&self, link_up: bool) -> bool {

@@ -74,7 +74,7 @@ pub struct Record {
     pub via: String,
     /// Id of the seat.
     pub seat: String,
-    /// To which monitor; empty: to the hub.
+    /// To which monitor; empty: to the hub; `*`: to every monitor.
     pub monitor: String,
     /// The action, in words.
     pub what: String,
@@ -446,7 +446,7 @@ fn bring_up_to_date(db: &Connection) -> Result<(), rusqlite::Error> {
 /// Looks entries up among the latest so many before the number of the search.
 fn find(db: &Connection, search: &Search, most: i64) -> Result<Page<Entry>, rusqlite::Error> {
     let mut query = db.prepare_cached(
-        "SELECT * FROM audit WHERE n < ?1 AND n >= ?6 AND (?2 IS NULL OR monitor = ?2)
+        "SELECT * FROM audit WHERE n < ?1 AND n >= ?6 AND (?2 IS NULL OR monitor = ?2 OR (monitor = '*' AND ?2 <> ''))
          AND (?3 IS NULL OR user = ?3) AND at_ms BETWEEN ?4 AND ?5 ORDER BY n DESC",
     )?;
     let (before, from_ms, to_ms) = search.bounds();

@@ -10,6 +10,7 @@ mod support;
 mod console;
 mod description;
 mod entry;
+mod everywhere;
 mod jets;
 mod keep_out;
 mod late;

@@ -512,7 +512,7 @@ async fn an_urgent_request_does_not_wait_for_those_before_it() {
                 |it: &str| if asked { it == "asked" } else { !["asked", "repeated"].contains(&it) };
             of.filter(|it| outcome(&it.record.outcome)).map(|it| it.n).next()
         };
-        let both = (first("M2", "Lockout All on", true), first("M1", "Stop All", false));
+        let both = (first("M2", "Lockout All on", true), first("*", "Stop All", false));
         if let (Some(locked_out), Some(given_up)) = both {
             break (locked_out, given_up);
         }

@@ -31,7 +31,8 @@ use std::time::Duration;
 
 use lafet_site::config::{Problem, Zone};
 use lafet_site::{
-    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
+    Entry, Event, Hand, Order, PathFault, Persisted, Phase, Reaction, Record, Site, State,
+    ZoneState,
 };
 use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout};
@@ -104,6 +105,8 @@ struct Machine {
     lines: BTreeMap<String, Line>,
     /// Holds by zone: until when each counts unless it is renewed.
     holds: BTreeMap<String, Now>,
+    /// The latest order to each monitor that was noted.
+    ordered: BTreeMap<String, (Order, Now)>,
     /// The latest report of each detector.
     reported: BTreeMap<String, Reported>,
     /// Where the fires of each zone are, by the bearings of its detectors, and how far these were looked at.
@@ -156,6 +159,7 @@ impl Zones {
             site,
             lines,
             holds: BTreeMap::new(),
+            ordered: BTreeMap::new(),
             reported: BTreeMap::new(),
             fires: BTreeMap::new(),
             locating: BTreeMap::new(),
@@ -438,7 +442,7 @@ impl Hub {
         for command in &commands {
             self.carry_order(zones, machine, command);
         }
-        commands.iter().for_each(|command| self.note_order(command));
+        commands.iter().for_each(|command| self.note_order(machine, command));
         records.iter().for_each(|record| self.note_entry(caller, record));
         machine.news |= !commands.is_empty() || !records.is_empty();
         if persist {

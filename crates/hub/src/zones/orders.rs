@@ -18,6 +18,7 @@ use super::line::{Aiming, Asked};
 use super::{Machine, Valid, ZONES, Zones};
 use crate::access::{Kind, Principal, Role, Standing};
 use crate::command::request::MonitorRequest;
+use crate::command::urgent::REPEATS_NOTED;
 use crate::config::{Aim, Target};
 use crate::control::authority::Seat;
 use crate::error::ApiError;
@@ -229,8 +230,9 @@ impl Hub {
         }
     }
 
-    /// Notes an order with its causes; the request to the monitor has its own entries.
-    pub(super) fn note_order(&self, command: &Command) {
+    /// Notes an order with its causes; the request to the monitor has its own entries. Close and Stop that are
+    /// repeated, as a no is, are noted once in a while.
+    pub(super) fn note_order(&self, machine: &mut Machine, command: &Command) {
         let monitor = match &command.order {
             Order::Prepare { monitor, .. }
             | Order::Engage { monitor, .. }
@@ -240,6 +242,17 @@ impl Hub {
             Order::Sound { .. } | Order::Lamp { .. } => return,
         };
         if command.cause.last() == Some(&Cause::Repeated) {
+            return;
+        }
+        let closes = matches!(command.order, Order::Close { .. } | Order::Stop { .. });
+        let latest =
+            machine.ordered.insert(monitor.to_owned(), (command.order.clone(), self.now()));
+        if let Some((order, at)) = latest
+            && closes
+            && order == command.order
+            && self.now() < at + REPEATS_NOTED
+        {
+            machine.ordered.insert(monitor.to_owned(), (order, at));
             return;
         }
         let what = format!("zones: {}", super::notes::word_of(&command.order));

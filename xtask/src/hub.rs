@@ -1,11 +1,13 @@
 //! `cargo xtask hub-load`: the hub under load and failures, and its part of the benchmarks.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::run::{self, StepResult, output, show, target};
 use crate::{TaskResult, demo, setup};
 
+const PACKAGE: &str = "lafet-hub";
+const GENERATOR: &str = "hub_load";
 /// A thousand connections need two thousand files, half of them the hub's.
 const LIMITED: &str = "ulimit -n 8192 2>/dev/null || ulimit -n $(ulimit -H -n); exec \"$0\" \"$@\"";
 
@@ -15,7 +17,8 @@ pub fn load(arguments: &[String]) -> TaskResult {
         [] => None,
         ["--quick"] => Some("--quick"),
         [only @ ("--long" | "--large")] | ["--flood", only] => {
-            show(program("floods", &demo::optimised()?)?.arg(only))?;
+            let mut floods = command("floods", &demo::optimised()?, &optimised()?)?;
+            show(floods.arg(only))?;
             return Ok(ExitCode::SUCCESS);
         }
         _ => {
@@ -23,37 +26,41 @@ pub fn load(arguments: &[String]) -> TaskResult {
                 .to_owned());
         }
     };
-    loads(&demo::optimised()?, size)?;
+    loads(&demo::optimised()?, &optimised()?, size)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Runs it for three minutes, on the unoptimized program that the other steps of CI use, as a slower one has
 /// less room; but with the allocator of the installed one, whose memory is what the bounds are about.
 pub fn check() -> StepResult {
-    loads(&demo::program_for_memory()?, Some("--quick"))
+    // The profile of the tests, which have built it already; it optimises what is simulated.
+    let generator = run::example(PACKAGE, GENERATOR)?;
+    loads(&demo::program_for_memory()?, &generator, Some("--quick"))
 }
 
-fn loads(lafet: &Path, size: Option<&str>) -> StepResult {
-    show(program("robust", lafet)?.args(size))?;
-    show(program("floods", lafet)?.args(size))
+fn loads(lafet: &Path, generator: &Path, size: Option<&str>) -> StepResult {
+    show(command("robust", lafet, generator)?.args(size))?;
+    show(command("floods", lafet, generator)?.args(size))
 }
 
 /// The figures for docs/performance.md.
 pub fn bench() -> Result<String, String> {
-    output(&mut program("bench", &demo::optimised()?)?)
+    output(&mut command("bench", &demo::optimised()?, &optimised()?)?)
+}
+
+fn optimised() -> Result<PathBuf, String> {
+    run::optimised_example(PACKAGE, GENERATOR)
 }
 
 /// The load generator with this program, in an emptied folder.
-fn program(what: &str, lafet: &Path) -> Result<Command, String> {
+fn command(what: &str, lafet: &Path, generator: &Path) -> Result<Command, String> {
     setup::program("prlimit", "util-linux")?;
-    // The profile of the tests, which have built it already; it optimises what is simulated.
-    let load = run::example("lafet-hub", "hub_load")?;
     let folder = target().join("hub-load");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
     let mut command = Command::new("sh");
-    command.args(["-c", LIMITED]).arg(load);
+    command.args(["-c", LIMITED]).arg(generator);
     command.arg(what).arg(lafet).arg(folder);
     command.current_dir(run::root());
     Ok(command)

@@ -93,6 +93,13 @@ pub fn example(package: &str, name: &str) -> Result<PathBuf, String> {
     Ok(target().join("debug/examples").join(name))
 }
 
+/// The same as it would be shipped: a load that is not to slow itself down.
+pub fn optimised_example(package: &str, name: &str) -> Result<PathBuf, String> {
+    let build = ["build", "--quiet", "--release", "--package", package, "--example", name];
+    show(&mut cargo(&build))?;
+    Ok(target().join("release/examples").join(name))
+}
+
 /// This program with other arguments, behind everything else that wants a processor.
 pub fn behind(arguments: &[&str]) -> Result<Command, String> {
     let program = std::env::current_exe().map_err(|e| format!("this program: {e}"))?;

@@ -394,7 +394,7 @@ export interface components {
             /** @description IP address of the client. */
             from: string;
             kind?: components["schemas"]["Kind"] | null;
-            /** @description To which monitor; empty: to the hub. */
+            /** @description To which monitor; empty: to the hub; `*`: to every monitor. */
             monitor: string;
             /** @description Result of the action. */
             outcome: string;
@@ -1081,6 +1081,11 @@ export interface components {
             role: components["schemas"]["Role"];
             /** @description What the connection is called. */
             seat: string;
+            /**
+             * Format: int64
+             * @description Since its start, ms, by a clock that does not jump: a client says by it when it has sent something.
+             */
+            up_ms: number;
             /** @description Name of the user. */
             user: string;
         };
@@ -1242,6 +1247,11 @@ export interface components {
             t?: number | null;
             /** @description `max` (up, left, narrow) or `min`. */
             toward?: string | null;
+            /**
+             * Format: double
+             * @description The same in ms since the hub's start, as far as the sender knows them.
+             */
+            up_ms?: number | null;
         };
         /** @description How a motion by hand ended. */
         JogEnding: {
@@ -1789,6 +1799,11 @@ export interface components {
              * @description Date of the hub, ms since 1970.
              */
             now_ms: number;
+            /**
+             * Format: int64
+             * @description Since its start, ms, by a clock that does not jump: a client says by it when it has sent something.
+             */
+            up_ms: number;
         };
         /** @description What GetStatus reports of a subsystem. A recording lacks fields whose sensor was faulty. */
         NozzleStatus: {
@@ -2031,6 +2046,11 @@ export interface components {
              * @description Date of the hub, ms since 1970.
              */
             now_ms: number;
+            /**
+             * Format: int64
+             * @description Since its start, ms, by a clock that does not jump: a client says by it when it has sent something.
+             */
+            up_ms: number;
         };
         /** @description Starts or stops a pump by hand. */
         PumpByHand: {
@@ -2139,6 +2159,11 @@ export interface components {
              *     sent later.
              */
             t?: number | null;
+            /**
+             * Format: double
+             * @description The same in ms since the hub's start, as far as the sender knows them.
+             */
+            up_ms?: number | null;
         };
         /**
          * @description What a client may do; each role includes the permissions of the ones before it.
@@ -2170,6 +2195,11 @@ export interface components {
             t?: number | null;
             /** @enum {string} */
             type: "request";
+            /**
+             * Format: double
+             * @description The same in ms since the hub's start, as far as the client knows them.
+             */
+            up_ms?: number | null;
         } | {
             id?: string | null;
             monitor?: string | null;
@@ -2210,6 +2240,11 @@ export interface components {
             monitor: string;
             /** @enum {string} */
             type: "tune";
+            /**
+             * Format: double
+             * @description As that of a request.
+             */
+            up_ms?: number | null;
         } | {
             /** @description The tuning is to end. */
             end?: boolean;

@@ -2,7 +2,7 @@
 // changes the displayed state of the monitor.
 import { HubError, REPLAYED } from './errors';
 import { type HaltKind, halt, onHalt } from './halt';
-import { socket } from './socket';
+import { type Said, socket } from './socket';
 import { LINKED, store } from './store';
 import type { Authority, FrameSeen, Result, Valve } from './types';
 import { type Results, sendUrgent } from './urgent';
@@ -144,13 +144,7 @@ class Commands {
   }
 
   /** One that does not get through at once is seen as not confirmed until it is settled. */
-  private async urgent(
-    what: string,
-    message: object,
-    path: string,
-    body?: unknown,
-    monitor?: string,
-  ): Promise<Results> {
+  private async urgent(what: string, message: Said, path: string, body?: unknown, monitor?: string): Promise<Results> {
     const key = `urgent ${this.urgents++}`;
     const about = { monitor: monitor ?? null, what, key, urgent: true };
     // Where the hub has said since that a monitor is silent, it has the request.

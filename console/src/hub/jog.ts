@@ -1,7 +1,7 @@
 // A held motion (docs/hub-api.md, Jog): heartbeats from the main thread while the control is held, and
 // an end for every way in which it can be released.
 import { onHalt } from './halt';
-import { socket } from './socket';
+import { type Said, socket } from './socket';
 import { LINKED, store } from './store';
 import type { Drive, JogSeen, JogState, Text, Toward } from './types';
 
@@ -14,7 +14,7 @@ export interface HoldState {
 
 /** The functions of the page that jog needs; tests use their own. */
 export interface JogWays {
-  send: (message: object) => boolean;
+  send: (message: Said) => boolean;
   now: () => number;
   beat_ms: () => number;
   allowed: () => boolean;

@@ -1,5 +1,6 @@
 // The WebSocket: hello, resume, reconnecting, answers by id. Its values go to the store.
 
+import { HubClock } from './clock';
 import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from './errors';
 import { guarded } from './faults';
 import { store } from './store';
@@ -27,6 +28,15 @@ const SESSION_ENDED = 4401;
 /** The seat was resumed by another window: this one has its secret no longer. */
 const SEAT_TAKEN = 4410;
 
+/** What moves or opens: the hub refuses it when a stalled network delivers it late. */
+const TIMED = new Set(['request', 'jog', 'tune']);
+
+/** A message to the hub. */
+export interface Said {
+  type: string;
+  [field: string]: unknown;
+}
+
 class Socket {
   private ws: WebSocket | null = null;
   private wanted = false;
@@ -40,6 +50,7 @@ class Socket {
   private readonly listeners = new Map<string, Set<(message: never) => void>>();
   /** The monitors whose every change is subscribed to; null: all. */
   private looked: string[] | null = null;
+  private readonly clock = new HubClock();
   onSessionEnded: () => void = () => {};
   onSeatTaken: () => void = () => {};
 
@@ -113,13 +124,14 @@ class Socket {
   }
 
   /** Sends a message without an answer; false if there is no connection. */
-  send(message: object): boolean {
+  send(message: Said): boolean {
     if (this.ws?.readyState !== WebSocket.OPEN) return false;
-    this.ws.send(JSON.stringify(message));
+    const up_ms = TIMED.has(message.type) ? this.clock.now() : null;
+    this.ws.send(JSON.stringify(up_ms === null ? message : { ...message, up_ms }));
     return true;
   }
 
-  ask(message: object): Promise<Answered> {
+  ask(message: Said): Promise<Answered> {
     const id = this.nextId++;
     return new Promise((resolve, reject) => {
       if (!store.linked || !this.send({ ...message, id })) {
@@ -190,7 +202,9 @@ class Socket {
 
   private hear(text: string): void {
     this.heard();
-    const message = JSON.parse(text) as { type: string; id?: number };
+    const message = JSON.parse(text) as { type: string; id?: number; up_ms?: number };
+    if (message.type === 'hello') this.clock.forget();
+    if (message.up_ms !== undefined) this.clock.heard(message.up_ms);
     switch (message.type) {
       case 'hello': {
         const hello = message as unknown as Hello;

@@ -2,14 +2,14 @@
 // answer it is not given up: it is sent again as soon as the hub is back, and the operator sees that it is not confirmed.
 import { HubError, NOT_LINKED } from './errors';
 import { http } from './http';
-import { type Answered, socket } from './socket';
+import { type Answered, type Said, socket } from './socket';
 import { LINKED, store } from './store';
 import type { ApiError, Result } from './types';
 
 export type Results = Record<string, Result | { error: ApiError } | { pending: true }>;
 
 export interface Urgent {
-  message: object;
+  message: Said;
   path: string;
   body: unknown;
   monitor?: string;

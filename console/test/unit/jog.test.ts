@@ -19,7 +19,7 @@ beforeEach(() => {
   allowed = true;
   jog = new Jog({
     send: (message) => {
-      if (up) sent.push(message as Sent);
+      if (up) sent.push(message as unknown as Sent);
       return up;
     },
     now: () => 0,

@@ -52,6 +52,23 @@ test('subscribes to the monitors shown in full, also after a reconnection', asyn
   expect(sent).toEqual([{ type: 'subscribe', monitors: [] }, { type: 'subscribe' }]);
 });
 
+test('what moves or opens says when it was sent, by the time of the hub', async () => {
+  const { socket } = await import('../../src/hub/socket');
+  (socket as unknown as { open(): void }).open();
+  const hear = (message: object) => wires.at(-1)!.onmessage!({ data: JSON.stringify(message) });
+  sent.length = 0;
+  hear({ type: 'state', now_ms: 1, up_ms: 70_000, set: {} });
+  for (const type of ['request', 'jog', 'tune', 'stop', 'jog_end']) socket.send({ type });
+  const up_ms = expect.closeTo(70_000, -2.5);
+  expect(sent).toEqual([
+    { type: 'request', up_ms },
+    { type: 'jog', up_ms },
+    { type: 'tune', up_ms },
+    { type: 'stop' },
+    { type: 'jog_end' },
+  ]);
+});
+
 test('a seat that another window has resumed is given up; a page that reads slowly keeps its own', async () => {
   const { socket } = await import('../../src/hub/socket');
   const taken = vi.fn();

@@ -128,7 +128,7 @@ fn describe_failures(operation: &mut Operation) {
 /// The hub, its version and its site.
 #[utoipa::path(get, path = "/api/hub", responses((status = 200, body = Now), (status = 401)))]
 async fn about(State(hub): State<Hub>, _: Caller) -> Json<Now> {
-    Json(Now { about: hub.about(), now_ms: hub.clock().now_ms() })
+    Json(Now { about: hub.about(), now_ms: hub.clock().now_ms(), up_ms: hub.up_ms() })
 }
 
 /// What the hub is, with its date.
@@ -138,6 +138,8 @@ struct Now {
     about: About,
     /// Date of the hub, ms since 1970.
     now_ms: u64,
+    /// Since its start, ms, by a clock that does not jump: a client says by it when it has sent something.
+    up_ms: u64,
 }
 
 /// The dictionary of the protocol.

@@ -23,6 +23,7 @@ use super::crash::Crash;
 use super::guard::{Body, Lenient, Urgent};
 use crate::command::outcome::{OfAll, OfOne, Outcome, Pending};
 use crate::command::request::MonitorRequest;
+use crate::command::under_way::UnderWay;
 use crate::command::urgent::Joined;
 use crate::control::motion::Beat;
 use crate::error::ApiError;
@@ -63,6 +64,8 @@ pub struct Asked {
     /// When it was sent, by the sender's clock, ms: late arrival is recognized by it, and a Stop that was
     /// sent later.
     pub t: Option<f64>,
+    /// The same in ms since the hub's start, as far as the sender knows them.
+    pub up_ms: Option<f64>,
 }
 
 /// A change of control authority.
@@ -84,6 +87,8 @@ pub struct JogBeat {
     pub toward: Option<String>,
     /// Clock of the sender, ms; beats that arrive late are recognized by it.
     pub t: Option<f64>,
+    /// The same in ms since the hub's start, as far as the sender knows them.
+    pub up_ms: Option<f64>,
     /// The drive is released: the motion ends.
     #[serde(default)]
     pub end: bool,
@@ -150,7 +155,8 @@ async fn request(
     csrf(&caller, &headers)?;
     let request = request?;
     let longer = asked.t.map(|t| hub.longer(&caller, t));
-    hub.in_time(&station, &request, longer)?;
+    let under_way = UnderWay { longer, most: hub.at_most(asked.up_ms)? };
+    hub.in_time(&station, &request, under_way)?;
     let outcome = hub.command(&caller, &station, request, asked.confirm.as_deref()).await?;
     Ok(Json(outcome).into_response())
 }
@@ -388,6 +394,9 @@ impl Hub {
             }
         };
         self.may_jog(caller, station)?;
-        station.beat(self, caller, Beat { drive, toward, sent_ms: beat.t })
+        let under_way = UnderWay { longer: None, most: self.at_most(beat.up_ms)? };
+        let late = MonitorRequest::moving(drive)
+            .is_ok_and(|request| self.in_time(station, &request, under_way).is_err());
+        station.beat(self, caller, Beat { drive, toward, sent_ms: beat.t, late })
     }
 }

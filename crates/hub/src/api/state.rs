@@ -201,7 +201,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
         version: env!("CARGO_PKG_VERSION"),
         started_ms: hub.started_ms(),
         now_ms: hub.clock().now_ms(),
-        uptime_ms: u64::try_from(hub.now().as_millis()).unwrap_or(u64::MAX),
+        uptime_ms: hub.up_ms(),
         monitors: hub.stations().len(),
         memory_bytes: memory_bytes(),
         clients: Clients {

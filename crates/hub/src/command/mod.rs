@@ -4,6 +4,7 @@ pub mod everywhere;
 pub mod keep_out;
 pub mod outcome;
 pub mod request;
+pub mod under_way;
 pub mod urgent;
 pub mod withdrawn;
 
@@ -41,36 +42,10 @@ const NOTED: Duration = Duration::from_millis(50);
 pub const NUMBERED: Duration = Duration::from_millis(500);
 /// Longest wait of a refusal for the state that explains it.
 const EXPLAINED: Duration = Duration::from_millis(500);
-/// A request that was under way for so much longer than the quickest one is not carried out.
-const LATE: Duration = Duration::from_secs(1);
 /// Time from the answer to the look at the effect of a command.
 const EFFECT: Duration = Duration::from_secs(2);
 
 impl Hub {
-    /// Whether a request that was under way for so much longer than the quickest one of its client is still to be
-    /// carried out: not if it is late, and not after a Stop, Close or Lockout that undoes it and came
-    /// while it was under way.
-    ///
-    /// # Errors
-    ///
-    /// 409, `late` or `void`.
-    pub fn in_time(
-        &self,
-        station: &Station,
-        request: &MonitorRequest,
-        longer: Option<Duration>,
-    ) -> Result<(), ApiError> {
-        let Some(longer) = longer else { return Ok(()) };
-        if longer >= LATE {
-            return Err(ApiError::late());
-        }
-        let sent = Instant::now().checked_sub(longer).unwrap_or(self.start());
-        match station.is_undone_since(request, sent) {
-            true => Err(ApiError::void()),
-            false => Ok(()),
-        }
-    }
-
     /// Sends a request to a monitor. It is carried through even if the client does not wait any
     /// more.
     pub async fn command(

@@ -47,6 +47,11 @@ impl MonitorRequest {
         Self::new(&Request::new(of, Body::Stop))
     }
 
+    /// What moves a drive: a Stop undoes it as it does every motion.
+    pub fn moving(drive: SubsystemId) -> Result<Self, ApiError> {
+        Self::new(&Request::new(drive, Body::Move { destination: 0 }))
+    }
+
     /// Closes a valve.
     pub fn close(valve: SubsystemId) -> Result<Self, ApiError> {
         Self::new(&Request::close(valve))

@@ -35,6 +35,15 @@ pub enum Turn {
     Start(u64, mpsc::Receiver<()>),
 }
 
+/// When a beat was sent.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Heard {
+    /// By its sender's clock, ms.
+    pub sent_ms: Option<f64>,
+    /// Too long ago, by the hub's clock.
+    pub late: bool,
+}
+
 #[derive(Debug)]
 struct Slot {
     beats: Beats,
@@ -47,8 +56,8 @@ struct Slot {
 }
 
 impl Jogs {
-    /// A beat, with the time of its sender's clock.
-    pub fn beat(&mut self, now: Now, key: Key, toward: Toward, sent_ms: Option<f64>) -> Turn {
+    /// A beat, with what is known of when it was sent.
+    pub fn beat(&mut self, now: Now, key: Key, toward: Toward, heard: Heard) -> Turn {
         if !self.slots.contains_key(&key) {
             self.slots
                 .retain(|_, slot| slot.is_held() || now.saturating_sub(slot.heard) < FORGOTTEN);
@@ -60,7 +69,8 @@ impl Jogs {
             slot.delay = Delay::default();
         }
         slot.heard = now;
-        if sent_ms.is_some_and(|sent_ms| !slot.delay.is_fresh(now, sent_ms)) {
+        let fresh = heard.sent_ms.is_none_or(|sent_ms| slot.delay.is_fresh(now, sent_ms));
+        if heard.late || !fresh {
             slot.beats.late(now);
             return match slot.hold {
                 Some(_) => Turn::Said(MotionWord::Moving),
@@ -139,9 +149,9 @@ mod tests {
     }
 
     fn start(jogs: &mut Jogs, at: Now, seat: &str) -> (u64, mpsc::Receiver<()>) {
-        let first = jogs.beat(at, key(seat), Toward::Max, None);
+        let first = jogs.beat(at, key(seat), Toward::Max, Heard::default());
         assert!(matches!(first, Turn::Said(MotionWord::Armed)), "{first:?}");
-        match jogs.beat(at + ms(60), key(seat), Toward::Max, None) {
+        match jogs.beat(at + ms(60), key(seat), Toward::Max, Heard::default()) {
             Turn::Start(number, beats) => (number, beats),
             said => panic!("{said:?}"),
         }
@@ -152,7 +162,7 @@ mod tests {
         let mut jogs = Jogs::default();
         let (_, _beats) = start(&mut jogs, ms(0), "held");
         for number in 0..10_000_u64 {
-            jogs.beat(ms(1000 * number), key(number), Toward::Max, None);
+            jogs.beat(ms(1000 * number), key(number), Toward::Max, Heard::default());
         }
         assert!(jogs.slots.len() <= 62, "{}", jogs.slots.len());
         assert!(jogs.slots[&key("held")].hold.is_some());
@@ -163,13 +173,13 @@ mod tests {
         let mut jogs = Jogs::default();
         let (_, mut beats) = start(&mut jogs, ms(0), "a");
         for number in 0..10_000 {
-            let said = jogs.beat(ms(61 + number / 100), key("a"), Toward::Max, None);
+            let said = jogs.beat(ms(61 + number / 100), key("a"), Toward::Max, Heard::default());
             assert!(matches!(said, Turn::Said(MotionWord::Moving)), "{said:?}");
         }
         assert_eq!((beats.len(), beats.try_recv()), (1, Ok(())));
         drop(beats);
         assert!(matches!(
-            jogs.beat(ms(170), key("a"), Toward::Max, None),
+            jogs.beat(ms(170), key("a"), Toward::Max, Heard::default()),
             Turn::Said(MotionWord::Ended)
         ));
     }
@@ -185,7 +195,7 @@ mod tests {
         jogs.ended(ms(300), &key("a"), second);
         assert!(jogs.slots[&key("a")].hold.is_none());
         assert!(matches!(
-            jogs.beat(ms(310), key("a"), Toward::Max, None),
+            jogs.beat(ms(310), key("a"), Toward::Max, Heard::default()),
             Turn::Said(MotionWord::Ended)
         ));
     }
@@ -193,10 +203,14 @@ mod tests {
     #[test]
     fn a_clock_that_has_stood_still_is_learnt_anew_after_a_pause_and_lateness_is_said() {
         let mut jogs = Jogs::default();
-        let mut beat = |at, sent_ms| jogs.beat(ms(at), key("a"), Toward::Max, Some(sent_ms));
+        let mut beat = |at, sent_ms| {
+            jogs.beat(ms(at), key("a"), Toward::Max, Heard { sent_ms: Some(sent_ms), late: false })
+        };
         assert!(matches!(beat(0, 0.0), Turn::Said(MotionWord::Armed)));
         jogs.end(&key("a"));
-        let mut beat = |at, sent_ms| jogs.beat(ms(at), key("a"), Toward::Max, Some(sent_ms));
+        let mut beat = |at, sent_ms| {
+            jogs.beat(ms(at), key("a"), Toward::Max, Heard { sent_ms: Some(sent_ms), late: false })
+        };
         // It has slept for 5 s.
         assert!(matches!(beat(20_000, 15_000.0), Turn::Late));
         assert!(matches!(beat(79_900, 74_900.0), Turn::Late), "not heard for less than 60 s");

@@ -10,7 +10,7 @@ use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Serialize;
 use tokio::sync::mpsc;
 
-use super::jogs::Turn;
+use super::jogs::{Heard, Turn};
 use crate::command::NUMBERED;
 use crate::command::keep_out::Passed;
 use crate::command::withdrawn::Accepted;
@@ -32,6 +32,8 @@ pub struct Beat {
     pub toward: Toward,
     /// Clock of the sender, ms.
     pub sent_ms: Option<f64>,
+    /// It was under way for too long, by the hub's clock.
+    pub late: bool,
 }
 
 impl Station {
@@ -63,7 +65,8 @@ impl Station {
             }
         };
         let key = (caller.seat.seat.clone(), beat.drive);
-        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.sent_ms);
+        let heard = Heard { sent_ms: beat.sent_ms, late: beat.late };
+        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, heard);
         match turn {
             Turn::Said(state) => Ok(state),
             Turn::Late => Err(ApiError::late_beat()),

@@ -322,6 +322,11 @@ impl Hub {
         self.0.start.elapsed()
     }
 
+    /// The same, ms.
+    pub fn up_ms(&self) -> u64 {
+        u64::try_from(self.now().as_millis()).unwrap_or(u64::MAX)
+    }
+
     /// The moment of the start.
     pub fn start(&self) -> Instant {
         self.0.start

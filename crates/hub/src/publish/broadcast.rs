@@ -73,7 +73,7 @@ impl Audiences {
 }
 
 fn text(hub: &Hub, kind: fn(Published) -> Message, change: Change) -> Utf8Bytes {
-    kind(Published { now_ms: hub.clock().now_ms(), change }).written()
+    kind(Published { now_ms: hub.clock().now_ms(), up_ms: hub.up_ms(), change }).written()
 }
 
 /// What is sent to one client alone, piece by piece as it takes them: everything at first, and later

@@ -152,6 +152,8 @@ pub struct Progress {
 pub struct Published {
     /// Date of the hub, ms since 1970.
     pub now_ms: u64,
+    /// Since its start, ms, by a clock that does not jump: a client says by it when it has sent something.
+    pub up_ms: u64,
     /// The topics that have changed.
     #[serde(flatten)]
     #[schema(inline)]
@@ -163,6 +165,8 @@ pub struct Published {
 pub struct Hello {
     /// Date of the hub, ms since 1970.
     pub now_ms: u64,
+    /// Since its start, ms, by a clock that does not jump: a client says by it when it has sent something.
+    pub up_ms: u64,
     /// What the connection is called.
     pub seat: String,
     /// Gives the seat back to a connection that begins with it.

@@ -143,3 +143,82 @@ async fn an_urgent_request_to_a_name_that_is_gone_says_that_nothing_was_stopped(
         .await;
     assert!(!read["error"]["en"].as_str().unwrap().contains("/api/stop"), "{read}");
 }
+
+/// The first command of a connection has nothing to be compared with, nor have those that a stall delivers together.
+#[tokio::test]
+async fn the_first_command_of_a_connection_is_late_by_the_hubs_clock() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let up_ms = operator.hello["up_ms"].as_f64().unwrap();
+    let sent = tokio::time::Instant::now();
+    let up = |ago_ms: f64| up_ms + sent.elapsed().as_secs_f64() * 1000.0 - ago_ms;
+    let open = |up_ms: f64, t: f64| json!({ "type": "request", "monitor": "M1", "request": "Move Vertical 900", "up_ms": up_ms, "t": t });
+    let late = operator.ask(open(up(5000.0), 0.0)).await;
+    assert_eq!(late["error"]["code"], "late", "{late}");
+    let together = operator.ask(open(up(4000.0), 1000.0)).await;
+    assert_eq!(together["error"]["code"], "late", "it is the quickest so far: {together}");
+    let ahead = operator.ask(open(up(-60_000.0), 2000.0)).await;
+    assert_eq!(ahead["error"]["code"], "bad_request", "{ahead}");
+    for lang in ["en", "ru"] {
+        assert!(ahead["error"][lang].as_str().unwrap().contains("up_ms"), "{ahead}");
+    }
+    tokio::time::sleep(Duration::from_millis(1000)).await;
+    assert_eq!(site.post("", "/api/monitors/M1/stop", json!({})).await.status, 200);
+    let void = operator.ask(open(up(800.0), 60_000.0)).await;
+    assert_eq!(void["error"]["code"], "void", "a Stop came meanwhile: {void}");
+    assert!(stays(Duration::from_millis(200), || site.bus.commanded(0, VERTICAL) == 0).await);
+    let sent_now = operator.ask(open(up(0.0), 61_000.0)).await;
+    assert_eq!(sent_now["result"]["ok"], true, "{sent_now}");
+}
+
+#[tokio::test]
+async fn over_http_the_first_command_is_late_by_the_hubs_clock() {
+    let site = Site::open(1).await;
+    let about = site.get("", "/api/hub").await.body;
+    let up_ms = about["up_ms"].as_f64().unwrap();
+    let take = json!({ "action": "take" });
+    assert_eq!(site.post("", "/api/monitors/M1/authority", take).await.status, 200);
+    let asked = tokio::time::Instant::now();
+    let up = |ago_ms: f64| up_ms + asked.elapsed().as_secs_f64() * 1000.0 - ago_ms;
+    let post = async |path: &str, mut body: serde_json::Value, up_ms: f64| {
+        body["up_ms"] = json!(up_ms);
+        site.post("", &format!("/api/monitors/M1/{path}"), body).await
+    };
+    let request = json!({ "request": "Move Vertical 900", "t": 1.0 });
+    let reply = post("requests", request.clone(), up(5000.0)).await;
+    assert_eq!((reply.status, reply.code()), (409, "late"), "{reply:?}");
+    let beat = json!({ "drive": "Vertical", "toward": "max", "t": 1.0 });
+    for _ in 0..4 {
+        let reply = post("jog", beat.clone(), up(5000.0)).await;
+        assert_eq!((reply.status, reply.code()), (409, "late"), "{reply:?}");
+    }
+    assert!(stays(Duration::from_millis(200), || site.bus.commanded(0, VERTICAL) == 0).await);
+    assert_eq!(post("requests", request, up(0.0)).await.status, 200);
+}
+
+/// A burst of heartbeats that a stall has kept, the first ones of their connection.
+#[tokio::test]
+async fn the_first_heartbeats_of_a_connection_are_late_by_the_hubs_clock() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let up_ms = operator.hello["up_ms"].as_f64().unwrap();
+    let began = tokio::time::Instant::now();
+    let up = |ago_ms: f64| up_ms + began.elapsed().as_secs_f64() * 1000.0 - ago_ms;
+    let beat = |ago_ms: f64| json!({ "type": "jog", "monitor": "M1", "drive": "Vertical", "toward": "max", "t": 10_000.0 - ago_ms, "up_ms": up(ago_ms) });
+    let rests = || site.bus.commanded(0, VERTICAL) == 0;
+    for beats in 0..20 {
+        operator.send(beat(5000.0 - f64::from(beats) * 60.0)).await;
+    }
+    assert!(stays(Duration::from_millis(300), rests).await, "the burst moves it");
+    operator.send(json!({ "type": "jog_end", "monitor": "M1", "drive": "Vertical" })).await;
+    // Tuning moves as well.
+    let tune = json!({ "type": "tune", "monitor": "M1", "drive": "Vertical", "up_ms": up(5000.0) });
+    assert_eq!(operator.ask(tune).await["error"]["code"], "late");
+    for _ in 0..5 {
+        operator.send(beat(0.0)).await;
+        tokio::time::sleep(Duration::from_millis(60)).await;
+    }
+    until("it moves", || !rests()).await;
+}

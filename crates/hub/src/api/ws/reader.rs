@@ -25,6 +25,7 @@ use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
 use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
 use crate::command::request::MonitorRequest;
+use crate::command::under_way::UnderWay;
 use crate::command::urgent::{Joined, UNANSWERED};
 use crate::control::beats::Delay;
 use crate::error::{ApiError, shown};
@@ -140,10 +141,16 @@ impl Reader {
             Said::Lockout { id, monitor: Some(monitor) } => {
                 self.urgent(id, &monitor, |_| Ok(vec![MonitorRequest::lockout()?])).await;
             }
-            Said::Request { id, monitor, request, t, confirm, save } => {
+            Said::Request { id, monitor, request, t, up_ms, confirm, save } => {
                 let now = self.hub.now();
                 let longer = t.map(|t| self.delay.longer(now, t).unwrap_or(Duration::MAX));
-                self.request(id, &monitor, (&request, longer), confirm, save).await;
+                match self.hub.at_most(up_ms) {
+                    Ok(most) => {
+                        let request = (&*request, UnderWay { longer, most });
+                        self.request(id, &monitor, request, confirm, save).await;
+                    }
+                    Err(error) => self.answer(id, Err(error)).await,
+                }
             }
             Said::Authority { id, monitor, action, reason } => {
                 let result = self.hub.station(&monitor).and_then(|station| {
@@ -157,7 +164,8 @@ impl Reader {
             }
             Said::Jog { monitor, beat } => self.beat(monitor, &beat),
             Said::JogEnd { monitor, drive } => {
-                let end = JogBeat { drive: drive.clone(), toward: None, t: None, end: true };
+                let end =
+                    JogBeat { drive: drive.clone(), toward: None, t: None, up_ms: None, end: true };
                 if let Ok(station) = self.hub.station(&monitor) {
                     _ = self.hub.beat(&self.caller, &station, &end);
                 }
@@ -165,9 +173,9 @@ impl Reader {
                     self.told.remove(&(monitor, drive));
                 }
             }
-            Said::Tune { id, monitor, drive } => {
+            Said::Tune { id, monitor, drive, up_ms } => {
                 let station = self.hub.station(&monitor);
-                let begun = station.and_then(|it| self.hub.tune(&self.caller, &it, &drive));
+                let begun = station.and_then(|it| self.tune(&it, &drive, up_ms));
                 let answer = match begun {
                     Ok(()) => Answer::to(id),
                     Err(error) => Answer::refused(id, &error),
@@ -188,6 +196,19 @@ impl Reader {
                 self.send(answer).await;
             }
         }
+    }
+
+    fn tune(
+        &self,
+        station: &Arc<Station>,
+        drive: &str,
+        up_ms: Option<f64>,
+    ) -> Result<(), ApiError> {
+        if let Some(id) = SubsystemId::from_name(drive) {
+            let under_way = UnderWay { longer: None, most: self.hub.at_most(up_ms)? };
+            self.hub.in_time(station, &MonitorRequest::moving(id)?, under_way)?;
+        }
+        self.hub.tune(&self.caller, station, drive)
     }
 
     /// What the client looks at from now on, instead of what it looked at before.
@@ -301,7 +322,7 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        (request, longer): (&str, Option<Duration>),
+        (request, under_way): (&str, UnderWay),
         confirm: Option<String>,
         save: bool,
     ) {
@@ -316,7 +337,7 @@ impl Reader {
             Ok(known) => known,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        if let Err(error) = self.hub.in_time(&station, &request, longer) {
+        if let Err(error) = self.hub.in_time(&station, &request, under_way) {
             return self.answer(id, Err(error)).await;
         }
         let Ok(turn) = self.room.clone().try_acquire_owned() else {
@@ -446,7 +467,8 @@ mod tests {
         let (mut reader, _waiting) = reader(1);
         for number in 0..1000 {
             let drive = format!("Drive{number}");
-            let beat = JogBeat { drive, toward: Some("max".into()), t: None, end: false };
+            let beat =
+                JogBeat { drive, toward: Some("max".into()), t: None, up_ms: None, end: false };
             reader.beat(format!("M{number}"), &beat);
             reader.beat(format!("M{number}"), &JogBeat { drive: "Vertical".into(), ..beat });
             reader.watch(&[format!("M{number}")]);

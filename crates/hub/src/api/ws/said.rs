@@ -46,6 +46,8 @@ pub enum Said {
         request: String,
         /// When it was sent, by the client's monotonic clock, ms.
         t: Option<f64>,
+        /// The same in ms since the hub's start, as far as the client knows them.
+        up_ms: Option<f64>,
         confirm: Option<String>,
         /// A parameter is waited for until it is stored.
         #[serde(default)]
@@ -95,6 +97,8 @@ pub enum Said {
         id: Id,
         monitor: String,
         drive: String,
+        /// As that of a request.
+        up_ms: Option<f64>,
     },
     /// The client of a tuning is still there: at least every two seconds.
     TuneBeat {

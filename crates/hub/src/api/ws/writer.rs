@@ -101,6 +101,7 @@ impl Writer {
         let watchdog_ms = u64::try_from(WATCHDOG.as_millis()).unwrap_or(300);
         let hello = Hello {
             now_ms: self.hub.clock().now_ms(),
+            up_ms: self.hub.up_ms(),
             seat: key.seat.clone(),
             resume: key.resume.clone(),
             user: principal.user.clone(),

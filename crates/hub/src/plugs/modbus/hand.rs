@@ -111,7 +111,7 @@ impl Hand {
                 Act::Beat { monitor, axis, toward } => {
                     let said = self.station(monitor).and_then(|station| {
                         self.hub.may_jog(&self.caller, &station)?;
-                        let beat = Beat { drive: AXES[axis], toward, sent_ms: None };
+                        let beat = Beat { drive: AXES[axis], toward, sent_ms: None, late: false };
                         station.beat(&self.hub, &self.caller, beat)
                     });
                     desk.jogged(monitor, axis, said.map_err(|error| Failed::from(&error)));

@@ -1,0 +1,71 @@
+//! How long a request was under way: what a stalled network delivers is not carried out.
+//!
+//! A client says when it has sent a request, by two clocks. Its own (`t`) is compared with its quickest request:
+//! exact, but the first one has nothing to be compared with, nor have those that a stall delivers together.
+//! That of the hub (`up_ms`), which it knows from what the hub has sent, is behind by the time that took: a request is
+//! never taken for younger than it is.
+
+use std::time::Duration;
+
+use lafet_texts::{Text as _, hub as text};
+use tokio::time::Instant;
+
+use super::request::MonitorRequest;
+use crate::error::ApiError;
+use crate::hub::Hub;
+use crate::monitor::station::Station;
+
+/// A request that was under way for so much longer than the quickest one is not carried out.
+const LATE: Duration = Duration::from_secs(1);
+/// Nor one that may have been under way for so long: the console says by then that there is no answer.
+const OLD: Duration = Duration::from_secs(2);
+
+/// How long a request was under way, as far as its client says.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct UnderWay {
+    /// For how much longer than the quickest one.
+    pub longer: Option<Duration>,
+    /// For how long at most.
+    pub most: Option<Duration>,
+}
+
+impl Hub {
+    /// For how long something was under way at most that was sent so long after the start of the hub.
+    ///
+    /// # Errors
+    ///
+    /// 400: that time has not come yet.
+    pub fn at_most(&self, up_ms: Option<f64>) -> Result<Option<Duration>, ApiError> {
+        let Some(up_ms) = up_ms else { return Ok(None) };
+        let most_ms = self.up_ms() as f64 - up_ms;
+        if most_ms < -(OLD.as_millis() as f64) {
+            return Err(ApiError::bad_request(text::SentInFuture.words()));
+        }
+        // More than a duration has room for was under way for ever.
+        let most = Duration::try_from_secs_f64(most_ms.max(0.0) / 1000.0);
+        Ok(Some(most.unwrap_or(Duration::MAX)))
+    }
+
+    /// Whether a request is still to be carried out: not if it is late, and not after a Stop, Close or Lockout that
+    /// undoes it and came while it was under way.
+    ///
+    /// # Errors
+    ///
+    /// 409, `late` or `void`.
+    pub fn in_time(
+        &self,
+        station: &Station,
+        request: &MonitorRequest,
+        UnderWay { longer, most }: UnderWay,
+    ) -> Result<(), ApiError> {
+        if longer.is_some_and(|it| it >= LATE) || most.is_some_and(|it| it >= OLD) {
+            return Err(ApiError::late());
+        }
+        let Some(longest) = longer.max(most) else { return Ok(()) };
+        let sent = Instant::now().checked_sub(longest).unwrap_or(self.start());
+        match station.is_undone_since(request, sent) {
+            true => Err(ApiError::void()),
+            false => Ok(()),
+        }
+    }
+}

@@ -66,6 +66,8 @@ test('words are compared without endings, in both languages', () => {
   // Names of the protocol are not words of a language.
   assert.equal(term('GetStatus2'), 'getstatus2');
   assert.ok(term('а'.repeat(100_000)).length <= 64);
+  // Neither indexed nor asked for.
+  for (const common of ['не', 'Как', 'the', 'Not']) assert.equal(term(common), '');
 });
 
 const HELP = `About it\n\nUsage: lafet [COMMAND]\n\nCommands:\n  status  Shows | it\n          in full\n  sim     Simulates\n\nOptions:\n  -h  Help\n`;

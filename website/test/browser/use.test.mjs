@@ -43,6 +43,13 @@ test('an English word is found; nothing is said of what is not there', async () 
   await close();
 });
 
+test('what a question asks for comes before its common words', async () => {
+  const { page, close } = await site.open('ru/index.html');
+  const [first] = await search(page, 'затвор не закрывается');
+  assert.match(first, /затвор/i);
+  await close();
+});
+
 test('addresses stay right from page to page, whichever was opened first', async () => {
   const { page, seen, close } = await site.open('index.html');
   await page.locator('.vp-doc a', { hasText: 'Integrator' }).first().click();

@@ -50,6 +50,15 @@ test('what a question asks for comes before its common words', async () => {
   await close();
 });
 
+test('a command is read to its end, on a phone as well', async () => {
+  const { page, close } = await site.open('ru/install.html', { width: 390, height: 844 });
+  const cut = await page.$$eval('.vp-doc .language-sh pre', (all) =>
+    all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent),
+  );
+  assert.deepEqual(cut, []);
+  await close();
+});
+
 test('addresses stay right from page to page, whichever was opened first', async () => {
   const { page, seen, close } = await site.open('index.html');
   await page.locator('.vp-doc a', { hasText: 'Integrator' }).first().click();

@@ -59,6 +59,20 @@ test('a command is read to its end, on a phone as well', async () => {
   await close();
 });
 
+test('the playground opens in the language of the page that leads to it', async () => {
+  const { page, close } = await site.open('ru/index.html');
+  // It need not be there for that: its address is all that counts.
+  await page.evaluate(() => {
+    const link = document.createElement('a');
+    link.href = './playground/';
+    link.addEventListener('click', (event) => event.preventDefault());
+    document.body.append(link);
+    link.click();
+  });
+  assert.equal(await page.evaluate(() => localStorage.getItem('lafet.lang')), 'ru');
+  await close();
+});
+
 test('addresses stay right from page to page, whichever was opened first', async () => {
   const { page, seen, close } = await site.open('index.html');
   await page.locator('.vp-doc a', { hasText: 'Integrator' }).first().click();

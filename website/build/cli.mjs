@@ -18,6 +18,8 @@ const WORDS = {
     back: 'Все команды',
   },
 };
+/** As many letters as a line of a page has beside its navigation. */
+const COLUMNS = 80;
 /** Deeper than any command is nested: help that repeats itself ends here. */
 const DEPTH_MAX = 4;
 
@@ -29,7 +31,7 @@ export function cli(help = ask) {
 function ask(lang, words) {
   const program = process.env.LAFET_BIN;
   if (!program) throw new Error('LAFET_BIN is not set: the program whose help the pages show');
-  const env = { PATH: process.env.PATH, COLUMNS: '100', NO_COLOR: '1' };
+  const env = { PATH: process.env.PATH, COLUMNS: String(COLUMNS), NO_COLOR: '1' };
   return execFileSync(program, ['--lang', lang, ...words, '--help'], { encoding: 'utf8', env });
 }
 

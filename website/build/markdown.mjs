@@ -1,6 +1,9 @@
 // How the Markdown of the project is read: links between files become links between pages.
-import { IN_ENGLISH } from '../site/navigation.mjs';
+import { GROUPS, IN_ENGLISH } from '../site/navigation.mjs';
 import { between, target } from './sources.mjs';
+
+/** Page (without its ending) → its title in both languages. */
+const TITLES = new Map(GROUPS.flatMap((group) => group.pages).map((page) => [page.path, page.title]));
 
 /** Languages of code that are coloured; the grammars of lafet's own (`send`, `ebnf`) are text. */
 const COLOURED = new Set(['sh', 'toml', 'json', 'c', 'rust', 'python', 'py', 'yaml', 'html', 'text']);
@@ -60,6 +63,11 @@ function rewritten(tokens, { known, source, page, russian }) {
     if (token.type === 'image') picture(token, { source, page });
     if (token.type === 'link_open') {
       closing = open(token, { known, source, page, russian, after: textAfter(tokens, index) });
+      if (closing?.title && tokens[index + 2]?.type === 'link_close' && isFile(tokens[index + 1], closing.file)) {
+        tokens[index + 1].content = closing.title;
+        // The name of the file said which language it is in.
+        closing.mark ||= closing.english;
+      }
       out.push(token);
     } else if (token.type === 'link_close') {
       out.push(token);
@@ -95,8 +103,21 @@ function open(token, { known, source, page, russian, after }) {
   }
   const address = leads.page === page ? '' : between(page, leads.page);
   token.attrSet('href', leads.anchor === undefined ? address : `${address}#${leads.anchor}`);
-  const english = page.startsWith('ru/') && !leads.page.startsWith('ru/') && !russian(leads.page);
-  return english && !/по-английски|английск/.test(after) ? { mark: true } : null;
+  const english = page.startsWith('ru/') && !leads.page.startsWith('ru/') && !/по-английски|английск/.test(after);
+  const mark = english && !russian(leads.page);
+  return { mark, english, title: titleOf(leads.page, page), file: href.split('#')[0] };
+}
+
+/** What a page calls another one where its source names a file: readers of the site have no files. */
+function titleOf(leads, page) {
+  const title = TITLES.get(leads.replace(/^ru\//, '').replace(/\.md$/, ''));
+  if (!title) return null;
+  if (page.startsWith('ru/')) return `«${title.ru}»`;
+  return leads.startsWith('ru/') ? title.ru : title.en;
+}
+
+function isFile(token, file) {
+  return token.type === 'text' && token.content.endsWith('.md') && `/${file}`.endsWith(`/${token.content}`);
 }
 
 /** The pictures are in one folder for both languages. */

@@ -47,5 +47,5 @@ console.log(`   ${path.relative(WEBSITE, PAGES)}: ${written.size} pages`);
 /** What the Russian site has in place of a page that is only in English. */
 function inEnglish(name, { en, ru }) {
   const up = '../'.repeat(name.split('/').length);
-  return `---\nonlyEnglish: true\n---\n\n# ${ru}\n\nЭта страница есть только по-английски: [${en}](${up}${name}.md).\n`;
+  return `---\nonlyEnglish: true\nprev: false\nnext: false\n---\n\n# ${ru}\n\nЭта страница есть только по-английски: [${en}](${up}${name}.md).\n`;
 }

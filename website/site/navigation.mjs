@@ -78,7 +78,7 @@ export const GROUPS = [
       page('design', 'Why it is built this way', 'Почему построено так'),
       page('contributing', 'Contributing', 'Как вносить изменения'),
       page('release', 'How to release', 'Как выпускать версию'),
-      page('playground', 'The playground', 'Протокол на странице'),
+      page('playground', 'The playground', 'Песочница'),
       page('client', 'The controlling side', 'Управляющая сторона'),
       page('physics', 'The physics of the simulator', 'Физика имитатора'),
       page('conformance-scenarios', 'Scenarios of the protocol', 'Сценарии протокола'),

@@ -1,11 +1,13 @@
 // The parts of the build, each by itself.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { createMarkdownRenderer } from 'vitepress';
 import { api } from '../build/api.mjs';
 import { cli, commandsIn } from '../build/cli.mjs';
+import { reader } from '../build/markdown.mjs';
 import { parameters } from '../build/parameters.mjs';
 import { PLACE, pageAt, program } from '../build/relative.mjs';
-import { between, slug, sources, target } from '../build/sources.mjs';
+import { between, ROOT, slug, sources, target } from '../build/sources.mjs';
 import { structure, table, type } from '../build/structures.mjs';
 import { LABELS, labelled } from '../site/labels.mjs';
 import { term } from '../site/search.mjs';
@@ -34,6 +36,21 @@ test('a link leads to the page of its file, wherever that file is', () => {
   assert.equal(leads('docs/hub.md', 'mailto:a@example.org'), null);
   assert.equal(between('ru/hub.md', 'client.md'), '../client.md');
   assert.equal(between('hub.md', 'ru/hub.md'), './ru/hub.md');
+});
+
+test('what names a file in the sources names a page on the site', async () => {
+  const md = await createMarkdownRenderer(ROOT, { config: reader(sources()) });
+  const shown = (page, text) =>
+    md
+      .render(text, { relativePath: page })
+      .replaceAll(/<[^>]*>/g, '')
+      .trim();
+  assert.equal(shown('hub.md', 'see [hub-api.md](hub-api.md#errors)'), 'see The hub’s API');
+  assert.equal(shown('ru/hub.md', 'в [hub-api.ru.md](hub-api.ru.md)'), 'в «API сервера объекта»');
+  assert.equal(shown('ru/hub.md', 'в [hub.md](hub.md#limits)'), 'в «Сервер объекта» (по-английски)');
+  assert.equal(shown('ru/hub.md', '[In English](hub.md)'), 'In English');
+  assert.equal(shown('console.md', '[console.ru.md](console.ru.md)'), 'Пульт');
+  assert.equal(shown('hub.md', '[the API](hub-api.md)'), 'the API');
 });
 
 test('strings of a program become sums, in every kind of quotes, and nothing else changes', () => {
@@ -66,6 +83,8 @@ test('words are compared without endings, in both languages', () => {
   // Names of the protocol are not words of a language.
   assert.equal(term('GetStatus2'), 'getstatus2');
   assert.ok(term('а'.repeat(100_000)).length <= 64);
+  // Neither indexed nor asked for.
+  for (const common of ['не', 'Как', 'the', 'Not']) assert.equal(term(common), '');
 });
 
 const HELP = `About it\n\nUsage: lafet [COMMAND]\n\nCommands:\n  status  Shows | it\n          in full\n  sim     Simulates\n\nOptions:\n  -h  Help\n`;

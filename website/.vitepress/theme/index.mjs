@@ -5,6 +5,7 @@ import { relabel } from '../../site/labels.mjs';
 import { term } from '../../site/search.mjs';
 import { absolute } from './absolute.mjs';
 import { followSearch } from './accessible.mjs';
+import { speak } from './playground.mjs';
 import { scrollable } from './scrollable.mjs';
 import './style.css';
 import './print.css';
@@ -34,6 +35,7 @@ export default {
     onMounted(() => {
       absolute(document);
       followSearch();
+      speak(document, () => lang.value);
       reach();
       window.addEventListener('resize', reach);
     });

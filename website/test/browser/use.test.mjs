@@ -43,6 +43,36 @@ test('an English word is found; nothing is said of what is not there', async () 
   await close();
 });
 
+test('what a question asks for comes before its common words', async () => {
+  const { page, close } = await site.open('ru/index.html');
+  const [first] = await search(page, 'затвор не закрывается');
+  assert.match(first, /затвор/i);
+  await close();
+});
+
+test('a command is read to its end, on a phone as well', async () => {
+  const { page, close } = await site.open('ru/install.html', { width: 390, height: 844 });
+  const cut = await page.$$eval('.vp-doc .language-sh pre', (all) =>
+    all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent),
+  );
+  assert.deepEqual(cut, []);
+  await close();
+});
+
+test('the playground opens in the language of the page that leads to it', async () => {
+  const { page, close } = await site.open('ru/index.html');
+  // It need not be there for that: its address is all that counts.
+  await page.evaluate(() => {
+    const link = document.createElement('a');
+    link.href = './playground/';
+    link.addEventListener('click', (event) => event.preventDefault());
+    document.body.append(link);
+    link.click();
+  });
+  assert.equal(await page.evaluate(() => localStorage.getItem('lafet.lang')), 'ru');
+  await close();
+});
+
 test('addresses stay right from page to page, whichever was opened first', async () => {
   const { page, seen, close } = await site.open('index.html');
   await page.locator('.vp-doc a', { hasText: 'Integrator' }).first().click();

@@ -30,7 +30,8 @@ pub struct ScanOptions {
     /// probed: a probe would collide with its frames, possibly with a Stop.
     pub listen: Duration,
     /// Whether the first answer shortens the wait for the others, which have a similar round trip:
-    /// to four times that round trip plus [`ADAPTED`].
+    /// to four times that round trip plus [`ADAPTED`]. Until then an address has the whole wait only
+    /// once, then [`ADAPTED`]: frames on the line do not meet, and an answer that comes later counts.
     pub adapt: bool,
 }
 
@@ -119,8 +120,10 @@ pub async fn scan(
             }
             progress(address);
             for _ in 0..tries {
-                let heard = prober.ask(address, &[], check, scan.wait(options)).await?;
-                sent[usize::from(address)] += 1;
+                let probes = &mut sent[usize::from(address)];
+                let wait = scan.wait(options, *probes > 0);
+                let heard = prober.ask(address, &[], check, wait).await?;
+                *probes += 1;
                 if scan.note(heard, source, &sent) {
                     break;
                 }
@@ -135,11 +138,13 @@ pub async fn scan(
 }
 
 impl Scan {
-    /// Longest wait for the next probe.
-    fn wait(&self, options: &ScanOptions) -> Duration {
+    /// Longest wait for the next probe. `again`: the address was probed before.
+    fn wait(&self, options: &ScanOptions, again: bool) -> Duration {
         let slowest = self.present.iter().map(|present| present.rtt).max();
-        match slowest.filter(|_| options.adapt) {
+        match slowest {
+            _ if !options.adapt => options.wait,
             Some(slowest) => (ADAPTED + slowest * 4).min(options.wait),
+            None if again => ADAPTED.min(options.wait),
             None => options.wait,
         }
     }

@@ -263,7 +263,7 @@ fn options(args: &ScanArgs, usual_ms: u64, listen: bool) -> ScanOptions {
         crc32c: true,
         listen: if listen { CONTROLLER_PAUSE } else { Duration::ZERO },
         // A timeout chosen by the user is kept.
-        adapt: args.wait.is_none() && !args.hosts.is_empty(),
+        adapt: args.wait.is_none(),
     }
 }
 
@@ -367,7 +367,7 @@ mod tests {
         assert!(a_range("10.0.0.0/8").is_err());
     }
 
-    /// On a network the first answer shortens the waits after it, unless the user has chosen them.
+    /// The first answer shortens the waits after it, unless the user has chosen them.
     #[test]
     fn a_wait_adapts_where_none_is_chosen() {
         #[derive(Debug, clap::Parser)]
@@ -381,7 +381,9 @@ mod tests {
             options(&line.args, NETWORK_WAIT_MS, true).adapt
         };
         assert!(adapts(&["10.0.0.1"]));
-        assert!(!adapts(&["10.0.0.1", "--wait", "100"]));
-        assert!(!adapts(&[]));
+        assert!(adapts(&[]));
+        for chosen in [&["10.0.0.1", "--wait", "100"][..], &["--wait", "100"]] {
+            assert!(!adapts(chosen), "{chosen:?}");
+        }
     }
 }

@@ -261,9 +261,16 @@ impl Driver {
     fn came(&mut self, stream: TcpStream, tell: &mut impl FnMut(Event)) {
         let now = self.start.elapsed();
         let program = self.gateway.connect(now).or_else(|| {
-            let quiet = self.gateway.quietest(now)?;
-            self.let_go(quiet);
-            self.gateway.connect(now)
+            if let Some(quiet) = self.gateway.quietest(now) {
+                self.let_go(quiet);
+                return self.gateway.connect(now);
+            }
+            // What stops must not wait until one of them is quiet.
+            self.gateway.connect_guest(now).or_else(|| {
+                let quiet = self.gateway.quietest_guest()?;
+                self.let_go(quiet);
+                self.gateway.connect_guest(now)
+            })
         });
         let Some(program) = program else { return };
         let from = stream.peer_addr().map_or_else(|_| String::new(), |place| place.to_string());
@@ -275,13 +282,21 @@ impl Driver {
 
     fn said(&mut self, now: Now, said: &Said, tell: &mut impl FnMut(Event)) {
         if said.bytes.is_empty() {
-            self.let_go(said.program);
+            // Another connection may have the address by now.
+            let is_there =
+                |(address, to): &(u8, mpsc::Sender<_>)| *address == said.program && !to.is_closed();
+            if !self.connected.iter().any(is_there) {
+                self.let_go(said.program);
+            }
             tell(Event::ProgramGone(said.program));
             return;
         }
         let answers = self.gateway.handle_program(now, said.program, &said.bytes, &self.controller);
         if !answers.is_empty() {
             self.answer(said.program, answers);
+        }
+        if self.gateway.is_refused(said.program) {
+            self.let_go(said.program);
         }
     }
 
@@ -419,6 +434,7 @@ async fn serve(
             }
         }
     }
+    drop(answers);
     // An error means that the controller has ended.
     _ = said.send(Said { program, bytes: Vec::new() }).await;
 }

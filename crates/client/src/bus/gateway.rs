@@ -20,6 +20,9 @@ use crate::session::Now;
 pub const LENT: RangeInclusive<u8> = 230..=254;
 /// Most programs at a time; fewer than addresses.
 pub const PROGRAMS_MAX: usize = 16;
+/// Most connections beyond these at a time. They are there for a Stop, Close or Lockout on, which must not wait
+/// until one of the programs is quiet.
+const GUESTS_MAX: usize = 4;
 /// A program that has said nothing for this long gives way to another one where there are so many: its
 /// connection may be half open.
 const QUIET: Duration = Duration::from_secs(30);
@@ -53,9 +56,24 @@ struct Program {
     probes: ProbeLimit,
     /// When it was heard last.
     heard: Now,
+    /// Whether it has one of the places of programs.
+    place: Place,
     /// The program has disconnected.
     gone: bool,
     waiting: VecDeque<Waiting>,
+}
+
+/// Whether a connection counts as a program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Place {
+    #[default]
+    Program,
+    /// It has not said anything yet.
+    Guest,
+    /// It began with something urgent, so it stays until others need its place.
+    Urgent,
+    /// It began with something else.
+    Refused,
 }
 
 #[derive(Debug)]
@@ -92,22 +110,54 @@ impl Gateway {
     /// Assigns an address to a new program; `None` if there are too many.
     pub fn connect(&mut self, now: Now) -> Option<u8> {
         self.forget(now);
-        if self.programs.len() >= PROGRAMS_MAX {
+        let programs = self.programs.values().filter(|one| one.place == Place::Program);
+        if programs.count() >= PROGRAMS_MAX {
             return None;
         }
+        self.lend(now, Place::Program)
+    }
+
+    /// Assigns an address to a connection more than there may be programs. If its first frame is urgent it
+    /// stays, else it is to be closed: see [`Self::is_refused`]. `None` if there are too many of these.
+    pub fn connect_guest(&mut self, now: Now) -> Option<u8> {
+        let guests = self.programs.values().filter(|one| one.place != Place::Program);
+        if guests.count() >= GUESTS_MAX {
+            return None;
+        }
+        self.lend(now, Place::Guest)
+    }
+
+    fn lend(&mut self, now: Now, place: Place) -> Option<u8> {
         let after = self.lent.map_or(*LENT.start(), |last| last.saturating_add(1));
         let mut order = (after..=*LENT.end()).chain(LENT);
         let address = order.find(|address| !self.programs.contains_key(address))?;
         self.lent = Some(address);
-        self.programs.insert(address, Program { heard: now, ..Program::default() });
+        self.programs.insert(address, Program { heard: now, place, ..Program::default() });
         Some(address)
     }
 
     /// The program that has to give way to one more: of those that were quiet for long, the quietest.
     pub fn quietest(&self, now: Now) -> Option<u8> {
-        let there = self.programs.iter().filter(|(_, program)| !program.gone);
-        let (address, program) = there.min_by_key(|(_, program)| program.heard)?;
-        (now >= program.heard + QUIET).then_some(*address)
+        let programs = |program: &Program| program.place == Place::Program;
+        let (address, heard) = self.first(programs)?;
+        (now >= heard + QUIET).then_some(address)
+    }
+
+    /// The guest that has to give way to one more: the quietest.
+    pub fn quietest_guest(&self) -> Option<u8> {
+        self.first(|program| program.place != Place::Program).map(|(address, _)| address)
+    }
+
+    /// Of these, the one that was heard first, and when.
+    fn first(&self, is: impl Fn(&Program) -> bool) -> Option<(u8, Now)> {
+        let there = self.programs.iter().filter(|(_, program)| !program.gone && is(program));
+        let first = there.min_by_key(|(_, program)| program.heard);
+        first.map(|(address, program)| (*address, program.heard))
+    }
+
+    /// Whether this connection has no place: it began with something that is not urgent.
+    pub fn is_refused(&self, program: u8) -> bool {
+        self.programs.get(&program).is_some_and(|program| program.place == Place::Refused)
     }
 
     /// Removes a program. Its urgent requests are still sent.
@@ -167,6 +217,13 @@ impl Gateway {
             let payload = payload.to_vec();
             let check = program.decoder.check();
             program.own = src;
+            if program.place == Place::Guest {
+                let urgent = MONITORS.contains(&dst) && is_urgent(&payload);
+                program.place = if urgent { Place::Urgent } else { Place::Refused };
+            }
+            if program.place == Place::Refused {
+                break;
+            }
             if dst == CONTROLLER {
                 if payload.is_empty() && !program.probes.allows(now.as_millis() as u32) {
                     continue;

@@ -53,6 +53,8 @@ pub enum Finding {
     },
     /// Requests or answers are lost, and nothing else is received.
     Loss,
+    /// Presence probes are answered, and not one request is.
+    Unanswered,
     /// Other devices transmit without being asked.
     OtherSpeakers {
         /// Their addresses.
@@ -134,6 +136,7 @@ impl Finding {
             Self::WrongSpeed { .. } => "wrong-speed",
             Self::Noise { .. } => "noise",
             Self::Loss => "loss",
+            Self::Unanswered => "unanswered",
             Self::OtherSpeakers { .. } => "other-speakers",
             Self::OurAddressTaken => "our-address-taken",
             Self::WrongAddress { .. } => "wrong-address",
@@ -279,9 +282,13 @@ fn quality(evidence: &Evidence, all: &mut Vec<Finding>) {
     let spoiled = heard.iter().any(|heard| heard.broken > 0 || heard.stray_bytes > 0);
     let lost = exchange.answered < exchange.sent
         || !evidence.crc32c_only && evidence.answered < evidence.probes;
+    let unanswered = exchange.sent > 0 && exchange.answered == 0 && evidence.lost.is_none();
+    if unanswered {
+        all.push(Finding::Unanswered);
+    }
     if spoiled {
         all.push(Finding::Noise { answered: true });
-    } else if lost {
+    } else if lost && !unanswered {
         all.push(Finding::Loss);
     }
 }

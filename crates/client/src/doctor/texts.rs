@@ -40,6 +40,10 @@ pub fn seen(finding: &Finding, evidence: &Evidence, lang: Lang) -> String {
         Finding::Loss => {
             text::SeenLoss { answered, probes, exchange: exchange(evidence, lang) }.of(lang)
         }
+        Finding::Unanswered => {
+            let sent = evidence.exchange.as_ref().map_or(0, |exchange| exchange.sent);
+            text::SeenUnanswered { answered, probes, sent }.of(lang)
+        }
         Finding::OtherSpeakers { addresses } => speakers(addresses, evidence, lang),
         Finding::OurAddressTaken => text::SeenAddressTaken { address }.of(lang),
         Finding::OddAnswers => text::SeenOddAnswers { odd: odd(evidence, lang) }.of(lang),
@@ -87,6 +91,7 @@ fn fixed_remedy(finding: &Finding, evidence: &Evidence) -> Fixed {
         Finding::WrongSpeed { .. } => text::DoCheckSpeedNetwork.fixed(),
         Finding::Noise { .. } => text::DoNoise.fixed(),
         Finding::Loss => text::DoLoss.fixed(),
+        Finding::Unanswered => text::DoUnanswered.fixed(),
         Finding::OtherSpeakers { addresses } if addresses.contains(&bus::CONTROLLER) => {
             text::DoUseController.fixed()
         }

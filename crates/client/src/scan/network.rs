@@ -20,6 +20,9 @@ use crate::url::{Addresses, Behaviour, Endpoint, Framing};
 pub const HOSTS_MAX: usize = 4096;
 /// Connections that are tried at the same time.
 const PARALLEL: usize = 64;
+/// Open ports that are examined at the same time. Each takes seconds, so they do not keep others from
+/// being tried; each has a socket, of which a program may have 1024 by default.
+const EXAMINED: usize = 512;
 /// Longest time for a connection to a host of a local network.
 const CONNECT: Duration = Duration::from_millis(700);
 
@@ -88,16 +91,20 @@ pub async fn scan_network(
     options: &ScanOptions,
     mut progress: impl FnMut(usize, usize),
 ) -> Vec<Place> {
-    let turns = Arc::new(Semaphore::new(PARALLEL));
+    let turns = Arc::new((Semaphore::new(PARALLEL), Semaphore::new(EXAMINED)));
     let mut tasks = JoinSet::new();
     for (order, host) in hosts.iter().enumerate() {
         for port in ports {
             let (host, port, turns, options) =
                 (host.clone(), *port, turns.clone(), options.clone());
             tasks.spawn(async move {
-                // The semaphore is never closed.
-                let _turn = turns.acquire().await;
-                let told = look(&host, port, udp, &options).await?;
+                let (tried, examined) = &*turns;
+                // The semaphores are never closed.
+                let _place = examined.acquire().await;
+                let turn = tried.acquire().await;
+                let (endpoint, link) = reach(&host, port, udp).await?;
+                drop(turn);
+                let told = look(&endpoint, link, &options).await?;
                 Some((order, Place { host, port, told }))
             });
         }
@@ -113,21 +120,27 @@ pub async fn scan_network(
     places.into_iter().map(|(_, place)| place).collect()
 }
 
-/// The result for a port; `None` if it is closed, or does not answer over UDP.
-async fn look(host: &str, port: u16, udp: bool, options: &ScanOptions) -> Option<Told> {
+/// A port and its link; `None` if it is closed.
+async fn reach(host: &str, port: u16, udp: bool) -> Option<(Endpoint, Link)> {
     let (addresses, behaviour) = (Addresses::default(), Behaviour::default());
     let host = host.to_owned();
     let endpoint = match udp {
         true => Endpoint::Udp { host, port, addresses, behaviour },
         false => Endpoint::Tcp { host, port, framing: Framing::Link, addresses, behaviour },
     };
-    let scanned = scan(open(&endpoint).await.ok()?, addresses.source, options, |_| {}).await;
+    let link = open(&endpoint).await.ok()?;
+    Some((endpoint, link))
+}
+
+/// The result for an open port; `None` if nothing answers over UDP.
+async fn look(endpoint: &Endpoint, link: Link, options: &ScanOptions) -> Option<Told> {
+    let scanned = scan(link, endpoint.addresses().source, options, |_| {}).await;
     match scanned {
         // Others talk there: nothing more is sent.
         Ok(scan) if scan.held_back || !scan.present.is_empty() => Some(Told::Bus(scan)),
-        _ if udp => None,
+        _ if matches!(endpoint, Endpoint::Udp { .. }) => None,
         // Open, but without link frames.
-        _ => Some(match speaks_records(&endpoint, options.wait).await {
+        _ => Some(match speaks_records(endpoint, options.wait).await {
             Ok(true) => Told::Records,
             _ => Told::Silent,
         }),

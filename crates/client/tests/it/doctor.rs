@@ -60,6 +60,8 @@ struct Plant {
     spoil: usize,
     /// Every so many answers one is lost.
     lose: usize,
+    /// Probes alone are answered.
+    probes_only: bool,
     /// What is answered to anything.
     banner: &'static [u8],
 }
@@ -148,6 +150,9 @@ impl Plant {
             };
             let check = decoder.check();
             if self.crc32c_only && check != Check::Crc32c {
+                continue;
+            }
+            if self.probes_only && !payload.is_empty() {
                 continue;
             }
             for _ in self.monitors.iter().filter(|monitor| **monitor == dst) {
@@ -621,6 +626,19 @@ async fn answers_that_are_none() {
             assert_eq!(found(url, &plant).await, [Finding::OddAnswers], "{odd:02x?}");
         }
     }
+}
+
+/// Who answers probes and no request is of no use, whatever else is heard.
+#[tokio::test(start_paused = true)]
+async fn not_one_request_is_answered() {
+    let plant = Plant { probes_only: true, ..monitors(&[5]) };
+    for url in [SERIAL, TCP] {
+        let all = found(url, &plant).await;
+        assert_eq!(all, [Finding::Unanswered]);
+        assert_eq!(all[0].severity(), Severity::Fault);
+    }
+    let noisy = Plant { spoil: 3, probes_only: true, ..monitors(&[5]) };
+    assert_eq!(found(TCP, &noisy).await[0], Finding::Unanswered);
 }
 
 /// Two programs on one port: the other's answers are not a second monitor.

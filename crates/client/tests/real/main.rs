@@ -6,6 +6,7 @@ mod fake;
 mod direct;
 mod lead;
 mod links;
+mod scan;
 #[cfg(unix)]
 mod serial;
 mod wakes;

@@ -306,6 +306,7 @@ seen-noise = { $silent }{ $broken } broken frames and { $stray_bytes } bytes tha
 noise-silent = The monitor does not answer:{ " " }
 noise-unasked = ; { $bytes } bytes came without a request
 seen-loss = { $answered } of { $probes } probes were answered{ $exchange }; nothing else was heard.
+seen-unanswered = { $answered } of { $probes } probes were answered, but none of { $sent } requests.
 seen-other-speakers = Other devices transmit on this line: { $who }. { $frames } of their frames were heard.{ $held_back }
 nothing-sent = {" "}So nothing was sent (--insist sends).
 seen-address-taken = Frames from or to our own address { $address } were heard that we have not sent or asked for.
@@ -342,6 +343,7 @@ do-check-speed-serial = Check baud= (19200, 57600 and 115200 are in use), 8N1, a
 do-check-speed-network = Set the serial server's speed to that of the monitor (19200, 57600 and 115200 are in use), 8N1.
 do-noise = Check termination (120 Ω at both ends only), bias resistors, ground, shield and the path of the cable near motors; try a lower speed. Check = 1 of ExternalConn makes the monitor take CRC-32C only.
 do-loss = Answers come late or are lost: raise --timeout, look at the radio or the network in between, and whether another program uses this link.
+do-unanswered = A device is at this address, but it answers no request: check that it is a fire monitor, restart it, and look at what is in between (radio, serial server): it may pass on short frames only, or spoil longer ones. `lafet record` shows what arrives.
 do-two-programs = Two programs that send requests disturb each other: end the other one, or put a bus controller between.
 do-use-controller = There is a bus controller: no device may transmit without its token. Reach the monitor through the controller, or switch it off while you work directly.
 do-two-controllers = Two bus controllers on one line: switch one of them off, or give this program an address of a console (src=129…254).

@@ -3,6 +3,7 @@
 //! one, on lines of which each takes the time of its bytes; time is virtual.
 
 use std::collections::BTreeMap;
+use std::future::poll_fn;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -14,12 +15,14 @@ use lafet_proto::RequestId;
 use lafet_proto::bus::CONTROLLER;
 use lafet_sim::rng::Rng;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, sleep};
+use tokio::time::{Instant, sleep, timeout};
 
 use super::medium::{Medium, Program, Station, frames};
 
 /// How long a console waits for its answer: see docs/bus.md.
 const CONSOLE_WAITS: Duration = Duration::from_millis(1200);
+/// A run ends within this time for each request of a console, on the slowest and worst of these lines too.
+const LONGEST: Duration = Duration::from_secs(10);
 /// Requests of the form that is always run; `LAFET_BUS_REQUESTS` asks for more.
 const REQUESTS: u32 = 10_000;
 const MONITORS: [u8; 2] = [1, 2];
@@ -52,6 +55,13 @@ struct Asked {
 struct Seen {
     asked: BTreeMap<Vec<u8>, Asked>,
     executed: BTreeMap<Vec<u8>, u32>,
+}
+
+impl Seen {
+    /// How many were asked, and how many of these answered.
+    fn progress(&self) -> (usize, usize) {
+        (self.asked.len(), self.asked.values().filter(|asked| asked.answered).count())
+    }
 }
 
 /// What came of a run.
@@ -148,6 +158,20 @@ async fn monitor(own: u8, station: Station, setup: Setup, seen: Arc<Mutex<Seen>>
     }
 }
 
+/// The driver must not be polled for ever at the same moment: virtual time does not pass meanwhile, and
+/// no other bound is ever reached.
+async fn while_time_passes(driver: impl Future<Output = ()>) {
+    tokio::pin!(driver);
+    let (mut at, mut polls) = (Instant::now(), 0);
+    poll_fn(|cx| {
+        polls = if at == Instant::now() { polls + 1 } else { 0 };
+        assert!(polls < 100_000, "the controller waits for a moment that has come");
+        at = Instant::now();
+        driver.as_mut().poll(cx)
+    })
+    .await;
+}
+
 async fn run(setup: Setup) -> Outcome {
     let line = |salt| Medium::new(setup.baud, setup.loss_permille, setup.seed ^ salt);
     let (monitors, consoles) = (line(1), line(2));
@@ -194,10 +218,11 @@ async fn run(setup: Setup) -> Outcome {
             waited_for.retain(|other| *other != own);
         }
     };
-    tokio::select! {
-        () = driver.run(|_| ()) => {}
-        () = all => {}
-    }
+    let ended = tokio::select! {
+        () = while_time_passes(driver.run(|_| ())) => false,
+        ended = timeout(LONGEST * u32::from(setup.requests), all) => ended.is_ok(),
+    };
+    assert!(ended, "the consoles get no turn: {setup:?}: {:?}", seen.lock().unwrap().progress());
     judge(&seen.lock().unwrap(), &monitors, driver.controller().stats())
 }
 
@@ -217,9 +242,10 @@ fn judge(seen: &Seen, monitors: &Medium, stats: BusStats) -> Outcome {
     let twice = |all: &BTreeMap<Vec<u8>, u32>| {
         all.iter().filter(|(request, count)| **count > 1 && !is_repeatable(request)).count()
     };
+    let (asked, answered) = seen.progress();
     Outcome {
-        asked: seen.asked.len(),
-        answered: seen.asked.values().filter(|asked| asked.answered).count(),
+        asked,
+        answered,
         twice: twice(&seen.executed),
         passed_twice: twice(&passed),
         late,

@@ -134,6 +134,23 @@ fn a_program_that_stays_sends_nothing_but_a_stop_beside_what_it_cannot_read() {
     }
 }
 
+/// Bytes that are no frames may be the first of many: what is asked after them is held back before
+/// they have gone on for long enough to be refused, and the listening at the start is long over.
+#[test]
+fn the_first_bytes_that_are_no_frame_hold_back_a_program_that_stays() {
+    for url in ["serial:///x?addr=5&late=0", "serial:///x?addr=5&late=0&src=128"] {
+        let mut line = heeding(url);
+        line.handle_timeout(MS);
+        line.handle_bytes(5000 * MS, &[0xF8, 0x80]);
+        ask(&mut line, 5010 * MS, Body::GetStatus);
+        assert_eq!(line.poll_transmit(5900 * MS), None, "{url}");
+        assert_eq!(line.poll_outcome(), None, "{url}");
+        assert_eq!(line.poll_timeout(5900 * MS), Some(8000 * MS), "{url}");
+        // They were the only ones.
+        assert!(line.poll_transmit(8000 * MS).is_some(), "{url}");
+    }
+}
+
 /// A line may float while nothing is sent, with good monitors on it.
 #[test]
 fn noise_keeps_a_program_from_its_monitors_for_half_a_minute_only() {

@@ -78,19 +78,46 @@ async fn the_first_answer_shortens_the_waits_of_a_network() {
     let (scan, took, _) = scanned(&[10], &options).await;
     let [first] = &scan.present[..] else { panic!("{scan:?}") };
     assert!(first.rtt <= ON_THE_LINE, "{:?}", first.rtt);
-    // Two tries of those before it, and the listening at the end.
-    let whole = wait * (2 * (FIRST - 1) + 1);
+    // The first tries of those before it, and the listening at the end.
+    let whole = wait * ((FIRST - 1) + 1);
     // The second round comes after the answer.
-    let rest = 2 * (127 - FIRST) + 126;
+    let rest = (FIRST - 1) + 2 * (127 - FIRST) + 126;
     let least = whole + ADAPTED * rest;
     let most = whole + (ADAPTED + first.rtt * 4) * rest + ON_THE_LINE * (3 * 127);
     assert!((least..=most).contains(&took), "{took:?} of {least:?} to {most:?}");
     assert!(most < wait * (3 * 126) / 2, "{most:?}");
-    // Without an answer, and where the user has chosen the wait, nothing is shortened.
-    let (_, took, _) = scanned(&[], &options).await;
-    assert!(took >= wait * (3 * 127 + 1), "{took:?}");
+    // Where the user has chosen the wait, nothing is shortened.
     let (_, took, _) = scanned(&[10], &ScanOptions { adapt: false, ..options }).await;
     assert!(took >= wait * (3 * 126 + 1), "{took:?}");
+}
+
+/// A port that is open and never answers: each address has the whole wait once. An answer that comes
+/// later than a shortened wait counts all the same.
+#[tokio::test(start_paused = true)]
+async fn a_network_port_that_never_answers_has_the_whole_wait_once_for_each_address() {
+    let (wait, listen) = (Duration::from_millis(100), Duration::from_secs(3));
+    let options = ScanOptions { wait, listen, adapt: true, ..ScanOptions::default() };
+    let (scan, took, _) = scanned(&[], &options).await;
+    assert!(scan.present.is_empty(), "{scan:?}");
+    let least = listen + wait * (127 + 1) + ADAPTED * (2 * 127);
+    assert!((least..=least + ON_THE_LINE * (3 * 127)).contains(&took), "{took:?} of {least:?}");
+    // The first probe is lost, and the answer to the second one comes after 90 ms.
+    let line = Medium::new(19_200, 0, 1);
+    let mut station = Program::thorough(line.station(false));
+    tokio::spawn(async move {
+        let mut probes = 0;
+        while let Some((dst, src, _)) = station.frame(None).await {
+            probes += u32::from(dst == 5);
+            if dst == 5 && probes == 2 {
+                tokio::time::sleep(Duration::from_millis(90)).await;
+                station.say(src, dst, &[]).await;
+            }
+        }
+    });
+    let link = Link::Memory(Memory::new(line.station(false)));
+    let found = lafet_client::scan::scan(link, SOURCE, &options, |_| {}).await.unwrap();
+    let found: Vec<u8> = found.present.iter().map(|present| present.address).collect();
+    assert_eq!(found, [5]);
 }
 
 /// A line on which others speak costs the listening alone.

@@ -423,7 +423,9 @@ impl Device {
     /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.
     #[inline(never)]
     fn run_buttons(&mut self, now: Millis) {
-        let (locked, restarting) = (self.general.is_locked(), self.general.is_restarting());
+        // What is held while inputs settle was held at the start, whatever the first of them said.
+        let restarting = self.general.is_restarting() || self.settling.is_running();
+        let locked = self.general.is_locked();
         let [first, second] = self.inputs.buttons;
         let posts = [
             (SubsystemId::BUTTONS, &mut self.buttons, first),

@@ -389,12 +389,18 @@ impl Drive {
         self.advance(dt_ms, params);
     }
 
-    /// The guard has not let its output pass: it is at rest, and starts from standstill.
+    /// The guard has not let its output pass: it is at rest, and starts from standstill. A Move that water holds
+    /// ends: it would go on when it is not expected any more.
     pub(crate) fn restrain(&mut self, why: Cause) {
         self.speed_milli = 0;
         self.arrival.begin();
         self.cut_off = matches!(why, Cause::Rule(Rule::CutOff));
-        self.held_dry |= matches!(why, Cause::Rule(Rule::Water));
+        if matches!(why, Cause::Rule(Rule::Water)) {
+            self.held_dry = true;
+            if matches!(self.cause, Cause::Request(_)) {
+                self.stop(why);
+            }
+        }
     }
 
     /// The guard holds it for water in the barrel: it has not been fed since.

@@ -140,7 +140,6 @@ impl Valve {
         keep: bool,
     ) {
         self.remote = param(self.no, ValveParam::ValveType, params) == 1;
-        self.input = *input;
         self.sense(0, input, unit, params);
         if keep {
             self.owed = Some(Rule::PowerUp);

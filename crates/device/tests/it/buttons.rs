@@ -7,6 +7,7 @@ use lafet_proto::flags::{
     Button, ButtonState, ButtonsFlags, DetectorFlags, DriveFlags, ValveFlags,
 };
 use lafet_proto::id::key;
+use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Seek};
 use lafet_proto::{Status, SubsystemId};
 
@@ -157,6 +158,41 @@ fn held_at_power_up() {
         // Closing a closed valve is over at once.
         assert_eq!(acts, button != Button::Close, "{button:?}");
     }
+}
+
+/// §D/1 Nor does one whose contact shows as pressed only while the inputs settle.
+#[test]
+fn held_at_power_up_and_sensed_late() {
+    for button in Button::ALL {
+        for late_ms in [10, 50, 90] {
+            let mut rig = rig();
+            rig.power_cycle();
+            rig.run(late_ms);
+            press(&mut rig, 1, button);
+            let inert =
+                |rig: &mut Rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening;
+            rig.run_while(1000, inert);
+            release(&mut rig, 1, button);
+            rig.run(20);
+            press(&mut rig, 1, button);
+            rig.run(30);
+            assert_eq!(inert(&mut rig), button == Button::Close, "{button:?} {late_ms}");
+        }
+    }
+}
+
+/// §D/1, §3.9/2 Close does: it is the safe direction.
+#[test]
+fn close_while_the_inputs_settle() {
+    let mut rig = rig();
+    rig.set(Param::GeneralResetValves, 1);
+    press(&mut rig, 1, Button::Open);
+    rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+    release(&mut rig, 1, Button::Open);
+    rig.power_cycle();
+    rig.run(50);
+    press(&mut rig, 1, Button::Close);
+    rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
 }
 
 /// §3.18/7 Locked out they do nothing, nor does what is held over the release.

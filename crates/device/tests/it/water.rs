@@ -95,6 +95,23 @@ fn a_flow_that_flickers_ends_the_wrapping() {
     assert!(!rig.deployer().intersects(wrong), "{:?}", rig.deployer());
 }
 
+/// §3.1/9, §D/5 A Move of Deployer towards the standby position ends where water holds it: nothing folds by itself when
+/// the water has ended, however late that is.
+#[test]
+fn water_ends_a_move_of_the_deployer() {
+    let mut rig = Rig::deployed();
+    rig.move_to(Axis::Deployer, 0);
+    rig.run(1000);
+    assert!(rig.speed(Axis::Deployer) < 0);
+    rig.plant.inputs.flow_lps = 20;
+    rig.run_while(60_000, |rig| rig.speed(Axis::Deployer) == 0);
+    rig.plant.inputs.flow_lps = 0;
+    rig.run_while(5000, |rig| rig.speed(Axis::Deployer) == 0);
+    rig.move_to(Axis::Deployer, 0);
+    rig.run(500);
+    assert!(rig.speed(Axis::Deployer) < 0);
+}
+
 /// §D/6 Its lasting is a fault of the switches, which ends with it; and does not refuse Open.
 #[test]
 fn flow_contradicts_the_switches() {

@@ -22,6 +22,10 @@ pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Opti
     if !name.chars().all(fine) {
         return Some(text::NameCharacters.words());
     }
+    // An address ends names of dots alone: such a user could not be removed from a browser.
+    if !name.contains(char::is_alphanumeric) {
+        return Some(text::NameLetters.words());
+    }
     if !name.split(|c: char| !c.is_alphanumeric()).all(MixedScript::is_single_script) {
         return Some(text::NameAlphabets.words());
     }
@@ -65,6 +69,9 @@ mod tests {
             "hub",
             "Demo",
             "a/b",
+            ".",
+            "..",
+            "-",
             "Modbus a unit 1",
             "mqtt scada",
         ] {

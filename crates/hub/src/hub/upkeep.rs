@@ -10,7 +10,7 @@ use tokio::time::{MissedTickBehavior, interval};
 use super::Hub;
 use crate::monitor::status::Status;
 use crate::server::tls::{self, Reloading};
-use crate::store;
+use crate::store::{self, reserve::RESERVE_BYTES};
 
 /// Time between two looks.
 const LOOK_EACH: Duration = Duration::from_secs(10);
@@ -68,7 +68,8 @@ impl Hub {
         let upkeep = &self.0.upkeep;
         let room = self.config().data.as_deref().and_then(room);
         upkeep.disk.store(room.is_some_and(is_little), Ordering::Relaxed);
-        let folder = self.config().data.as_deref().filter(|_| !room.is_some_and(is_little));
+        let fits = room.is_none_or(|(free, _)| free >= 2 * RESERVE_BYTES);
+        let folder = self.config().data.as_deref().filter(|_| fits);
         if let Some(Err(error)) = folder.map(store::reserve::keep) {
             tracing::warn!(%error, "no room is reserved for the next start");
         }

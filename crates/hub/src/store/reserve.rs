@@ -10,7 +10,7 @@ use std::path::Path;
 /// The file beside the databases.
 pub const RESERVE: &str = "reserve";
 /// Its size, and the pieces that are cut off it, bytes. A start writes less than a piece.
-const RESERVE_BYTES: u64 = 32 << 20;
+pub const RESERVE_BYTES: u64 = 32 << 20;
 const PIECE_BYTES: u64 = 4 << 20;
 /// What a start has to be able to write, bytes.
 const NEEDED_BYTES: usize = 1 << 20;

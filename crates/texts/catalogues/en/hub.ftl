@@ -9,6 +9,7 @@ role-administrator = administrator
 # Names of users.
 name-length = A name has 1…64 characters, without spaces at its ends or two in a row.
 name-characters = A name has letters, digits, spaces and . - _ @ + ' only.
+name-letters = A name has a letter or a digit.
 name-alphabets = A word of a name has letters of one alphabet: Latin and Cyrillic ones look alike.
 name-of-hub = This name is the hub's own.
 name-alike = This name looks like “{ $other }”, which there is already.

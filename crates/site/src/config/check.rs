@@ -118,7 +118,9 @@ impl Check<'_> {
             let mut seen = BTreeSet::new();
             let path = matches!(*sort, "input" | "output" | "pump" | "paths");
             for id in ids {
-                if id.is_empty() || id.chars().count() > ID_MAX {
+                // Names of dots alone are taken out of an address: an abort would be lost.
+                let dots = id.chars().all(|c| c == '.');
+                if dots || id.chars().count() > ID_MAX {
                     self.say(*sort, &text::IdLength { id }, &text::IdLengthRemedy { most: ID_MAX });
                 }
                 let twice = !seen.insert(*id) || (path && paths.insert(*id, *sort).is_some());

@@ -1,14 +1,14 @@
 //! Users and tokens.
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::Body;
+use super::guard::{Body, Path};
 use super::session::{aside, slowly};
 use crate::access::{AccessError, Role, Token, User};
 use crate::error::ApiError;

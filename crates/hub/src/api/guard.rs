@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::Bytes;
-use axum::extract::{FromRequest, FromRequestParts, Query, Request, State};
+use axum::extract::{self, FromRequest, FromRequestParts, Query, Request, State};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
@@ -81,6 +81,10 @@ pub struct Urgent(pub Caller);
 #[derive(Debug)]
 pub struct Body<T>(pub T);
 
+/// What the address names.
+#[derive(Debug)]
+pub struct Path<T>(pub T);
+
 /// A body as far as it is any use: what cannot be read, or is not short, is empty.
 #[derive(Debug)]
 pub struct Lenient(pub Bytes);
@@ -151,6 +155,15 @@ impl FromRequestParts<Hub> for InTime {
             Some(until_ms) if hub.clock().now_ms() > until_ms => Err(ApiError::late()),
             _ => Ok(Self(caller)),
         }
+    }
+}
+
+impl<T: DeserializeOwned + Send> FromRequestParts<Hub> for Path<T> {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
+        let named = extract::Path::from_request_parts(parts, hub).await;
+        named.map(|extract::Path(named)| Self(named)).map_err(|error| not_understood(&error))
     }
 }
 

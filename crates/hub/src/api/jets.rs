@@ -1,12 +1,12 @@
 //! Where jets go, and how high to aim.
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use lafet_texts::{Text as _, hub as text};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::Body;
+use super::guard::{Body, Path};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::site::jet::{Aim, Aimed, Computed, JETS_MAX, Jets};

@@ -18,6 +18,7 @@ mod records;
 mod session;
 mod sim;
 mod state;
+mod unread;
 mod ws;
 mod zones;
 
@@ -70,6 +71,7 @@ pub fn router(hub: Hub) -> Router {
         .layer(middleware::from_fn_with_state(hub.clone(), answers::bounded))
         .layer(middleware::from_fn_with_state(hub.clone(), guard::same_origin))
         .layer(middleware::from_fn_with_state(hub.clone(), headers))
+        .layer(middleware::from_fn(unread::ends_the_connection))
         .with_state(hub)
 }
 

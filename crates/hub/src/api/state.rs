@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use axum::Json;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use tokio::time::Instant;
@@ -12,7 +12,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::admin::{change, only_administrators};
-use super::guard::not_understood;
+use super::guard::{Path, not_understood};
 use super::records::{Asked, LIMIT_MAX, between};
 use crate::access::{Kind, Role};
 use crate::error::ApiError;

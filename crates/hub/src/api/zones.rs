@@ -1,7 +1,7 @@
 //! Zones: their state, reports of detectors, orders of people.
 
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use lafet_site::config::Kind;
 use lafet_site::{Bypass, Condition, Hand, Mode, Scope, Signal};
 use lafet_texts::{Text as _, hub as text};
@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, InTime, Lenient, Until, Urgent};
+use super::guard::{Body, InTime, Lenient, Path, Until, Urgent};
 use crate::access::{Role, Standing};
 use crate::error::ApiError;
 use crate::field::view::ModbusView;

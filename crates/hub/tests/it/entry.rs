@@ -720,3 +720,65 @@ async fn authority_has_a_rate_and_its_reason_a_length() {
     let refused = site.post(&engineer, "/api/monitors/M1/authority", long).await;
     assert_eq!((refused.status, refused.code()), (400, "bad_request"));
 }
+
+/// What is answered before its body has come ends the connection, and says so: what is sent next, a Stop perhaps, goes
+/// over another one.
+#[tokio::test]
+async fn an_early_answer_says_that_the_connection_ends() {
+    let site = Site::with(1, |_| {}).await;
+    let token = site.token(Role::Observer);
+    let early = [
+        (
+            "POST",
+            "/api/users",
+            format!("Authorization: Bearer {token}\r\nOrigin: http://evil.example"),
+            403,
+        ),
+        ("POST", "/api/users", "X-None: 1".to_owned(), 401),
+        ("POST", "/api/nothing", format!("Authorization: Bearer {token}"), 404),
+        ("DELETE", "/api/hub", format!("Authorization: Bearer {token}"), 405),
+        (
+            "POST",
+            "/api/users",
+            format!("Authorization: Bearer {token}\r\nContent-Encoding: gzip"),
+            415,
+        ),
+    ];
+    for (method, path, header, status) in early {
+        let mut stream = TcpStream::connect(site.address).await.unwrap();
+        let head = format!(
+            "{method} {path} HTTP/1.1\r\nHost: localhost\r\n{header}\r\nContent-Length: 2\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).await.unwrap();
+        let mut answer = vec![0; 4096];
+        let read = timeout(PATIENCE, stream.read(&mut answer)).await.unwrap();
+        let answer = String::from_utf8_lossy(&answer[..read.unwrap()]).to_lowercase();
+        assert!(answer.starts_with(&format!("http/1.1 {status}")), "{method} {path}: {answer}");
+        assert!(answer.contains("\r\nconnection: close\r\n"), "{method} {path}: {answer}");
+    }
+    // One whose body is read stays, refused or not.
+    let mut stream = TcpStream::connect(site.address).await.unwrap();
+    for (path, body, status) in
+        [("monitors/M1/requests", "{}", 400), ("stop", "{}", 200), ("stop", "", 200)]
+    {
+        let ask = format!(
+            "POST /api/{path} HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\n\
+             Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            body.len()
+        );
+        stream.write_all(ask.as_bytes()).await.unwrap();
+        let mut answer = vec![0; 65536];
+        let read = timeout(PATIENCE, stream.read(&mut answer)).await.unwrap();
+        let answer = String::from_utf8_lossy(&answer[..read.unwrap()]).to_lowercase();
+        assert!(answer.starts_with(&format!("http/1.1 {status}")), "{path}: {answer}");
+        assert!(!answer.contains("connection: close"), "{path}: {answer}");
+    }
+}
+
+#[tokio::test]
+async fn an_address_that_is_no_text_is_refused_as_everything_else() {
+    let site = Site::open(1).await;
+    let reply = site.post("", "/api/monitors/%ff/stop", json!({})).await;
+    assert_eq!((reply.status, reply.code()), (400, "bad_request"), "{reply:?}");
+    assert!(reply.body["error"]["ru"].is_string(), "{reply:?}");
+}

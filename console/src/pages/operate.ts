@@ -52,7 +52,7 @@ export class PageOperate extends LitElement {
         padding: var(--s2);
         grid-template-columns: minmax(0, 1fr) 352px;
         /* The picture fills the visible page; the trends are below. */
-        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - var(--guide-height, 0px) - 2 * var(--s2))) auto;
+        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - var(--guide-height, 0px) - var(--notes-height, 0px) - 2 * var(--s2))) auto;
         grid-template-areas: 'view side' 'below below';
       }
       .strip {

@@ -34,6 +34,9 @@ import './operate/valves';
 const VIEW_KEY = 'lafet.view';
 /** Height that the buttons on the plan take, px. */
 const TOOLS_PX = 60;
+/** Height that notes about the water take below them where they have no place beside them: narrower than this, px. */
+const NOTES_PX = 72;
+const NOTES_BELOW_PX = 1250;
 /** Narrower than this, px, everything is in one column. */
 const STACKED_PX = 860;
 
@@ -99,7 +102,7 @@ export class PageOperate extends LitElement {
         min-height: 0;
         min-width: 0;
       }
-      lf-plan {
+      .view {
         --lf-plan-hint: calc(var(--strip, 72px) + 76px);
       }
       lf-plan,
@@ -142,6 +145,13 @@ export class PageOperate extends LitElement {
       @container (min-width: 1500px) {
         .page {
           grid-template-columns: minmax(0, 1fr) 420px;
+        }
+      }
+      /* Beside the buttons: it covers nothing of the site. */
+      @container (min-width: 1250px) {
+        .view {
+          --lf-plan-hint: calc(var(--strip, 72px) + 16px);
+          --lf-plan-hint-left: 356px;
         }
       }
       @container (max-width: 1100px) {
@@ -359,6 +369,7 @@ export class PageOperate extends LitElement {
             .selected=${monitor}
             .tool=${this.tool}
             .above=${this.beside() ? TOOLS_PX + this.stripHeight : TOOLS_PX}
+            .notes=${this.offsetWidth < NOTES_BELOW_PX ? NOTES_PX : 0}
             .running=${this.onPlan.running(site, store.monitors())}
             .note=${this.tool === 'aim' ? t(flows(monitor, site) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}

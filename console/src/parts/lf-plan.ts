@@ -24,12 +24,12 @@ import {
   zoomed,
 } from './geometry';
 import { emit, partStyle } from './part-style';
-import { type LandingArea, strikesText } from './plan/landing';
 import * as layers from './plan/layers';
+import { landingLegend, landingText, legendStyle } from './plan/legend';
 import { fireTitle, foundFires, type PlanMonitor, type PlanScene, type PlanSite, shownPlaces } from './plan/model';
 import { planStyle } from './plan/plan-style';
 import { dragged, drawnSector, GRIPS, type Grip, gripAt, keyed, tidy, usualSector } from './plan/sector-tool';
-import { bearingText, lengthText, openingText, spanText, Words } from './words';
+import { bearingText, lengthText, openingText, Words } from './words';
 
 export { built, jetAsked, type PlanMonitor, type PlanScene, type PlanSite, planMonitor } from './plan/model';
 
@@ -96,6 +96,8 @@ export class LfPlan extends LitElement {
   @property() note: string = '';
   /** Number of pixels at the upper edge that buttons of the page cover. */
   @property({ type: Number }) above: number = 0;
+  /** Number of pixels below them that notes may cover. */
+  @property({ type: Number }) notes: number = 0;
   @state() view: View | null = null;
   @state() size: Place = [0, 0];
   @state() drag: Drag | null = null;
@@ -111,7 +113,7 @@ export class LfPlan extends LitElement {
     new Words(this);
   }
 
-  static override styles = [partStyle, planStyle];
+  static override styles = [partStyle, planStyle, legendStyle];
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -151,7 +153,7 @@ export class LfPlan extends LitElement {
     if (!view) return false;
     return shownPlaces(this.site, this.scene, this.monitors, this.located).some(([at]) => {
       const [x, y] = toScreen(view, width, height, at);
-      return x < 0 || x > width || y < this.above || y > height;
+      return x < 0 || x > width || y < this.above + this.notes || y > height;
     });
   }
 
@@ -162,9 +164,10 @@ export class LfPlan extends LitElement {
     const box = boundsOf(shownPlaces(known, this.scene, this.monitors, this.located));
     // Nothing at the edge may be covered by the buttons.
     const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
-    const view = viewOf(box, width - aside, height - this.above, margin);
+    const above = this.above + this.notes;
+    const view = viewOf(box, width - aside, height - above, margin);
     const { scale } = view;
-    return { scale, east: view.east + aside / 2 / scale, north: view.north + this.above / 2 / scale };
+    return { scale, east: view.east + aside / 2 / scale, north: view.north + above / 2 / scale };
   }
 
   private keepDrops(): void {
@@ -228,7 +231,7 @@ export class LfPlan extends LitElement {
         ${t('parts.plan.keys')} ${this.tool === 'sector' ? t('parts.plan.keys_sector') : ''}
       </p>
       <p class="unseen" id="summary">${this.summary()}</p>
-      <div class="notes">${this.hint()} ${this.legend()}</div>
+      <div class="notes">${this.hint()} ${landingLegend(this.chosen?.landing)}</div>
       <div class="zoom" part="zoom">
         ${this.button('+', t('parts.plan.zoom_in'), () => this.zoom(1.4))}
         ${this.button('−', t('parts.plan.zoom_out'), () => this.zoom(1 / 1.4))}
@@ -253,28 +256,6 @@ export class LfPlan extends LitElement {
       return html`<p class="hint">${t('parts.plan.draw')}</p>`;
     }
     return nothing;
-  }
-
-  /** Figures of the landing area of the chosen monitor, or why it is not shown. */
-  private legend(): TemplateResult | typeof nothing {
-    const landing = this.chosen?.landing;
-    if (!landing) return nothing;
-    if (typeof landing === 'string') {
-      const why = t(`parts.plan.landing_${landing}`);
-      return html`<p class="landing-legend unknown">${t('parts.plan.landing_unknown', { why })}</p>`;
-    }
-    const { middle_m, greatest_m, with_wind, strikes } = landing;
-    return html`<p class="landing-legend">
-      <span class="swatch" aria-hidden="true"></span>
-      <strong>${this.landingText(landing)}</strong>
-      ${strikes ? html`<span class="strikes">${strikesText(strikes)}</span>` : nothing}
-      <span>${t('parts.plan.landing_parts', { middle: lengthText(middle_m), greatest: lengthText(greatest_m) })}</span>
-      <span>${t(with_wind ? 'parts.plan.landing_wind' : 'parts.plan.landing_still')}</span>
-    </p>`;
-  }
-
-  private landingText({ near_m, far_m }: LandingArea): string {
-    return t('parts.plan.landing', { d: spanText(near_m, far_m) });
   }
 
   private picture(mini: boolean): unknown {
@@ -388,7 +369,7 @@ export class LfPlan extends LitElement {
       if (monitor.wrapped) parts.push(t('parts.plan.wrapped'));
       if (monitor.water) parts.push(t(monitor.foam ? 'parts.plan.foam' : 'parts.plan.water'));
       const { landing } = monitor;
-      if (landing && typeof landing !== 'string') parts.push(this.landingText(landing));
+      if (landing && typeof landing !== 'string') parts.push(landingText(landing));
       return parts.join(', ');
     });
     const burning = (this.scene?.fires ?? []).filter(({ burns }) => burns);

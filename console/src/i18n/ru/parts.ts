@@ -84,6 +84,8 @@ const ru: Record<keyof typeof en, string> = {
   'parts.scene.side': 'Сбоку',
   'parts.scene.view': 'Точка обзора',
   'parts.scene.loading': 'Загрузка вида…',
+  'parts.scene.water_unknown': '{id}: вода идёт; путь струи не рассчитать.',
+  'parts.scene.water_old': '{id} не отвечает: его вода, которая может идти, не показана.',
   'parts.scene.no_webgl': 'Этот браузер не рисует в трёх измерениях; то же показывает план.',
   'parts.timeline': 'Место в записи',
   'parts.timeline.play': 'Пуск',

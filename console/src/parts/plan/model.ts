@@ -136,6 +136,14 @@ export function planMonitor(
   return monitor;
 }
 
+/** Less flow than this is no jet, l/s. */
+const JET_LEAST_LPS = 0.3;
+
+/** Whether water comes out of its nozzle; only a simulation says whether an open valve gives any. */
+export function flows(monitor: Pick<PlanMonitor, 'id' | 'water'>, scene: PlanScene | null): boolean {
+  return scene ? (scene.jets[monitor.id]?.lps ?? 0) > JET_LEAST_LPS : monitor.water;
+}
+
 /** How much there is on a site that may end a jet. */
 export const built = ({ tanks, walls }: Pick<PlanSite, 'tanks' | 'walls'>): number => tanks.length + walls.length;
 

@@ -106,30 +106,6 @@ export const planStyle = css`
   .landing-area.stale {
     opacity: 0.45;
   }
-  .landing-legend {
-    margin: 0;
-    padding: var(--s1) var(--s2);
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
-    gap: 0 var(--s2);
-    font-size: var(--t-small);
-    font-variant-numeric: tabular-nums;
-    border-radius: var(--radius);
-    background: var(--surface);
-    border: 1px solid var(--line);
-    color: var(--dim);
-  }
-  .landing-legend strong {
-    color: var(--text);
-    font-weight: 600;
-  }
-  .swatch {
-    width: 18px;
-    height: 12px;
-    border: 1.5px dashed var(--water);
-    background: color-mix(in srgb, var(--water) 20%, transparent);
-  }
   .ring-name {
     fill: var(--dim);
     font-size: var(--t-tiny);
@@ -469,17 +445,6 @@ export const planStyle = css`
     stroke: currentcolor;
     stroke-width: 2;
     stroke-linecap: round;
-  }
-  .notes {
-    position: absolute;
-    left: 12px;
-    top: var(--lf-plan-hint, 12px);
-    /* The wind is beside it. */
-    max-width: min(calc(100% - 190px), 420px);
-    display: grid;
-    justify-items: start;
-    gap: var(--s1);
-    pointer-events: none;
   }
   .hint {
     margin: 0;

@@ -15,7 +15,7 @@ import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
 import '../parts/lf-plan';
 import { USUAL_PRESSURE_DATM } from '../parts/plan/model';
-import { standAlone } from '../parts/stand-alone';
+import { type ShownSite, standAlone } from '../parts/stand-alone';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { magnified } from '../theme/display';
@@ -344,7 +344,7 @@ export class PageOperate extends LitElement {
 
   private picture() {
     const { monitor } = this;
-    const site = siteOf();
+    const site = siteOf(monitor);
     const scene = store.get('scene') ?? null;
     const monitors = this.monitors(site);
     const three = this.view === 'scene' && this.sceneLoaded;
@@ -364,7 +364,7 @@ export class PageOperate extends LitElement {
         : html`<lf-plan
             .site=${site}
             .monitors=${monitors}
-            .located=${store.get('zones')?.fires ?? []}
+            .located=${site.schematic ? [] : (store.get('zones')?.fires ?? [])}
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}
@@ -550,9 +550,9 @@ function timely<T>(asked: Promise<T>): Promise<T | null> {
 
 const SCENES = import.meta.glob('../parts/lf-scene.ts');
 
-/** The site as configured; a monitor without a known place is alone in it. */
-function siteOf(): Site {
-  return standAlone(configured(), store.monitors());
+/** The site as configured; a monitor without a known place is alone. */
+function siteOf(monitor: string): ShownSite {
+  return standAlone(configured(), store.monitors(), monitor);
 }
 
 function showReadiness(monitor: string, told: Readiness): void {

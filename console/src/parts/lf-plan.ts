@@ -25,7 +25,7 @@ import {
 } from './geometry';
 import { emit, partStyle } from './part-style';
 import * as layers from './plan/layers';
-import { landingLegend, landingText, legendStyle } from './plan/legend';
+import { landingLegend, landingText, legendStyle, schematicNote } from './plan/legend';
 import { fireTitle, foundFires, type PlanMonitor, type PlanScene, type PlanSite, shownPlaces } from './plan/model';
 import { planStyle } from './plan/plan-style';
 import { dragged, drawnSector, GRIPS, type Grip, gripAt, keyed, tidy, usualSector } from './plan/sector-tool';
@@ -137,6 +137,7 @@ export class LfPlan extends LitElement {
     const gone =
       !this.touched && (changed.has('scene') || changed.has('monitors') || changed.has('located')) && this.isBeyond();
     if (this.size[0] && (!this.view || (moved && !this.touched) || gone)) this.view = this.whole();
+    this.toggleAttribute('listed', this.mode === 'full' && Boolean(this.site?.unplaced?.length));
     if (changed.has('tool') && this.tool === 'look') this.drag = null;
   }
 
@@ -231,13 +232,24 @@ export class LfPlan extends LitElement {
         ${t('parts.plan.keys')} ${this.tool === 'sector' ? t('parts.plan.keys_sector') : ''}
       </p>
       <p class="unseen" id="summary">${this.summary()}</p>
-      <div class="notes">${this.hint()} ${landingLegend(this.chosen?.landing)}</div>
+      <div class="notes">${schematicNote(this.site)} ${this.hint()} ${landingLegend(this.chosen?.landing)}</div>
       <div class="zoom" part="zoom">
         ${this.button('+', t('parts.plan.zoom_in'), () => this.zoom(1.4))}
         ${this.button('−', t('parts.plan.zoom_out'), () => this.zoom(1 / 1.4))}
         ${this.button('fit', t('parts.plan.fit'), () => this.fit())}
       </div>
+      ${this.unplaced()}
     `;
+  }
+
+  /** Below the plan: they are nowhere on it. */
+  private unplaced(): TemplateResult | typeof nothing {
+    const ids = this.site?.unplaced ?? [];
+    if (!ids.length) return nothing;
+    return html`<div class="unplaced" role="group" aria-label=${t('parts.plan.unplaced')}>
+      <span>${t('parts.plan.unplaced')}</span>
+      ${ids.map((id) => html`<button type="button" @click=${() => emit(this, 'select', { id })}>${id}</button>`)}
+    </div>`;
   }
 
   private button(sign: string, label: string, act: () => void): TemplateResult {
@@ -268,12 +280,13 @@ export class LfPlan extends LitElement {
     };
     const names = layers.namesOf(camera, this.monitors);
     const chosen = this.chosen;
+    const schematic = this.site?.schematic;
     return svg`
       ${
         mini
           ? nothing
           : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
-        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`
+        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${schematic ? nothing : layers.grid(camera)}`
       }
       ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${!mini && chosen && this.site ? layers.keepOuts(camera, this.site, chosen) : nothing}
@@ -291,8 +304,8 @@ export class LfPlan extends LitElement {
       ${layers.monitorMarks(camera, this.monitors, this.selected, names)}
       ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
-      ${mini ? nothing : layers.scaleBar(camera, lengthText)}
-      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
+      ${mini || schematic ? nothing : layers.scaleBar(camera, lengthText)}
+      ${mini || schematic ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
     `;
   }
 

@@ -2,7 +2,7 @@ import { css, html, LitElement, nothing, type PropertyValues, type TemplateResul
 import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { emit, partStyle } from './part-style';
-import { landingLegend, legendStyle, unshown } from './plan/legend';
+import { landingLegend, legendStyle, schematicNote, unshown } from './plan/legend';
 import type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
 import type { Palette } from './scene/particles';
 import type { Colours } from './scene/structures';
@@ -155,6 +155,7 @@ export class LfScene extends LitElement {
 
   protected override render(): TemplateResult {
     if (this.state === 'unable') return html`<p class="word">${t('parts.scene.no_webgl')}</p>`;
+    const unplaced = this.site?.unplaced ?? [];
     return html`
       <canvas
         tabindex="0"
@@ -167,7 +168,8 @@ export class LfScene extends LitElement {
       <p class="unseen" id="keys">${t('parts.scene.keys')}</p>
       ${this.state === 'drawing' ? nothing : html`<p class="word">${t('parts.scene.loading')}</p>`}
       <div class="notes" role="status">
-        ${landingLegend(this.chosen?.landing)}
+        ${schematicNote(this.site)} ${landingLegend(this.chosen?.landing)}
+        ${unplaced.length ? html`<p class="landing-legend">${t('parts.plan.unplaced')} ${unplaced.join(', ')}</p>` : nothing}
         ${unshown(this.monitors, this.scene).map((text) => html`<p class="landing-legend unshown">${text}</p>`)}
       </div>
       <div class="views" role="group" aria-label=${t('parts.scene.view')}>

@@ -3,7 +3,7 @@ import { css, html, nothing, type TemplateResult } from 'lit';
 import { t } from '../../i18n';
 import { lengthText, spanText } from '../words';
 import { type LandingArea, strikesText } from './landing';
-import { flows, type PlanMonitor, type PlanScene } from './model';
+import { flows, type PlanMonitor, type PlanScene, type PlanSite } from './model';
 
 export const legendStyle = css`
   .landing-legend {
@@ -79,4 +79,12 @@ export function unshown(monitors: readonly PlanMonitor[], scene: PlanScene | nul
       if (stale) return [t('parts.scene.water_old', { id })];
       return !flight && typeof landing === 'string' ? [t('parts.scene.water_unknown', { id })] : [];
     });
+}
+
+/** That places are not to scale. */
+export function schematicNote(site: PlanSite | null): TemplateResult | typeof nothing {
+  if (!site?.schematic) return nothing;
+  const [alone = ''] = Object.keys(site.monitors);
+  const text = site.unplaced ? t('parts.plan.alone', { id: alone }) : t('parts.plan.schematic');
+  return html`<p class="landing-legend schematic">${text}</p>`;
 }

@@ -12,6 +12,10 @@ export interface PlanSite {
   tanks: readonly Tank[];
   walls: readonly Wall[];
   keep_outs: readonly KeepOut[];
+  /** Nothing has a place of its own: neither distances between monitors nor directions from north are known. */
+  schematic?: boolean;
+  /** Monitors whose place is not known. */
+  unplaced?: readonly string[];
 }
 
 export interface PlanScene {

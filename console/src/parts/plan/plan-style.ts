@@ -408,6 +408,46 @@ export const planStyle = css`
     stroke-linecap: round;
     stroke-linejoin: round;
   }
+  :host([listed]) {
+    box-sizing: border-box;
+    padding-bottom: var(--listed);
+    --listed: calc(var(--touch) + 2 * var(--s1));
+  }
+  :host([listed]) > svg {
+    height: calc(100% - var(--listed));
+  }
+  :host([listed]) .zoom {
+    bottom: calc(var(--listed) + 12px);
+  }
+  .unplaced {
+    position: absolute;
+    inset: auto 0 0 0;
+    height: var(--listed);
+    box-sizing: border-box;
+    display: flex;
+    align-items: center;
+    gap: var(--s1);
+    padding: var(--s1) var(--s25);
+    overflow-x: auto;
+    white-space: nowrap;
+    border-top: 1px solid var(--line);
+    background: var(--surface-2);
+    color: var(--dim);
+    font-size: var(--t-note);
+  }
+  .unplaced button {
+    flex: none;
+    min-width: var(--touch);
+    height: var(--touch);
+    padding: 0 var(--s2);
+    border: 1px solid var(--line-strong);
+    border-radius: var(--radius);
+    background: var(--surface);
+    color: var(--text);
+    font: inherit;
+    font-weight: 650;
+    cursor: pointer;
+  }
   .zoom {
     position: absolute;
     right: 12px;

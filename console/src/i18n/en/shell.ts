@@ -98,6 +98,7 @@ export default {
   'why.stale': 'The data of {monitor} is out of date',
   'why.subsystem': 'This monitor has no {subsystem}',
   'why.held': '{user} controls {monitor}',
+  'why.held_self': 'You control {monitor} in another window',
   'why.authority': 'Take control of {monitor} first',
   'why.locked': '{monitor} is locked out',
   'banner.label': 'State of the site',

@@ -98,6 +98,7 @@ export default {
   'why.stale': 'Данные {monitor} устарели',
   'why.subsystem': 'У этого ствола нет {subsystem}',
   'why.held': 'Стволом {monitor} управляет {user}',
+  'why.held_self': 'Стволом {monitor} вы управляете в другом окне',
   'why.authority': 'Сначала возьмите управление {monitor}',
   'why.locked': '{monitor} заблокирован',
   'banner.label': 'Состояние объекта',

@@ -88,6 +88,7 @@ export default {
   'parts.scene.water_unknown': '{id}: water flows; its path cannot be computed.',
   'parts.scene.water_old': '{id} does not answer: its water, which may flow, is not shown.',
   'parts.scene.no_webgl': 'This browser cannot draw in three dimensions; the plan shows the same.',
+  'parts.trend.most': 'max. {v}',
   'parts.timeline': 'Position in the recording',
   'parts.timeline.play': 'Play',
   'parts.timeline.pause': 'Pause',

@@ -90,6 +90,7 @@ const ru: Record<keyof typeof en, string> = {
   'parts.scene.water_unknown': '{id}: вода идёт; путь струи не рассчитать.',
   'parts.scene.water_old': '{id} не отвечает: его вода, которая может идти, не показана.',
   'parts.scene.no_webgl': 'Этот браузер не рисует в трёх измерениях; то же показывает план.',
+  'parts.trend.most': 'макс. {v}',
   'parts.timeline': 'Место в записи',
   'parts.timeline.play': 'Пуск',
   'parts.timeline.pause': 'Пауза',

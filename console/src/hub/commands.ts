@@ -19,7 +19,7 @@ export interface Outcome {
   failed?: { monitor: string; error: HubError }[];
   /** A Stop, Close or Lockout: what becomes of it is shown until a user has dismissed it. */
   urgent?: boolean;
-  /** There is no answer yet; it goes on. */
+  /** There is no answer yet after a second; it goes on. Of the hub, or of the monitors of `waiting`. */
   unconfirmed?: boolean;
   /** The hub no longer knows the monitor: STOP went to all. */
   gone?: boolean;
@@ -39,11 +39,24 @@ export interface Options {
 export type AuthorityAction = 'take' | 'release' | 'request' | 'grant' | 'deny' | 'force';
 
 const STOPS: readonly HaltKind[] = ['stop', 'lockout'];
+/** The hub reports a monitor as silent 200 ms after it has sent the request; a second after it, it is not confirmed. */
+const CONFIRMED_MS = 700;
+
+/** An urgent request that a monitor has not answered. */
+interface Silent {
+  /** The reports of silent monitors, counted. */
+  report: number;
+  what: string;
+  late: boolean;
+  timer: ReturnType<typeof setTimeout>;
+}
 
 class Commands {
   private readonly outcomes = new Set<(outcome: Outcome) => void>();
   /** Monitors that an urgent request was sent to, and that have not answered. */
-  private readonly silent = new Map<string, number>();
+  private readonly silent = new Map<string, Silent>();
+  /** The last urgent request to each; '': to all. */
+  private readonly asked = new Map<string, string>();
   /** Reports of monitors that have not answered, counted. */
   private reports = 0;
   private urgents = 0;
@@ -53,8 +66,7 @@ class Commands {
     socket.on('hello', () => this.watch());
     socket.on('progress', ({ monitor, answered }) => {
       if (answered) return this.answered([monitor]);
-      this.silent.set(monitor, ++this.reports);
-      this.tellSilent();
+      this.isSilent(monitor);
     });
     // What becomes of them is reported to the connection that asked.
     store.subscribe(LINKED, () => !store.linked && this.answered([...this.silent.keys()]));
@@ -146,11 +158,13 @@ class Commands {
   /** One that does not get through at once is seen as not confirmed until it is settled. */
   private async urgent(what: string, message: Said, path: string, body?: unknown, monitor?: string): Promise<Results> {
     const key = `urgent ${this.urgents++}`;
+    if (monitor === undefined) this.asked.clear();
+    this.asked.set(monitor ?? '', what);
     const about = { monitor: monitor ?? null, what, key, urgent: true };
     // Where the hub has said since that a monitor is silent, it has the request.
     const before = this.reports;
     const heard = () =>
-      [...this.silent].some(([id, report]) => report > before && (monitor === undefined || id === monitor));
+      [...this.silent].some(([id, { report }]) => report > before && (monitor === undefined || id === monitor));
     const unconfirmed = () => heard() || this.tell({ ...about, unconfirmed: true });
     try {
       const results = await sendUrgent({ message, path, body, monitor, unconfirmed });
@@ -166,13 +180,45 @@ class Commands {
     }
   }
 
-  /** They are no longer waited for. */
-  private answered(monitors: string[]): void {
-    if (monitors.filter((id) => this.silent.delete(id)).length > 0) this.tellSilent();
+  private isSilent(monitor: string): void {
+    const before = this.silent.get(monitor);
+    clearTimeout(before?.timer);
+    const one: Silent = {
+      report: ++this.reports,
+      what: this.asked.get(monitor) ?? this.asked.get('') ?? '',
+      late: before?.late ?? false,
+      timer: setTimeout(() => {
+        one.late = true;
+        this.tellSilent();
+      }, CONFIRMED_MS),
+    };
+    this.silent.set(monitor, one);
+    this.tellSilent();
   }
 
+  /** They are no longer waited for. */
+  private answered(monitors: string[]): void {
+    const waited = monitors.filter((id) => this.silent.has(id));
+    for (const id of waited) {
+      clearTimeout(this.silent.get(id)!.timer);
+      this.silent.delete(id);
+    }
+    if (waited.length > 0) this.tellSilent();
+  }
+
+  /** Those that are silent for longer come first: they are why it is not confirmed. */
   private tellSilent(): void {
-    this.tell({ monitor: null, what: 'Stop All', waiting: [...this.silent.keys()], key: 'silent' });
+    const all = [...this.silent];
+    const late = all.filter(([, one]) => one.late);
+    const told = late.length > 0 ? late : all;
+    const what = new Set(told.map(([, one]) => one.what));
+    this.tell({
+      monitor: null,
+      what: what.size === 1 ? [...what][0]! : '',
+      waiting: told.map(([id]) => id),
+      ...(late.length > 0 && { unconfirmed: true, urgent: true }),
+      key: 'silent',
+    });
   }
 
   private async told<T>(monitor: string | null, what: string, options: Options, pending: Promise<T>): Promise<T> {

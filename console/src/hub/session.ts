@@ -20,6 +20,11 @@ export function inControl(monitor: string): boolean {
   return authority?.holder != null && authority.holder.seat === store.hello?.seat;
 }
 
+/** Whether it is the user of this page, who has logged in: not one of all that come without a login. */
+export function isSelf(user: string): boolean {
+  return session()?.kind === 'session' && user === store.hello?.user;
+}
+
 /** Whether a subsystem has a flag. */
 export function has<S extends SubsystemName>(monitor: string, subsystem: S, flag: FlagOf<S>): boolean {
   const status = store.get(`monitors/${monitor}/status`);
@@ -61,7 +66,8 @@ export function whyNot(monitor: string, wants: Wants = {}): string {
   if (wants.authority !== false && store.stale(monitor)) return t('why.stale', { monitor });
   if (wants.authority !== false && !inControl(monitor)) {
     const holder = store.get(`monitors/${monitor}/authority`)?.holder;
-    return holder ? t('why.held', { monitor, user: holder.user }) : t('why.authority', { monitor });
+    if (!holder) return t('why.authority', { monitor });
+    return t(isSelf(holder.user) ? 'why.held_self' : 'why.held', { monitor, user: holder.user });
   }
   if (!wants.lockedOut && has(monitor, 'General', 'LockedOut')) return t('why.locked', { monitor });
   return '';

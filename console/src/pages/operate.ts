@@ -15,7 +15,7 @@ import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
 import '../parts/lf-plan';
 import { USUAL_PRESSURE_DATM } from '../parts/plan/model';
-import { standAlone } from '../parts/stand-alone';
+import { type ShownSite, standAlone } from '../parts/stand-alone';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { magnified } from '../theme/display';
@@ -34,6 +34,9 @@ import './operate/valves';
 const VIEW_KEY = 'lafet.view';
 /** Height that the buttons on the plan take, px. */
 const TOOLS_PX = 60;
+/** Height that notes about the water take below them where they have no place beside them: narrower than this, px. */
+const NOTES_PX = 72;
+const NOTES_BELOW_PX = 1250;
 /** Narrower than this, px, everything is in one column. */
 const STACKED_PX = 860;
 
@@ -52,7 +55,7 @@ export class PageOperate extends LitElement {
         padding: var(--s2);
         grid-template-columns: minmax(0, 1fr) 352px;
         /* The picture fills the visible page; the trends are below. */
-        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - var(--guide-height, 0px) - 2 * var(--s2))) auto;
+        grid-template-rows: minmax(340px, calc(100dvh / var(--zoom, 1) - var(--topbar) - 57px - var(--guide-height, 0px) - var(--notes-height, 0px) - 2 * var(--s2))) auto;
         grid-template-areas: 'view side' 'below below';
       }
       .strip {
@@ -99,7 +102,7 @@ export class PageOperate extends LitElement {
         min-height: 0;
         min-width: 0;
       }
-      lf-plan {
+      .view {
         --lf-plan-hint: calc(var(--strip, 72px) + 76px);
       }
       lf-plan,
@@ -142,6 +145,13 @@ export class PageOperate extends LitElement {
       @container (min-width: 1500px) {
         .page {
           grid-template-columns: minmax(0, 1fr) 420px;
+        }
+      }
+      /* Beside the buttons: it covers nothing of the site. */
+      @container (min-width: 1250px) {
+        .view {
+          --lf-plan-hint: calc(var(--strip, 72px) + 16px);
+          --lf-plan-hint-left: 356px;
         }
       }
       @container (max-width: 1100px) {
@@ -334,7 +344,7 @@ export class PageOperate extends LitElement {
 
   private picture() {
     const { monitor } = this;
-    const site = siteOf();
+    const site = siteOf(monitor);
     const scene = store.get('scene') ?? null;
     const monitors = this.monitors(site);
     const three = this.view === 'scene' && this.sceneLoaded;
@@ -354,11 +364,12 @@ export class PageOperate extends LitElement {
         : html`<lf-plan
             .site=${site}
             .monitors=${monitors}
-            .located=${store.get('zones')?.fires ?? []}
+            .located=${site.schematic ? [] : (store.get('zones')?.fires ?? [])}
             .scene=${scene}
             .selected=${monitor}
             .tool=${this.tool}
             .above=${this.beside() ? TOOLS_PX + this.stripHeight : TOOLS_PX}
+            .notes=${this.offsetWidth < NOTES_BELOW_PX ? NOTES_PX : 0}
             .running=${this.onPlan.running(site, store.monitors())}
             .note=${this.tool === 'aim' ? t(flows(monitor, site) ? 'operate.aim_jet' : 'operate.aim_sight') : ''}
             @sector=${(e: CustomEvent<QuenchSector | null>) => this.drawn(e.detail)}
@@ -539,9 +550,9 @@ function timely<T>(asked: Promise<T>): Promise<T | null> {
 
 const SCENES = import.meta.glob('../parts/lf-scene.ts');
 
-/** The site as configured; a monitor without a known place is alone in it. */
-function siteOf(): Site {
-  return standAlone(configured(), store.monitors());
+/** The site as configured; a monitor without a known place is alone. */
+function siteOf(monitor: string): ShownSite {
+  return standAlone(configured(), store.monitors(), monitor);
 }
 
 function showReadiness(monitor: string, told: Readiness): void {

@@ -219,7 +219,7 @@ export class PagePrograms extends LitElement {
 
   private planOf(values: readonly number[]) {
     const { monitor, which } = this;
-    const site = standAlone(store.hello?.hub.site ?? null, store.monitors());
+    const site = standAlone(store.hello?.hub.site ?? null, store.monitors(), monitor);
     const monitors = store
       .monitors()
       .map((id) =>

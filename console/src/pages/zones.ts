@@ -11,7 +11,7 @@ import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-chip';
 import '../parts/lf-hold';
-import { router } from '../shell/router';
+import { decoded, router } from '../shell/router';
 import { lockZones, resetAll, silenceZones } from '../shell/zones';
 import { base, card, page } from '../theme/shared';
 import './zones/deeds';
@@ -169,9 +169,5 @@ function note(kind: string, text: string) {
 /** `#/zones/hall` */
 function named(): string | null {
   const name = /^#\/zones\/([^/?]+)/.exec(location.hash)?.[1];
-  try {
-    return name ? decodeURIComponent(name) : null;
-  } catch {
-    return null;
-  }
+  return name ? decoded(name) : null;
 }

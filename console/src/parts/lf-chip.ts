@@ -23,7 +23,8 @@ export class LfChip extends LitElement {
         min-height: 28px;
         min-width: 0;
         padding: var(--s1) var(--s2) var(--s1) var(--s2);
-        border-radius: var(--radius-round);
+        /* Round with one line; with more it stays a box. */
+        border-radius: var(--s3);
         border: 1px solid var(--line);
         background: var(--surface-2);
         color: var(--text);

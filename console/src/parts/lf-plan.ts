@@ -24,12 +24,12 @@ import {
   zoomed,
 } from './geometry';
 import { emit, partStyle } from './part-style';
-import { type LandingArea, strikesText } from './plan/landing';
 import * as layers from './plan/layers';
+import { landingLegend, landingText, legendStyle, schematicNote } from './plan/legend';
 import { fireTitle, foundFires, type PlanMonitor, type PlanScene, type PlanSite, shownPlaces } from './plan/model';
 import { planStyle } from './plan/plan-style';
 import { dragged, drawnSector, GRIPS, type Grip, gripAt, keyed, tidy, usualSector } from './plan/sector-tool';
-import { bearingText, lengthText, openingText, spanText, Words } from './words';
+import { bearingText, lengthText, openingText, Words } from './words';
 
 export { built, jetAsked, type PlanMonitor, type PlanScene, type PlanSite, planMonitor } from './plan/model';
 
@@ -96,6 +96,8 @@ export class LfPlan extends LitElement {
   @property() note: string = '';
   /** Number of pixels at the upper edge that buttons of the page cover. */
   @property({ type: Number }) above: number = 0;
+  /** Number of pixels below them that notes may cover. */
+  @property({ type: Number }) notes: number = 0;
   @state() view: View | null = null;
   @state() size: Place = [0, 0];
   @state() drag: Drag | null = null;
@@ -111,7 +113,7 @@ export class LfPlan extends LitElement {
     new Words(this);
   }
 
-  static override styles = [partStyle, planStyle];
+  static override styles = [partStyle, planStyle, legendStyle];
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -135,6 +137,7 @@ export class LfPlan extends LitElement {
     const gone =
       !this.touched && (changed.has('scene') || changed.has('monitors') || changed.has('located')) && this.isBeyond();
     if (this.size[0] && (!this.view || (moved && !this.touched) || gone)) this.view = this.whole();
+    this.toggleAttribute('listed', this.mode === 'full' && Boolean(this.site?.unplaced?.length));
     if (changed.has('tool') && this.tool === 'look') this.drag = null;
   }
 
@@ -151,7 +154,7 @@ export class LfPlan extends LitElement {
     if (!view) return false;
     return shownPlaces(this.site, this.scene, this.monitors, this.located).some(([at]) => {
       const [x, y] = toScreen(view, width, height, at);
-      return x < 0 || x > width || y < this.above || y > height;
+      return x < 0 || x > width || y < this.above + this.notes || y > height;
     });
   }
 
@@ -162,9 +165,10 @@ export class LfPlan extends LitElement {
     const box = boundsOf(shownPlaces(known, this.scene, this.monitors, this.located));
     // Nothing at the edge may be covered by the buttons.
     const aside = this.mode === 'full' && width > ZOOM_PX * 4 ? ZOOM_PX : 0;
-    const view = viewOf(box, width - aside, height - this.above, margin);
+    const above = this.above + this.notes;
+    const view = viewOf(box, width - aside, height - above, margin);
     const { scale } = view;
-    return { scale, east: view.east + aside / 2 / scale, north: view.north + this.above / 2 / scale };
+    return { scale, east: view.east + aside / 2 / scale, north: view.north + above / 2 / scale };
   }
 
   private keepDrops(): void {
@@ -228,13 +232,24 @@ export class LfPlan extends LitElement {
         ${t('parts.plan.keys')} ${this.tool === 'sector' ? t('parts.plan.keys_sector') : ''}
       </p>
       <p class="unseen" id="summary">${this.summary()}</p>
-      <div class="notes">${this.hint()} ${this.legend()}</div>
+      <div class="notes">${schematicNote(this.site)} ${this.hint()} ${landingLegend(this.chosen?.landing)}</div>
       <div class="zoom" part="zoom">
         ${this.button('+', t('parts.plan.zoom_in'), () => this.zoom(1.4))}
         ${this.button('−', t('parts.plan.zoom_out'), () => this.zoom(1 / 1.4))}
         ${this.button('fit', t('parts.plan.fit'), () => this.fit())}
       </div>
+      ${this.unplaced()}
     `;
+  }
+
+  /** Below the plan: they are nowhere on it. */
+  private unplaced(): TemplateResult | typeof nothing {
+    const ids = this.site?.unplaced ?? [];
+    if (!ids.length) return nothing;
+    return html`<div class="unplaced" role="group" aria-label=${t('parts.plan.unplaced')}>
+      <span>${t('parts.plan.unplaced')}</span>
+      ${ids.map((id) => html`<button type="button" @click=${() => emit(this, 'select', { id })}>${id}</button>`)}
+    </div>`;
   }
 
   private button(sign: string, label: string, act: () => void): TemplateResult {
@@ -255,28 +270,6 @@ export class LfPlan extends LitElement {
     return nothing;
   }
 
-  /** Figures of the landing area of the chosen monitor, or why it is not shown. */
-  private legend(): TemplateResult | typeof nothing {
-    const landing = this.chosen?.landing;
-    if (!landing) return nothing;
-    if (typeof landing === 'string') {
-      const why = t(`parts.plan.landing_${landing}`);
-      return html`<p class="landing-legend unknown">${t('parts.plan.landing_unknown', { why })}</p>`;
-    }
-    const { middle_m, greatest_m, with_wind, strikes } = landing;
-    return html`<p class="landing-legend">
-      <span class="swatch" aria-hidden="true"></span>
-      <strong>${this.landingText(landing)}</strong>
-      ${strikes ? html`<span class="strikes">${strikesText(strikes)}</span>` : nothing}
-      <span>${t('parts.plan.landing_parts', { middle: lengthText(middle_m), greatest: lengthText(greatest_m) })}</span>
-      <span>${t(with_wind ? 'parts.plan.landing_wind' : 'parts.plan.landing_still')}</span>
-    </p>`;
-  }
-
-  private landingText({ near_m, far_m }: LandingArea): string {
-    return t('parts.plan.landing', { d: spanText(near_m, far_m) });
-  }
-
   private picture(mini: boolean): unknown {
     const camera: layers.Camera = {
       view: this.view!,
@@ -287,12 +280,13 @@ export class LfPlan extends LitElement {
     };
     const names = layers.namesOf(camera, this.monitors);
     const chosen = this.chosen;
+    const schematic = this.site?.schematic;
     return svg`
       ${
         mini
           ? nothing
           : svg`<defs><pattern id="hatch" width="8" height="8" patternUnits="userSpaceOnUse"
-        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${layers.grid(camera)}`
+        patternTransform="rotate(45)"><line class="hatch" y2="8"></line></pattern></defs>${schematic ? nothing : layers.grid(camera)}`
       }
       ${!mini && chosen ? layers.ranges(camera, chosen) : nothing}
       ${!mini && chosen && this.site ? layers.keepOuts(camera, this.site, chosen) : nothing}
@@ -310,8 +304,8 @@ export class LfPlan extends LitElement {
       ${layers.monitorMarks(camera, this.monitors, this.selected, names)}
       ${mini ? nothing : layers.route(camera, this.points, this.pointSelected, (n) => t('parts.plan.point', { n }))}
       ${!mini && chosen ? this.drawing(camera, chosen) : nothing}
-      ${mini ? nothing : layers.scaleBar(camera, lengthText)}
-      ${mini ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
+      ${mini || schematic ? nothing : layers.scaleBar(camera, lengthText)}
+      ${mini || schematic ? nothing : layers.compassMark(camera, t('parts.plan.north'), this.scene, (v, short) => t(short ? 'parts.plan.wind_short' : 'parts.plan.wind', { v }), t('parts.plan.no_wind'))}
     `;
   }
 
@@ -388,7 +382,7 @@ export class LfPlan extends LitElement {
       if (monitor.wrapped) parts.push(t('parts.plan.wrapped'));
       if (monitor.water) parts.push(t(monitor.foam ? 'parts.plan.foam' : 'parts.plan.water'));
       const { landing } = monitor;
-      if (landing && typeof landing !== 'string') parts.push(this.landingText(landing));
+      if (landing && typeof landing !== 'string') parts.push(landingText(landing));
       return parts.join(', ');
     });
     const burning = (this.scene?.fires ?? []).filter(({ burns }) => burns);

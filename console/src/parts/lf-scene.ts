@@ -2,6 +2,7 @@ import { css, html, LitElement, nothing, type PropertyValues, type TemplateResul
 import { customElement, property, state } from 'lit/decorators.js';
 import { t } from '../i18n';
 import { emit, partStyle } from './part-style';
+import { landingLegend, legendStyle, schematicNote, unshown } from './plan/legend';
 import type { PlanMonitor, PlanScene, PlanSite } from './plan/model';
 import type { Palette } from './scene/particles';
 import type { Colours } from './scene/structures';
@@ -40,6 +41,7 @@ export class LfScene extends LitElement {
 
   static override styles = [
     partStyle,
+    legendStyle,
     css`
       :host {
         display: block;
@@ -153,6 +155,7 @@ export class LfScene extends LitElement {
 
   protected override render(): TemplateResult {
     if (this.state === 'unable') return html`<p class="word">${t('parts.scene.no_webgl')}</p>`;
+    const unplaced = this.site?.unplaced ?? [];
     return html`
       <canvas
         tabindex="0"
@@ -164,6 +167,11 @@ export class LfScene extends LitElement {
       ></canvas>
       <p class="unseen" id="keys">${t('parts.scene.keys')}</p>
       ${this.state === 'drawing' ? nothing : html`<p class="word">${t('parts.scene.loading')}</p>`}
+      <div class="notes" role="status">
+        ${schematicNote(this.site)} ${landingLegend(this.chosen?.landing)}
+        ${unplaced.length ? html`<p class="landing-legend">${t('parts.plan.unplaced')} ${unplaced.join(', ')}</p>` : nothing}
+        ${unshown(this.monitors, this.scene).map((text) => html`<p class="landing-legend unshown">${text}</p>`)}
+      </div>
       <div class="views" role="group" aria-label=${t('parts.scene.view')}>
         ${PRESETS.map(
           (preset) => html`<button
@@ -176,6 +184,11 @@ export class LfScene extends LitElement {
         )}
       </div>
     `;
+  }
+
+  private get chosen(): PlanMonitor | undefined {
+    const { monitors } = this;
+    return monitors.find(({ id }) => id === this.selected) ?? (monitors.length === 1 ? monitors[0] : undefined);
   }
 
   private choose(preset: Preset): void {

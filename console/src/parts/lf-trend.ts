@@ -1,7 +1,7 @@
 // A small curve over the last minutes, with its maximum and the value under the pointer.
 import { css, html, LitElement, nothing, svg } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { num, time } from '../i18n';
+import { num, t, time } from '../i18n';
 import { base } from '../theme/shared';
 import { inUnit } from '../units';
 
@@ -149,7 +149,7 @@ export class LfTrend extends LitElement {
         ${
           this.over
             ? html`<span class="at">${time(this.over.t)} · ${text(this.over.v)}</span>`
-            : html`<span class="most">↑ ${text(most)}</span>`
+            : html`<span class="most">${t('parts.trend.most', { v: text(most) })}</span>`
         }
       </div>`;
   }

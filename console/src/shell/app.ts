@@ -64,9 +64,8 @@ export class LfApp extends LitElement {
       :host {
         display: grid;
         height: calc(100dvh / var(--zoom, 1));
-        grid: var(--topbar) auto auto 1fr auto auto / var(--nav) 1fr;
-        grid-template-areas: 'top top' 'zones zones' 'banners banners' 'nav main' 'nav replay' 'nav guide';
-        --nav-now: var(--nav);
+        grid: var(--topbar) auto auto 1fr auto auto auto / var(--nav) 1fr;
+        grid-template-areas: 'top top' 'zones zones' 'banners banners' 'nav main' 'nav notes' 'nav replay' 'nav guide';
       }
       lf-topbar {
         grid-area: top;
@@ -150,10 +149,9 @@ export class LfApp extends LitElement {
         :host {
           --topbar: 56px;
           --nav: 240px;
-          --nav-now: 0px;
           grid-template-columns: 1fr;
-          grid-template-rows: var(--topbar) auto auto 1fr auto auto 72px;
-          grid-template-areas: 'top' 'zones' 'banners' 'main' 'replay' 'guide' '.';
+          grid-template-rows: var(--topbar) auto auto 1fr auto auto auto 72px;
+          grid-template-areas: 'top' 'zones' 'banners' 'main' 'notes' 'replay' 'guide' '.';
         }
         .alone.ended {
           grid-row-end: -2;

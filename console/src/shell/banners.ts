@@ -3,7 +3,7 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { fault, faults } from '../hub/faults';
 import { resumesIn } from '../hub/pause';
-import { has, inControl, may, whyNot } from '../hub/session';
+import { has, inControl, isSelf, may, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { AskedSeen } from '../hub/types';
 import { phaseOf, zones } from '../hub/zones';
@@ -249,8 +249,9 @@ export class LfBanners extends LitElement {
       </div>`;
     }
     const holder = authority.holder;
+    const held = authority.state === 'lost' ? 'banner.held_lost' : 'banner.held';
     const text = holder
-      ? t(authority.state === 'lost' ? 'banner.held_lost' : 'banner.held', { monitor, user: holder.user })
+      ? t(isSelf(holder.user) ? 'why.held_self' : held, { monitor, user: holder.user })
       : t('banner.free', { monitor });
     return html`<div class="banner grow accent">
       ${icon('hand')}<span class="grow">${text}</span>

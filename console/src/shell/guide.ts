@@ -170,7 +170,7 @@ export class LfGuide extends LitElement {
     document.documentElement.style.removeProperty('--guide-height');
   }
 
-  /** It has a row of its own: pages move down and notes move up by its height. */
+  /** It has a row of its own: pages that fill the window are lower by it. */
   override updated(): void {
     document.documentElement.style.setProperty('--guide-height', `${this.offsetHeight}px`);
   }

@@ -73,6 +73,14 @@ export class LfNav extends LitElement {
         font-weight: 700;
         text-align: center;
       }
+      .medium {
+        background: var(--chrome-medium);
+        color: var(--on-chrome-medium);
+      }
+      .low {
+        background: var(--chrome-low);
+        color: var(--on-chrome-low);
+      }
       .cleared {
         background: var(--info);
         color: var(--surface);
@@ -209,7 +217,7 @@ export class LfNav extends LitElement {
       return html`<a href=${hrefOf(page.name, monitor)} class=${unsure ? 'unsure' : nothing} aria-current=${here ? 'page' : nothing}>
         ${icon(page.icon, 22)}<span>${label}</span>
         ${page.name === 'alarms' ? count(...unacknowledged(), t('nav.unack')) : nothing}
-        ${page.name === 'zones' ? count(zones.eventful(), true, t('nav.eventful')) : nothing}
+        ${page.name === 'zones' ? count(zones.eventful(), 'high', t('nav.eventful')) : nothing}
       </a>`;
     });
   }
@@ -221,12 +229,12 @@ export class LfNav extends LitElement {
   }
 }
 
-function count(n: number, urgent: boolean, what: string) {
-  return n ? html`<b class="count ${urgent ? '' : 'cleared'}" aria-label=${what}>${n}</b>` : nothing;
+function count(n: number, kind: string, what: string) {
+  return n ? html`<b class="count ${kind}" aria-label=${what}>${n}</b>` : nothing;
 }
 
-/** How many wait to be acknowledged, and whether one of them has not cleared. */
-function unacknowledged(): [number, boolean] {
+/** How many wait to be acknowledged, and the worst that has not cleared, as in the bar at the top. */
+export function unacknowledged(): [number, string] {
   const waiting = store.alarms().filter(({ state }) => state === 'unack' || state === 'rtn_unack');
-  return [waiting.length, waiting.some(({ active }) => active)];
+  return [waiting.length, waiting.find(({ active }) => active)?.priority ?? 'cleared'];
 }

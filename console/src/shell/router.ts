@@ -79,9 +79,18 @@ export function parseRoute(hash: string): Route {
     PAGES.some((page) => page.name === name && page.scope === scope);
   if (parts[0] === 'm' && parts[1]) {
     const page = known(parts[2], 'monitor') ? parts[2]! : 'operate';
-    return { page, monitor: decodeURIComponent(parts[1]) };
+    return { page, monitor: decoded(parts[1]) ?? parts[1] };
   }
   return { page: known(parts[0], 'site') ? parts[0]! : 'overview', monitor: null };
+}
+
+/** A part of an address; null: its escapes are malformed. */
+export function decoded(part: string): string | null {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return null;
+  }
 }
 
 class Router extends EventTarget {

@@ -92,12 +92,16 @@ export function noteOf(outcome: Outcome): Toast | null {
 function bare(outcome: Outcome): Toast | null {
   const who = outcome.monitor ?? t('shell.all_monitors');
   if (outcome.gone) return { kind: 'warning', text: t('stop.gone', { monitor: who }), stays: true };
+  const { waiting } = outcome;
+  if (outcome.unconfirmed && waiting?.length) return notConfirmed(waiting, outcome.what);
   if (outcome.unconfirmed) {
     const what = `${who} · ${titleOf(outcome.what)}`;
     return { kind: 'error', text: `${what}: ${t('stop.unconfirmed')}`, more: t('stop.unconfirmed_more') };
   }
   if (outcome.error) {
     if (stands(outcome, outcome.error)) return { kind: 'info', text: t('stop.stands', { monitor: who }) };
+    if (outcome.urgent && outcome.monitor && isSilent(outcome.error))
+      return notConfirmed([outcome.monitor], outcome.what, true);
     const refused = refusals(outcome.error)?.[0];
     return {
       kind: outcome.error.code === 'refused' ? 'warning' : 'error',
@@ -109,7 +113,10 @@ function bare(outcome: Outcome): Toast | null {
   const silent = outcome.waiting?.length ? t('stop.no_answer_yet', { monitors: outcome.waiting.join(', ') }) : '';
   const failed = outcome.failed?.filter(({ error }) => !stands(outcome, error)) ?? [];
   if (failed.length) {
-    const monitors = failed.map(({ monitor }) => monitor).join(', ');
+    const ids = failed.map(({ monitor }) => monitor);
+    if (outcome.urgent && !waiting?.length && failed.every(({ error }) => isSilent(error)))
+      return notConfirmed(ids, outcome.what, true);
+    const monitors = ids.join(', ');
     return {
       kind: 'error',
       text: `${titleOf(outcome.what)} · ${t('stop.not_done', { monitors })}`,
@@ -126,6 +133,28 @@ function bare(outcome: Outcome): Toast | null {
       more: tt(bad.remedy),
     };
   return { kind: 'ok', text: `${who} · ${titleOf(outcome.what)}` };
+}
+
+/** The monitor did not answer, however often it was sent. */
+function isSilent({ code, details }: HubError): boolean {
+  return (code === 'outcome_unknown' || code === 'no_answer') && details.cut !== true;
+}
+
+/** What an operator must know of monitors that do not answer an order to stop or close; `over`: it is no longer sent. */
+function notConfirmed(ids: readonly string[], what: string, over = false): Toast {
+  const monitors = ids.join(', ');
+  const order = what ? orderOf(what) : t('stop.order');
+  return {
+    kind: 'error',
+    text: `${monitors} · ${order}: ${t('stop.unconfirmed')}`,
+    more: t(over ? 'stop.silent' : 'stop.silent_yet', { monitors }),
+  };
+}
+
+/** As its button has it. */
+function orderOf(what: string): string {
+  if (what === 'Stop All') return t('stop.stop');
+  return what.startsWith('Lockout') ? t('stop.lockout') : titleOf(what);
 }
 
 /** A monitor that is locked out denies Stop (§3.18/2): the lockout has stopped it already. */
@@ -147,19 +176,38 @@ export class LfToasts extends LitElement {
   static override styles = [
     base,
     css`
-      .notes {
+      /* What stays has a row of its own: it covers nothing that the operator looks at. */
+      :host {
+        display: block;
+        grid-area: notes;
+        position: relative;
+        min-width: 0;
+        z-index: 60;
+      }
+      .live {
         display: contents;
       }
-      :host {
-        position: fixed;
-        left: calc(var(--nav-now, 0px) + var(--s3));
-        bottom: calc(var(--s3) + var(--guide-height, 0px));
-        transition: bottom var(--quick);
-        width: min(440px, calc(100vw / var(--zoom, 1) - 2 * var(--s3)));
+      .stays {
+        max-height: 34dvh;
+        overflow-y: auto;
+      }
+      .stays .toast {
+        border-width: 1px 0 0 5px;
+        border-radius: 0;
+        box-shadow: none;
+        font-weight: 650;
+      }
+      .stays .more {
+        font-weight: 400;
+      }
+      .passing {
+        position: absolute;
+        left: var(--s3);
+        bottom: calc(100% + var(--s3));
+        width: min(440px, calc(100% - 2 * var(--s3)));
         display: flex;
         flex-direction: column;
         gap: var(--s2);
-        z-index: 60;
         pointer-events: none;
       }
       .toast {
@@ -203,39 +251,51 @@ export class LfToasts extends LitElement {
         outline: 3px solid var(--focus);
       }
       @media (max-width: 720px) {
-        :host {
+        .passing {
           left: var(--s2);
-          bottom: calc(80px + var(--guide-height, 0px));
+          bottom: calc(100% + var(--s2));
         }
       }
     `,
   ];
 
+  /** Pages that fill the window are lower by it. */
+  private readonly sized = new ResizeObserver(() =>
+    document.documentElement.style.setProperty('--notes-height', `${this.offsetHeight}px`),
+  );
+
   override connectedCallback(): void {
     super.connectedCallback();
     notes.addEventListener('change', this.changed);
+    this.sized.observe(this);
   }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     notes.removeEventListener('change', this.changed);
+    this.sized.disconnect();
   }
 
   override render() {
-    return html`<div role="status" aria-live="polite" class="notes">
-      ${repeat(
-        notes.shown,
-        (note) => note.id,
-        (note) => html`<div class="toast ${note.kind}">
-          ${icon(ICONS[note.kind])}
-          <div class="text">
-            ${note.text}${note.count > 1 ? html` <b>×${note.count}</b>` : nothing}
-            ${note.more ? html`<div class="more">${note.more}</div>` : nothing}
-          </div>
-          <button aria-label=${t('shell.close')} @click=${() => notes.drop(note.id)}>${icon('close', 18)}</button>
-        </div>`,
-      )}
+    return html`<div role="status" aria-live="polite" class="live">
+      <div class="stays">${this.those(true)}</div>
+      <div class="passing">${this.those(false)}</div>
     </div>`;
+  }
+
+  private those(stay: boolean) {
+    return repeat(
+      notes.shown.filter(({ stays = false }) => stays === stay),
+      (note) => note.id,
+      (note) => html`<div class="toast ${note.kind}">
+        ${icon(ICONS[note.kind])}
+        <div class="text">
+          ${note.text}${note.count > 1 ? html` <b>×${note.count}</b>` : nothing}
+          ${note.more ? html`<div class="more">${note.more}</div>` : nothing}
+        </div>
+        <button aria-label=${t('shell.close')} @click=${() => notes.drop(note.id)}>${icon('close', 18)}</button>
+      </div>`,
+    );
   }
 
   private readonly changed = (): void => this.requestUpdate();

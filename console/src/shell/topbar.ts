@@ -153,6 +153,20 @@ export class LfTopbar extends LitElement {
           display: block;
         }
       }
+      /* The name of the page comes before the numbers beside a fire. */
+      @media (max-width: 1200px) {
+        .where {
+          flex-shrink: 0;
+          min-width: 112px;
+        }
+        .fire ~ .alarm .text,
+        .fire ~ .link .text {
+          display: none;
+        }
+        .fire ~ .link {
+          min-width: var(--touch);
+        }
+      }
       @media (max-width: 1000px) {
         .text {
           display: none;
@@ -166,8 +180,22 @@ export class LfTopbar extends LitElement {
           padding: 0 var(--s1);
           gap: 0;
         }
+        .where {
+          flex-shrink: 1;
+          min-width: 0;
+        }
+        .where b {
+          font-size: var(--t-normal);
+          white-space: normal;
+        }
+        .fire ~ .link {
+          display: none;
+        }
+        .fire .icon {
+          display: none;
+        }
         .fire {
-          max-width: 46%;
+          max-width: 34%;
           flex-shrink: 0;
           gap: var(--s1);
           padding: 0 var(--s15);

@@ -490,11 +490,16 @@ describe('stale data', () => {
           requestAnimationFrame(look);
         }),
     );
-    const refused = page.locator('lf-toasts .toast.error', { hasText: 'M1' }).first().waitFor();
+    const note = page.locator('lf-toasts .toast.error', { hasText: 'M1 · STOP: NOT CONFIRMED' });
+    const repeated = note.getByText('M1 does not answer. It is sent again and again.').waitFor();
+    const refused = note.getByText('act as if it had not been carried out, and shut the hand valve').waitFor();
     await drawn(page);
     await page.locator('#stop').click();
     expect(await took).toBeLessThan(1000);
+    await repeated;
     await refused;
+    const [plan, told] = [await placed(page.locator('lf-plan')), await placed(note)];
+    expect(plan.y + plan.height, 'it covers nothing of the plan').toBeLessThanOrEqual(told.y);
     site.links[0]!.mend();
     expect(await site.stands('M1')).toBe(true);
   });

@@ -1,6 +1,7 @@
 // The 3D view: it draws, it is cheap, and without WebGL the plan is shown.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
+import type { Monitor } from '../../src/hub/types';
 import { Demo, WEBGL } from './demo';
 import { go, LATE_MS, SOON, until } from './page';
 
@@ -48,4 +49,25 @@ test('without WebGL the plan is shown', async () => {
   await told;
   await page.locator('lf-plan').waitFor();
   await expect.poll(() => page.locator('lf-scene').count(), SOON).toBe(0);
+});
+
+test('shows the water of a monitor without a valid pressure, and says what is not known', {
+  timeout: 500_000,
+}, async () => {
+  const has = async (subsystem: 'Deployer' | 'Valve1', flag: string) =>
+    (await demo.get<Monitor>('/api/monitors/M1')).status.subsystems[subsystem]!.flags.includes(flag);
+  await demo.post('/api/sim/automatic', { on: false });
+  await demo.request('M1', 'Deploy Deployer');
+  await until(() => has('Deployer', 'Deployed'), 2 * LATE_MS);
+  await demo.post('/api/sim/faults', { monitor: 'M1', fault: 'pressure-break', on: true });
+  page = await demo.open('#/m/M1/operate');
+  await page.getByText('3D', { exact: true }).click();
+  await until(async () => ((await figures())?.calls ?? 0) > 5, LATE_MS);
+  const jet = () => page.locator('lf-scene').evaluate((scene) => Reflect.get(scene, 'world').waters as string[]);
+  expect(await jet()).toEqual([]);
+  await demo.request('M1', 'Open Valve1');
+  await until(() => has('Valve1', 'Open'), 2 * LATE_MS);
+  await page.locator('lf-scene').getByText('M1: water flows; its path cannot be computed.').waitFor();
+  await page.locator('lf-scene').getByText('Where the water lands is not known: no valid pressure').waitFor();
+  await expect.poll(jet, SOON).toEqual(['M1']);
 });

@@ -344,6 +344,9 @@ describe('an installation', () => {
     await picture(page, `zone.${lang}.${theme}.${size.width}`);
     await clean(page);
     expect(await clipped(page)).toEqual([]);
+    const chips = page.locator('lf-zone-detectors td lf-chip');
+    const cells = await chips.evaluateAll((all) => all.map((one) => one.closest('td')!.clientWidth));
+    expect(Math.min(...cells), 'a word a line').toBeGreaterThan(130);
     await go(page, '#/overview');
     await page.locator('lf-zone-strip a').waitFor();
     await picture(page, `overview.${lang}.${theme}.${size.width}`);

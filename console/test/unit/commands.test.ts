@@ -180,6 +180,58 @@ describe('a STOP into a dead network', () => {
   });
 });
 
+describe('a STOP that a monitor does not answer', () => {
+  const listeners = Reflect.get(socket, 'listeners') as Map<string, Set<(message: object) => void>>;
+  const progress = (monitor: string, answered: boolean) => {
+    for (const hear of listeners.get('progress')!) hear({ monitor, answered });
+  };
+  const protocol =
+    'Stop All: sent to tcp://127.0.0.1:10485?addr=2, no answer; GetStatus All shows when motion has ended.';
+  const unknown = new HubError({ code: 'outcome_unknown', en: protocol, ru: protocol });
+  let told: Outcome[];
+  let end: () => void;
+
+  beforeEach(() => {
+    told = [];
+    end = commands.onOutcome((outcome) => told.push(outcome));
+  });
+  afterEach(() => end());
+
+  test('is said to be on its way, and not confirmed a second after it was sent', async () => {
+    vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+    vi.spyOn(socket, 'ask').mockImplementation(() => new Promise(() => {}));
+    void commands.stop('M2');
+    await vi.advanceTimersByTimeAsync(200);
+    progress('M2', false);
+    expect(noteOf(told.at(-1)!)).toMatchObject({ kind: 'warning', text: 'stop.no_answer_yet' });
+    await vi.advanceTimersByTimeAsync(800);
+    expect(noteOf(told.at(-1)!)).toMatchObject({
+      kind: 'error',
+      text: 'M2 · stop.stop: stop.unconfirmed',
+      more: 'stop.silent_yet',
+      stays: true,
+    });
+    expect(told.filter(({ unconfirmed }) => unconfirmed)).toHaveLength(1);
+    progress('M2', true);
+    expect(told.at(-1)).toMatchObject({ waiting: [], key: 'silent' });
+    expect(noteOf(told.at(-1)!)).toBeNull();
+  });
+
+  test('says in words of the operator what may be', () => {
+    const one = noteOf({ monitor: 'M2', what: 'Stop All', urgent: true, error: unknown });
+    expect(one).toMatchObject({ text: 'M2 · stop.stop: stop.unconfirmed', more: 'stop.silent', stays: true });
+    const failed = [{ monitor: 'M2', error: unknown }];
+    const all = noteOf({ monitor: null, what: 'Lockout All on', urgent: true, failed });
+    expect(all).toMatchObject({ text: 'M2 · stop.lockout: stop.unconfirmed', more: 'stop.silent' });
+  });
+
+  test('keeps the texts of the hub for what is not urgent, and for what the page itself has lost', () => {
+    expect(noteOf({ monitor: 'M2', what: 'Open Valve1', error: unknown })?.text).toContain(protocol);
+    const cut = new HubError(OUTCOME_UNKNOWN);
+    expect(noteOf({ monitor: 'M2', what: 'Stop All', urgent: true, error: cut })?.text).toContain(OUTCOME_UNKNOWN.en);
+  });
+});
+
 test('a STOP to a monitor that the hub no longer knows goes to all of them, and says so', async () => {
   const told: Outcome[] = [];
   const end = commands.onOutcome((outcome) => told.push(outcome));

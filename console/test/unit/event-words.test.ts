@@ -123,6 +123,15 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
     expect(kindOf(entry(act))).not.toBeNull();
   });
 
+  it('a step of the clock is as long as a person says', () => {
+    const of = (by_ms: number) => wordsOf(entry({ type: 'clock_step', by_ms }));
+    const [days, back] =
+      lang === 'en'
+        ? ['The clock was set forward by 30 days', 'The clock was set back by 3.5 s']
+        : ['Часы переведены вперёд на 30 дн.', 'Часы переведены назад на 3,5 с'];
+    expect([of(2_592_000_000), of(-3500)]).toEqual([days, back]);
+  });
+
   it.each(Object.entries(sims))('the simulation: %s', (_, act) => {
     const words = wordsOf(entry({ type: 'sim', act }));
     expect(words).not.toMatch(/¤|[{}]|events\.|undefined|NaN|_/);
@@ -142,7 +151,7 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
   });
 
   it.each([
-    ['Lockout All on', 'LOCKOUT', 'АВАРИЙНАЯ БЛОКИРОВКА'],
+    ['Lockout All on', 'LOCKOUT', 'БЛОКИРОВКА'],
     [
       'Move Nozzle 30',
       `Move: ${named('Nozzle').en}, to 30\u202fmm`,

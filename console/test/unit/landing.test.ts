@@ -3,6 +3,8 @@ import type { Thrown } from '../../src/hub/api';
 import type { Jet } from '../../src/hub/jets';
 import { loadLang } from '../../src/i18n';
 import { type LandingArea, landingOf, strikesText, type Thrower, windOf } from '../../src/parts/plan/landing';
+import { unshown } from '../../src/parts/plan/legend';
+import type { PlanMonitor, PlanScene } from '../../src/parts/plan/model';
 import { spanText } from '../../src/parts/words';
 
 const thrower: Thrower = {
@@ -48,6 +50,27 @@ describe('what the water strikes', () => {
     expect(strikesText({ ...strikes, on_top: true, whole: false })).toBe('a part of it lands on T-1');
     expect(strikesText({ ...strikes, name: '', kind: 'wall' })).toBe('it strikes the side of a wall');
     expect(area().strikes).toBeUndefined();
+  });
+});
+
+describe('water that the picture cannot show as it flows', () => {
+  const monitor = (more: Partial<PlanMonitor>) =>
+    ({ id: 'M1', water: true, stale: false, flight: null, landing: null, ...more }) as PlanMonitor;
+
+  it('is named, whether its path is not known or its monitor is silent', () => {
+    const broken = monitor({ landing: 'pressure' });
+    const silent = monitor({ id: 'M2', stale: true, flight: {} as never });
+    expect(unshown([broken, silent], null)).toEqual([
+      'M1: water flows; its path cannot be computed.',
+      'M2 does not answer: its water, which may flow, is not shown.',
+    ]);
+  });
+
+  it('is none where none flows, or its path is known', () => {
+    const known = monitor({ flight: {} as never, landing: 'law' });
+    expect(unshown([known, monitor({ water: false, landing: 'pressure' }), monitor({})], null)).toEqual([]);
+    const dry = { jets: {} } as PlanScene;
+    expect(unshown([monitor({ landing: 'pressure' })], dry), 'the valve is open before a dry main').toEqual([]);
   });
 });
 

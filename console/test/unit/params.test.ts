@@ -16,9 +16,18 @@ import {
 } from '../../src/pages/params/model';
 import { inOrder, type Outcome, read, save, saveAll, type Ways } from '../../src/pages/params/save';
 
+import { toldOf } from '../../src/pages/params/words';
+
 const dictionary = JSON.parse(readFileSync(new URL('files/dictionary.json', import.meta.url), 'utf8')) as Dictionary;
 const param = (title: string): DictParam => dictionary.params.find((p) => `${p.subsystem}.${p.name}` === title)!;
 const degrees = () => ({ factor: 1 / 60, digits: 1, unit: '°' });
+
+describe('bits', () => {
+  it('are named by the numbers that their meaning has, and none as none', () => {
+    expect(toldOf(param('General.InputFaults'), [0])).toBe('params.bits_none');
+    expect(toldOf(param('General.InputFaults'), [0b1001])).toBe('params.bits');
+  });
+});
 
 describe('values', () => {
   it('are checked as the monitor does', () => {

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import type { Flight } from '../../src/hub/jets';
 import { Kind, Particles } from '../../src/parts/scene/particles';
-import { Track } from '../../src/parts/scene/track';
+import { roughFlight, Track } from '../../src/parts/scene/track';
 
 /** A fall from 8 m over 36 m; over the roof of a tank of 6 m at 28 m. */
 const flight: Flight = {
@@ -57,5 +57,25 @@ describe('water in three dimensions', () => {
     expect(fallen).toHaveLength(20);
     for (const [x, y] of fallen) expect(Math.hypot(x! - lands[0], y! - lands[1])).toBeLessThan(1);
     expect(particles.count).toBe(0);
+  });
+
+  it('that cannot be computed leaves along the barrel, and ends where it is seen to land', () => {
+    const flight = roughFlight(30, { way_m: 40, rise_m: -8 });
+    const [, first] = flight.points;
+    expect(first![1] / first![0], 'along the barrel').toBeCloseTo(Math.tan(Math.PI / 6), 1);
+    expect(flight.points.at(-1)).toEqual([40, expect.closeTo(-8), expect.any(Number)]);
+    const lands: [number, number] = [10, 20];
+    const track = new Track({ flight, nozzle, bearing: 0, mouth, lands, floor: 0 });
+    expect(track.at(track.end_s)).toEqual([10, 0, -20].map((n) => expect.closeTo(n)));
+    expect(track.end_s).toBeGreaterThan(1);
+  });
+
+  it('that cannot be computed has only its beginning, where no end is known', () => {
+    const { points } = roughFlight(20, null);
+    const [way, rise] = points.at(-1)!;
+    expect(Math.hypot(way, rise)).toBeCloseTo(9);
+    expect(rise / way).toBeCloseTo(Math.tan(Math.PI / 9));
+    const above = roughFlight(0, { way_m: 20, rise_m: 3 });
+    expect(above.points.at(-1)![1]).toBeCloseTo(3);
   });
 });

@@ -117,6 +117,7 @@ export default {
   'admin.audit_waiting': 'Audit entries waiting for the disk',
   'admin.audit_lost': 'Audit entries lost',
   'admin.stop_longest': 'Longest Stop so far, with its answer',
+  'admin.s': '{n} s',
   'admin.ms': '{n} ms',
   'admin.lafet_websockets': 'Consoles connected',
   'admin.lafet_connections': 'Open connections',

@@ -9,7 +9,7 @@ export default {
   'operate.direct': 'Direct aim with the narrowest jet: {why}',
   'operate.aim_late': 'the answer took too long; point again',
   'operate.no_place':
-    'The configuration of the hub has no place for {monitor} (at): the plan shows it beside the others, and nothing is aimed from there.',
+    'The configuration of the hub has no place for {monitor} (at): the plan shows it alone, and nothing is aimed from there.',
   'operate.pressure_unknown':
     'The pressure is not known: its sensor is faulty, or the monitor does not answer. The jet cannot be computed from it.',
   'operate.pressure_assume': 'Aim for {pressure}',

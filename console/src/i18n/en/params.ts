@@ -13,6 +13,8 @@ export default {
   'params.search': 'Search',
   'params.search_hint': 'Name, meaning, or 0x id',
   'params.clear_search': 'Clear the search',
+  'params.bits': 'bits {bits}',
+  'params.bits_none': 'none',
   'params.filter': 'Show',
   'params.filter.all': 'All',
   'params.filter.edited': 'Edited',

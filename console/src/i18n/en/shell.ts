@@ -74,6 +74,11 @@ export default {
   'stop.unconfirmed': 'NOT CONFIRMED',
   'stop.unconfirmed_more':
     'The hub has not answered. It is sent again as soon as the hub is back. Use the hardware stop at the monitor.',
+  'stop.order': 'Command',
+  'stop.silent_yet':
+    '{monitors} does not answer. It is sent again and again. The barrel may still move, and water may flow.',
+  'stop.silent':
+    'It was sent again and again; {monitors} does not answer. The barrel may still move, and water may flow: act as if it had not been carried out, and shut the hand valve.',
   'stop.gone': 'The hub no longer knows {monitor}: STOP was sent to all monitors.',
   'stop.stands': '{monitor} is locked out: the lockout has stopped it already.',
   'stop.release': 'RELEASE…',
@@ -93,6 +98,7 @@ export default {
   'why.stale': 'The data of {monitor} is out of date',
   'why.subsystem': 'This monitor has no {subsystem}',
   'why.held': '{user} controls {monitor}',
+  'why.held_self': 'You control {monitor} in another window',
   'why.authority': 'Take control of {monitor} first',
   'why.locked': '{monitor} is locked out',
   'banner.label': 'State of the site',

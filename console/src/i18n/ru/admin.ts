@@ -116,6 +116,7 @@ export default {
   'admin.audit_waiting': 'Записей аудита ждут диска',
   'admin.audit_lost': 'Записей аудита потеряно',
   'admin.stop_longest': 'Самый долгий Stop, вместе с ответом',
+  'admin.s': '{n} с',
   'admin.ms': '{n} мс',
   'admin.lafet_websockets': 'Пультов на связи',
   'admin.lafet_connections': 'Открытых соединений',

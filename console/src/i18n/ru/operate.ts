@@ -9,7 +9,7 @@ export default {
   'operate.direct': 'Прямая наводка на самой узкой струе: {why}',
   'operate.aim_late': 'ответ шёл слишком долго; укажите ещё раз',
   'operate.no_place':
-    'В конфигурации сервера у ствола {monitor} нет места (at): на плане он показан в стороне, и наводить оттуда нельзя.',
+    'В конфигурации сервера у ствола {monitor} нет места (at): на плане он показан отдельно, и наводить оттуда нельзя.',
   'operate.pressure_unknown':
     'Давление неизвестно: неисправен датчик, либо ствол не отвечает. Навести струю по нему нельзя.',
   'operate.pressure_assume': 'Навести как при {pressure}',
@@ -36,11 +36,11 @@ export default {
   'operate.valves': 'Затворы',
   'operate.water': 'Вода',
   'operate.foam': 'Пена',
-  'operate.valve_Open': 'открыт',
-  'operate.valve_Closed': 'закрыт',
+  'operate.valve_Open': 'открыта',
+  'operate.valve_Closed': 'закрыта',
   'operate.valve_Opening': 'открывается…',
   'operate.valve_Closing': 'закрывается…',
-  'operate.valve_Between': 'между',
+  'operate.valve_Between': 'между положениями',
   'operate.valve_unknown': 'неизвестно',
   'operate.valve_is_open': 'Затвор открыт',
   'operate.was': '{age} назад: {state}',

@@ -13,6 +13,8 @@ export default {
   'params.search': 'Поиск',
   'params.search_hint': 'Имя, назначение или 0x id',
   'params.clear_search': 'Очистить поиск',
+  'params.bits': 'биты {bits}',
+  'params.bits_none': 'нет',
   'params.filter': 'Показать',
   'params.filter.all': 'Все',
   'params.filter.edited': 'Правленые',

@@ -192,7 +192,8 @@ export class LfAdminHub extends LitElement {
 
   private stopLongest(): string {
     const seconds = this.metrics.get('lafet_stop_seconds_max');
-    return !seconds ? '—' : t('admin.ms', { n: num(seconds * 1000, 1) });
+    if (!seconds) return '—';
+    return seconds < 1 ? t('admin.ms', { n: num(seconds * 1000, 1) }) : t('admin.s', { n: num(seconds, 1) });
   }
 
   private async load(): Promise<void> {

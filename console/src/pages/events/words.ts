@@ -4,13 +4,15 @@ import type { Act, JogEnding, Role, SimAct } from '../../hub/api';
 import { dictionaryNow, flag } from '../../hub/dictionary';
 import { badText, readingOf } from '../../hub/readings';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';
-import { type Key, lang, num, t, tt } from '../../i18n';
+import { age, type Key, lang, num, t, tt } from '../../i18n';
 import { requestWords, subsystemName } from '../../shell/request';
 import { measured, show } from '../../units';
 import { titleOf } from '../alarms/names';
 import type { Simulation } from '../training/model';
 import { actOf } from './model';
 import { orderWords, zoneWords } from './zones';
+
+const SMALL_STEP_MS = 100_000;
 
 /** Names of scenarios and faults of the simulation. */
 let simulation: Pick<Simulation, 'scenarios' | 'faults'> = { scenarios: [], faults: [] };
@@ -100,7 +102,7 @@ function actWords(act: Act, what: string): string {
     case 'end':
       return t('events.end');
     case 'clock_step':
-      return t('events.clock_step', { s: num(act.by_ms / 1000, 1) });
+      return t(act.by_ms < 0 ? 'events.clock_back' : 'events.clock_forward', { by: stepText(Math.abs(act.by_ms)) });
     case 'state_lost': {
       const aside = act.fault === 'malformed' && act.aside ? ` (${act.aside})` : '';
       return `${t(`events.file_${act.file}`)}: ${t(`events.fault_${act.fault}`)}${aside}`;
@@ -199,4 +201,9 @@ export function stateWords(name: string, state: SubsystemStatus, brief = false):
   const flags = brief ? state.flags.filter((one) => !one.includes('Limit')) : state.flags;
   for (const one of flags) parts.push(flag(name, one)?.meaning[lang()].replace(/\.$/, '') ?? one);
   return parts.join(', ') || '—';
+}
+
+/** Ten minutes, or thirty days: a small step to a tenth of a second. */
+function stepText(ms: number): string {
+  return ms < SMALL_STEP_MS ? t('admin.s', { n: num(ms / 1000, 1) }) : age(ms);
 }

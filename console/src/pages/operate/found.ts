@@ -215,7 +215,7 @@ export class LfFound extends LitElement {
       height_arcmin: LEAST_ARCMIN,
       distance_m,
     };
-    const stand = siteNow().monitors[this.monitor]!;
+    const stand = siteNow(this.monitor).monitors[this.monitor]!;
     return {
       ...numbers,
       clipped: range ? right < range.min || left > range.max : false,
@@ -247,8 +247,8 @@ export function hotbedsOf(monitor: string): HotbedBox[] {
   return store.get(`monitors/${monitor}/hotbeds`)?.list ?? [];
 }
 
-function siteNow(): Site {
-  return standAlone(configured(), store.monitors());
+function siteNow(monitor: string): Site {
+  return standAlone(configured(), store.monitors(), monitor);
 }
 /** The monitor's parameter Height, which its own ballistics use, if it has been read. */
 function ownHeight_m(monitor: string): number | null {
@@ -264,7 +264,7 @@ export function heightOf(monitor: string): Height | null {
 }
 
 function reckonFor(monitor: string, box: HotbedBox): Reckoned {
-  const site = siteNow();
+  const site = siteNow(monitor);
   const stand = site.monitors[monitor]!;
   return reckon({ ...stand, height_m: heightOf(monitor)?.height_m ?? null }, box, site.tanks);
 }

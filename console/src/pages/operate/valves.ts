@@ -38,24 +38,28 @@ export class LfValves extends LitElement {
         padding-top: var(--s2);
         border-top: 1px solid var(--line);
       }
+      /* The state has the whole column below: «закрывается…» does not fit beside the mark. */
       .name {
-        display: flex;
+        display: grid;
+        grid-template-columns: auto 1fr;
         align-items: center;
-        gap: var(--s2);
+        gap: 0 var(--s15);
         min-width: 0;
         line-height: 1.25;
         font-size: var(--t-note);
       }
       .name b {
-        display: block;
         font-size: var(--t-normal);
+      }
+      .state {
+        grid-column: 1 / -1;
+        overflow-wrap: break-word;
       }
       .mark {
         display: grid;
         place-items: center;
-        width: 32px;
-        height: 32px;
-        flex: none;
+        width: 28px;
+        height: 28px;
         border-radius: 50%;
         border: 2px solid var(--line-strong);
         color: var(--dim);
@@ -75,7 +79,6 @@ export class LfValves extends LitElement {
         color: var(--accent);
       }
       .bad {
-        display: block;
         color: var(--high);
         font-weight: 600;
         font-size: var(--t-small);
@@ -153,10 +156,8 @@ export class LfValves extends LitElement {
     return html`<div class="valve ${kind}" id=${valve}>
       <div class="name">
         <span class="mark">${icon(foam ? 'foam' : 'water')}</span>
-        <span>
-          <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
-          <span class=${stale ? 'dim stale' : fault ? 'bad' : 'dim'}>${stale && heard ? wasSo(monitor, word) : word}</span>
-        </span>
+        <b>${t(foam ? 'operate.foam' : 'operate.water')}</b>
+        <span class="state ${stale ? 'dim stale' : fault ? 'bad' : 'dim'}">${stale && heard ? wasSo(monitor, word) : word}</span>
       </div>
       <lf-hold .monitor=${this.monitor}
         class="open-button"

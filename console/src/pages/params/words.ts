@@ -51,11 +51,18 @@ export function toldOf(param: DictParam, values: readonly number[] | null | unde
   if (param.quantity === 'Choice' && !wireShown()) return choiceText(param, values[0]!);
   if (param.quantity === 'Bits' && values.length === 1 && !wireShown()) {
     const bits = values[0]!;
+    if (param.name !== 'Chain') return bitsText(bits);
     const names = chainNames();
     const off = names.filter((_, at) => (bits & (1 << at)) === 0);
     return off.length === 0 ? t('params.filter.all') : names.filter((n) => !off.includes(n)).join(' ');
   }
   return withUnit(param, textOf(param, values));
+}
+
+/** The bits that are set, by the numbers that the meaning of the parameter has. */
+function bitsText(bits: number): string {
+  const set = Array.from({ length: 32 }, (_, at) => at).filter((at) => (bits & (1 << at)) !== 0);
+  return set.length ? t('params.bits', { bits: set.join(', ') }) : t('params.bits_none');
 }
 
 export function choiceText(param: DictParam, value: number): string {

@@ -21,6 +21,10 @@ export const tableStyle = css`
     font-weight: 650;
     overflow-wrap: anywhere;
   }
+  /* A word is never broken off a chip: the table scrolls before. */
+  td:has(lf-chip) {
+    min-width: 20ch;
+  }
   lf-chip {
     white-space: normal;
   }

@@ -12,6 +12,10 @@ export interface PlanSite {
   tanks: readonly Tank[];
   walls: readonly Wall[];
   keep_outs: readonly KeepOut[];
+  /** Nothing has a place of its own: neither distances between monitors nor directions from north are known. */
+  schematic?: boolean;
+  /** Monitors whose place is not known. */
+  unplaced?: readonly string[];
 }
 
 export interface PlanScene {
@@ -134,6 +138,14 @@ export function planMonitor(
   monitor.landing = landingOf({ ...monitor, pressure_datm, flow_lps }, jet);
   monitor.lands = scene ? simulatedLanding(monitor, scene) : landing(monitor);
   return monitor;
+}
+
+/** Less flow than this is no jet, l/s. */
+const JET_LEAST_LPS = 0.3;
+
+/** Whether water comes out of its nozzle; only a simulation says whether an open valve gives any. */
+export function flows(monitor: Pick<PlanMonitor, 'id' | 'water'>, scene: PlanScene | null): boolean {
+  return scene ? (scene.jets[monitor.id]?.lps ?? 0) > JET_LEAST_LPS : monitor.water;
 }
 
 /** How much there is on a site that may end a jet. */

@@ -106,30 +106,6 @@ export const planStyle = css`
   .landing-area.stale {
     opacity: 0.45;
   }
-  .landing-legend {
-    margin: 0;
-    padding: var(--s1) var(--s2);
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
-    gap: 0 var(--s2);
-    font-size: var(--t-small);
-    font-variant-numeric: tabular-nums;
-    border-radius: var(--radius);
-    background: var(--surface);
-    border: 1px solid var(--line);
-    color: var(--dim);
-  }
-  .landing-legend strong {
-    color: var(--text);
-    font-weight: 600;
-  }
-  .swatch {
-    width: 18px;
-    height: 12px;
-    border: 1.5px dashed var(--water);
-    background: color-mix(in srgb, var(--water) 20%, transparent);
-  }
   .ring-name {
     fill: var(--dim);
     font-size: var(--t-tiny);
@@ -432,6 +408,46 @@ export const planStyle = css`
     stroke-linecap: round;
     stroke-linejoin: round;
   }
+  :host([listed]) {
+    box-sizing: border-box;
+    padding-bottom: var(--listed);
+    --listed: calc(var(--touch) + 2 * var(--s1));
+  }
+  :host([listed]) > svg {
+    height: calc(100% - var(--listed));
+  }
+  :host([listed]) .zoom {
+    bottom: calc(var(--listed) + 12px);
+  }
+  .unplaced {
+    position: absolute;
+    inset: auto 0 0 0;
+    height: var(--listed);
+    box-sizing: border-box;
+    display: flex;
+    align-items: center;
+    gap: var(--s1);
+    padding: var(--s1) var(--s25);
+    overflow-x: auto;
+    white-space: nowrap;
+    border-top: 1px solid var(--line);
+    background: var(--surface-2);
+    color: var(--dim);
+    font-size: var(--t-note);
+  }
+  .unplaced button {
+    flex: none;
+    min-width: var(--touch);
+    height: var(--touch);
+    padding: 0 var(--s2);
+    border: 1px solid var(--line-strong);
+    border-radius: var(--radius);
+    background: var(--surface);
+    color: var(--text);
+    font: inherit;
+    font-weight: 650;
+    cursor: pointer;
+  }
   .zoom {
     position: absolute;
     right: 12px;
@@ -469,17 +485,6 @@ export const planStyle = css`
     stroke: currentcolor;
     stroke-width: 2;
     stroke-linecap: round;
-  }
-  .notes {
-    position: absolute;
-    left: 12px;
-    top: var(--lf-plan-hint, 12px);
-    /* The wind is beside it. */
-    max-width: min(calc(100% - 190px), 420px);
-    display: grid;
-    justify-items: start;
-    gap: var(--s1);
-    pointer-events: none;
   }
   .hint {
     margin: 0;

@@ -14,8 +14,8 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Flight } from '../../hub/jets';
-import { boundsOf, groundAt, type Place } from '../geometry';
-import { type PlanMonitor, type PlanScene, type PlanSite, placesOf } from '../plan/model';
+import { boundsOf, distanceTo, groundAt, type Place } from '../geometry';
+import { flows, type PlanMonitor, type PlanScene, type PlanSite, placesOf } from '../plan/model';
 import { sprayHalfAngle, sprayOf } from '../spray';
 import { Area } from './area';
 import { Barrels, directionOf, type Pose } from './barrels';
@@ -23,7 +23,7 @@ import { Label } from './labels';
 import { Kind, type Palette, Particles } from './particles';
 import { Ribbon } from './ribbon';
 import { type Colours, Structures } from './structures';
-import { type At, Track } from './track';
+import { type At, roughFlight, Track } from './track';
 
 export type Preset = 'eye' | 'orbit' | 'top' | 'side';
 
@@ -115,6 +115,11 @@ export class World {
   get figures(): { calls: number; particles: number; share: number } {
     const { calls } = this.renderer.info.render;
     return { calls, particles: this.particles.count, share: this.particles.share };
+  }
+
+  /** Monitors whose water is drawn. */
+  get waters(): string[] {
+    return [...this.ribbons].flatMap(([id, { mesh }]) => (mesh.visible ? [id] : []));
   }
 
   resize(width: number, height: number): void {
@@ -300,13 +305,12 @@ export class World {
   private water(seconds: number): void {
     for (const monitor of this.shown.monitors) {
       const pose = this.barrels.poses.get(monitor.id);
-      const flows = this.shown.scene
-        ? monitor.id in this.shown.scene.jets && this.shown.scene.jets[monitor.id]!.lps > 0.3
-        : monitor.water;
-      const runs = pose && flows && monitor.flight && !monitor.stale;
-      const track = runs ? this.track(monitor, pose, monitor.flight!) : null;
+      const runs = pose && !monitor.stale && flows(monitor, this.shown.scene);
+      const flight = runs ? (monitor.flight ?? this.rough(monitor, pose)) : null;
+      const track = pose && flight ? this.track(monitor, pose, flight) : null;
       this.ribbon(monitor, track, pose?.bearing ?? 0);
-      if (track) this.pour(monitor, track, seconds);
+      // Water whose end is not known has only a beginning.
+      if (track && (monitor.flight || monitor.lands)) this.pour(monitor, track, seconds);
     }
   }
 
@@ -316,6 +320,14 @@ export class World {
     const chosen = monitors.find(({ id }) => id === selected) ?? (monitors.length === 1 ? monitors[0] : undefined);
     const area = chosen?.landing;
     this.area.set(chosen?.at ?? [0, 0], area && typeof area !== 'string' && !chosen?.stale ? area : null);
+  }
+
+  /** What is known of a jet that the hub cannot compute; nothing without a direction. */
+  private rough({ at, height, lands, horizontal_arcmin, vertical_arcmin }: PlanMonitor, pose: Pose): Flight | null {
+    if (horizontal_arcmin === null || vertical_arcmin === null) return null;
+    const floor = lands ? groundAt(lands, this.shown.site?.tanks ?? []) : 0;
+    const end = lands ? { way_m: Math.max(distanceTo(at, lands), 1), rise_m: floor - height } : null;
+    return roughFlight(pose.elevation, end);
   }
 
   private track(monitor: PlanMonitor, pose: Pose, flight: Flight): Track {

@@ -23,7 +23,7 @@ it('does not run ahead when its own clock is the faster one', () => {
   expect(clock.now(hours)!).toBeLessThanOrEqual(Math.ceil(hours * 0.9999) + 12);
 });
 
-it('forgets a hub that was started anew', () => {
+it('forgets a hub that was started again', () => {
   const clock = new HubClock();
   clock.heard(9_000_000, 100);
   clock.forget();

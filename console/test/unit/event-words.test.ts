@@ -151,7 +151,7 @@ describe.each(['en', 'ru'] as const)('in %s', (lang) => {
   });
 
   it.each([
-    ['Lockout All on', 'LOCKOUT', 'БЛОКИРОВКА'],
+    ['Lockout All on', 'LOCKOUT', 'АВАРИЙНАЯ БЛОКИРОВКА'],
     [
       'Move Nozzle 30',
       `Move: ${named('Nozzle').en}, to 30\u202fmm`,

@@ -5,7 +5,8 @@
 //! has its turn, in rotation. Urgent requests come first, for any monitor, then the frames of a
 //! held motion; both wait at most [`Config::patience`] for an outstanding frame. A monitor that has
 //! not answered twice counts as absent: its reads wait for the share of the line that all absent
-//! ones have together, until a frame of it is received.
+//! ones have together, until a frame of it is received. An urgent frame to it takes the line no
+//! longer than a read does, and its repetitions give way to the frames of others for a while.
 
 use std::cmp::Reverse;
 use std::time::Duration;
@@ -27,6 +28,15 @@ const CONTROLLER_GIVES_UP: Duration = Duration::from_millis(1200);
 /// Waiting for absent monitors takes at most one part in this many of the line's time.
 const ABSENT_SHARE: u32 = 13;
 
+/// Whose turn it is.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rotation {
+    /// Index of the session that is considered first.
+    next: usize,
+    /// Session of the last frame, and whether its monitor had not answered, or not recently.
+    last: Option<(usize, bool)>,
+}
+
 /// The sessions of a link: see the module's documentation.
 #[derive(Debug)]
 pub struct Line {
@@ -34,12 +44,15 @@ pub struct Line {
     pub(super) sessions: Vec<Session>,
     input: Input,
     echo: EchoFilter,
-    /// Index of the session that is considered first.
-    turn: usize,
-    /// Session of the last frame, and whether its monitor had not answered, or not recently.
-    last: Option<(usize, bool)>,
+    /// What is urgent has its own: it does not change whose turn it is among the other frames.
+    rotation: Rotation,
+    urgent: Rotation,
     /// Earliest time to send to an absent monitor again.
     absent_from: Now,
+    /// Until then repetitions of what is urgent, for absent monitors, give way to other frames.
+    repeat_from: Now,
+    /// Since when they do.
+    rests_since: Now,
     /// In the role `active`: one frame may be sent now.
     pub(super) granted: bool,
     connected: bool,
@@ -70,9 +83,11 @@ impl Line {
             echo: EchoFilter::new(config.echo),
             config,
             sessions: Vec::new(),
-            turn: 0,
-            last: None,
+            rotation: Rotation::default(),
+            urgent: Rotation::default(),
             absent_from: Now::ZERO,
+            repeat_from: Now::ZERO,
+            rests_since: Now::ZERO,
             granted: false,
             connected: false,
             connected_at: Now::ZERO,
@@ -200,7 +215,10 @@ impl Line {
         let (mut next, mut haste) = (self.bus_timeout(now), None);
         let mut at = |time: Option<Now>| next = next.into_iter().chain(time).min();
         for session in &self.sessions {
-            let wants = session.wants(now);
+            let wants = self.gives_way(session, now, session.wants(now));
+            if wants == Some(Haste::Again) {
+                at(Some(self.repeat_from));
+            }
             if !self.connected || wants.is_none() {
                 at(session.poll_timeout(now));
             }
@@ -254,13 +272,14 @@ impl Line {
         if count == 1 {
             return self.transmit_session(0, now, wire);
         }
+        let Rotation { next, last } = *self.rotation_of(haste);
         // After each monitor that did not or may not answer, one that answers has its turn: the one
         // heard most recently, because when many stop answering at once, the others only seem to
         // answer.
-        let doubtful = self.last.is_some_and(|(index, was)| was || !self.is_present(index));
-        let by_presence = if doubtful { self.by_presence() } else { Vec::new() };
+        let doubtful = last.is_some_and(|(index, was)| was || !self.is_present(index));
+        let by_presence = if doubtful { self.by_presence(next) } else { Vec::new() };
         for step in 0..count {
-            let index = by_presence.get(step).copied().unwrap_or((self.turn + step) % count);
+            let index = by_presence.get(step).copied().unwrap_or((next + step) % count);
             if self.wants(&self.sessions[index], now) != Some(haste) {
                 continue;
             }
@@ -268,25 +287,33 @@ impl Line {
             if !self.transmit_session(index, now, wire) {
                 continue;
             }
+            let rotation = self.rotation_of(haste);
+            rotation.last = Some((index, !present));
             // The rotation continues where it was left for a monitor that answers.
             if !(doubtful && present) {
-                self.turn = (index + 1) % count;
+                rotation.next = (index + 1) % count;
             }
             return true;
         }
         false
     }
 
+    const fn rotation_of(&mut self, haste: Haste) -> &mut Rotation {
+        match haste {
+            Haste::Urgent | Haste::Again => &mut self.urgent,
+            Haste::Usual | Haste::Held => &mut self.rotation,
+        }
+    }
+
     fn transmit_session(&mut self, index: usize, now: Now, wire: &mut Vec<u8>) -> bool {
         let session = &mut self.sessions[index];
-        let (absent, present) = (session.can_wait(), session.is_present());
+        let absent = session.is_absent().then(|| (session.can_wait(), session.repeats_in_vain()));
         if !session.transmit(now, wire) {
             return false;
         }
-        if absent && let Some((sent, until)) = session.occupies(now) {
-            self.absent_from = now + (until - sent) * ABSENT_SHARE;
+        if let Some((reads, repeats)) = absent {
+            self.sent_to_absent(index, now, reads, repeats);
         }
-        self.last = Some((index, !present));
         self.granted = false;
         if let Some(noise) = &mut self.noise {
             noise.sent(now);
@@ -295,11 +322,28 @@ impl Line {
         true
     }
 
+    /// Notes when the next frame may be sent to an absent monitor: the frame was a read, or repeats
+    /// what is urgent.
+    #[cold]
+    fn sent_to_absent(&mut self, index: usize, now: Now, reads: bool, repeats: bool) {
+        let session = &self.sessions[index];
+        if reads && let Some((sent, until)) = session.occupies(now) {
+            self.absent_from = now + (until - sent) * ABSENT_SHARE;
+        }
+        let Some(rest) = session.rest_in_vain() else { return };
+        // However often something is urgent for the first time, repetitions wait no longer than
+        // the timeout.
+        if repeats || now >= self.repeat_from {
+            self.rests_since = now;
+        }
+        self.repeat_from = (now + rest).min(self.rests_since + self.config.timeout);
+    }
+
     /// Indexes of all sessions, that of the monitor heard most recently first.
     #[cold]
-    fn by_presence(&self) -> Vec<usize> {
-        let (turn, count) = (self.turn, self.sessions.len());
-        let mut indexes: Vec<usize> = (0..count).map(|step| (turn + step) % count).collect();
+    fn by_presence(&self, next: usize) -> Vec<usize> {
+        let count = self.sessions.len();
+        let mut indexes: Vec<usize> = (0..count).map(|step| (next + step) % count).collect();
         indexes.sort_by_key(|index| Reverse(self.sessions[*index].present_at()));
         indexes
     }
@@ -380,7 +424,7 @@ impl Line {
         let free = self.sessions.iter().filter_map(|session| {
             let (sent, until) = session.occupies(now)?;
             let overtaken = sent + self.config.patience;
-            Some(if haste == Haste::Usual { until } else { until.min(overtaken) })
+            Some(if haste <= Haste::Usual { until } else { until.min(overtaken) })
         });
         // Before a grant was used, the pause has passed.
         let heard = self.heard.filter(|_| !self.granted);
@@ -399,15 +443,28 @@ impl Line {
         Some(free.chain(quiet).chain(listened).chain(understood).fold(now, Now::max))
     }
 
-    /// Since when the first urgent frame waits for the line.
+    /// Since when the first urgent frame waits for the line. One that gave way waits since it no
+    /// longer does: until then the pauses of the others are kept.
     fn urgent_since(&self) -> Option<Now> {
-        self.sessions.iter().filter_map(Session::urgent_since).min()
+        let since = |session: &Session| {
+            let since = session.urgent_since()?;
+            Some(if session.repeats_in_vain() { since.max(self.repeat_from) } else { since })
+        };
+        self.sessions.iter().filter_map(since).min()
     }
 
     /// All absent monitors share one part of the line's time, however many they are.
     fn wants(&self, session: &Session, now: Now) -> Option<Haste> {
         let rests = now < self.absent_from && session.can_wait();
-        session.wants(now).filter(|_| !rests)
+        self.gives_way(session, now, session.wants(now).filter(|_| !rests))
+    }
+
+    /// What is urgent for a monitor that does not answer is repeated behind the frames of others,
+    /// until these have had the line for a while.
+    fn gives_way(&self, session: &Session, now: Now, wants: Option<Haste>) -> Option<Haste> {
+        let behind =
+            wants == Some(Haste::Urgent) && now < self.repeat_from && session.repeats_in_vain();
+        if behind { Some(Haste::Again) } else { wants }
     }
 
     /// Adapts the waits of each monitor to the others on the line.

@@ -40,6 +40,8 @@ pub struct Operation {
 /// Priority of an operation on a line, for any monitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Haste {
+    /// Urgent, repeated in vain: the others on the line have their turn first, for a while.
+    Again,
     Usual,
     /// Keeps a held motion going: late, the motion would end.
     Held,

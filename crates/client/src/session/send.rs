@@ -41,7 +41,7 @@ impl Session {
             self.take_next(now);
         }
         let Some(outstanding) = self.outstanding.as_ref().filter(|o| o.due) else { return false };
-        let (form, wait) = (self.next_form(outstanding), self.wait(&outstanding.operation));
+        let (form, wait) = (self.next_form(outstanding), self.wait(now, outstanding));
         let Some(outstanding) = &mut self.outstanding else { return false };
         outstanding.due = false;
         outstanding.sent = now;
@@ -221,7 +221,8 @@ impl Session {
             return Some(probe);
         }
         let outstanding = self.outstanding.as_ref().filter(|outstanding| !outstanding.due)?;
-        let until = outstanding.deadline.min(outstanding.sent + self.config.timeout);
+        let longest = self.wait_in_vain(&outstanding.operation).unwrap_or(self.config.timeout);
+        let until = outstanding.deadline.min(outstanding.sent + longest);
         (now < until).then_some((outstanding.sent, until))
     }
 

@@ -13,6 +13,9 @@ use crate::answers::{RequestBuf, Requests};
 const ABSENT_MISSES: u32 = 2;
 /// Margin for an absent monitor over the usual round trip of the others.
 const ABSENT_SPARE: Duration = Duration::from_millis(40);
+/// Repetitions of what is urgent, for absent monitors, take one part in this many of the line's
+/// time, if others want the rest.
+const REPEATED_SHARE: u32 = 4;
 /// Margin for a monitor that answers over twice the usual round trip.
 const PRESENT_SPARE: Duration = Duration::from_millis(100);
 /// The shortest wait for the answer to the renewal of a held motion.
@@ -34,7 +37,8 @@ impl Session {
     /// Time to wait for the answer to an operation that is about to be sent. An urgent one is
     /// repeated as soon as a bus controller would (observed: 150 ms, doubled each time), or after
     /// twice the usual round trip: repetitions do no harm, and a lost Stop must not cost a second.
-    pub(super) fn wait(&self, operation: &Operation) -> Duration {
+    pub(super) fn wait(&self, now: Now, outstanding: &Outstanding) -> Duration {
+        let operation = &outstanding.operation;
         if !operation.is_urgent() {
             // A lost renewal must be sent again while the motion still lasts.
             let renews = operation.is_held() && operation.is_repeatable();
@@ -44,9 +48,19 @@ impl Session {
                 self.wait_beside_others(operation)
             };
         }
+        self.wait_urgently(now, outstanding)
+    }
+
+    #[cold]
+    fn wait_urgently(&self, now: Now, outstanding: &Outstanding) -> Duration {
+        let operation = &outstanding.operation;
         let usual = self.stats.rtt_average.unwrap_or_default() * 2;
         let first = self.config.patience.max(usual);
-        (first * (1 << operation.tries.min(DOUBLINGS_MAX))).min(self.config.timeout)
+        let wait = (first * (1 << operation.tries.min(DOUBLINGS_MAX))).min(self.config.timeout);
+        let Some(taken) = self.wait_in_vain(operation) else { return wait };
+        // Where it had to wait for others, the next try is not later for that.
+        let due = if outstanding.tries == 0 { now } else { outstanding.deadline };
+        (due + wait).max(now + taken).saturating_sub(now)
     }
 
     /// If other monitors answer, a read does not occupy the line longer than an answer can take.
@@ -59,6 +73,39 @@ impl Session {
             (false, own) => others.max(own.unwrap_or_default()) * 2 + PRESENT_SPARE,
         };
         wait.min(self.config.timeout)
+    }
+
+    /// How long an urgent frame takes the line if its monitor is absent: no longer than a read,
+    /// though an answer to it is awaited until the next try.
+    pub(super) fn wait_in_vain(&self, operation: &Operation) -> Option<Duration> {
+        if operation.is_urgent() { self.taken_in_vain() } else { None }
+    }
+
+    #[cold]
+    fn taken_in_vain(&self) -> Option<Duration> {
+        let others = self.others.filter(|_| self.is_absent())?;
+        Some((others + ABSENT_SPARE).min(self.config.timeout))
+    }
+
+    /// Whether the next frame repeats what is urgent, for a monitor that does not answer while
+    /// others on the line do.
+    pub(super) fn repeats_in_vain(&self) -> bool {
+        if !self.is_absent() || self.others.is_none() {
+            return false;
+        }
+        let waiting = self.urgent.front();
+        let repeats = |it: &Operation| it.is_urgent() && it.sent;
+        // A later one overtakes the repetition that is due.
+        let next = self.outstanding.as_ref().map(|outstanding| &outstanding.operation).or(waiting);
+        next.is_some_and(repeats) && waiting.is_none_or(repeats)
+    }
+
+    /// Time for which the others have the line after an urgent frame that has just been sent to an
+    /// absent monitor, from then on: short enough for as many tries as without others.
+    pub(super) fn rest_in_vain(&self) -> Option<Duration> {
+        let outstanding = self.outstanding.as_ref()?;
+        let taken = self.wait_in_vain(&outstanding.operation)?;
+        Some((taken * REPEATED_SHARE).min(self.config.timeout / 2))
     }
 
     /// Since when an urgent frame waits to be sent.
@@ -185,7 +232,10 @@ impl Session {
         let operation = &outstanding.operation;
         if let Some(urgent) = self.urgent.front() {
             let overtakes = !operation.is_urgent() || !urgent.sent;
-            return overtakes.then_some(self.config.patience);
+            // A frame that does not take the line any more holds back nothing.
+            let patience = self.config.patience;
+            let taken = self.wait_in_vain(operation).unwrap_or(patience);
+            return overtakes.then(|| patience.min(taken));
         }
         if !self.queue.iter().any(Operation::is_held) {
             return None;

@@ -22,5 +22,6 @@ mod radio;
 mod refusal;
 mod saving;
 mod silence;
+mod stop_beside;
 mod subscribe;
 mod urgent;

@@ -263,8 +263,12 @@ impl Line {
 
     pub(super) fn transmit_sessions(&mut self, now: Now, wire: &mut Vec<u8>) -> bool {
         // The highest priority among the frames that may be sent now.
-        let wants = self.sessions.iter().filter_map(|session| self.wants(session, now));
-        let Some(haste) = wants.max() else { return false };
+        let wants = match &*self.sessions {
+            // Alone, it gives way to nobody.
+            [session] => session.wants(now),
+            sessions => sessions.iter().filter_map(|session| self.wants(session, now)).max(),
+        };
+        let Some(haste) = wants else { return false };
         if self.send_from(now, haste).is_none_or(|from| from > now) {
             return false;
         }

@@ -62,15 +62,15 @@ export class Track {
   }
 }
 
-const GRAVITY = 9.81;
 /** Water whose end is not known is drawn so far. */
 const STUB_M = 9;
-const STUB_MPS = 30;
+/** How fast the drops of what is only drawn run. */
+const DRAWN_MPS = 30;
 const ROUGH_POINTS = 24;
 
 /**
- * The flight that is drawn while the hub computes none, because the pressure is not known: along the barrel, to the place where
- * the water is seen to land; without one only its beginning.
+ * A curve in the place of a flight, while the hub computes none because the pressure is not known: along the barrel at first, and
+ * to the place where the water is seen to land; without one only its beginning.
  */
 export function roughFlight(elevation_deg: number, lands: { way_m: number; rise_m: number } | null): Flight {
   const angle = (elevation_deg / 180) * Math.PI;
@@ -79,12 +79,11 @@ export function roughFlight(elevation_deg: number, lands: { way_m: number; rise_
   const fall = lands ? straight - lands.rise_m : 0;
   // A place above the line of the barrel is reached on a straight one.
   const [slope, bend] = fall < 0 ? [lands!.rise_m / way_m, 0] : [straight / way_m, fall / way_m ** 2];
-  const along_mps = bend > 0 ? Math.sqrt(GRAVITY / 2 / bend) : STUB_MPS;
   const points = Array.from({ length: ROUGH_POINTS + 1 }, (_, n): Flight['points'][number] => {
     const way = (way_m * n) / ROUGH_POINTS;
-    return [way, slope * way - bend * way ** 2, way / along_mps];
+    return [way, slope * way - bend * way ** 2, way / DRAWN_MPS];
   });
-  return { points, lands_m: way_m, core_m: way_m, speed_mps: along_mps / Math.cos(angle) };
+  return { points, lands_m: way_m, core_m: way_m, speed_mps: DRAWN_MPS };
 }
 
 /** The flight as far as a level distance. */

@@ -264,7 +264,7 @@ impl Line {
     pub(super) fn transmit_sessions(&mut self, now: Now, wire: &mut Vec<u8>) -> bool {
         // The highest priority among the frames that may be sent now.
         let wants = match &*self.sessions {
-            // Alone, it gives way to nobody.
+            // Alone, it gives way to no other.
             [session] => session.wants(now),
             sessions => sessions.iter().filter_map(|session| self.wants(session, now)).max(),
         };

@@ -47,7 +47,7 @@ fn every_kind_of_argument() {
     fn shown(argument: impl Argument) -> String {
         site::IdLength { id: argument }.of(Lang::Ru)
     }
-    let around = |id: &str| format!("Имя `{id}` пустое или слишком длинное.");
+    let around = |id: &str| format!("Имя `{id}` пустое, слишком длинное или из одних точек.");
     assert_eq!(shown("a"), around("a"));
     assert_eq!(shown(String::from("a")), around("a"));
     assert_eq!(shown(std::borrow::Cow::Borrowed("a")), around("a"));

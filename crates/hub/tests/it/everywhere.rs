@@ -89,7 +89,7 @@ async fn repetitions_are_counted_until_another_request_comes() {
     let all = entries(&site, "effect", 4).await;
     let asked =
         |seat: &str| all.iter().filter(|it| it.outcome == "asked" && (it.seat == seat)).count();
-    assert_eq!(asked(&socket.seat()), 3, "the first series, the second, and after the request");
+    assert_eq!(asked(socket.seat()), 3, "the first series, the second, and after the request");
     assert_eq!(outcomes(&all).iter().filter(|it| **it == "asked").count(), 4, "another user's");
 }
 

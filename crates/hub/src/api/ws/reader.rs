@@ -153,13 +153,7 @@ impl Reader {
                 }
             }
             Said::Authority { id, monitor, action, reason } => {
-                let result = self.hub.station(&monitor).and_then(|station| {
-                    self.hub.change_authority(&self.caller, &station, &action, reason.as_deref())
-                });
-                let answer = match result {
-                    Ok(authority) => Answer { authority: Some(authority), ..Answer::to(id) },
-                    Err(error) => Answer::refused(id, &error),
-                };
+                let answer = self.authority(id, &monitor, &action, reason.as_deref());
                 self.send(answer).await;
             }
             Said::Jog { monitor, beat } => self.beat(monitor, &beat),
@@ -195,6 +189,17 @@ impl Reader {
                 };
                 self.send(answer).await;
             }
+        }
+    }
+
+    fn authority(&self, id: Id, monitor: &str, action: &str, reason: Option<&str>) -> Answer {
+        let result = self
+            .hub
+            .station(monitor)
+            .and_then(|station| self.hub.change_authority(&self.caller, &station, action, reason));
+        match result {
+            Ok(authority) => Answer { authority: Some(authority), ..Answer::to(id) },
+            Err(error) => Answer::refused(id, &error),
         }
     }
 

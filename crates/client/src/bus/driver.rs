@@ -170,13 +170,14 @@ impl Driver {
             self.transmit(&mut tell).await;
             self.report(&mut tell);
             self.lines.iter_mut().for_each(Wire::dial);
-            let due = self.poll_timeout();
+            let accepts_from = self.gateway.accepts_from(self.start.elapsed());
+            let due = self.poll_timeout().into_iter().chain(accepts_from).min();
             let [first, second] = &mut buffers;
             let (monitors, consoles) = self.lines.split_at_mut(1);
             let happened = tokio::select! {
                 event = monitors[0].event(0, first) => event,
                 event = other(consoles, second) => event,
-                stream = accepted(&mut self.programs) => Happened::Came(stream),
+                stream = accepted(&mut self.programs), if accepts_from.is_none() => Happened::Came(stream),
                 Some(said) = self.heard.recv() => Happened::Said(said),
                 () = until(due.map(|due| self.start + due)) => Happened::Time,
             };
@@ -267,7 +268,7 @@ impl Driver {
             }
             // What stops must not wait until one of them is quiet.
             self.gateway.connect_guest(now).or_else(|| {
-                let quiet = self.gateway.quietest_guest()?;
+                let quiet = self.gateway.quietest_guest(now)?;
                 self.let_go(quiet);
                 self.gateway.connect_guest(now)
             })

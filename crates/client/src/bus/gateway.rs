@@ -22,7 +22,9 @@ pub const LENT: RangeInclusive<u8> = 230..=254;
 pub const PROGRAMS_MAX: usize = 16;
 /// Most connections beyond these at a time. They are there for a Stop, Close or Lockout on, which must not wait
 /// until one of the programs is quiet.
-const GUESTS_MAX: usize = 4;
+const GUESTS_MAX: usize = 8;
+/// A guest has this time to say what it came for before it gives way to another one.
+const GUEST_STAYS: Duration = Duration::from_millis(250);
 /// A program that has said nothing for this long gives way to another one where there are so many: its
 /// connection may be half open.
 const QUIET: Duration = Duration::from_secs(30);
@@ -120,11 +122,32 @@ impl Gateway {
     /// Assigns an address to a connection more than there may be programs. If its first frame is urgent it
     /// stays, else it is to be closed: see [`Self::is_refused`]. `None` if there are too many of these.
     pub fn connect_guest(&mut self, now: Now) -> Option<u8> {
-        let guests = self.programs.values().filter(|one| one.place != Place::Program);
-        if guests.count() >= GUESTS_MAX {
+        if self.is_full_of_guests() {
             return None;
         }
         self.lend(now, Place::Guest)
+    }
+
+    fn is_full_of_guests(&self) -> bool {
+        let guests = self.programs.values().filter(|one| one.place != Place::Program && !one.gone);
+        guests.count() >= GUESTS_MAX
+    }
+
+    /// When one more connection may be accepted; `None`: now. What waits until then loses nothing, while a guest that
+    /// gave way too early would lose what it has just sent.
+    pub fn accepts_from(&mut self, now: Now) -> Option<Now> {
+        self.forget(now);
+        if self.programs.len() >= LENT.count() {
+            // The urgent requests of one that is gone have its address until they are sent.
+            return Some(now + GUEST_STAYS);
+        }
+        let programs = self.programs.values().filter(|one| one.place == Place::Program);
+        let full = programs.count() >= PROGRAMS_MAX && self.quietest(now).is_none();
+        if !full || !self.is_full_of_guests() {
+            return None;
+        }
+        let (_, heard) = self.first(|program| program.place != Place::Program)?;
+        Some(heard + GUEST_STAYS).filter(|at| *at > now)
     }
 
     fn lend(&mut self, now: Now, place: Place) -> Option<u8> {
@@ -143,9 +166,10 @@ impl Gateway {
         (now >= heard + QUIET).then_some(address)
     }
 
-    /// The guest that has to give way to one more: the quietest.
-    pub fn quietest_guest(&self) -> Option<u8> {
-        self.first(|program| program.place != Place::Program).map(|(address, _)| address)
+    /// The guest that has to give way to one more: the quietest, if it has had its time.
+    pub fn quietest_guest(&self, now: Now) -> Option<u8> {
+        let (address, heard) = self.first(|program| program.place != Place::Program)?;
+        (now >= heard + GUEST_STAYS).then_some(address)
     }
 
     /// Of these, the one that was heard first, and when.

@@ -334,7 +334,8 @@ impl Line {
         if reads && let Some((sent, until)) = session.occupies(now) {
             self.absent_from = now + (until - sent) * ABSENT_SHARE;
         }
-        let Some(rest) = session.rest_in_vain() else { return };
+        let many = self.sessions.iter().filter(|it| it.is_urgent() && it.is_absent()).count();
+        let Some(rest) = session.rest_in_vain(many) else { return };
         // However often something is urgent for the first time, repetitions wait no longer than
         // the timeout.
         if repeats || now >= self.repeat_from {

@@ -69,7 +69,7 @@ impl Session {
             return self.config.timeout;
         };
         let wait = match (self.is_absent(), self.stats.rtt_average) {
-            (true, _) => others + ABSENT_SPARE,
+            (true, own) => others.max(own.unwrap_or_default()) + ABSENT_SPARE,
             (false, own) => others.max(own.unwrap_or_default()) * 2 + PRESENT_SPARE,
         };
         wait.min(self.config.timeout)
@@ -84,7 +84,9 @@ impl Session {
     #[cold]
     fn taken_in_vain(&self) -> Option<Duration> {
         let others = self.others.filter(|_| self.is_absent())?;
-        Some((others + ABSENT_SPARE).min(self.config.timeout))
+        // The answer of one that is slower than they are must not meet a frame of theirs.
+        let usual = others.max(self.stats.rtt_average.unwrap_or_default());
+        Some((usual + ABSENT_SPARE).min(self.config.timeout))
     }
 
     /// Whether the next frame repeats what is urgent, for a monitor that does not answer while
@@ -100,12 +102,15 @@ impl Session {
         next.is_some_and(repeats) && waiting.is_none_or(repeats)
     }
 
-    /// Time for which the others have the line after an urgent frame that has just been sent to an
-    /// absent monitor, from then on: short enough for as many tries as without others.
-    pub(super) fn rest_in_vain(&self) -> Option<Duration> {
+    /// Time until the next repetition, from an urgent frame on that has just been sent to one of so
+    /// many absent monitors: short enough for as many tries as without others, or where they are
+    /// several, for one of each within the timeout; the others have half of the line at least.
+    pub(super) fn rest_in_vain(&self, many: usize) -> Option<Duration> {
         let outstanding = self.outstanding.as_ref()?;
         let taken = self.wait_in_vain(&outstanding.operation)?;
-        Some((taken * REPEATED_SHARE).min(self.config.timeout / 2))
+        let rest = (taken * REPEATED_SHARE).min(self.config.timeout / 2);
+        let each = self.config.timeout / u32::try_from(many.max(1)).unwrap_or(u32::MAX);
+        Some(rest.min(each.max(taken * 2)))
     }
 
     /// Since when an urgent frame waits to be sent.

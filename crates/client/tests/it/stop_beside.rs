@@ -321,6 +321,48 @@ fn a_monitor_that_comes_back_is_stopped() {
     }
 }
 
+/// Several that come back together are stopped in the time of a timeout, and a little.
+#[test]
+fn several_that_come_back_are_stopped() {
+    for takes in ANSWERS {
+        let mut world = World::new(takes, &PRESENT, 1..=8);
+        let stops: Vec<_> = (3..=8).map(|address| world.stop(address, SubsystemId::ALL)).collect();
+        let back = KNOWN + 500 * MS;
+        world.run(back);
+        world.present.extend(3..=8);
+        world.run(KNOWN + 4 * SECOND);
+        for stop in stops {
+            let (at, _, end) = world.end(stop).expect("it ends");
+            assert!(matches!(end, Outcome::Answered(_)), "{takes:?}: {end:?}");
+            println!("{takes:?}: {:?} after they are back", *at - back);
+            // Polls nearly fill the line where each answer takes 60 ms.
+            assert!(*at <= back + 1400 * MS + takes * 6, "{takes:?}: {:?}", *at - back);
+        }
+    }
+}
+
+/// The answer of one that was always slower than the others meets no frame of theirs.
+#[test]
+fn a_slow_monitor_that_comes_back_is_heard() {
+    let mut world = World::empty(15 * MS, &[1, 2, SILENT]);
+    world.slow = Some((SILENT, 70 * MS));
+    [1, 2, SILENT].into_iter().for_each(|address| world.poll(address, PERIOD, None));
+    world.run(KNOWN);
+    world.present.retain(|address| *address != SILENT);
+    world.run(KNOWN + 3 * SECOND);
+    world.polls.retain(|poll| poll.address != SILENT);
+    world.run(KNOWN + 5 * SECOND);
+    world.present.push(SILENT);
+    world.collided = 0;
+    let (before, from) = (world.stops(SILENT).len(), world.now);
+    let stop = world.stop(SILENT, SubsystemId::ALL);
+    world.run(from + SECOND);
+    assert_eq!(world.stops(SILENT).len(), before + 1);
+    let (_, _, end) = world.end(stop).expect("it ends");
+    assert!(matches!(end, Outcome::Answered(_)), "{end:?}");
+    assert_eq!(world.collided, 0);
+}
+
 /// An answer after others have had the line is still that to the Stop, and to nothing else.
 #[test]
 fn a_late_answer_to_a_stop_is_taken() {

@@ -111,3 +111,42 @@ async fn a_stop_finds_a_place_beside_programs_that_are_busy() {
         }
     }
 }
+
+/// Many scripts at the same moment, one for each monitor: none of their Stops is lost.
+#[tokio::test]
+async fn many_stops_at_once_at_a_full_gateway_are_all_sent() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let place = listener.local_addr().unwrap();
+    let line = Medium::new(115_200, 0, 1);
+    let mut driver = controller(listener, line.clone());
+    let programs = async {
+        let mut programs = Vec::new();
+        for _ in 0..PROGRAMS_MAX {
+            let mut program = TcpStream::connect(place).await.unwrap();
+            assert!(is_served(&mut program).await);
+            programs.push(program);
+        }
+        let mut urgent = Vec::new();
+        for monitor in 1..=20 {
+            let mut one = TcpStream::connect(place).await.unwrap();
+            let stop = [RequestId::STOP.0, SubsystemId::ALL.0, 0, 0];
+            one.write_all(&encoded(monitor, 129, &stop)).await.unwrap();
+            urgent.push(one);
+        }
+        let stopped = || {
+            let log = line.log();
+            let all = log.iter().flat_map(|written| frames(&written.bytes));
+            let stops = all.filter(|(_, _, payload)| payload.first() == Some(&RequestId::STOP.0));
+            stops.map(|(dst, ..)| dst).collect::<std::collections::BTreeSet<u8>>().len()
+        };
+        while stopped() < 20 {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    };
+    tokio::select! {
+        () = driver.run(|_| ()) => {}
+        done = tokio::time::timeout(Duration::from_secs(20), programs) => {
+            done.expect("every Stop is sent");
+        }
+    }
+}

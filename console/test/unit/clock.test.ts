@@ -30,3 +30,12 @@ it('forgets a hub that was started again', () => {
   clock.heard(30, 200);
   expect(clock.now(210)).toBe(40);
 });
+
+it('learns a hub again whose clock has stood still', () => {
+  const clock = new HubClock();
+  clock.heard(0, 0);
+  // It is behind by 2.4 s from then on.
+  for (let now = 1000; now <= 40_000; now += 1000) clock.heard(now - 2400, now);
+  expect(clock.now(40_000)!).toBeLessThanOrEqual(40_000 - 2400);
+  expect(clock.now(40_000)!).toBeGreaterThan(40_000 - 2450);
+});

@@ -23,7 +23,7 @@ use super::crash::Crash;
 use super::guard::{Body, Lenient, Path, Urgent};
 use crate::command::outcome::{OfAll, OfOne, Outcome, Pending};
 use crate::command::request::MonitorRequest;
-use crate::command::under_way::UnderWay;
+use crate::command::under_way::{LATE, UnderWay};
 use crate::command::urgent::Joined;
 use crate::control::motion::Beat;
 use crate::error::ApiError;
@@ -395,8 +395,10 @@ impl Hub {
         };
         self.may_jog(caller, station)?;
         let under_way = UnderWay { longer: None, most: self.at_most(beat.up_ms)? };
-        let late = MonitorRequest::moving(drive)
-            .is_ok_and(|request| self.in_time(station, &request, under_way).is_err());
+        // A hand that has let go meanwhile moves nothing.
+        let late = under_way.most.is_some_and(|it| it >= LATE)
+            || MonitorRequest::moving(drive)
+                .is_ok_and(|request| self.in_time(station, &request, under_way).is_err());
         station.beat(self, caller, Beat { drive, toward, sent_ms: beat.t, late })
     }
 }

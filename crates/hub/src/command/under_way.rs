@@ -16,7 +16,7 @@ use crate::hub::Hub;
 use crate::monitor::station::Station;
 
 /// A request that was under way for so much longer than the quickest one is not carried out.
-const LATE: Duration = Duration::from_secs(1);
+pub const LATE: Duration = Duration::from_secs(1);
 /// Nor one that may have been under way for so long: the console says by then that there is no answer.
 const OLD: Duration = Duration::from_secs(2);
 

@@ -31,8 +31,7 @@ use std::time::Duration;
 
 use lafet_site::config::{Problem, Zone};
 use lafet_site::{
-    Entry, Event, Hand, Order, PathFault, Persisted, Phase, Reaction, Record, Site, State,
-    ZoneState,
+    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
 };
 use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout};
@@ -105,8 +104,8 @@ struct Machine {
     lines: BTreeMap<String, Line>,
     /// Holds by zone: until when each counts unless it is renewed.
     holds: BTreeMap<String, Now>,
-    /// The latest order to each monitor that was noted.
-    ordered: BTreeMap<String, (Order, Now)>,
+    /// When a Close (false) or Stop (true) for each monitor was noted, since what was ordered else.
+    ordered: BTreeMap<(String, bool), Now>,
     /// The latest report of each detector.
     reported: BTreeMap<String, Reported>,
     /// Where the fires of each zone are, by the bearings of its detectors, and how far these were looked at.

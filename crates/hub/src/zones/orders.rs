@@ -230,6 +230,28 @@ impl Hub {
         }
     }
 
+    /// Whether this Close or Stop was noted for its monitor lately, and nothing else was ordered since.
+    fn is_repeated(&self, machine: &mut Machine, order: &Order) -> bool {
+        let key = |monitor: &String, stops| (monitor.clone(), stops);
+        let key = match order {
+            Order::Close { monitor } => key(monitor, false),
+            Order::Stop { monitor } => key(monitor, true),
+            Order::Prepare { monitor, .. } | Order::Engage { monitor, .. } => {
+                for stops in [false, true] {
+                    machine.ordered.remove(&key(monitor, stops));
+                }
+                return false;
+            }
+            _ => return false,
+        };
+        let now = self.now();
+        let repeated = machine.ordered.get(&key).is_some_and(|at| now < *at + REPEATS_NOTED);
+        if !repeated {
+            machine.ordered.insert(key, now);
+        }
+        repeated
+    }
+
     /// Notes an order with its causes; the request to the monitor has its own entries. Close and Stop that are
     /// repeated, as a no is, are noted once in a while.
     pub(super) fn note_order(&self, machine: &mut Machine, command: &Command) {
@@ -244,15 +266,7 @@ impl Hub {
         if command.cause.last() == Some(&Cause::Repeated) {
             return;
         }
-        let closes = matches!(command.order, Order::Close { .. } | Order::Stop { .. });
-        let latest =
-            machine.ordered.insert(monitor.to_owned(), (command.order.clone(), self.now()));
-        if let Some((order, at)) = latest
-            && closes
-            && order == command.order
-            && self.now() < at + REPEATS_NOTED
-        {
-            machine.ordered.insert(monitor.to_owned(), (order, at));
+        if self.is_repeated(machine, &command.order) {
             return;
         }
         let what = format!("zones: {}", super::notes::word_of(&command.order));

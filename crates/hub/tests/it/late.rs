@@ -168,6 +168,12 @@ async fn the_first_command_of_a_connection_is_late_by_the_hubs_clock() {
     let void = operator.ask(open(up(800.0), 60_000.0)).await;
     assert_eq!(void["error"]["code"], "void", "a Stop came meanwhile: {void}");
     assert!(stays(Duration::from_millis(200), || site.bus.commanded(0, VERTICAL) == 0).await);
+    // What is urgent is never refused for its time.
+    let mut stop = open(up(-60_000.0), 60_500.0);
+    stop["request"] = json!("Stop All");
+    let stopped = operator.ask(stop).await;
+    assert_eq!(stopped["result"]["ok"], true, "{stopped}");
+    tokio::time::sleep(Duration::from_millis(300)).await;
     let sent_now = operator.ask(open(up(0.0), 61_000.0)).await;
     assert_eq!(sent_now["result"]["ok"], true, "{sent_now}");
 }

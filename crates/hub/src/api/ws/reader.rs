@@ -144,13 +144,7 @@ impl Reader {
             Said::Request { id, monitor, request, t, up_ms, confirm, save } => {
                 let now = self.hub.now();
                 let longer = t.map(|t| self.delay.longer(now, t).unwrap_or(Duration::MAX));
-                match self.hub.at_most(up_ms) {
-                    Ok(most) => {
-                        let request = (&*request, UnderWay { longer, most });
-                        self.request(id, &monitor, request, confirm, save).await;
-                    }
-                    Err(error) => self.answer(id, Err(error)).await,
-                }
+                self.request(id, &monitor, (&request, longer, up_ms), confirm, save).await;
             }
             Said::Authority { id, monitor, action, reason } => {
                 let answer = self.authority(id, &monitor, &action, reason.as_deref());
@@ -327,7 +321,7 @@ impl Reader {
         &self,
         id: Id,
         monitor: &str,
-        (request, under_way): (&str, UnderWay),
+        (request, longer, up_ms): (&str, Option<Duration>, Option<f64>),
         confirm: Option<String>,
         save: bool,
     ) {
@@ -342,7 +336,10 @@ impl Reader {
             Ok(known) => known,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        if let Err(error) = self.hub.in_time(&station, &request, under_way) {
+        let most = self.hub.at_most(up_ms);
+        let in_time =
+            most.and_then(|most| self.hub.in_time(&station, &request, UnderWay { longer, most }));
+        if let Err(error) = in_time {
             return self.answer(id, Err(error)).await;
         }
         let Ok(turn) = self.room.clone().try_acquire_owned() else {

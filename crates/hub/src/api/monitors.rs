@@ -395,7 +395,7 @@ impl Hub {
         };
         self.may_jog(caller, station)?;
         let under_way = UnderWay { longer: None, most: self.at_most(beat.up_ms)? };
-        // A hand that has let go meanwhile moves nothing.
+        // A control that was released meanwhile moves nothing.
         let late = under_way.most.is_some_and(|it| it >= LATE)
             || MonitorRequest::moving(drive)
                 .is_ok_and(|request| self.in_time(station, &request, under_way).is_err());

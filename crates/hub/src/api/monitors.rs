@@ -23,8 +23,8 @@ use super::crash::Crash;
 use super::guard::{Body, Lenient, Path, Urgent};
 use crate::command::outcome::{OfAll, OfOne, Outcome, Pending};
 use crate::command::request::MonitorRequest;
-use crate::command::under_way::{LATE, UnderWay};
 use crate::command::urgent::Joined;
+use crate::control::jogs::Heard;
 use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -155,8 +155,7 @@ async fn request(
     csrf(&caller, &headers)?;
     let request = request?;
     let longer = asked.t.map(|t| hub.longer(&caller, t));
-    let under_way = UnderWay { longer, most: hub.at_most(asked.up_ms)? };
-    hub.in_time(&station, &request, under_way)?;
+    hub.in_time(&station, &request, longer, asked.up_ms)?;
     let outcome = hub.command(&caller, &station, request, asked.confirm.as_deref()).await?;
     Ok(Json(outcome).into_response())
 }
@@ -394,11 +393,8 @@ impl Hub {
             }
         };
         self.may_jog(caller, station)?;
-        let under_way = UnderWay { longer: None, most: self.at_most(beat.up_ms)? };
-        // A control that was released meanwhile moves nothing.
-        let late = under_way.most.is_some_and(|it| it >= LATE)
-            || MonitorRequest::moving(drive)
-                .is_ok_and(|request| self.in_time(station, &request, under_way).is_err());
-        station.beat(self, caller, Beat { drive, toward, sent_ms: beat.t, late })
+        let late = self.is_late_beat(station, drive, beat.up_ms)?;
+        let heard = Heard { sent_ms: beat.t, late };
+        station.beat(self, caller, Beat { drive, toward, heard })
     }
 }

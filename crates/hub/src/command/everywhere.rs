@@ -7,16 +7,14 @@ use std::time::Duration;
 
 use futures_util::future::join_all;
 use lafet_client::RequestBuf;
-use lafet_proto::RequestId;
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
-use tokio::time::{Instant, sleep, timeout};
+use tokio::time::{Instant, sleep};
 
+use super::millis;
 use super::outcome::{OfAll, OfOne};
 use super::request::MonitorRequest;
-use super::urgent::{CALLERS_MAX, Entry, Joined, REPEATS_NOTED, Repeats};
-use super::{EFFECT, millis};
-use crate::access::Standing;
+use super::urgent::{CALLERS_MAX, Entry, Joined, REPEATS_NOTED, Repeats, may_not};
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::store::Record;
@@ -151,7 +149,7 @@ impl Hub {
         if stations.is_empty() {
             return Vec::new();
         }
-        if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
+        if may_not(caller, request) {
             drop(self.audit().note(self.record_everywhere(caller, request, "not allowed")));
             return stations.iter().map(|it| named(Joined::refused_as_ended(), it)).collect();
         }
@@ -179,7 +177,7 @@ impl Hub {
         all: Vec<(String, Joined)>,
     ) {
         let began = Instant::now();
-        let asked = timeout(self.patience(), asked).await.ok().and_then(Result::ok);
+        let asked = self.number_of(asked).await;
         number.send_replace(asked);
         drop(number);
         let each = all.into_iter().map(async |(id, mut joined)| (joined.word().await, id));
@@ -190,13 +188,8 @@ impl Hub {
         let worst = monitors.keys().max_by_key(|word| badness(word)).cloned().unwrap_or_default();
         let details = Answered { asked, took_ms: millis(began.elapsed()), monitors };
         let record = self.record_everywhere(&caller, &request, &worst).with(&details);
-        let answered = self.audit().note(record);
-        let answered = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
-        let mut shutdown = self.shutdown();
-        tokio::select! {
-            () = sleep(EFFECT) => {}
-            () = shutdown.requested() => {}
-        }
+        let answered = self.number_of(self.audit().note(record)).await;
+        self.effect_is_due().await;
         let record = self.record_everywhere(&caller, &request, "effect");
         drop(self.audit().note(record.with(&self.effect_everywhere(answered))));
     }

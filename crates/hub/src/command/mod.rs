@@ -296,7 +296,7 @@ impl Hub {
         noted: Noted,
     ) -> BTreeMap<String, u64> {
         let each = callers.iter().zip(asked).map(async |(caller, asked)| {
-            let asked = timeout(self.patience(), asked).await.ok().and_then(Result::ok);
+            let asked = self.number_of(asked).await;
             let number = self.note_answer(caller, &station, asked, &noted).await;
             number.map(|number| (caller.seat.seat.clone(), number))
         });
@@ -318,8 +318,7 @@ impl Hub {
             answers: &noted.answers,
             saved: noted.saved.map(Saved::name),
         });
-        let answered = self.audit().note(record.about(&noted.request.act()));
-        let number = timeout(self.patience(), answered).await.ok().and_then(Result::ok);
+        let number = self.number_of(self.audit().note(record.about(&noted.request.act()))).await;
         self.watch_effect(caller, station, &noted.request, number);
         number
     }
@@ -341,6 +340,20 @@ impl Hub {
         if self.audit().is_failing() { Duration::ZERO } else { NUMBERED }
     }
 
+    /// The number of an entry, if it is on the disk soon.
+    async fn number_of(&self, noted: oneshot::Receiver<u64>) -> Option<u64> {
+        timeout(self.patience(), noted).await.ok().and_then(Result::ok)
+    }
+
+    /// Waits until what a command has done is looked at.
+    async fn effect_is_due(&self) {
+        let mut shutdown = self.shutdown();
+        tokio::select! {
+            () = sleep(EFFECT) => {}
+            () = shutdown.requested() => {}
+        }
+    }
+
     /// Notes the state of the addressee some time after its answer.
     fn watch_effect(
         &self,
@@ -352,11 +365,7 @@ impl Hub {
         let (hub, caller, station) = (self.clone(), caller.clone(), station.clone());
         let request = request.clone();
         tokio::spawn(async move {
-            let mut shutdown = hub.shutdown();
-            tokio::select! {
-                () = sleep(EFFECT) => {}
-                () = shutdown.requested() => {}
-            }
+            hub.effect_is_due().await;
             let status = station.status();
             let states = status.subsystems.iter().filter(|(name, _)| concerns(request.to(), name));
             let effect = Effect {

@@ -7,6 +7,7 @@
 
 use std::time::Duration;
 
+use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, hub as text};
 use tokio::time::Instant;
 
@@ -16,18 +17,9 @@ use crate::hub::Hub;
 use crate::monitor::station::Station;
 
 /// A request that was under way for so much longer than the quickest one is not carried out.
-pub const LATE: Duration = Duration::from_secs(1);
+const LATE: Duration = Duration::from_secs(1);
 /// Nor one that may have been under way for so long: the console says by then that there is no answer.
 const OLD: Duration = Duration::from_secs(2);
-
-/// How long a request was under way, as far as its client says.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct UnderWay {
-    /// For how much longer than the quickest one.
-    pub longer: Option<Duration>,
-    /// For how long at most.
-    pub most: Option<Duration>,
-}
 
 impl Hub {
     /// For how long something was under way at most that was sent so long after the start of the hub.
@@ -35,7 +27,7 @@ impl Hub {
     /// # Errors
     ///
     /// 400: that time has not come yet.
-    pub fn at_most(&self, up_ms: Option<f64>) -> Result<Option<Duration>, ApiError> {
+    fn at_most(&self, up_ms: Option<f64>) -> Result<Option<Duration>, ApiError> {
         let Some(up_ms) = up_ms else { return Ok(None) };
         let most_ms = self.up_ms() as f64 - up_ms;
         if most_ms < -(OLD.as_millis() as f64) {
@@ -46,26 +38,49 @@ impl Hub {
         Ok(Some(most.unwrap_or(Duration::MAX)))
     }
 
-    /// Whether a request is still to be carried out: not if it is late, and not after a Stop, Close or Lockout that
-    /// undoes it and came while it was under way.
+    /// Whether a request is still to be carried out that was under way for so much longer than the quickest one of its
+    /// client, and was sent so long after the start of the hub: not if it is late, and not after a Stop, Close or
+    /// Lockout that undoes it and came while it was under way.
     ///
     /// # Errors
     ///
-    /// 409, `late` or `void`.
+    /// 409, `late` or `void`; 400: it says that it was sent in the future.
     pub fn in_time(
         &self,
         station: &Station,
         request: &MonitorRequest,
-        UnderWay { longer, most }: UnderWay,
+        longer: Option<Duration>,
+        up_ms: Option<f64>,
     ) -> Result<(), ApiError> {
+        let most = self.at_most(up_ms)?;
         if longer.is_some_and(|it| it >= LATE) || most.is_some_and(|it| it >= OLD) {
             return Err(ApiError::late());
         }
-        let Some(longest) = longer.max(most) else { return Ok(()) };
-        let sent = Instant::now().checked_sub(longest).unwrap_or(self.start());
-        match station.is_undone_since(request, sent) {
-            true => Err(ApiError::void()),
-            false => Ok(()),
+        match longer.max(most) {
+            Some(longest) if self.is_undone(station, request, longest) => Err(ApiError::void()),
+            _ => Ok(()),
         }
+    }
+
+    /// Whether a heartbeat is late: its control may have been released meanwhile, or a Stop has come.
+    ///
+    /// # Errors
+    ///
+    /// 400: it says that it was sent in the future.
+    pub fn is_late_beat(
+        &self,
+        station: &Station,
+        drive: SubsystemId,
+        up_ms: Option<f64>,
+    ) -> Result<bool, ApiError> {
+        let Some(most) = self.at_most(up_ms)? else { return Ok(false) };
+        let undone = |request: MonitorRequest| self.is_undone(station, &request, most);
+        Ok(most >= LATE || MonitorRequest::moving(drive).is_ok_and(undone))
+    }
+
+    /// Whether something has come that undoes a request which was under way for so long.
+    fn is_undone(&self, station: &Station, request: &MonitorRequest, longest: Duration) -> bool {
+        let sent = Instant::now().checked_sub(longest).unwrap_or(self.start());
+        station.is_undone_since(request, sent)
     }
 }

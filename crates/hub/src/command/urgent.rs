@@ -199,7 +199,7 @@ impl Hub {
         station: &Arc<Station>,
         request: &MonitorRequest,
     ) -> (Joined, Taken) {
-        if caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP {
+        if may_not(caller, request) {
             return (self.refused_as_ended(caller, station, request), Taken::Refused);
         }
         self.join(caller, station, request, Entry::Session(caller.seat.seat.clone()))
@@ -261,8 +261,12 @@ impl Hub {
     }
 }
 
+/// A session that others have ended may stop; what shuts the water of a fire is not its any more.
+pub(super) fn may_not(caller: &Caller, request: &MonitorRequest) -> bool {
+    caller.principal.standing == Standing::Ended && request.id() != RequestId::STOP
+}
+
 impl Hub {
-    /// A session that others have ended may stop; what shuts the water of a fire is not its any more.
     fn refused_as_ended(
         &self,
         caller: &Caller,

@@ -30,10 +30,8 @@ pub struct Beat {
     pub drive: SubsystemId,
     /// The direction.
     pub toward: Toward,
-    /// Clock of the sender, ms.
-    pub sent_ms: Option<f64>,
-    /// It was under way for too long, by the hub's clock.
-    pub late: bool,
+    /// When it was sent.
+    pub heard: Heard,
 }
 
 impl Station {
@@ -65,8 +63,7 @@ impl Station {
             }
         };
         let key = (caller.seat.seat.clone(), beat.drive);
-        let heard = Heard { sent_ms: beat.sent_ms, late: beat.late };
-        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, heard);
+        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.heard);
         match turn {
             Turn::Said(state) => Ok(state),
             Turn::Late => Err(ApiError::late_beat()),

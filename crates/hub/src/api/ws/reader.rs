@@ -25,7 +25,6 @@ use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
 use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
 use crate::command::request::MonitorRequest;
-use crate::command::under_way::UnderWay;
 use crate::command::urgent::{Joined, UNANSWERED};
 use crate::control::beats::Delay;
 use crate::error::{ApiError, shown};
@@ -204,8 +203,7 @@ impl Reader {
         up_ms: Option<f64>,
     ) -> Result<(), ApiError> {
         if let Some(id) = SubsystemId::from_name(drive) {
-            let under_way = UnderWay { longer: None, most: self.hub.at_most(up_ms)? };
-            self.hub.in_time(station, &MonitorRequest::moving(id)?, under_way)?;
+            self.hub.in_time(station, &MonitorRequest::moving(id)?, None, up_ms)?;
         }
         self.hub.tune(&self.caller, station, drive)
     }
@@ -336,10 +334,7 @@ impl Reader {
             Ok(known) => known,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        let most = self.hub.at_most(up_ms);
-        let in_time =
-            most.and_then(|most| self.hub.in_time(&station, &request, UnderWay { longer, most }));
-        if let Err(error) = in_time {
+        if let Err(error) = self.hub.in_time(&station, &request, longer, up_ms) {
             return self.answer(id, Err(error)).await;
         }
         let Ok(turn) = self.room.clone().try_acquire_owned() else {

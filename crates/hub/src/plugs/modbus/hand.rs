@@ -13,6 +13,7 @@ use super::refusal::Failed;
 use super::sight::{Seen, Sight, Tally};
 use crate::command::request::MonitorRequest;
 use crate::command::urgent::Joined;
+use crate::control::jogs::Heard;
 use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -111,7 +112,7 @@ impl Hand {
                 Act::Beat { monitor, axis, toward } => {
                     let said = self.station(monitor).and_then(|station| {
                         self.hub.may_jog(&self.caller, &station)?;
-                        let beat = Beat { drive: AXES[axis], toward, sent_ms: None, late: false };
+                        let beat = Beat { drive: AXES[axis], toward, heard: Heard::default() };
                         station.beat(&self.hub, &self.caller, beat)
                     });
                     desk.jogged(monitor, axis, said.map_err(|error| Failed::from(&error)));

@@ -112,8 +112,7 @@ impl Gateway {
     /// Assigns an address to a new program; `None` if there are too many.
     pub fn connect(&mut self, now: Now) -> Option<u8> {
         self.forget(now);
-        let programs = self.programs.values().filter(|one| one.place == Place::Program);
-        if programs.count() >= PROGRAMS_MAX {
+        if self.is_full() {
             return None;
         }
         self.lend(now, Place::Program)
@@ -126,6 +125,10 @@ impl Gateway {
             return None;
         }
         self.lend(now, Place::Guest)
+    }
+
+    fn is_full(&self) -> bool {
+        self.programs.values().filter(|one| one.place == Place::Program).count() >= PROGRAMS_MAX
     }
 
     fn is_full_of_guests(&self) -> bool {
@@ -141,9 +144,7 @@ impl Gateway {
             // The urgent requests of one that is gone have its address until they are sent.
             return Some(now + GUEST_STAYS);
         }
-        let programs = self.programs.values().filter(|one| one.place == Place::Program);
-        let full = programs.count() >= PROGRAMS_MAX && self.quietest(now).is_none();
-        if !full || !self.is_full_of_guests() {
+        if !self.is_full() || self.quietest(now).is_some() || !self.is_full_of_guests() {
             return None;
         }
         let (_, heard) = self.first(|program| program.place != Place::Program)?;

@@ -69,7 +69,7 @@ impl Session {
             return self.config.timeout;
         };
         let wait = match (self.is_absent(), self.stats.rtt_average) {
-            (true, own) => others.max(own.unwrap_or_default()) + ABSENT_SPARE,
+            (true, _) => self.answer_of_absent(others),
             (false, own) => others.max(own.unwrap_or_default()) * 2 + PRESENT_SPARE,
         };
         wait.min(self.config.timeout)
@@ -84,9 +84,13 @@ impl Session {
     #[cold]
     fn taken_in_vain(&self) -> Option<Duration> {
         let others = self.others.filter(|_| self.is_absent())?;
-        // The answer of one that is slower than they are must not meet a frame of theirs.
-        let usual = others.max(self.stats.rtt_average.unwrap_or_default());
-        Some((usual + ABSENT_SPARE).min(self.config.timeout))
+        Some(self.answer_of_absent(others).min(self.config.timeout))
+    }
+
+    /// How long the answer of an absent monitor may take. That of one that is slower than the others must not meet a
+    /// frame of theirs.
+    fn answer_of_absent(&self, others: Duration) -> Duration {
+        others.max(self.stats.rtt_average.unwrap_or_default()) + ABSENT_SPARE
     }
 
     /// Whether the next frame repeats what is urgent, for a monitor that does not answer while

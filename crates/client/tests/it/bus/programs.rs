@@ -1,5 +1,6 @@
 //! Programs at the controller: real connections, on a line without monitors.
 
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use lafet_client::bus::{ControllerConfig, Driver, DriverConfig, PROGRAMS_MAX};
@@ -42,12 +43,7 @@ async fn who_is_quiet_gives_way_where_there_are_too_many() {
     let place = listener.local_addr().unwrap();
     let mut driver = controller(listener, Medium::new(115_200, 0, 1));
     let programs = async {
-        let mut programs = Vec::new();
-        for _ in 0..PROGRAMS_MAX {
-            let mut program = TcpStream::connect(place).await.unwrap();
-            assert!(is_served(&mut program).await);
-            programs.push(program);
-        }
+        let mut programs = as_many_as_there_may_be(place).await;
         let mut more = TcpStream::connect(place).await.unwrap();
         assert!(!is_served(&mut more).await, "all of them have just been heard");
         tokio::time::pause();
@@ -72,6 +68,16 @@ async fn who_is_quiet_gives_way_where_there_are_too_many() {
     }
 }
 
+async fn as_many_as_there_may_be(place: SocketAddr) -> Vec<TcpStream> {
+    let mut programs = Vec::new();
+    for _ in 0..PROGRAMS_MAX {
+        let mut program = TcpStream::connect(place).await.unwrap();
+        assert!(is_served(&mut program).await);
+        programs.push(program);
+    }
+    programs
+}
+
 /// Where all places are taken by programs that are busy, what stops is sent all the same; anything else
 /// has no place, and connections that say nothing keep no Stop out.
 #[tokio::test]
@@ -81,12 +87,7 @@ async fn a_stop_finds_a_place_beside_programs_that_are_busy() {
     let line = Medium::new(115_200, 0, 1);
     let mut driver = controller(listener, line.clone());
     let programs = async {
-        let mut programs = Vec::new();
-        for _ in 0..PROGRAMS_MAX {
-            let mut program = TcpStream::connect(place).await.unwrap();
-            assert!(is_served(&mut program).await);
-            programs.push(program);
-        }
+        let mut programs = as_many_as_there_may_be(place).await;
         let mut silent = Vec::new();
         for _ in 0..20 {
             silent.push(TcpStream::connect(place).await.unwrap());
@@ -120,12 +121,7 @@ async fn many_stops_at_once_at_a_full_gateway_are_all_sent() {
     let line = Medium::new(115_200, 0, 1);
     let mut driver = controller(listener, line.clone());
     let programs = async {
-        let mut programs = Vec::new();
-        for _ in 0..PROGRAMS_MAX {
-            let mut program = TcpStream::connect(place).await.unwrap();
-            assert!(is_served(&mut program).await);
-            programs.push(program);
-        }
+        let _programs = as_many_as_there_may_be(place).await;
         let mut urgent = Vec::new();
         for monitor in 1..=20 {
             let mut one = TcpStream::connect(place).await.unwrap();

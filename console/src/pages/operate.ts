@@ -15,7 +15,6 @@ import '../parts/lf-dial';
 import type { AimDetail, LfPlan, PlanMonitor } from '../parts/lf-plan';
 import '../parts/lf-plan';
 import { USUAL_PRESSURE_DATM } from '../parts/plan/model';
-import { type ShownSite, standAlone } from '../parts/stand-alone';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { toast } from '../shell/toasts';
 import { magnified } from '../theme/display';
@@ -26,7 +25,7 @@ import './operate/automatic';
 import type { Tool } from './operate/automatic';
 import './operate/hand';
 import { OnPlan } from './operate/on-plan';
-import { configured, exists, limits, position, posture, whyNotAim, whyNotWork } from './operate/state';
+import { exists, limits, position, posture, siteOf, whyNotAim, whyNotWork } from './operate/state';
 import './operate/trends';
 import { readingOf } from './operate/value';
 import './operate/valves';
@@ -549,11 +548,6 @@ function timely<T>(asked: Promise<T>): Promise<T | null> {
 }
 
 const SCENES = import.meta.glob('../parts/lf-scene.ts');
-
-/** The site as configured; a monitor without a known place is alone. */
-function siteOf(monitor: string): ShownSite {
-  return standAlone(configured(), store.monitors(), monitor);
-}
 
 function showReadiness(monitor: string, told: Readiness): void {
   void dialog.open({

@@ -3,16 +3,14 @@
 import { css, html, LitElement, nothing, type PropertyValues } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { SECOND, store, TopicController } from '../../hub/store';
-import type { Site } from '../../hub/types';
 import { age, num, t } from '../../i18n';
 import { brightest, type HotbedBox, isDoubtful, type Reckoned, reckon, sameOf } from '../../parts/found';
 import { DISTANCE_MAX_M, type QuenchSector, sectorOf } from '../../parts/geometry';
 import { icon } from '../../parts/icons';
-import { standAlone } from '../../parts/stand-alone';
 import { toast } from '../../shell/toasts';
 import { base, fields } from '../../theme/shared';
 import { fromWire, parse, show, unitText } from '../../units';
-import { configured, limits } from './state';
+import { configured, limits, siteOf } from './state';
 
 /** A fire spot looks smaller than the fire; the jet must also fall around it. */
 const LEAST_ARCMIN = 60;
@@ -215,7 +213,7 @@ export class LfFound extends LitElement {
       height_arcmin: LEAST_ARCMIN,
       distance_m,
     };
-    const stand = siteNow(this.monitor).monitors[this.monitor]!;
+    const stand = siteOf(this.monitor).monitors[this.monitor]!;
     return {
       ...numbers,
       clipped: range ? right < range.min || left > range.max : false,
@@ -247,9 +245,6 @@ export function hotbedsOf(monitor: string): HotbedBox[] {
   return store.get(`monitors/${monitor}/hotbeds`)?.list ?? [];
 }
 
-function siteNow(monitor: string): Site {
-  return standAlone(configured(), store.monitors(), monitor);
-}
 /** The monitor's parameter Height, which its own ballistics use, if it has been read. */
 function ownHeight_m(monitor: string): number | null {
   const cm = store.get(`monitors/${monitor}/params`)?.values.Control?.Height?.values?.[0];
@@ -264,7 +259,7 @@ export function heightOf(monitor: string): Height | null {
 }
 
 function reckonFor(monitor: string, box: HotbedBox): Reckoned {
-  const site = siteNow(monitor);
+  const site = siteOf(monitor);
   const stand = site.monitors[monitor]!;
   return reckon({ ...stand, height_m: heightOf(monitor)?.height_m ?? null }, box, site.tanks);
 }

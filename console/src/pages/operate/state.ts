@@ -6,6 +6,7 @@ import type { Range, Site } from '../../hub/types';
 import { age, t } from '../../i18n';
 import type { QuenchSector } from '../../parts/geometry';
 import type { Holding } from '../../parts/hold';
+import { type ShownSite, standAlone } from '../../parts/stand-alone';
 
 /** Where a program without a distance is drawn, m. */
 const UNKNOWN_M = 25;
@@ -67,6 +68,11 @@ export function whyNotWork(monitor: string, subsystem: string): string {
 /** The plan of the site, as far as the hub has one. */
 export function configured(): Site | null {
   return (store.get('hub') ?? store.hello?.hub)?.site ?? null;
+}
+
+/** The site as configured; a monitor without a known place is alone. */
+export function siteOf(monitor: string): ShownSite {
+  return standAlone(configured(), store.monitors(), monitor);
 }
 
 /** Among things with a place, a monitor without one would point elsewhere than the plan shows. */

@@ -30,9 +30,9 @@ export class HubError extends Error {
 const BY_STATUS: Record<number, Text> = {
   413: { en: 'Too large to be taken.', ru: 'Слишком велико: не принято.' },
   429: { en: 'Too fast. Wait a moment and try again.', ru: 'Слишком часто. Подождите и повторите.' },
-  502: { en: 'The hub cannot be reached behind its proxy.', ru: 'Центр управления за посредником недоступен.' },
-  503: { en: 'The hub cannot do it now. Try again later.', ru: 'Центр управления сейчас не может. Повторите позже.' },
-  504: { en: 'The hub does not answer behind its proxy.', ru: 'Центр управления за посредником не отвечает.' },
+  502: { en: 'The hub cannot be reached behind its proxy.', ru: 'Сервер за прокси недоступен.' },
+  503: { en: 'The hub cannot do it now. Try again later.', ru: 'Сервер сейчас не может. Повторите позже.' },
+  504: { en: 'The hub does not answer behind its proxy.', ru: 'Сервер за прокси не отвечает.' },
 };
 
 /** An answer that did not come from the hub itself. */

@@ -123,6 +123,11 @@ class Socket {
     return () => all.delete(fn as (message: never) => void);
   }
 
+  /** The hub's time since its start, not ahead of it; null: nothing was heard of it. */
+  hubUp(): number | null {
+    return this.clock.now();
+  }
+
   /** Sends a message without an answer; false if there is no connection. */
   send(message: Said): boolean {
     if (this.ws?.readyState !== WebSocket.OPEN) return false;

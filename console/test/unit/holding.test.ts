@@ -2,6 +2,7 @@ import { afterEach, beforeEach, expect, test, vi } from 'vitest';
 import { HubError, NOT_LINKED } from '../../src/hub/errors';
 import { onHalt } from '../../src/hub/halt';
 import { http } from '../../src/hub/http';
+import { socket } from '../../src/hub/socket';
 import { store } from '../../src/hub/store';
 import { Appeared } from '../../src/hub/zones';
 import { hasMoved } from '../../src/parts/moved';
@@ -105,7 +106,7 @@ test('something has moved where something else was', () => {
 });
 
 test('what people were shown as unanswered is refused by the hub, what ends water is not', () => {
-  vi.spyOn(store, 'hubNow').mockReturnValue(1_000_000);
+  vi.spyOn(socket, 'hubUp').mockReturnValue(1_000_000);
   void holding.begin('z');
   void releaseZone('a');
   void runPump('p', true);
@@ -113,9 +114,9 @@ test('what people were shown as unanswered is refused by the hub, what ends wate
   void lockZones(true);
   const paths = vi.mocked(http.post).mock.calls.map(([path]) => path);
   expect(paths).toEqual([
-    '/api/zones/z/hold?not_after_ms=1002000',
-    '/api/zones/a/release?not_after_ms=1002000',
-    '/api/pumps/p?not_after_ms=1002000',
+    '/api/zones/z/hold?up_ms=1000000',
+    '/api/zones/a/release?up_ms=1000000',
+    '/api/pumps/p?up_ms=1000000',
     '/api/zones/a/abort',
     '/api/zones/lock',
   ]);

@@ -3,7 +3,7 @@
 use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, cli as text};
 
-use crate::lang::current;
+use crate::lang::{current, decimal};
 
 /// An angle or position in wire units: arc-minutes, or millimetres for the nozzle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ pub fn show(drive: SubsystemId, position: i32) -> String {
 pub fn degrees(arcmin: i32) -> String {
     let tenths = (f64::from(arcmin) / 6.0).round() / 10.0;
     // Adding 0.0 turns -0.0 into 0.0: no "-0.0°".
-    format!("{:.1}°", tenths + 0.0)
+    format!("{}°", decimal(tenths + 0.0, 1))
 }
 
 fn arcmin(text: &str) -> Result<i16, String> {

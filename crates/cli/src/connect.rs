@@ -31,6 +31,7 @@ use tokio::time::timeout;
 use crate::cli::Global;
 use crate::cmd::bus::called;
 use crate::failure::{Asked, Failure};
+use crate::insist::insist;
 use crate::lang::current;
 use crate::out::{complain, complain_aside};
 use crate::quiet::Notes;
@@ -83,8 +84,8 @@ impl Connection {
         Self::with(global, Before::Listen).await
     }
 
-    /// The same for these requests: if the first is Stop, Close or Lockout on, nothing holds it back,
-    /// and what only reads goes with it.
+    /// The same for these requests: if the first is Stop, Close or Lockout on, nothing holds it back, a link that cannot
+    /// be opened is tried again, and what only reads goes with it.
     pub async fn open_for(global: &Global, requests: &[Request<'_>]) -> Result<Self, Failure> {
         let is = |request: &Request<'_>, wanted: fn(&RequestBuf) -> bool| {
             RequestBuf::new(request).is_ok_and(|request| wanted(&request))
@@ -93,7 +94,7 @@ impl Connection {
         let goes_along = |request| urgent(request) || is(request, RequestBuf::is_read);
         match requests {
             [first, rest @ ..] if urgent(first) && rest.iter().all(goes_along) => {
-                Self::open_urgently(global).await
+                insist(&words_of(requests), || Self::open_urgently(global)).await
             }
             _ => Self::open(global).await,
         }
@@ -194,6 +195,11 @@ async fn say_why_it_waits(mut events: broadcast::Receiver<LinkEvent>) {
             Err(RecvError::Closed) => return,
         }
     }
+}
+
+/// Requests as text.
+pub fn words_of(requests: &[Request<'_>]) -> String {
+    requests.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// The URL of the monitor, from `--connect`.

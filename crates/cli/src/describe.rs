@@ -9,7 +9,7 @@ use lafet_texts::cli as text;
 use serde_json::{Map, Value, json};
 
 use crate::angle;
-use crate::lang::{current, of};
+use crate::lang::{current, decimal, of};
 
 /// Names of the flags that are set, and bits without a name in hexadecimal.
 pub fn flag_names(subsystem: SubsystemId, bits: u32) -> Vec<String> {
@@ -74,9 +74,7 @@ fn thermo(status: &ThermoStatus, marked: impl Fn(&str, String) -> String) -> Str
 
 /// A number of tenths as a decimal: `12.5`.
 pub fn tenths(value: i32) -> String {
-    let sign = if value < 0 { "-" } else { "" };
-    let size = value.unsigned_abs();
-    format!("{sign}{}.{}", size / 10, size % 10)
+    decimal(f64::from(value) / 10.0, 1)
 }
 
 /// The state of a subsystem as JSON: values with their units, and the flags.
@@ -88,34 +86,34 @@ pub fn state_json(answer: &AnswerBuf) -> Value {
         return Value::Object(object);
     };
     let mut put = |name: &str, value: Value| object.insert(name.into(), value);
-    let decimal = |value: i32| json!(f64::from(value) / 10.0);
+    let in_tenths = |value: i32| json!(f64::from(value) / 10.0);
     match answer.data {
         Reply::General(status) => {
             put("main_voltage_v", json!(status.main_voltage));
-            put("pressure_atm", decimal(i32::from(status.pressure)));
+            put("pressure_atm", in_tenths(i32::from(status.pressure)));
             put("flow_lps", json!(status.flowrate));
         }
         Reply::Thermo(status) => {
-            put("horizontal_c", decimal(i32::from(status.horizontal)));
-            put("vertical_c", decimal(i32::from(status.vertical)));
-            put("nozzle_c", decimal(i32::from(status.nozzle)));
-            put("deployer_c", decimal(i32::from(status.deployer)));
-            put("housing_c", decimal(i32::from(status.housing)));
+            put("horizontal_c", in_tenths(i32::from(status.horizontal)));
+            put("vertical_c", in_tenths(i32::from(status.vertical)));
+            put("nozzle_c", in_tenths(i32::from(status.nozzle)));
+            put("deployer_c", in_tenths(i32::from(status.deployer)));
+            put("housing_c", in_tenths(i32::from(status.housing)));
             put("humidity_percent", json!(status.humidity));
         }
         Reply::Drive(s) if answer.from == SubsystemId::NOZZLE => {
             put("position_mm", json!(s.position));
-            put("current_a", decimal(i32::from(s.current)));
+            put("current_a", in_tenths(i32::from(s.current)));
             put("speed_mmps", json!(s.speed));
         }
         Reply::Drive(s) => {
             put("position_arcmin", json!(s.position));
-            put("current_a", decimal(i32::from(s.current)));
+            put("current_a", in_tenths(i32::from(s.current)));
             put("speed_degps", json!(s.speed));
         }
         Reply::Deployer(s) => {
             put("position_arcmin", json!(s.position));
-            put("current_a", decimal(i32::from(s.current)));
+            put("current_a", in_tenths(i32::from(s.current)));
             put("speed_degps", json!(s.speed));
         }
         _ => {}

@@ -58,6 +58,11 @@ pub fn decimals(text: String) -> String {
     }
 }
 
+/// A number with so many decimal digits, in the current language.
+pub fn decimal(value: f64, digits: usize) -> String {
+    decimals(format!("{value:.digits$}"))
+}
+
 fn marked(text: &str, mark: &str) -> String {
     let mut before = ' ';
     let mut result = String::new();

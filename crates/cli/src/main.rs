@@ -25,6 +25,7 @@ mod follow;
 mod help;
 mod hub;
 mod input;
+mod insist;
 mod installed;
 mod interrupt;
 mod keyboard;

@@ -25,7 +25,7 @@ use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Shown, Text as _, cli as text};
 use tokio::time::{Instant, sleep, timeout_at};
 
-use crate::connect::Connection;
+use crate::connect::{Connection, words_of};
 use crate::describe::values;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
@@ -357,7 +357,7 @@ impl Undo {
 
     /// The requests as text.
     pub fn words(&self) -> String {
-        self.requests.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+        words_of(&self.requests)
     }
 
     /// What may still be going on.
@@ -492,7 +492,7 @@ fn is_closed(states: &States, valve: SubsystemId) -> bool {
 }
 
 /// Whether another attempt may help.
-fn is_of_the_line(error: &Error) -> bool {
+pub fn is_of_the_line(error: &Error) -> bool {
     matches!(
         error,
         Error::NoAnswer { .. }

@@ -111,7 +111,20 @@ macro_rules! same_in_all {
 }
 
 same_in_all!(str, String, char, bool, Cow<'_, str>, fmt::Arguments<'_>);
-same_in_all!(u8, u16, u32, u64, usize, i8, i16, i32, i64, isize, f32, f64);
+same_in_all!(u8, u16, u32, u64, usize, i8, i16, i32, i64, isize);
+
+/// Numbers with decimals.
+macro_rules! with_mark {
+    ($($type:ty),*) => {
+        $(impl Argument for $type {
+            fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+                out.write_str(&self.to_string().replace('.', decimal_mark(lang)))
+            }
+        })*
+    };
+}
+
+with_mark!(f32, f64);
 
 /// A part of a text.
 #[derive(Clone, Copy)]

@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 
 use crate::cli::Global;
 use crate::connect::Connection;
+use crate::describe::tenths;
 use crate::failure::{Failure, Outcome};
-use crate::lang::current;
+use crate::lang::{current, decimal, decimals};
 use crate::out::{Out, columns};
 
 /// Height of the nozzle assumed without a monitor, m.
@@ -114,10 +115,10 @@ fn told(
     let diameter_mm = f64::from(fit.diameter_dmm) / 10.0;
     let (rms, worst, count) = (fit.rms_m, fit.worst_m, shots.len());
     let head = text::FittedDiameter {
-        diameter_mm: format_args!("{diameter_mm:.1}"),
+        diameter_mm: decimal(diameter_mm, 1),
         count,
-        rms: format_args!("{rms:.2}"),
-        worst: format_args!("{worst:.2}"),
+        rms: decimal(rms, 2),
+        worst: decimal(worst, 2),
     }
     .of(current());
     let titles = [
@@ -130,10 +131,10 @@ fn told(
     rows.extend(shots.iter().map(|shot| {
         let miss = calibration::miss_m(shot, fit.diameter_dmm, height_m);
         vec![
-            format!("{:.1}", f64::from(shot.pressure_datm) / 10.0),
-            format!("{:.1}°", shot.elevation_deg),
-            format!("{:.1}", shot.range_m),
-            miss.map_or("—".to_owned(), |miss| format!("{miss:+.2}")),
+            tenths(shot.pressure_datm.into()),
+            format!("{}°", decimal(shot.elevation_deg, 1)),
+            decimal(shot.range_m, 1),
+            miss.map_or("—".to_owned(), |miss| decimals(format!("{miss:+.2}"))),
         ]
     }));
     let degrees: Vec<String> = [30_usize, 40, 50, 60, 70, 80, 90, 100, 120]
@@ -164,7 +165,7 @@ fn rounded(metres: f64) -> f64 {
 
 fn no_fit(shots: &[Shot], height_m: f64) -> String {
     let best = calibration::fit(shots, height_m);
-    let worst = best.map_or_else(|| "—".to_owned(), |fit| format!("{:.1}", fit.worst_m));
+    let worst = best.map_or_else(|| "—".to_owned(), |fit| decimal(fit.worst_m, 1));
     text::NoDiameterFits { worst }.of(current())
 }
 

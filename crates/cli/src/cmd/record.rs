@@ -83,7 +83,8 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
         let name = args.file.display();
         return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
     }
-    let mut tape = Tape::new(&args.file)?;
+    let endpoint = Endpoint::from_str(url_of(global)?).map_err(Error::from)?;
+    let mut tape = Tape::new(&args.file, endpoint.framing())?;
     // Standard output and error must not hold up what a tap passes on.
     let mut aside = out.aside()?;
     let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
@@ -99,12 +100,12 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
         () = sleep(duration) => Ok(()),
         () = interrupt.wait() => Ok(()),
     };
+    let rest = tape.rest(&mut aside);
     drop(aside);
     let (frames, bytes) = (tape.frames, tape.bytes);
     let finished = tape.finish();
     let name = args.file.display().to_string();
-    ended?;
-    finished?;
+    ended.and(rest).and(finished)?;
     out.show(
         text::Recorded { name: &name, frames, bytes }.of(current()),
         || json!({ "file": name, "frames": frames, "bytes": bytes }),
@@ -291,6 +292,14 @@ impl Cutter {
             Self::AsReceived => vec![bytes.to_vec()],
         }
     }
+
+    /// What ends with no frame.
+    fn rest(&mut self) -> Option<Vec<u8>> {
+        match self {
+            Self::Frames(splitter) => splitter.rest(),
+            Self::AsReceived => None,
+        }
+    }
 }
 
 /// Passes bytes on between a link and a stream, and records them.
@@ -304,7 +313,6 @@ async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
     let mut from_link = [0; 2 * WIRE_MAX];
     let mut from_side = [0; 2 * WIRE_MAX];
     let heard = if side.is_some() { Direction::FromMonitor } else { Direction::Heard };
-    let mut answers = Cutter::new(framing);
     let mut requests = Cutter::new(framing);
     let mut flush = interval(FLUSH);
     flush.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -313,9 +321,12 @@ async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
             read = link.recv(&mut from_link) => {
                 let bytes = match read {
                     Ok(len) => &from_link[..len],
-                    Err(error) => return Ok(Ended::Link(error)),
+                    Err(error) => {
+                        tape.rest(out)?;
+                        return Ok(Ended::Link(error));
+                    }
                 };
-                tape.pieces(heard, answers.push(bytes), out)?;
+                tape.hear(heard, bytes, out)?;
                 if let Some(side) = &mut side
                     && !matches!(timeout(SIDE_WRITE, side.write_all(bytes)).await, Ok(Ok(())))
                 {
@@ -331,7 +342,7 @@ async fn bridge<S: AsyncRead + AsyncWrite + Unpin>(
                     if let Err(error) = link.send(&piece).await {
                         return Ok(Ended::Link(error));
                     }
-                    tape.pieces(Direction::ToMonitor, vec![piece], out)?;
+                    tape.frame(Direction::ToMonitor, piece, out)?;
                 }
             }
             _ = flush.tick() => tape.flush(out)?,
@@ -355,6 +366,9 @@ struct Tape {
     name: String,
     start: Instant,
     start_ns: u64,
+    /// What the link has brought, and how.
+    heard: Cutter,
+    direction: Direction,
     frames: u64,
     bytes: u64,
     /// The traffic goes on without the recording.
@@ -364,30 +378,63 @@ struct Tape {
 }
 
 impl Tape {
-    fn new(file: &PathBuf) -> Result<Self, Failure> {
+    fn new(file: &PathBuf, framing: Framing) -> Result<Self, Failure> {
         let name = file.display().to_string();
         let format = Format::of_path(file).unwrap_or(Format::Mcap);
         let recorder = File::create(file)
             .and_then(|file| Recorder::new(format, file))
             .map_err(|error| cannot_write(&name, error))?;
         let (start, start_ns) = (Instant::now(), wall_ns());
+        let (heard, direction) = (Cutter::new(framing), Direction::Heard);
         let (frames, bytes, passes_on, broken) = (0, 0, false, None);
-        Ok(Self { recorder, name, start, start_ns, frames, bytes, passes_on, broken })
+        Ok(Self {
+            recorder,
+            name,
+            start,
+            start_ns,
+            heard,
+            direction,
+            frames,
+            bytes,
+            passes_on,
+            broken,
+        })
     }
 
-    fn pieces(&mut self, direction: Direction, pieces: Vec<Vec<u8>>, out: &mut Out) -> Outcome {
-        for bytes in pieces {
-            if self.broken.is_some() {
-                return Ok(());
-            }
-            // The wall clock may jump; time within a recording must not.
-            let at_ns = self.start_ns + self.start.elapsed().as_nanos() as u64;
-            self.frames += 1;
-            self.bytes += bytes.len() as u64;
-            let written = self.recorder.write(&Captured { at_ns, direction, bytes });
-            self.after(written, out)?;
+    /// The link has brought these bytes.
+    fn hear(&mut self, direction: Direction, bytes: &[u8], out: &mut Out) -> Outcome {
+        if direction != self.direction {
+            self.rest(out)?;
+            self.direction = direction;
+        }
+        for frame in self.heard.push(bytes) {
+            self.frame(direction, frame, out)?;
         }
         Ok(())
+    }
+
+    /// What it has brought after the last frame: no more of that comes.
+    fn rest(&mut self, out: &mut Out) -> Outcome {
+        let rest = self.heard.rest();
+        rest.map_or(Ok(()), |bytes| self.write(self.direction, bytes, out))
+    }
+
+    fn frame(&mut self, direction: Direction, bytes: Vec<u8>, out: &mut Out) -> Outcome {
+        if self.broken.is_none() {
+            self.frames += 1;
+        }
+        self.write(direction, bytes, out)
+    }
+
+    fn write(&mut self, direction: Direction, bytes: Vec<u8>, out: &mut Out) -> Outcome {
+        if self.broken.is_some() {
+            return Ok(());
+        }
+        // The wall clock may jump; time within a recording must not.
+        let at_ns = self.start_ns + self.start.elapsed().as_nanos() as u64;
+        self.bytes += bytes.len() as u64;
+        let written = self.recorder.write(&Captured { at_ns, direction, bytes });
+        self.after(written, out)
     }
 
     fn flush(&mut self, out: &mut Out) -> Outcome {

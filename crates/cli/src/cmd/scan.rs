@@ -21,7 +21,7 @@ use crate::connect::{
     Connection, THOROUGH, can_be_overheard, disturbs, giving_way, link, listened, url_of,
 };
 use crate::failure::{Failure, Outcome};
-use crate::lang::current;
+use crate::lang::{current, decimal};
 use crate::out::{Out, columns};
 
 /// How long a probe may take over a network, ms.
@@ -313,7 +313,11 @@ fn row(url: &str, present: &Present, consists: &[String]) -> Vec<String> {
     if present.doubled {
         what.push_str(text::TwoHaveAddress.str(current()));
     }
-    let ms = format!("{:.1} {}", present.rtt.as_secs_f64() * 1000.0, text::UnitMs.str(current()));
+    let ms = format!(
+        "{} {}",
+        decimal(present.rtt.as_secs_f64() * 1000.0, 1),
+        text::UnitMs.str(current())
+    );
     vec![url.to_owned(), what, ms, consists.join(" ")]
 }
 

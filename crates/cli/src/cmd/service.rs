@@ -15,6 +15,7 @@ use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
 use crate::failure::Outcome;
+use crate::insist::insist;
 use crate::lang::{current, of};
 use crate::out::Out;
 
@@ -50,7 +51,10 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     let on = args.state == Switch::On;
     let request = Request::lockout(on);
     let connection = Connection::open_for(global, &[request]).await?;
-    let (answers, saved) = connection.monitor.save_lockout(on).await?;
+    let lock = || async { Ok(connection.monitor.save_lockout(on).await?) };
+    // A lockout is repeated as a Stop is; its release is not.
+    let (answers, saved) =
+        if on { insist(&request.to_string(), lock).await? } else { lock().await? };
     let what = text::CrashMemory.str(current());
     let answered = exchange::text(request.to, &answers);
     out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {

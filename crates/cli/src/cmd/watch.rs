@@ -15,7 +15,7 @@ use crate::connect::Connection;
 use crate::describe;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::lang::current;
+use crate::lang::{current, decimal};
 use crate::out::Out;
 
 /// Arguments of `lafet watch`.
@@ -86,8 +86,9 @@ fn screen(out: &mut Out, at_s: f64, answers: &[AnswerBuf], global: &Global) -> O
         None => text::CtrlCEnds.str(current()),
     };
     // Move home, clear the rest of each line, and everything below the last one.
+    let (at_s, s) = (decimal(at_s, 1), text::UnitS.str(current()));
     let table = status::table(answers).replace('\n', "\x1b[K\n");
-    out.say(format!("\x1b[H{table}\x1b[K\n\x1b[K\n{at_s:.1} s  {hint}\x1b[J"))
+    out.say(format!("\x1b[H{table}\x1b[K\n\x1b[K\n{at_s} {s}  {hint}\x1b[J"))
 }
 
 fn report(out: &mut Out, at_s: f64, failure: &Failure) -> Outcome {
@@ -96,7 +97,7 @@ fn report(out: &mut Out, at_s: f64, failure: &Failure) -> Outcome {
         json["t_s"] = serde_json::json!((at_s * 1000.0).round() / 1000.0);
         return out.value(&json);
     }
-    out.say(format!("{at_s:.1} s  {}", failure.message()))
+    out.say(format!("{} {}  {}", decimal(at_s, 1), text::UnitS.str(current()), failure.message()))
 }
 
 /// The state in one line, for a file or a pipe.
@@ -110,5 +111,5 @@ fn line(at_s: f64, answers: &[AnswerBuf]) -> String {
         Some(format!("{}: {values}{separator}{flags}", answer.from()))
     };
     let parts: Vec<String> = answers.iter().filter_map(part).collect();
-    format!("{at_s:.1} s  {}", parts.join(" | "))
+    format!("{} {}  {}", decimal(at_s, 1), text::UnitS.str(current()), parts.join(" | "))
 }

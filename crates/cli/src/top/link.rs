@@ -12,7 +12,7 @@ use ratatui::widgets::{Block, Borders, Paragraph, Sparkline};
 
 use super::scene::{Connected, Scene, Seen};
 use super::words::{left, right, style};
-use crate::lang::current;
+use crate::lang::{current, decimal};
 
 /// Columns for the name of a counter.
 const NAME: usize = 36;
@@ -142,5 +142,8 @@ fn round_trip(stats: &Stats) -> Line<'static> {
 
 fn time(time: Option<Duration>) -> String {
     let unit = text::UnitMs.str(current());
-    time.map_or_else(|| "-".into(), |time| format!("{:.1} {unit}", time.as_secs_f64() * 1000.0))
+    time.map_or_else(
+        || "-".into(),
+        |time| format!("{} {unit}", decimal(time.as_secs_f64() * 1000.0, 1)),
+    )
 }

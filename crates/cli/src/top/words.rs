@@ -9,7 +9,7 @@ use ratatui::style::{Color, Modifier, Style};
 
 use super::scene::{Connected, Seen};
 use crate::angle;
-use crate::lang::current;
+use crate::lang::{current, decimal};
 
 /// Style of a severity.
 pub const fn style(severity: Severity) -> Style {
@@ -49,7 +49,7 @@ pub fn age(age: Duration) -> String {
     let (s, min) = (text::UnitS.str(current()), text::UnitMin.str(current()));
     let h = text::UnitH.str(current());
     match age.as_secs() {
-        0..10 => format!("{:.1} {s}", age.as_secs_f64()),
+        0..10 => format!("{} {s}", decimal(age.as_secs_f64(), 1)),
         secs @ 10..120 => format!("{secs} {s}"),
         secs @ 120..7200 => format!("{} {min}", secs / 60),
         secs => format!("{} {h}", secs / 3600),

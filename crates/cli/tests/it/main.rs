@@ -20,6 +20,7 @@ mod demo;
 #[cfg(target_os = "linux")]
 mod door;
 mod exercise;
+mod insist;
 mod install;
 mod installed;
 #[cfg(unix)]

@@ -3,12 +3,14 @@
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
+use std::process::Stdio;
 use std::time::Duration;
 
 use lafet_proto::link::{Frame, WIRE_MAX, encode};
 use lafet_proto::record::Writer;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use serde_json::{Value, json};
 
 use crate::support::{Run, Running, Sim, lafet};
 
@@ -38,6 +40,29 @@ fn a_monitor_is_recorded_and_replayed() {
         assert!(lines.is_sorted_by_key(|line| line["t_s"].as_f64().unwrap()));
         let decoded = Run::of(&["decode", &recording, "--quiet"]);
         assert!(decoded.err.contains(&format!("frames: {frames}")), "{decoded:?}");
+    }
+}
+
+/// What is no frame is recorded too, when the time is over and when the link is lost: on a line with the wrong speed there
+/// is nothing else.
+#[test]
+fn noise_is_recorded() {
+    for lost in [false, true] {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = format!("tcp://{}", listener.local_addr().unwrap());
+        let recording = file(&format!("noise-{lost}.mcap"));
+        let end = if lost { "2" } else { "1" };
+        let arguments = ["-c", &url, "--json", "record", &recording, "--listen", "--for", end];
+        let recorder = lafet().args(arguments).stdout(Stdio::piped()).spawn().unwrap();
+        let (mut line, _) = listener.accept().unwrap();
+        line.write_all(&[0x55; 100]).unwrap();
+        let kept = if lost { None } else { Some(line) };
+        let output = recorder.wait_with_output().unwrap();
+        drop(kept);
+        let record: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&record["frames"], &record["bytes"]), (&json!(0), &json!(100)), "{lost}");
+        let decoded = Run::of(&["--json", "decode", &recording]);
+        assert!(decoded.out.contains(&"55".repeat(100)), "{decoded:?}");
     }
 }
 

@@ -145,7 +145,10 @@ fn is_controller(evidence: &Evidence) -> bool {
 fn exchange(evidence: &Evidence, lang: Lang) -> String {
     let Some(exchange) = &evidence.exchange else { return String::new() };
     let (answered, sent) = (exchange.answered, exchange.sent);
-    let ms = |time: std::time::Duration| format!("{:.1}", time.as_secs_f64() * 1000.0);
+    let mark = lafet_texts::decimal_mark(lang);
+    let ms = |time: std::time::Duration| {
+        format!("{:.1}", time.as_secs_f64() * 1000.0).replace('.', mark)
+    };
     let (mean, max) = (ms(exchange.rtt_mean), ms(exchange.rtt_max));
     text::ExchangeResult { answered, sent, mean, max }.of(lang)
 }

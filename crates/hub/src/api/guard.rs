@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use lafet_texts::{Text as _, hub as text};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout};
 use utoipa::IntoParams;
 
 use super::BODY_MAX;
@@ -90,15 +90,22 @@ pub struct Path<T>(pub T);
 pub struct Lenient(pub Bytes);
 
 /// A caller whose order has come in time: a network that was dead delivers what was sent meanwhile.
-pub struct InTime(pub Caller);
+pub struct InTime {
+    /// Who gives it.
+    pub caller: Caller,
+    /// When it was sent, at the earliest.
+    pub sent: Option<Instant>,
+}
 
-/// Until when an order counts.
+/// When an order was sent.
 #[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-pub struct Until {
-    /// By the hub's clock, ms since 1970: an order that comes later is refused (409 `late`). Without it, it counts
-    /// whenever it comes.
-    not_after_ms: Option<u64>,
+pub struct Sent {
+    /// So long after the start of the hub, ms, as the client knows that from `up_ms` of its messages: an order that was
+    /// under way for 2 s is refused (409 `late`), and one that was sent before an abort or a lock that came meanwhile
+    /// (409 `void`). Without it, it counts whenever it comes.
+    up_ms: Option<f64>,
 }
 
 impl FromRequestParts<Hub> for Caller {
@@ -149,12 +156,10 @@ impl FromRequestParts<Hub> for InTime {
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
         let caller = Caller::from_request_parts(parts, hub).await?;
-        let until =
-            Query::<Until>::try_from_uri(&parts.uri).map_err(|error| not_understood(&error))?;
-        match until.not_after_ms {
-            Some(until_ms) if hub.clock().now_ms() > until_ms => Err(ApiError::late()),
-            _ => Ok(Self(caller)),
-        }
+        let Query(sent) =
+            Query::<Sent>::try_from_uri(&parts.uri).map_err(|error| not_understood(&error))?;
+        let sent = hub.sent_at(sent.up_ms)?;
+        Ok(Self { caller, sent })
     }
 }
 

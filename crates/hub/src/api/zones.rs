@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, InTime, Lenient, Path, Until, Urgent};
+use super::guard::{Body, InTime, Lenient, Path, Sent, Urgent};
 use crate::access::{Role, Standing};
 use crate::error::ApiError;
 use crate::field::view::ModbusView;
@@ -189,31 +189,31 @@ async fn report_wind(
 }
 
 /// Masks or disables a detector, or ends that.
-#[utoipa::path(post, path = "/api/detectors/{id}/bypass", params(("id" = String, Path), Until),
+#[utoipa::path(post, path = "/api/detectors/{id}/bypass", params(("id" = String, Path), Sent),
     request_body = DetectorBypassing, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn bypass_detector(
     State(hub): State<Hub>,
-    InTime(caller): InTime,
+    from: InTime,
     Path(detector): Path<String>,
     Body(DetectorBypassing { bypass }): Body<DetectorBypassing>,
 ) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Engineer)?;
-    ordered(&hub, &caller, Hand::Bypass { detector, bypass }).await
+    at_least(&from.caller, Role::Engineer)?;
+    ordered_in_time(&hub, &from, Hand::Bypass { detector, bypass }).await
 }
 
 /// Holds the delay before a release, or lets it go on.
-#[utoipa::path(post, path = "/api/zones/{id}/hold", params(("id" = String, Path), Until), request_body = ZoneHold,
+#[utoipa::path(post, path = "/api/zones/{id}/hold", params(("id" = String, Path), Sent), request_body = ZoneHold,
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404),
     (status = 409)))]
 async fn hold_zone(
     State(hub): State<Hub>,
-    InTime(caller): InTime,
+    from: InTime,
     Path(zone): Path<String>,
     Body(ZoneHold { on }): Body<ZoneHold>,
 ) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Operator)?;
-    ordered(&hub, &caller, Hand::Hold { zone, on }).await
+    at_least(&from.caller, Role::Operator)?;
+    ordered_in_time(&hub, &from, Hand::Hold { zone, on }).await
 }
 
 /// Ends countdown and water of a zone. Open to every role.
@@ -231,58 +231,55 @@ async fn abort_zone(
 }
 
 /// Releases a zone by hand: no votes are needed.
-#[utoipa::path(post, path = "/api/zones/{id}/release", params(("id" = String, Path), Until),
+#[utoipa::path(post, path = "/api/zones/{id}/release", params(("id" = String, Path), Sent),
     request_body = ZoneRelease, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn release_zone(
     State(hub): State<Hub>,
-    InTime(caller): InTime,
+    from: InTime,
     Path(zone): Path<String>,
     Body(ZoneRelease { confirm }): Body<ZoneRelease>,
 ) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Operator)?;
+    at_least(&from.caller, Role::Operator)?;
     hub.known_zones()?;
     if confirm.as_deref() != Some(&zone) {
         return Err(ApiError::confirm_needed(&zone));
     }
-    ordered(&hub, &caller, Hand::Release { zone }).await
+    ordered_in_time(&hub, &from, Hand::Release { zone }).await
 }
 
 /// Sets the mode of a zone.
-#[utoipa::path(post, path = "/api/zones/{id}/mode", params(("id" = String, Path), Until),
+#[utoipa::path(post, path = "/api/zones/{id}/mode", params(("id" = String, Path), Sent),
     request_body = ZoneModeChange, responses((status = 200, body = ZonesView), (status = 400), (status = 401),
     (status = 403), (status = 404), (status = 409)))]
 async fn set_zone_mode(
     State(hub): State<Hub>,
-    InTime(caller): InTime,
+    from: InTime,
     Path(zone): Path<String>,
     Body(ZoneModeChange { mode, for_s }): Body<ZoneModeChange>,
 ) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Engineer)?;
-    ordered(&hub, &caller, Hand::Mode { zone, mode, for_s }).await
+    at_least(&from.caller, Role::Engineer)?;
+    ordered_in_time(&hub, &from, Hand::Mode { zone, mode, for_s }).await
 }
 
 /// Makes a zone that was ended, and its monitors that were stopped, ready again.
-#[utoipa::path(post, path = "/api/zones/{id}/reset", params(("id" = String, Path), Until),
+#[utoipa::path(post, path = "/api/zones/{id}/reset", params(("id" = String, Path), Sent),
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
 async fn reset_zone(
     State(hub): State<Hub>,
-    InTime(caller): InTime,
+    from: InTime,
     Path(zone): Path<String>,
 ) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Operator)?;
-    ordered(&hub, &caller, Hand::Reset(Scope::Zone(zone))).await
+    at_least(&from.caller, Role::Operator)?;
+    ordered_in_time(&hub, &from, Hand::Reset(Scope::Zone(zone))).await
 }
 
 /// Makes all zones and monitors ready again, and forgets troubles that are over.
-#[utoipa::path(post, path = "/api/zones/reset", params(Until),
+#[utoipa::path(post, path = "/api/zones/reset", params(Sent),
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
-async fn reset_zones(
-    State(hub): State<Hub>,
-    InTime(caller): InTime,
-) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Operator)?;
-    ordered(&hub, &caller, Hand::Reset(Scope::Site)).await
+async fn reset_zones(State(hub): State<Hub>, from: InTime) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&from.caller, Role::Operator)?;
+    ordered_in_time(&hub, &from, Hand::Reset(Scope::Site)).await
 }
 
 /// Silences the sounders until something new. A countdown and a hold go on sounding.
@@ -297,17 +294,17 @@ async fn silence_zones(
 }
 
 /// Starts or stops a pump by hand, whatever the water needs. A reset of all zones ends that.
-#[utoipa::path(post, path = "/api/pumps/{id}", params(("id" = String, Path), Until), request_body = PumpByHand,
+#[utoipa::path(post, path = "/api/pumps/{id}", params(("id" = String, Path), Sent), request_body = PumpByHand,
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404),
     (status = 409)))]
 async fn run_pump(
     State(hub): State<Hub>,
-    InTime(caller): InTime,
+    from: InTime,
     Path(pump): Path<String>,
     Body(PumpByHand { on }): Body<PumpByHand>,
 ) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Operator)?;
-    ordered(&hub, &caller, Hand::Pump { pump, on }).await
+    at_least(&from.caller, Role::Operator)?;
+    ordered_in_time(&hub, &from, Hand::Pump { pump, on }).await
 }
 
 /// Locks all zones: nothing of them opens. Open to every role.
@@ -323,14 +320,11 @@ async fn lock_zones(
 }
 
 /// Releases the lockout of the zones.
-#[utoipa::path(post, path = "/api/zones/unlock", params(Until),
+#[utoipa::path(post, path = "/api/zones/unlock", params(Sent),
     responses((status = 200, body = ZonesView), (status = 400), (status = 401), (status = 403), (status = 404), (status = 409)))]
-async fn unlock_zones(
-    State(hub): State<Hub>,
-    InTime(caller): InTime,
-) -> Result<Json<ZonesView>, ApiError> {
-    at_least(&caller, Role::Operator)?;
-    ordered(&hub, &caller, Hand::Lockout { on: false }).await
+async fn unlock_zones(State(hub): State<Hub>, from: InTime) -> Result<Json<ZonesView>, ApiError> {
+    at_least(&from.caller, Role::Operator)?;
+    ordered_in_time(&hub, &from, Hand::Lockout { on: false }).await
 }
 
 /// Carries an order out, and says whether it is on the disk.
@@ -338,6 +332,18 @@ async fn ordered(hub: &Hub, caller: &Caller, order: Hand) -> Result<Json<ZonesVi
     let view = hub.order_zones(caller, order)?;
     let stored = hub.zones_are_stored().await;
     Ok(Json(ZonesView { stored, ..view }))
+}
+
+/// The same of an order that a no undoes which has come since it was sent.
+async fn ordered_in_time(
+    hub: &Hub,
+    InTime { caller, sent }: &InTime,
+    order: Hand,
+) -> Result<Json<ZonesView>, ApiError> {
+    if sent.is_some_and(|sent| hub.known_zones().is_ok_and(|it| it.is_undone_since(&order, sent))) {
+        return Err(ApiError::void());
+    }
+    ordered(hub, caller, order).await
 }
 
 fn at_least(caller: &Caller, role: Role) -> Result<(), ApiError> {

@@ -30,7 +30,7 @@ impl Hub {
     fn at_most(&self, up_ms: Option<f64>) -> Result<Option<Duration>, ApiError> {
         let Some(up_ms) = up_ms else { return Ok(None) };
         let most_ms = self.up_ms() as f64 - up_ms;
-        if most_ms < -(OLD.as_millis() as f64) {
+        if most_ms.is_nan() || most_ms < -(OLD.as_millis() as f64) {
             return Err(ApiError::bad_request(text::SentInFuture.words()));
         }
         // More than a duration has room for was under way for ever.
@@ -78,9 +78,24 @@ impl Hub {
         Ok(most >= LATE || MonitorRequest::moving(drive).is_ok_and(undone))
     }
 
+    /// When something was sent at the earliest, so long after the start of the hub: not if it is late.
+    ///
+    /// # Errors
+    ///
+    /// 409, `late`; 400: it says that it was sent in the future.
+    pub fn sent_at(&self, up_ms: Option<f64>) -> Result<Option<Instant>, ApiError> {
+        match self.at_most(up_ms)? {
+            Some(most) if most >= OLD => Err(ApiError::late()),
+            most => Ok(most.map(|most| self.ago(most))),
+        }
+    }
+
+    fn ago(&self, time: Duration) -> Instant {
+        Instant::now().checked_sub(time).unwrap_or(self.start())
+    }
+
     /// Whether something has come that undoes a request which was under way for so long.
     fn is_undone(&self, station: &Station, request: &MonitorRequest, longest: Duration) -> bool {
-        let sent = Instant::now().checked_sub(longest).unwrap_or(self.start());
-        station.is_undone_since(request, sent)
+        station.is_undone_since(request, self.ago(longest))
     }
 }

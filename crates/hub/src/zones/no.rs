@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_site::config::ContactKind;
 use lafet_site::{Command, Event, Hand, PathFault, Scope};
+use tokio::time::Instant;
 
 use super::{Machine, ZONES, Zones};
 use crate::command::request::MonitorRequest;
@@ -27,6 +28,8 @@ pub(super) struct Nos {
     under_way: AtomicUsize,
     /// The contacts that are pressed: one that is held says no once.
     pressed: Mutex<BTreeMap<String, bool>>,
+    /// When the latest came for each zone, and for the site.
+    latest: Mutex<BTreeMap<Option<String>, Instant>>,
 }
 
 /// A no on its way to the machine.
@@ -50,6 +53,15 @@ impl Zones {
     fn void(&self, scope: &Scope) {
         let site = &self.config.site;
         let of = |zone: &String| site.zones.iter().find(|it| it.id == *zone);
+        let place = match scope {
+            Scope::Site => Some(None),
+            // A name that a stranger invents has no place.
+            Scope::Zone(zone) => of(zone).map(|it| Some(it.id.clone())),
+            Scope::Monitor(_) => None,
+        };
+        if let Some(place) = place {
+            lock(&self.nos.latest).insert(place, Instant::now());
+        }
         for (id, latest) in &self.latest {
             let meant = match scope {
                 Scope::Site => true,
@@ -63,6 +75,21 @@ impl Zones {
                 latest.number.fetch_add(1, Ordering::SeqCst);
             }
         }
+    }
+
+    /// Whether a no has come since that undoes an order of a person: for its zone or the site, and any if the order is
+    /// for the whole site.
+    pub fn is_undone_since(&self, order: &Hand, since: Instant) -> bool {
+        let zone = match order {
+            Hand::Mode { zone, .. }
+            | Hand::Hold { zone, .. }
+            | Hand::Release { zone }
+            | Hand::Reset(Scope::Zone(zone)) => Some(zone),
+            _ => None,
+        };
+        let meant =
+            |place: &Option<String>| zone.is_none() || place.is_none() || place.as_ref() == zone;
+        lock(&self.nos.latest).iter().any(|(place, at)| meant(place) && *at >= since)
     }
 
     /// A person's no makes void what waits to be sent, before it waits for the lock itself.

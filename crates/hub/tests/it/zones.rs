@@ -546,35 +546,66 @@ async fn bad_requests_are_answered_in_words() {
     assert_eq!((reply.status, reply.code()), (404, "no_zones"));
 }
 
+/// Orders that count only when they come in time, with their bodies.
+const IN_TIME: [(&str, &str); 8] = [
+    ("zones/hall/release", r#"{"confirm":"hall"}"#),
+    ("zones/hall/hold", r#"{"on":true}"#),
+    ("zones/hall/mode", r#"{"mode":"off"}"#),
+    ("zones/hall/reset", "{}"),
+    ("zones/reset", "{}"),
+    ("zones/unlock", "{}"),
+    ("detectors/flame/bypass", r#"{"bypass":"disabled"}"#),
+    ("pumps/p1", r#"{"on":true}"#),
+];
+
 /// A network that was dead delivers what was sent meanwhile, when people have walked up to the monitor.
 #[tokio::test]
 async fn an_order_that_comes_late_is_refused() {
     let site = quiet(1, "").await;
-    let now_ms = site.hub.clock().now_ms();
-    let late = now_ms - 1000;
-    for (path, body) in [
-        ("zones/hall/release", json!({ "confirm": "hall" })),
-        ("zones/hall/hold", json!({ "on": true })),
-        ("zones/hall/mode", json!({ "mode": "off" })),
-        ("zones/hall/reset", json!({})),
-        ("zones/reset", json!({})),
-        ("zones/unlock", json!({})),
-        ("detectors/flame/bypass", json!({ "bypass": "disabled" })),
-        ("pumps/p1", json!({ "on": true })),
-    ] {
-        let post = async |until: &str| {
-            site.post("", &format!("/api/{path}?not_after_ms={until}"), body.clone()).await
-        };
-        let reply = post(&late.to_string()).await;
+    tokio::time::sleep(Duration::from_millis(2100)).await;
+    let late = site.hub.up_ms() - 2000;
+    for (path, body) in IN_TIME {
+        let body: Value = serde_json::from_str(body).unwrap();
+        let post =
+            async |query: &str| site.post("", &format!("/api/{path}?{query}"), body.clone()).await;
+        let reply = post(&format!("up_ms={late}")).await;
         assert_eq!((reply.status, reply.code()), (409, "late"), "{path}: {reply:?}");
-        assert_eq!(post("soon").await.status, 400, "{path}");
+        let future = format!("up_ms={}", site.hub.up_ms() + 60_000);
+        for query in ["up_ms=soon", "up_ms=NaN", "not_after_ms=1", &future] {
+            assert_eq!(post(query).await.status, 400, "{path} {query}");
+        }
     }
     assert_eq!(state(&site).await["zones"][0]["phase"], "quiet");
     assert!(is_closed(&site, "M1"));
-    let soon = format!("hall/release?not_after_ms={}", now_ms + 60_000);
-    assert_eq!(order(&site, &soon, json!({ "confirm": "hall" })).await.status, 200);
-    let abort = format!("hall/abort?not_after_ms={late}");
+    let now = format!("hall/release?up_ms={}", site.hub.up_ms());
+    assert_eq!(order(&site, &now, json!({ "confirm": "hall" })).await.status, 200);
+    let abort = format!("hall/abort?up_ms={late}");
     assert_eq!(order(&site, &abort, json!({})).await.status, 200, "what ends water is never late");
+}
+
+/// Nor does one count that was under way when another person ended the zone, or locked all: what that ended would be
+/// ready again.
+#[tokio::test]
+async fn an_order_that_was_under_way_when_someone_said_no_is_void() {
+    for (no, ends_all) in [("zones/hall/abort", false), ("zones/lock", true)] {
+        let site = quiet(1, "").await;
+        let sent = site.hub.up_ms();
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        assert_eq!(site.post("", &format!("/api/{no}"), json!({})).await.status, 200);
+        let before = state(&site).await;
+        for (path, body) in IN_TIME {
+            let body: Value = serde_json::from_str(body).unwrap();
+            let reply = site.post("", &format!("/api/{path}?up_ms={sent}"), body).await;
+            assert_eq!((reply.status, reply.code()), (409, "void"), "{no} {path}: {reply:?}");
+        }
+        let after = state(&site).await;
+        assert_eq!(after["lockout"], before["lockout"]);
+        assert_eq!(after["zones"][0]["phase"], before["zones"][0]["phase"]);
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        let again = if ends_all { "zones/unlock" } else { "zones/hall/reset" };
+        let again = format!("/api/{again}?up_ms={}", site.hub.up_ms());
+        assert_eq!(site.post("", &again, json!({})).await.status, 200, "{no}");
+    }
 }
 
 #[tokio::test]

@@ -706,6 +706,9 @@ risk-limits-off = the limits of { $drives } may still be off
 undo-tries =
     { $error }
     { $risk }. Trying for up to { $seconds } s to reach the monitor and send { $words }; Ctrl-C gives up. If you see danger, use the emergency stop now.
+stop-tries =
+    { $error }
+    Trying for up to { $seconds } s to reach the monitor and send { $words }; Ctrl-C gives up. If you see danger, use the emergency stop now.
 undo-done = { $words } was sent; at rest now.{ $state }
 undo-leaves-open = { $valve } is not closed, and water may flow. To close it: lafet close { $name }
 undo-not-at-rest = { $words } was answered, but it is not at rest: { $state }. { $emergency }

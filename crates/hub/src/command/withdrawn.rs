@@ -23,7 +23,7 @@ pub struct Withdrawn(Mutex<BTreeMap<RequestBuf, (u64, Instant)>>);
 
 /// A request was accepted after so many urgent ones that undo its like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Accepted(u64);
+pub struct Accepted(pub(crate) u64);
 
 impl Station {
     /// To be noted when a request is read, before anything is waited for.

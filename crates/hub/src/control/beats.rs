@@ -112,6 +112,11 @@ impl Beats {
         act
     }
 
+    /// The next beat begins the motion, if it is in time.
+    pub const fn is_armed(&self) -> bool {
+        matches!(self.phase, Phase::Armed(..))
+    }
+
     /// A beat has come that was long under way. It moves nothing; and the hand has not been released
     /// meanwhile, so that the beats which follow it move nothing either.
     pub fn late(&mut self, now: Now) {

@@ -7,6 +7,7 @@ use lafet_client::Toward;
 use lafet_proto::SubsystemId;
 use tokio::sync::mpsc;
 
+use crate::command::withdrawn::Accepted;
 use crate::control::beats::{Act, Beats, Delay, Now};
 use crate::words::MotionWord;
 
@@ -48,6 +49,8 @@ pub struct Heard {
 struct Slot {
     beats: Beats,
     delay: Delay,
+    /// What had undone motions of the drive when the first beat came.
+    armed: Option<Accepted>,
     /// Holds the motion; dropped, the motion ends.
     hold: Option<mpsc::Sender<()>>,
     /// Number of the motion.
@@ -56,8 +59,16 @@ struct Slot {
 }
 
 impl Jogs {
-    /// A beat, with what is known of when it was sent.
-    pub fn beat(&mut self, now: Now, key: Key, toward: Toward, heard: Heard) -> Turn {
+    /// A beat, with what is known of when it was sent, and what has undone motions of the drive so far: what is asked for
+    /// before a Stop does not begin after it.
+    pub fn beat(
+        &mut self,
+        now: Now,
+        key: Key,
+        toward: Toward,
+        heard: Heard,
+        accepted: Accepted,
+    ) -> Turn {
         if !self.slots.contains_key(&key) {
             self.slots
                 .retain(|_, slot| slot.is_held() || now.saturating_sub(slot.heard) < FORGOTTEN);
@@ -77,9 +88,12 @@ impl Jogs {
                 None => Turn::Late,
             };
         }
+        if slot.beats.is_armed() && slot.armed != Some(accepted) {
+            slot.beats.ended(now);
+        }
         match slot.beats.beat(now, toward) {
             Act::Arm | Act::Turn => {
-                slot.hold = None;
+                (slot.hold, slot.armed) = (None, Some(accepted));
                 Turn::Said(MotionWord::Armed)
             }
             Act::Renew => {
@@ -122,7 +136,7 @@ impl Jogs {
 impl Slot {
     fn new(now: Now) -> Self {
         let (beats, delay) = <(Beats, Delay)>::default();
-        Self { beats, delay, hold: None, number: 0, heard: now }
+        Self { beats, delay, armed: None, hold: None, number: 0, heard: now }
     }
 
     fn is_held(&self) -> bool {
@@ -140,6 +154,8 @@ impl Slot {
 mod tests {
     use super::*;
 
+    const NONE: Accepted = Accepted(0);
+
     const fn ms(ms: u64) -> Now {
         Duration::from_millis(ms)
     }
@@ -149,9 +165,9 @@ mod tests {
     }
 
     fn start(jogs: &mut Jogs, at: Now, seat: &str) -> (u64, mpsc::Receiver<()>) {
-        let first = jogs.beat(at, key(seat), Toward::Max, Heard::default());
+        let first = jogs.beat(at, key(seat), Toward::Max, Heard::default(), NONE);
         assert!(matches!(first, Turn::Said(MotionWord::Armed)), "{first:?}");
-        match jogs.beat(at + ms(60), key(seat), Toward::Max, Heard::default()) {
+        match jogs.beat(at + ms(60), key(seat), Toward::Max, Heard::default(), NONE) {
             Turn::Start(number, beats) => (number, beats),
             said => panic!("{said:?}"),
         }
@@ -162,7 +178,7 @@ mod tests {
         let mut jogs = Jogs::default();
         let (_, _beats) = start(&mut jogs, ms(0), "held");
         for number in 0..10_000_u64 {
-            jogs.beat(ms(1000 * number), key(number), Toward::Max, Heard::default());
+            jogs.beat(ms(1000 * number), key(number), Toward::Max, Heard::default(), NONE);
         }
         assert!(jogs.slots.len() <= 62, "{}", jogs.slots.len());
         assert!(jogs.slots[&key("held")].hold.is_some());
@@ -173,13 +189,14 @@ mod tests {
         let mut jogs = Jogs::default();
         let (_, mut beats) = start(&mut jogs, ms(0), "a");
         for number in 0..10_000 {
-            let said = jogs.beat(ms(61 + number / 100), key("a"), Toward::Max, Heard::default());
+            let said =
+                jogs.beat(ms(61 + number / 100), key("a"), Toward::Max, Heard::default(), NONE);
             assert!(matches!(said, Turn::Said(MotionWord::Moving)), "{said:?}");
         }
         assert_eq!((beats.len(), beats.try_recv()), (1, Ok(())));
         drop(beats);
         assert!(matches!(
-            jogs.beat(ms(170), key("a"), Toward::Max, Heard::default()),
+            jogs.beat(ms(170), key("a"), Toward::Max, Heard::default(), NONE),
             Turn::Said(MotionWord::Ended)
         ));
     }
@@ -195,7 +212,7 @@ mod tests {
         jogs.ended(ms(300), &key("a"), second);
         assert!(jogs.slots[&key("a")].hold.is_none());
         assert!(matches!(
-            jogs.beat(ms(310), key("a"), Toward::Max, Heard::default()),
+            jogs.beat(ms(310), key("a"), Toward::Max, Heard::default(), NONE),
             Turn::Said(MotionWord::Ended)
         ));
     }
@@ -204,12 +221,24 @@ mod tests {
     fn a_clock_that_has_stood_still_is_learnt_anew_after_a_pause_and_lateness_is_said() {
         let mut jogs = Jogs::default();
         let mut beat = |at, sent_ms| {
-            jogs.beat(ms(at), key("a"), Toward::Max, Heard { sent_ms: Some(sent_ms), late: false })
+            jogs.beat(
+                ms(at),
+                key("a"),
+                Toward::Max,
+                Heard { sent_ms: Some(sent_ms), late: false },
+                NONE,
+            )
         };
         assert!(matches!(beat(0, 0.0), Turn::Said(MotionWord::Armed)));
         jogs.end(&key("a"));
         let mut beat = |at, sent_ms| {
-            jogs.beat(ms(at), key("a"), Toward::Max, Heard { sent_ms: Some(sent_ms), late: false })
+            jogs.beat(
+                ms(at),
+                key("a"),
+                Toward::Max,
+                Heard { sent_ms: Some(sent_ms), late: false },
+                NONE,
+            )
         };
         // It has slept for 5 s.
         assert!(matches!(beat(20_000, 15_000.0), Turn::Late));
@@ -222,5 +251,23 @@ mod tests {
         // While a motion is held nothing is learnt again, however long nothing was heard.
         assert!(matches!(beat(239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
         drop(held);
+    }
+
+    /// Another client stops the monitor between the first beat and the second.
+    #[test]
+    fn what_is_armed_before_a_stop_does_not_begin_after_it() {
+        let mut jogs = Jogs::default();
+        let mut beat = |at, accepted| {
+            jogs.beat(ms(at), key("a"), Toward::Max, Heard::default(), Accepted(accepted))
+        };
+        assert!(matches!(beat(0, 7), Turn::Said(MotionWord::Armed)));
+        for at in [60, 120, 400] {
+            assert!(matches!(beat(at, 8), Turn::Said(MotionWord::Ended)), "the hand holds on");
+        }
+        // Released: it is asked for once more.
+        assert!(matches!(beat(700, 8), Turn::Said(MotionWord::Armed)));
+        let Turn::Start(_, _held) = beat(760, 8) else { panic!("it begins") };
+        // A Stop ends what moves in the client of the monitor, which says so.
+        assert!(matches!(beat(820, 9), Turn::Said(MotionWord::Moving)));
     }
 }

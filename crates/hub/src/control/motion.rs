@@ -13,6 +13,7 @@ use tokio::sync::mpsc;
 use super::jogs::{Heard, Turn};
 use crate::command::NUMBERED;
 use crate::command::keep_out::Passed;
+use crate::command::request::MonitorRequest;
 use crate::command::withdrawn::Accepted;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -62,8 +63,10 @@ impl Station {
                 return Err(ApiError::bad_request(text::JogAxes.words()));
             }
         };
+        // Asked after `accepted`: what comes between the two is met when the motion starts.
+        let armed = self.accepts(&MonitorRequest::moving(beat.drive)?);
         let key = (caller.seat.seat.clone(), beat.drive);
-        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.heard);
+        let turn = lock(&self.jogs).beat(hub.now(), key, beat.toward, beat.heard, armed);
         match turn {
             Turn::Said(state) => Ok(state),
             Turn::Late => Err(ApiError::late_beat()),

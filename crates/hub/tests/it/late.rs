@@ -117,6 +117,40 @@ async fn beats_that_come_late_say_why_nothing_moves() {
     assert!(ended["text"]["en"].as_str().unwrap().contains("arrive late"), "{ended}");
 }
 
+/// Another client stops the monitor between the first beat, which arms a motion, and the second.
+#[tokio::test]
+async fn a_motion_that_is_armed_does_not_begin_after_a_stop_of_another() {
+    let site = Site::open(1).await;
+    let mut operator = site.ws("").await;
+    operator.authority("M1", "take").await;
+    let end = json!({ "type": "jog_end", "monitor": "M1", "drive": "Vertical" });
+    let began = tokio::time::Instant::now();
+    loop {
+        operator.beat("Vertical", "max").await;
+        operator.next_where(|it| it["type"] == "jog" && it["state"] == "armed").await;
+        let armed = tokio::time::Instant::now();
+        assert_eq!(site.post("", "/api/monitors/M1/stop", json!({})).await.status, 200);
+        operator.beat("Vertical", "max").await;
+        // After a pause of the machine it would be the first beat of another motion.
+        if armed.elapsed() < Duration::from_millis(200) {
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE);
+        operator.send(end.clone()).await;
+        tokio::time::sleep(Duration::from_millis(400)).await;
+    }
+    let said = operator.next_where(|it| it["type"] == "jog" && it["state"] != "armed").await;
+    assert_eq!(said["state"], "ended", "{said}");
+    assert_eq!(site.bus.commanded(0, VERTICAL), 0);
+    // Released, it is asked for once more.
+    operator.send(end).await;
+    while site.bus.commanded(0, VERTICAL) == 0 {
+        assert!(began.elapsed() < PATIENCE);
+        operator.beat("Vertical", "max").await;
+        tokio::time::sleep(Duration::from_millis(60)).await;
+    }
+}
+
 /// A page from before a rename.
 #[tokio::test]
 async fn an_urgent_request_to_a_name_that_is_gone_says_that_nothing_was_stopped() {

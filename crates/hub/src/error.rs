@@ -291,8 +291,11 @@ impl From<&Error> for ApiError {
             Error::NoAnswer { .. } | Error::Absent { .. } | Error::Protocol { .. } => {
                 (StatusCode::BAD_GATEWAY, "no_answer")
             }
-            Error::OutcomeUnknown { .. } => (StatusCode::BAD_GATEWAY, "outcome_unknown"),
-            Error::NotSent { .. } | Error::Closed => (StatusCode::SERVICE_UNAVAILABLE, "not_sent"),
+            // A client that has ended may have sent it before.
+            Error::OutcomeUnknown { .. } | Error::Closed => {
+                (StatusCode::BAD_GATEWAY, "outcome_unknown")
+            }
+            Error::NotSent { .. } => (StatusCode::SERVICE_UNAVAILABLE, "not_sent"),
             Error::Link { .. } => (StatusCode::SERVICE_UNAVAILABLE, "not_connected"),
             Error::Refused { .. } => (StatusCode::UNPROCESSABLE_ENTITY, "refused"),
             _ => (StatusCode::BAD_REQUEST, "bad_request"),

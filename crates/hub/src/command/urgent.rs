@@ -249,15 +249,21 @@ impl Hub {
 
     /// Sends an urgent request once more, without an entry of its own: its first one was noted.
     pub fn overtake_again(&self, station: &Arc<Station>, request: &MonitorRequest) {
+        drop(self.overtake_silently(station, request));
+    }
+
+    /// The same, with its result.
+    pub fn overtake_silently(&self, station: &Arc<Station>, request: &MonitorRequest) -> Joined {
         station.withdraw(request);
         station.interrupt_tuning(&Caller::hub());
         let mut slots = lock(&station.urgent.0);
         let busy = slots.contains_key(request.buf());
         let slot = slots.entry(request.buf().clone()).or_insert_with(|| Slot::new(request.clone()));
-        slot.waits.get_or_insert_with(Batch::new);
+        let outcome = slot.waits.get_or_insert_with(Batch::new).outcome.subscribe();
         if !busy {
             tokio::spawn(run(self.clone(), station.clone(), request.clone()));
         }
+        Joined { outcome, entry: Entry::Everywhere(None) }
     }
 }
 

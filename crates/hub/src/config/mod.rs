@@ -28,6 +28,7 @@ use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
 pub use check::Problem;
+pub(crate) use check::is_name;
 pub use plan::{Area, PlanConfig};
 pub use zones::{Aim, Outlet, Station, Target, ZonesConfig};
 

@@ -28,6 +28,7 @@ use crate::monitor::summary::{self, Summary};
 use crate::monitor::view::{
     Asking, Bounds, Control, Holder, Hotbeds, Info, Link, LinkState, MonitorView,
 };
+use crate::plugs::closing::Closing;
 use crate::sync::lock;
 use crate::text::Both;
 
@@ -72,6 +73,8 @@ pub struct Station {
     pub urgent: Lane,
     /// What these undo that is not sent yet.
     pub withdrawn: Withdrawn,
+    /// Valves that close because their client was lost.
+    pub closing: Closing,
     state: Mutex<State>,
     /// Where its barrel was sent.
     pub barrel: Mutex<Barrel>,
@@ -164,6 +167,7 @@ impl Station {
             programs: Mutex::default(),
             urgent: Lane::default(),
             withdrawn: Withdrawn::default(),
+            closing: Closing::default(),
             state: Mutex::default(),
             barrel: Mutex::default(),
             sending: Mutex::default(),

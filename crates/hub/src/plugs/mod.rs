@@ -7,6 +7,7 @@
 //!      sight ◀─ states of the monitors
 //! ```
 
+pub mod closing;
 pub mod modbus;
 pub mod mqtt;
 mod noted;

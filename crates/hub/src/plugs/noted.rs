@@ -1,6 +1,7 @@
 //! What plugs report of clients that try again and again: seldom, and openings that are refused without a
 //! question to the monitor in the audit log.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -33,7 +34,27 @@ impl Seldom {
     }
 }
 
-/// Refused openings of a session.
+/// What is reported of a client, however often it connects.
+#[derive(Clone, Debug, Default)]
+pub struct Reports {
+    /// When the loss of its sign of life was reported.
+    pub lost: Seldom,
+    /// Its openings that were refused.
+    pub refused: Arc<Noted>,
+}
+
+/// The same by the names of the configuration, which are few.
+#[derive(Debug, Default)]
+pub struct ByName(Mutex<BTreeMap<String, Reports>>);
+
+impl ByName {
+    /// Those of a client.
+    pub fn of(&self, name: &str) -> Reports {
+        lock(&self.0).entry(name.to_owned()).or_default().clone()
+    }
+}
+
+/// Refused openings of a client.
 #[derive(Debug, Default)]
 pub struct Noted {
     /// Since the latest entry.

@@ -126,6 +126,11 @@ impl What {
     }
 }
 
+/// Whether the number of a command is from before that of another; they wrap.
+pub const fn is_earlier(number: u32, other: u32) -> bool {
+    number.wrapping_sub(other).cast_signed() < 0
+}
+
 /// Valve 1 or 2.
 pub const fn valve_of(number: u16) -> SubsystemId {
     if number == 2 { SubsystemId::VALVE2 } else { SubsystemId::VALVE1 }

@@ -89,6 +89,11 @@ impl Refusal {
         Self::Hub,
     ];
 
+    /// Whether the monitor may have done it all the same.
+    pub const fn may_be_done(self) -> bool {
+        matches!(self, Self::NoAnswer | Self::Unknown)
+    }
+
     /// The number in registers and results.
     pub const fn number(self) -> u16 {
         self as u16
@@ -210,7 +215,8 @@ mod tests {
             (ApiError::not_connected("M1"), Refusal::NotSent),
             (ApiError::no_answer_within("M1", Duration::ZERO), Refusal::NoAnswer),
             (ApiError::void(), Refusal::Void),
-            (ApiError::from(&Error::Closed), Refusal::NotSent),
+            // A client that has ended may have sent it before.
+            (ApiError::from(&Error::Closed), Refusal::Unknown),
             (ApiError::not_found(), Refusal::Hub),
         ] {
             assert_eq!(Failed::from(&error), Failed { why, status: 0 }, "{}", error.code);

@@ -70,7 +70,8 @@ impl PlugSeat<'_> {
         }
     }
 
-    /// An urgent request that is this seat's to send only as long as it holds the monitor.
+    /// An urgent request that is this seat's to send only as long as it holds the monitor. For valves there is
+    /// [`PlugSeat::shut`].
     pub fn if_held(self, station: &Arc<Station>, request: &MonitorRequest) {
         if self.control(station).holder == Holder::Mine {
             // For the wire alone: no hand has said no to the zones. It is carried out without a wait.
@@ -162,25 +163,32 @@ fn refused(outcome: &Outcome) -> Option<Failed> {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::access::{Kind, Principal, Role, Standing};
+    use crate::hub::SeatKey;
 
-    /// A broker holds a command back; meanwhile Stop is pressed at a console.
-    #[tokio::test]
-    async fn what_was_sent_before_a_stop_is_not_carried_out_after_it() {
-        let (hub, station) = Hub::of_one(None);
+    /// A client of a plug, with its place.
+    pub fn client(hub: &Hub, name: &str) -> (SeatKey, Caller) {
         let principal = Principal {
-            user: "mqtt".into(),
+            user: name.into(),
             role: Role::Operator,
             kind: Kind::Mqtt,
-            key: "mqtt".into(),
+            key: name.into(),
             csrf: String::new(),
             expires_ms: 0,
             standing: Standing::Good,
         };
         let key = hub.connect(&principal, "broker", None);
         let caller = Caller::plug(principal, "broker".into(), key.seat.clone(), "mqtt");
+        (key, caller)
+    }
+
+    /// A broker holds a command back; meanwhile Stop is pressed at a console.
+    #[tokio::test]
+    async fn what_was_sent_before_a_stop_is_not_carried_out_after_it() {
+        let (hub, station) = Hub::of_one(None);
+        let (_key, caller) = client(&hub, "mqtt");
         let seat = PlugSeat { hub: &hub, caller: &caller };
         seat.authority(&station, Command::Take).unwrap();
         let since = hub.now();

@@ -550,12 +550,13 @@ plug-listening = Modbus server { $name } listens: { $url }.
 plug-not-listening = Modbus server { $name } does not listen: { $why }
 plug-port-lost = The serial port was lost.
 plug-heartbeat-lost = The heartbeat of { $master } ({ $from }) was lost: motions that it has started end, and it has to come back for its authority.
+plug-not-closed = { $client } ({ $from }) was lost, and the monitor { $monitor } has not confirmed that { $valve } closes: Close is repeated each second, for ten minutes at most.
 
 # The Modbus server: why a command is refused, by number.
 plug-no-command = There is no command of this number. See the list of commands.
 plug-no-monitor = There is no monitor of this number in this unit. Write 1 to the number in the register monitors.
 plug-argument = An argument is outside of its range. See the list of commands.
-plug-session = The session number is not that of this connection. Read session.number after each connection and write it with each command.
+plug-session = The session number is not the present one. Read session.number after each connection and each loss of the heartbeat, and write it with each command.
 plug-heartbeat = The heartbeat is not alive. Change the register heartbeat more often than session.heartbeat_limit, and wait until session.live is 1.
 plug-role = This master may only read, by hub.toml. Stop, Close and Lockout are taken all the same.
 plug-held = Another client has authority. Ask for it with command 3, or wait until it is free.
@@ -607,7 +608,7 @@ map-alarms = Low byte: number of alarms; high byte: the worst, 0 none, 1 fire, 2
 map-state = Bit 0 ready, 1 locked out, 2 water flows or may flow, 3 an alarm waits, 15 not known
 map-motion = Three bits each for traverse, elevation, nozzle: moves, at the lower limit, at the upper limit; bit 15 not known
 map-voltage = Supply voltage; 65535 not known
-map-session = Number of this session, another one after each connection
+map-session = Number of this session, another one after each connection and each loss of the heartbeat
 map-role = 1 observer, 2 operator
 map-live = 1: the heartbeat of the master is alive
 map-limit = The heartbeat changes within this time
@@ -721,6 +722,7 @@ mqtt-not-in-time = The certificate of the broker is not valid now. Check its dat
 
 # MQTT: why a command is refused, where Modbus has other words.
 mqtt-no-command = There is no such command, or not for all monitors at once. See the list of commands.
+mqtt-no-monitor = There is no monitor of this id here. See the ids in the topics of states.
 mqtt-argument = An argument is missing, not for this command, or out of its range. See the list of commands.
 mqtt-void = Not sent: the clients were silent, authority was lost, or Stop came first.
 mqtt-role = Clients of this broker may only stop, close and lock out, by hub.toml.

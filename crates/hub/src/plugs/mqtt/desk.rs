@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use super::message::{self, Asked};
 use crate::access::Bucket;
-use crate::plugs::orders::{Command, What};
+use crate::plugs::orders::{Command, What, is_earlier};
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::sight::Holder;
 
@@ -96,7 +96,7 @@ pub enum Act {
         /// 0 traverse, 1 elevation, 2 nozzle.
         axis: usize,
     },
-    /// A valve that the session has opened closes.
+    /// A valve that the session has opened closes, unless another client holds the monitor.
     Shut {
         /// The monitor.
         monitor: usize,
@@ -158,8 +158,8 @@ struct Wait {
     /// Its result, once it has come.
     reply: Reply,
     what: What,
-    /// The valve was opened by the session before.
-    was_open: bool,
+    /// The valve was opened by the session before: by the command of this number.
+    was_open: Option<u32>,
     copies: u16,
 }
 
@@ -188,8 +188,9 @@ pub struct Desk {
     heard: Now,
     waits: Vec<Wait>,
     known: VecDeque<Known>,
-    sent: Vec<[bool; 3]>,
-    opened: Vec<[bool; 2]>,
+    /// The numbers of the commands that have sent drives somewhere and opened valves last.
+    sent: Vec<[Option<u32>; 3]>,
+    opened: Vec<[Option<u32>; 2]>,
     /// Count what makes commands void that are not sent yet, for each monitor.
     voids: Vec<u32>,
     numbers: u32,
@@ -214,8 +215,8 @@ impl Desk {
             heard: now,
             waits: Vec::new(),
             known: VecDeque::new(),
-            sent: vec![[false; 3]; monitors],
-            opened: vec![[false; 2]; monitors],
+            sent: vec![[None; 3]; monitors],
+            opened: vec![[None; 2]; monitors],
             voids: vec![0; monitors],
             numbers: 0,
             bucket: Bucket::new(now, COMMANDS.0, COMMANDS.1),
@@ -301,12 +302,11 @@ impl Desk {
         match (result, wait.what) {
             (Ok(()), What::Stop | What::Close(_) | What::Lockout) => self.carried_out(&wait),
             (Err(Failed { why, .. }), What::Open(valve)) => {
-                let may_be_open = matches!(why, Refusal::NoAnswer | Refusal::Unknown);
                 let opened = wait.reply.monitor.and_then(|at| self.opened.get_mut(at));
                 let opened = opened.map(|it| &mut it[usize::from(valve == 2)]);
-                if let (Some(opened), false) = (opened, may_be_open) {
-                    *opened = wait.was_open;
-                }
+                // Unless it was closed meanwhile.
+                let opened = opened.filter(|it| **it == Some(number) && !why.may_be_done());
+                opened.into_iter().for_each(|it| *it = wait.was_open);
             }
             _ => {}
         }
@@ -314,15 +314,17 @@ impl Desk {
         acts
     }
 
-    /// What was stopped or closed does not have to be stopped or closed any more.
+    /// What was stopped or closed does not have to be stopped or closed any more; what was sent or opened since still
+    /// has.
     fn carried_out(&mut self, wait: &Wait) {
+        let forget = |mark: &mut Option<u32>| _ = mark.take_if(|it| is_earlier(*it, wait.number));
         for at in self.of(wait.reply.monitor) {
             if let What::Close(valve) = wait.what {
                 let opened = (1..).zip(&mut self.opened[at]);
                 let shut = opened.filter(|(number, _)| [0, *number].contains(&valve));
-                shut.for_each(|(_, opened)| *opened = false);
+                shut.for_each(|(_, opened)| forget(opened));
             } else {
-                self.sent[at] = [false; 3];
+                self.sent[at].iter_mut().for_each(forget);
             }
         }
     }
@@ -353,11 +355,11 @@ impl Desk {
             *void = void.wrapping_add(1);
         }
         for (monitor, sent) in self.sent.iter_mut().enumerate() {
-            let axes = (0..).zip(std::mem::take(sent)).filter(|(_, sent)| *sent);
+            let axes = (0..).zip(std::mem::take(sent)).filter(|(_, sent)| sent.is_some());
             acts.extend(axes.map(|(axis, _)| Act::Halt { monitor, axis }));
         }
         for (monitor, opened) in self.opened.iter_mut().enumerate().filter(|_| self.terms.closes) {
-            let valves = (1..).zip(std::mem::take(opened)).filter(|(_, opened)| *opened);
+            let valves = (1..).zip(std::mem::take(opened)).filter(|(_, opened)| opened.is_some());
             acts.extend(valves.map(|(valve, _)| Act::Shut { monitor, valve }));
         }
         for (monitor, key) in self.keys.iter_mut().enumerate() {
@@ -443,11 +445,7 @@ impl Desk {
         let (monitor, command, what) = (heard.monitor, asked.command, asked.what);
         let mut known = Known { id, monitor, command, what, number, reply: None };
         match self.checked(around, heard, &asked, acts) {
-            Ok((at, what)) => {
-                if let What::GoTo(targets) = what {
-                    let sent = self.sent[at].iter_mut().zip(targets);
-                    sent.for_each(|(sent, target)| *sent |= target.is_some());
-                }
+            Ok((_, what)) => {
                 let reply = Reply::to(heard, &asked, Ok(()));
                 let since = asked.ticket.and_then(|it| self.since(it));
                 self.accept(around.now + asked.timeout, reply, (what, since), acts);
@@ -519,9 +517,17 @@ impl Desk {
     ) {
         self.numbers = self.numbers.wrapping_add(1).max(1);
         let (number, monitor, id) = (self.numbers, reply.monitor, reply.id.clone());
-        let mut was_open = false;
-        if let (What::Open(valve), Some(at)) = (what, monitor) {
-            was_open = std::mem::replace(&mut self.opened[at][usize::from(valve == 2)], true);
+        let mut was_open = None;
+        match (what, monitor) {
+            (What::GoTo(targets), Some(at)) => {
+                let sent = self.sent[at].iter_mut().zip(targets);
+                let sent = sent.filter(|(_, target)| target.is_some());
+                sent.for_each(|(sent, _)| *sent = Some(number));
+            }
+            (What::Open(valve), Some(at)) => {
+                was_open = self.opened[at][usize::from(valve == 2)].replace(number);
+            }
+            _ => {}
         }
         self.waits.push(Wait { number, until, reply, what, was_open, copies: 0 });
         acts.push(Act::Do { number, monitor, what, id, since });

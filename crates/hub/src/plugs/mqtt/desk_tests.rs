@@ -599,3 +599,29 @@ fn a_command_is_not_older_than_its_ticket() {
     });
     assert_eq!(flood.count(), 0, "no more than ten a second");
 }
+
+/// A Stop or Close whose result comes late was sent before what is asked for meanwhile.
+#[test]
+fn the_late_result_of_a_stop_or_close_forgets_nothing_newer() {
+    let mut bench = Bench::new(TERMS);
+    let stop = bench.send("stop", json!({ "timeout_ms": 60000 }));
+    let close = bench.send("close", json!({ "timeout_ms": 60000 }));
+    let acts = bench.send("goto", json!({ "traverse": 10 }));
+    bench.done(&acts);
+    let acts = bench.open();
+    bench.done(&acts);
+    bench.done(&stop);
+    bench.done(&close);
+    let lost = bench.pass(3000);
+    for act in [Act::Halt { monitor: 0, axis: 0 }, Act::Shut { monitor: 0, valve: 1 }] {
+        assert!(lost.contains(&act), "{act:?}: {lost:?}");
+    }
+    // And an opening that is reported refused after the valve was closed is not open again.
+    let acts = bench.open();
+    bench.done(&acts);
+    let second = bench.open();
+    let close = bench.send("close", json!({}));
+    bench.done(&close);
+    bench.desk.answered(number(&second).unwrap(), Err(Failed::from(Refusal::Void)));
+    assert!(!bench.pass(3000).iter().any(is_shut));
+}

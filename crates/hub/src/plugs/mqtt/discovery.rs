@@ -26,11 +26,21 @@ const BINARY: [(&str, &str, Option<&str>); 3] = [
     ("locked_out", "Locked out", Some("problem")),
 ];
 
+/// Topic of the discovery of a monitor.
+pub fn topic(config: &BrokerConfig, id: &str) -> Option<String> {
+    let prefix = config.homeassistant.as_ref()?;
+    Some(format!("{prefix}/device/{}/config", device(config, id)))
+}
+
+fn device(config: &BrokerConfig, id: &str) -> String {
+    format!("{}_{id}", node(&config.prefix))
+}
+
 /// Topic and text of the discovery of a monitor.
 pub fn of_monitor(config: &BrokerConfig, at: usize) -> Option<(String, Value)> {
-    let prefix = config.homeassistant.as_ref()?;
     let id = config.monitors.get(at)?;
-    let device = format!("{}_{id}", node(&config.prefix));
+    let topic = topic(config, id)?;
+    let device = device(config, id);
     let hub = json!({
         "topic": config.topic("hub"),
         "value_template": "{{ 'online' if value_json.online else 'offline' }}",
@@ -51,7 +61,7 @@ pub fn of_monitor(config: &BrokerConfig, at: usize) -> Option<(String, Value)> {
         "components": components,
         "qos": 1,
     });
-    Some((format!("{prefix}/device/{device}/config"), text))
+    Some((topic, text))
 }
 
 /// What the components of a monitor are made of.

@@ -14,8 +14,8 @@ use crate::command::urgent::Joined;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
-use crate::plugs::noted::{Noted, Seldom};
-use crate::plugs::orders::{AXES, What, valve_of};
+use crate::plugs::noted::Reports;
+use crate::plugs::orders::{AXES, What};
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::seat::{PlugSeat, results};
 use crate::plugs::sight::Holder;
@@ -35,9 +35,7 @@ pub struct Hand {
     answers: mpsc::Sender<Answer>,
     /// The generations of the desk, as commands that wait are compared with.
     generations: Arc<[AtomicU64]>,
-    /// When the silence of the clients was reported.
-    said: Seldom,
-    noted: Arc<Noted>,
+    reports: Reports,
 }
 
 impl Hand {
@@ -47,7 +45,7 @@ impl Hand {
         caller: &Caller,
         ids: &[String],
         answers: mpsc::Sender<Answer>,
-        said: Seldom,
+        reports: Reports,
     ) -> Self {
         Self {
             hub: hub.clone(),
@@ -55,8 +53,7 @@ impl Hand {
             ids: ids.into(),
             answers,
             generations: ids.iter().map(|_| AtomicU64::new(VOID)).collect(),
-            said,
-            noted: Arc::default(),
+            reports,
         }
     }
 
@@ -93,13 +90,15 @@ impl Hand {
                 self.if_held(monitor, MonitorRequest::stop(AXES[axis]));
             }
             Act::Shut { monitor, valve } => {
-                self.if_held(monitor, MonitorRequest::close(valve_of(valve)));
+                if let Ok(station) = self.station(monitor) {
+                    self.seat().shut(&station, valve);
+                }
             }
             Act::Refused { monitor, valve, why, id } => {
                 let caller = self.caller_of(id);
                 let seat = PlugSeat { hub: &self.hub, caller: &caller };
                 let monitor = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
-                self.noted.refused(seat, monitor, valve, (why, words::of(why).en));
+                self.reports.refused.refused(seat, monitor, valve, (why, words::of(why).en));
             }
             Act::Lost => {
                 let seat = &self.caller.seat.seat;
@@ -124,7 +123,7 @@ impl Hand {
     }
 
     fn report_lost(&self) {
-        if !self.said.is_due(self.hub.now()) {
+        if !self.reports.lost.is_due(self.hub.now()) {
             return;
         }
         let (client, from) = (&self.caller.principal.user, &self.caller.seat.from);
@@ -180,8 +179,17 @@ impl Hand {
             What::GoTo(_) | What::Open(_) | What::Deploy | What::Stow => {
                 let at = monitor.unwrap_or_default();
                 let own = self.generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
+                let station = self.station(at);
+                let due = station.as_ref().ok().and_then(|it| it.closing.opens(what));
                 tokio::spawn(async move {
-                    let result = hand.commands(at, (what, since), own).await;
+                    let result = match station {
+                        Ok(station) => {
+                            let result = hand.commands(&station, at, (what, since), own).await;
+                            hand.seat().opened(&station, due, result);
+                            result
+                        }
+                        Err(error) => Err(Failed::from(&error)),
+                    };
                     hand.answer(number, result).await;
                 });
             }
@@ -209,16 +217,16 @@ impl Hand {
     /// Sends requests, as long as nothing has made them void.
     async fn commands(
         &self,
+        station: &Arc<Station>,
         at: usize,
         (what, since): (What, Option<Now>),
         own: u64,
     ) -> Result<(), Failed> {
-        let station = self.station(at).map_err(|error| Failed::from(&error))?;
         let generations = self.generations.clone();
         let now = move || generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
         if own == VOID {
             return Err(Failed::from(Refusal::Void));
         }
-        self.seat().commands(&station, (what, since), move || now() == own).await
+        self.seat().commands(station, (what, since), move || now() == own).await
     }
 }

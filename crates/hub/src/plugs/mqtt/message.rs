@@ -85,7 +85,7 @@ pub fn read_alive(payload: &[u8]) -> Option<u64> {
 }
 
 /// Whether it can be one: a list would be read as fields without names.
-fn is_object(payload: &[u8]) -> bool {
+pub fn is_object(payload: &[u8]) -> bool {
     payload.len() <= PAYLOAD_MAX && payload.trim_ascii_start().starts_with(b"{")
 }
 
@@ -95,7 +95,7 @@ pub fn shown(number: u64) -> String {
 }
 
 /// The number of 16 hexadecimal digits.
-fn number(text: &str) -> Option<u64> {
+pub fn number(text: &str) -> Option<u64> {
     let is_hex = text.len() == 16 && text.bytes().all(|it| it.is_ascii_hexdigit());
     is_hex.then(|| u64::from_str_radix(text, 16).ok())?
 }

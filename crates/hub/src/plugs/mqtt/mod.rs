@@ -11,6 +11,7 @@
 pub mod desk;
 pub mod discovery;
 mod hand;
+mod leftover;
 mod link;
 pub mod message;
 pub mod outbox;

@@ -1,5 +1,6 @@
 //! The lines: connects to a broker, publishes, hears commands. What is decided is in [`super::desk`].
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,10 +20,12 @@ use super::desk::{Act, Around, Desk, Heard, Reply};
 use super::hand::{Answer, Hand};
 use super::outbox::{Letter, Outbox};
 use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
-use super::{Broker, VIA, discovery, link, message};
-use crate::access::{Kind, Principal, Role, Standing};
+use super::{Broker, VIA, discovery, leftover, link, message};
+use crate::access::{Bucket, Kind, Principal, Role, Standing};
+use crate::config::is_name;
 use crate::hub::{Caller, Hub, SeatKey};
-use crate::plugs::noted::Seldom;
+use crate::plugs::noted::{Reports, Seldom};
+use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::view::PlugClient;
 use crate::text::Both;
 
@@ -41,14 +44,16 @@ const FAREWELL: Duration = Duration::from_secs(2);
 const HEARD_MAX: usize = 64;
 /// Results that wait for the session.
 const RESULTS_MAX: usize = 64;
+/// Commands to monitors that are not here, at once and per second: more have no result.
+const UNKNOWN: (f64, f64) = (20.0, 20.0);
 
 /// Connects until the hub ends.
 pub async fn run(hub: Hub, broker: Arc<Broker>) {
     let mut shutdown = hub.shutdown();
-    let (said, mut pause) = (Seldom::default(), PAUSE_FIRST);
+    let (reports, mut pause) = (Reports::default(), PAUSE_FIRST);
     loop {
         let began = Instant::now();
-        let connected = connect(&hub, &broker, &said);
+        let connected = connect(&hub, &broker, &reports);
         let Some(why) = connected.await else { return };
         let (name, url) = (&broker.config.name, broker.config.url());
         if broker.counts.set_error(Some(why.clone())) {
@@ -82,7 +87,7 @@ impl Drop for Tasks {
 }
 
 /// A connection, from its beginning to its end. Why it has ended; `None`: the hub ends.
-async fn connect(hub: &Hub, broker: &Arc<Broker>, said: &Seldom) -> Option<Both> {
+async fn connect(hub: &Hub, broker: &Arc<Broker>, reports: &Reports) -> Option<Both> {
     let options = match link::options(&broker.config) {
         Ok(options) => options,
         Err(why) => return Some(why),
@@ -110,7 +115,7 @@ async fn connect(hub: &Hub, broker: &Arc<Broker>, said: &Seldom) -> Option<Both>
         return Some(why);
     }
     tasks.0.push(tokio::spawn(write(client.clone(), outbox.clone())));
-    let mut session = Session::begin(hub, broker, outbox, said);
+    let mut session = Session::begin(hub, broker, outbox, reports);
     let ended = session.run(&mut heard).await;
     if ended.is_none() {
         session.say_goodbye(&client, &mut heard).await;
@@ -135,7 +140,9 @@ async fn poll(mut events: EventLoop, broker: Arc<Broker>, news: mpsc::Sender<New
             Ok(Ok(Event::Incoming(Packet::SubAck(answer)))) => {
                 let refused =
                     |it: &SubscribeReasonCode| !matches!(it, SubscribeReasonCode::Success(_));
-                if !answer.return_codes.iter().any(refused) {
+                // The last one is not needed for commands.
+                let needed = answer.return_codes.len().saturating_sub(1);
+                if !answer.return_codes.iter().take(needed).any(refused) {
                     continue;
                 }
                 News::Lost(text::MqttNoSubscription { prefix: &broker.config.prefix }.words())
@@ -154,18 +161,19 @@ async fn poll(mut events: EventLoop, broker: Arc<Broker>, news: mpsc::Sender<New
     }
 }
 
-/// Asks for commands as they come: not for those that the broker has kept from before.
+/// Asks for commands as they come: not for those that the broker has kept from before. Those to monitors that are not
+/// here have their result, too. What is asked for last is not needed: what the broker keeps of such monitors.
 async fn subscribe(client: &AsyncClient, broker: &Broker) -> Result<(), Both> {
     let config = &broker.config;
-    let of_hub = ["command", "alive"].map(|part| config.topic(part));
-    let of_monitors = (0..config.monitors.len()).map(|at| config.topic_of(Some(at), "command"));
-    let all = of_hub.into_iter().chain(of_monitors).chain(discovery::birth(config));
+    let all = ["command", "alive", "+/command"].map(|part| config.topic(part));
+    let all = all.into_iter().chain(discovery::birth(config));
     let live = |topic: String| {
         SubscribeFilterInput::new(topic, QoS::AtLeastOnce)
             .preserve_retain(true)
             .retain_forward_rule(RetainForwardRule::Never)
     };
-    let filters: Vec<_> = all.map(live).collect();
+    let kept = SubscribeFilterInput::new(leftover::filter(config), QoS::AtLeastOnce).no_local(true);
+    let filters: Vec<_> = all.map(live).chain([kept]).collect();
     let asked = client.subscribe_many(filters).await;
     asked.map_err(|error| text::MqttFailed { error: error.to_string() }.words())
 }
@@ -195,10 +203,17 @@ struct Session {
     /// Of each monitor, when its state was published, and what of it matters at once.
     published: Vec<Option<(Duration, Urgent)>>,
     alarms: Vec<u8>,
+    /// Home Assistant has started, and what it discovers is to be published once more.
+    born: bool,
+    births: Seldom,
+    /// Results of commands to monitors that are not here.
+    unknown: Bucket,
+    /// Monitors that were configured before, and are not kept by the broker any more.
+    cleared: BTreeSet<String>,
 }
 
 impl Session {
-    fn begin(hub: &Hub, broker: &Arc<Broker>, outbox: Arc<Outbox>, said: &Seldom) -> Self {
+    fn begin(hub: &Hub, broker: &Arc<Broker>, outbox: Arc<Outbox>, reports: &Reports) -> Self {
         let config = &broker.config;
         let number = message::shown(random().unwrap_or_default());
         let operates = config.terms.operates;
@@ -232,11 +247,15 @@ impl Session {
             broker: broker.clone(),
             number,
             desk: Desk::new(config.terms, ids.len(), hub.now(), &mut random),
-            hand: Hand::new(hub, &caller, ids, answers, said.clone()),
+            hand: Hand::new(hub, &caller, ids, answers, reports.clone()),
             outbox,
             results,
             published: vec![None; ids.len()],
             alarms: Vec::new(),
+            born: false,
+            births: Seldom::default(),
+            unknown: Bucket::new(hub.now(), UNKNOWN.0, UNKNOWN.1),
+            cleared: BTreeSet::new(),
             key,
         };
         session.put("hub", &Online::since(&session.number, since_ms));
@@ -279,19 +298,24 @@ impl Session {
     fn heed(&mut self, topic: &str, payload: &[u8], retained: bool) {
         let config = &self.broker.config;
         if discovery::birth(config).as_deref() == Some(topic) {
-            if payload == b"online" {
-                self.discover();
-            }
+            // It is published by and by: however often it starts.
+            self.born |= payload == b"online";
             return;
         }
         let Some(rest) = topic.strip_prefix(&config.prefix).and_then(|it| it.strip_prefix('/'))
         else {
             return;
         };
+        if let Some(id) = rest.strip_suffix("/key") {
+            if retained && leftover::is_left(config, id, payload) {
+                self.clear(id);
+            }
+            return;
+        }
         let monitor = match rest.strip_suffix("/command") {
             Some(id) => match config.monitors.iter().position(|it| it == id) {
                 Some(at) => Some(at),
-                None => return,
+                None => return self.refuse_unknown(id, payload, retained),
             },
             None => None,
         };
@@ -330,15 +354,42 @@ impl Session {
     }
 
     fn say(&self, reply: &Reply) {
+        let topic = self.broker.config.topic_of(reply.monitor, "result");
+        self.say_on(topic, reply, reply.is_of_flood());
+    }
+
+    fn say_on(&self, topic: String, reply: &Reply, of_flood: bool) {
         let counts = &self.broker.counts;
         if reply.result.is_err() {
             counts.count(|it| &it.exceptions);
         }
-        let topic = self.broker.config.topic_of(reply.monitor, "result");
         let payload = serde_json::to_vec(&state::Result::new(reply)).unwrap_or_default();
         let letter = Letter { topic, payload, retained: false, confirmed: true };
-        if !self.outbox.put_result(letter, reply.is_of_flood()) {
+        if !self.outbox.put_result(letter, of_flood) {
             counts.count(|it| &it.rejected);
+        }
+    }
+
+    /// A command to a monitor that is not here, such as one that had another name: its client has to know. Results of
+    /// others do not give way to it.
+    fn refuse_unknown(&mut self, id: &str, payload: &[u8], retained: bool) {
+        self.broker.counts.count(|it| &it.requests);
+        if !is_name(id) || self.unknown.take(self.hub.now()).is_err() {
+            return self.broker.counts.count(|it| &it.rejected);
+        }
+        let (asked, result) = (message::read(payload), Err(Failed::from(Refusal::Monitor)));
+        let (id_of, command) = (asked.id, asked.command);
+        let reply = Reply { monitor: None, id: id_of, command, result, retained, repeated: false };
+        self.say_on(self.broker.config.topic(&format!("{id}/result")), &reply, true);
+    }
+
+    /// The broker keeps nothing more of a monitor that is not configured now.
+    fn clear(&mut self, id: &str) {
+        if self.cleared.len() >= leftover::LEFT_MAX || !self.cleared.insert(id.to_owned()) {
+            return;
+        }
+        for topic in leftover::topics(&self.broker.config, id) {
+            self.outbox.put(Letter { topic, payload: Vec::new(), retained: true, confirmed: true });
         }
     }
 
@@ -359,6 +410,10 @@ impl Session {
     /// Publishes states whose time has come, and at once what matters.
     fn look(&mut self) {
         let (now, interval) = (self.hub.now(), self.broker.config.interval);
+        if self.born && self.births.is_due(now) {
+            self.born = false;
+            self.discover();
+        }
         for (at, state) in self.hand.states().iter().enumerate() {
             let urgent = state.urgent();
             let last = self.published.get(at).copied().flatten();
@@ -461,4 +516,109 @@ impl Drop for Session {
 
 fn random() -> Option<u64> {
     getrandom::u64().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Config;
+    use crate::plugs::mqtt::Brokers;
+
+    fn session(hub: &Hub) -> Session {
+        let text = "[[monitor]]\nid = \"M1\"\nurl = \"tcp://h?addr=1\"\n[[mqtt]]\nname = \"site\"\n\
+                    url = \"mqtt://127.0.0.1\"\nhomeassistant = \"homeassistant\"\n";
+        let folder = std::path::Path::new("/");
+        let read = Config::parse("hub.toml", text, folder, &crate::Overrides::default());
+        let brokers = Brokers::new(&read.unwrap().mqtt);
+        Session::begin(hub, &brokers.all[0], Arc::default(), &Reports::default())
+    }
+
+    /// What was put out since this was asked last.
+    async fn taken(session: &Session) -> Vec<Letter> {
+        let mut all = Vec::new();
+        while let Ok(letter) = timeout(Duration::from_millis(1), session.outbox.next()).await {
+            all.push(letter);
+        }
+        all
+    }
+
+    fn discovered(letters: &[Letter]) -> usize {
+        letters.iter().filter(|it| it.topic.starts_with("homeassistant/")).count()
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn however_often_home_assistant_starts_it_is_answered_seldom_and_at_last() {
+        let (hub, _) = Hub::of_one(None);
+        let mut session = session(&hub);
+        assert_eq!(discovered(&taken(&session).await), 1, "at the beginning");
+        let mut answers = 0;
+        for _ in 0..600 {
+            session.heed("homeassistant/status", b"online", false);
+            tokio::time::advance(LOOK_EACH).await;
+            session.look();
+            answers += discovered(&taken(&session).await);
+        }
+        assert!((6..=8).contains(&answers), "{answers} in a minute");
+        // The last one is not forgotten.
+        session.heed("homeassistant/status", b"offline", false);
+        tokio::time::advance(Duration::from_secs(10)).await;
+        session.look();
+        assert_eq!(discovered(&taken(&session).await), 1);
+        tokio::time::advance(Duration::from_secs(60)).await;
+        session.look();
+        assert_eq!(discovered(&taken(&session).await), 0, "once");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_is_kept_of_a_monitor_that_has_gone_is_cleared() {
+        let (hub, _) = Hub::of_one(None);
+        let mut session = session(&hub);
+        taken(&session).await;
+        let key = br#"{"key":"00000000000000ff"}"#;
+        for (topic, payload, retained) in [
+            ("lafet/M1/key", &key[..], true),
+            ("lafet/M2/key", key, false),
+            ("lafet/pump/key", br#"{"key":"red"}"#, true),
+            ("lafet/pump/key", br#"{"key":null,"x":1}"#, true),
+            ("lafet/pump/key", b"online", true),
+            ("lafet/a b/key", key, true),
+        ] {
+            session.heed(topic, payload, retained);
+        }
+        assert_eq!(taken(&session).await, [], "what is here, or of other devices, is left alone");
+        for _ in 0..3 {
+            session.heed("lafet/M2/key", key, true);
+        }
+        session.heed("lafet/M3/key", br#"{"key":null}"#, true);
+        let letters = taken(&session).await;
+        let topics: Vec<&str> = letters.iter().map(|it| it.topic.as_str()).collect();
+        let of = ["lafet/M2/state", "lafet/M2/available"];
+        assert_eq!(topics[..2], of);
+        assert_eq!(topics[2..4], ["homeassistant/device/lafet_M2/config", "lafet/M2/key"]);
+        assert_eq!(topics.len(), 8, "{topics:?}");
+        assert!(letters.iter().all(|it| it.payload.is_empty() && it.retained));
+        for number in 0..10_000 {
+            session.heed(&format!("lafet/X{number}/key"), key, true);
+        }
+        assert!(taken(&session).await.len() <= 4 * leftover::LEFT_MAX);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_command_to_a_monitor_that_is_not_here_has_its_result() {
+        let (hub, _) = Hub::of_one(None);
+        let mut session = session(&hub);
+        taken(&session).await;
+        session.heed("lafet/M2/command", br#"{"id":"a","command":"stop"}"#, false);
+        let letters = taken(&session).await;
+        let [letter] = &letters[..] else { panic!("{letters:?}") };
+        assert_eq!(letter.topic, "lafet/M2/result");
+        let result: Value = serde_json::from_slice(&letter.payload).unwrap();
+        assert_eq!((&result["id"], &result["command"]), (&"a".into(), &"stop".into()));
+        assert_eq!((&result["ok"], &result["refusal"]), (&false.into(), &2.into()));
+        for number in 0..10_000 {
+            session.heed(&format!("lafet/X{number}/command"), b"{}", false);
+            session.heed("lafet/a\u{7}b/command", b"{}", false);
+        }
+        assert!(taken(&session).await.len() < 40);
+    }
 }

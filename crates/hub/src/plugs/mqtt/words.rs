@@ -9,6 +9,7 @@ use crate::text::Both;
 pub fn of(refusal: Refusal) -> Both {
     match refusal {
         Refusal::Command => text::MqttNoCommand.words(),
+        Refusal::Monitor => text::MqttNoMonitor.words(),
         Refusal::Argument => text::MqttArgument.words(),
         Refusal::Heartbeat | Refusal::Void => text::MqttVoid.words(),
         Refusal::Role => text::MqttRole.words(),

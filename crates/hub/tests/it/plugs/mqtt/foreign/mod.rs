@@ -226,6 +226,46 @@ async fn observers_stop_close_and_lock_out_and_no_more() {
     assert!(listener.until("a result", unreadable).await.contains("\"refusal\":25"));
 }
 
+/// A monitor is removed from hub.toml: the broker keeps nothing of it, and its Stop has a result.
+#[tokio::test]
+#[ignore = "needs mosquitto"]
+async fn what_is_kept_of_a_monitor_that_has_gone_is_cleared() {
+    let (first, broker) = open(2, "homeassistant = \"homeassistant\"").await;
+    let of_second = ["state", "available", "key"].map(|part| format!("lafet/M2/{part}"));
+    let discovered = "homeassistant/device/lafet_M2/config".to_owned();
+    for topic in of_second.iter().chain([&discovered]) {
+        broker.until_retained(topic, |_| true).await;
+    }
+    // What another device keeps there is none of the hub's business.
+    broker.publish("lafet/pump/available", "online", &["-r"]).await;
+    broker.publish("lafet/pump/key", "red", &["-r"]).await;
+    drop(first);
+    broker.until_retained("lafet/hub", |it| json_of(it)["online"] == false).await;
+    let text = table(broker.address, "homeassistant = \"homeassistant\"");
+    let site = site_with(1, &text).await;
+    until_plug(&site, "it is connected", |it| it["error"].is_null()).await;
+    let began = Instant::now();
+    for topic in of_second.iter().chain([&discovered]) {
+        while !broker.retained(topic).await.is_empty() {
+            assert!(began.elapsed() < crate::support::PATIENCE, "{topic}");
+        }
+    }
+    for topic in ["lafet/M1/key", "lafet/M1/state", "lafet/pump/available", "lafet/pump/key"] {
+        broker.until_retained(topic, |_| true).await;
+    }
+    let listener = broker.listen("lafet/#").await;
+    for command in ["stop", "take"] {
+        let text = json!({ "id": command, "command": command }).to_string();
+        broker.publish("lafet/M2/command", &text, &[]).await;
+        let result = listener.result("lafet/M2", command).await;
+        assert_eq!((&result["ok"], &result["refusal"]), (&json!(false), &json!(2)));
+        assert!(result["text"]["ru"].is_string(), "{result:#}");
+    }
+    let text = json!({ "id": "here", "command": "stop" }).to_string();
+    broker.publish("lafet/M1/command", &text, &[]).await;
+    assert_eq!(listener.result("lafet/M1", "here").await["ok"], true);
+}
+
 #[tokio::test]
 #[ignore = "needs mosquitto, voluptuous and Jinja"]
 async fn home_assistant_finds_values_and_two_buttons() {

@@ -12,7 +12,7 @@ use super::sight::{Holder, Seen, Sight};
 
 const SESSION: u32 = 0xCAFE_0001;
 const USUAL: u64 = 100_000;
-const BEAT: Duration = Duration::from_millis(50);
+const BEAT: Duration = Duration::from_millis(140);
 
 /// Numbers that look random and are the same in each run.
 struct Dice(u64);
@@ -64,23 +64,21 @@ fn command(sequence: u16, number: u16, key: u64) -> Vec<u8> {
 
 /// The frames of an opening by the rules, with the key that is offered for the first monitor.
 fn recording(key: u64) -> Vec<Vec<u8>> {
-    vec![
-        write(HEARTBEAT, &[1]),
-        write(HEARTBEAT, &[2]),
-        command(1, 1, 0),
-        write(HEARTBEAT, &[3]),
-        command(2, 5, key),
-        write(HEARTBEAT, &[4]),
-        write(HEARTBEAT, &[5]),
-    ]
+    let beats = |values: std::ops::Range<u16>| values.map(|it| write(HEARTBEAT, &[it]));
+    let mut frames: Vec<Vec<u8>> = beats(1..9).collect();
+    frames.push(command(1, 1, 0));
+    frames.extend(beats(9..10));
+    frames.push(command(2, 5, key));
+    frames.extend(beats(10..12));
+    frames
 }
 
 /// Sends a frame; how many valves that opens.
 fn send(desk: &mut Desk, now: Duration, sight: &Sight, dice: &mut Dice, frame: &[u8]) -> usize {
     let Ok(Ask::Write { first, words }) = pdu::parse(frame) else { return 0 };
     let mut random = || Some(dice.roll());
-    let (operates, broadcast) = (true, false);
-    let mut around = Around { now, operates, broadcast, sight, random: &mut random };
+    let (operates, broadcast, surplus) = (true, false, false);
+    let mut around = Around { now, operates, broadcast, surplus, sight, random: &mut random };
     let acts = desk.write(&mut around, first, &words).unwrap_or_default();
     let mut opened = 0;
     for act in acts {

@@ -1,14 +1,14 @@
 //! The session of a master with a unit: registers in, registers and orders out. No I/O, no clock of its own.
 //!
 //! ```text
-//!            heartbeat changes twice in time            not changed in time
+//!            heartbeat changes in time for 0.5 s        not changed in time
 //!   Silent ────────────────────────────────▶ Live ──────────────────────────▶ Silent
-//!   Stop, Close, Lockout, Release            take, go to, jog, open …         motions end, keys change,
-//!   are taken                                                                 authority is lost
+//!   Stop, Close, Lockout, Release            take, go to, jog, open …         motions end, keys and number
+//!   are taken                                                                 change, authority is lost
 //! ```
 //!
 //! A command is a block that is written whole; each is answered in the results under its sequence number.
-//! What moves or opens needs the session number of this connection, a live heartbeat and
+//! What moves or opens needs the session number of this connection since the latest loss, a live heartbeat and
 //! authority; an opening needs the key that is offered for this monitor at this moment as well.
 
 use std::collections::VecDeque;
@@ -16,8 +16,9 @@ use std::time::Duration;
 
 use lafet_client::Toward;
 
-pub use super::orders::{Act, Command, What};
+pub use super::orders::{Act, Command, Stops, What};
 
+use super::heart::{Heart, Pulse};
 use super::layout::{
     COMMAND, COMMAND_LEN, END, HEARTBEAT, JOG, JOG_LEN, JOG_RESULT, JOG_RESULT_LEN, KEY_LEN, KEYS,
     MONITORS, RESULT_LEN, RESULTS, RESULTS_KEPT, SESSION, SUMMARY, halves, key_words,
@@ -25,6 +26,7 @@ use super::layout::{
 use super::pdu::Exception;
 use super::refusal::{Failed, Refusal};
 use super::sight::{Holder, Sight};
+use crate::plugs::orders::is_earlier;
 use crate::words::MotionWord;
 
 /// A moment: time since any fixed one.
@@ -33,8 +35,8 @@ pub type Now = Duration;
 /// Least and greatest target of a drive: 0.1° of the axes, mm of the nozzle.
 pub const TARGETS: [(i16, i16); 3] = [(-3600, 3600), (-900, 1800), (0, 1000)];
 
-/// A heartbeat is alive when it has changed in time for this long, at the most.
-const SPAN: Duration = Duration::from_millis(20);
+/// A Stop that is not written again for this time is released: the next one is another, if it looks the same or not.
+const HELD: Duration = Duration::from_secs(2);
 /// Words that a master may write: heartbeat, motions by hand, commands.
 const WRITTEN: usize = 1 + JOG_LEN + COMMAND_LEN;
 
@@ -57,6 +59,8 @@ pub struct Around<'a> {
     pub operates: bool,
     /// To all units of a line: it is not answered.
     pub broadcast: bool,
+    /// More than the master may ask: only Stop, Close and Lockout are taken, and it is no sign of life.
+    pub surplus: bool,
     /// The monitors.
     pub sight: &'a Sight,
     /// Random numbers; `None`: there are none, and nothing opens.
@@ -72,31 +76,20 @@ struct Entry {
     command: u16,
     monitor: u16,
     status: u16,
-    /// While it is waited for: its ticket, and until when.
+    /// While it is waited for: its ticket, and until when. Of a Stop that is done already: that of a repetition.
     waits: Option<(u32, Now)>,
     /// It is one that any master may send.
     urgent: bool,
     /// The valve that opens or closes; 0: all.
     valve: u16,
-    /// The session had opened it before.
-    was_open: bool,
+    /// The session had opened it before: with this ticket.
+    was_open: Option<u32>,
 }
 
 const ACCEPTED: u16 = 1;
 const DONE: u16 = 2;
 const REFUSED: u16 = 3;
 const TIMEOUT: u16 = 4;
-
-/// The heartbeat of the master.
-#[derive(Clone, Copy, Debug, Default)]
-struct Heart {
-    value: Option<u16>,
-    changed: Now,
-    /// Since when it changes in time.
-    since: Now,
-    live: bool,
-    losses: u16,
-}
 
 /// States of a drive that is moved by hand.
 mod motion {
@@ -129,16 +122,19 @@ pub struct Desk {
     image: [u16; WRITTEN],
     /// The latest command that was taken.
     last: Option<[u16; COMMAND_LEN]>,
+    /// When Stop, Close or Lockout was written last.
+    pressed: Now,
     /// The greatest sequence numbers of commands and motions so far.
     newest: [Option<u16>; 2],
     results: VecDeque<Entry>,
-    sent: [[bool; 3]; MONITORS],
-    opened: [[bool; 2]; MONITORS],
+    /// The tickets with which drives were sent somewhere and valves opened last.
+    sent: [[Option<u32>; 3]; MONITORS],
+    opened: [[Option<u32>; 2]; MONITORS],
     tickets: u32,
     /// Counts what makes commands void that are not sent yet.
     voids: u32,
     /// Urgent requests to each monitor, as they were counted last.
-    stops: [u64; MONITORS],
+    stops: [Stops; MONITORS],
 }
 
 impl Desk {
@@ -153,17 +149,18 @@ impl Desk {
             terms,
             session,
             keys: [None; MONITORS],
-            heart: Heart { changed: now, ..Heart::default() },
+            heart: Heart::new(terms.heartbeat, now),
             jog: Jog::default(),
             image: [0; WRITTEN],
             last: None,
+            pressed: now,
             newest: [None; 2],
             results: VecDeque::with_capacity(RESULTS_KEPT),
-            sent: [[false; 3]; MONITORS],
-            opened: [[false; 2]; MONITORS],
+            sent: [[None; 3]; MONITORS],
+            opened: [[None; 2]; MONITORS],
             tickets: 0,
             voids: 0,
-            stops: [0; MONITORS],
+            stops: [Stops::default(); MONITORS],
         };
         desk.renew_keys(random);
         desk
@@ -175,14 +172,23 @@ impl Desk {
     }
 
     /// Of each monitor how often it was stopped, closed or locked out so far, from wherever. An opening that was
-    /// on its way meanwhile has a key from before.
-    pub fn stopped(&mut self, counts: &[u64], random: &mut dyn FnMut() -> Option<u64>) {
-        let own = self.stops.iter_mut().zip(&mut self.keys);
-        for ((before, key), count) in own.zip(counts) {
-            if std::mem::replace(before, *count) != *count {
-                *key = random().filter(|it| *it != 0);
+    /// on its way meanwhile has a key from before; a motion by hand that was asked for before does not begin.
+    pub fn stopped(
+        &mut self,
+        counts: &[Stops],
+        random: &mut dyn FnMut() -> Option<u64>,
+    ) -> Vec<Act> {
+        let mut acts = Vec::new();
+        for (at, count) in counts.iter().take(MONITORS).enumerate() {
+            let before = std::mem::replace(&mut self.stops[at], *count);
+            if before.all != count.all {
+                self.keys[at] = random().filter(|it| *it != 0);
+            }
+            if before.motion != count.motion && at == self.jog.monitor {
+                self.end_drives(Some(Refusal::Ended), |state| state == motion::ARMED, &mut acts);
             }
         }
+        acts
     }
 
     /// The values of registers.
@@ -251,8 +257,9 @@ impl Desk {
         }
         let mut acts = self.tick(around.now, around.random);
         let mut beats = false;
-        // A broadcast is heard by all units, and answered by none: it moves nothing and holds nothing.
-        if !around.broadcast {
+        // A broadcast is heard by all units, and answered by none; what is too much may be old, or of a master that
+        // has gone wild: both move nothing and hold nothing.
+        if !around.broadcast && !around.surplus {
             if let Some(place) = self.image.get_mut(from..to) {
                 place.copy_from_slice(words);
             }
@@ -280,15 +287,14 @@ impl Desk {
 
     /// When [`Desk::tick`] is to be called.
     pub fn timeout(&self) -> Option<Now> {
-        let heart = self.heart.live.then(|| self.heart.changed + self.terms.heartbeat);
         let waits = self.results.iter().filter_map(|it| it.waits.map(|(_, until)| until));
-        waits.chain(heart).min()
+        waits.chain(self.heart.deadline()).min()
     }
 
     /// Time has passed.
     pub fn tick(&mut self, now: Now, random: &mut dyn FnMut() -> Option<u64>) -> Vec<Act> {
         let mut acts = Vec::new();
-        if self.heart.live && now >= self.heart.changed + self.terms.heartbeat {
+        if self.heart.deadline().is_some_and(|at| now >= at) {
             self.lose(random, &mut acts);
         }
         for entry in &mut self.results {
@@ -316,32 +322,35 @@ impl Desk {
             Ok(()) => {
                 entry.state = DONE;
                 let entry = *entry;
-                self.carried_out(&entry);
+                self.carried_out(&entry, ticket);
             }
             Err(Failed { why, status }) => {
                 (entry.state, entry.refusal, entry.status) = (REFUSED, why.number(), status);
-                let may_be_open = matches!(why, Refusal::NoAnswer | Refusal::Unknown);
-                if entry.command == Command::Open.number() && !may_be_open {
+                if entry.command == Command::Open.number() && !why.may_be_done() {
                     let at = usize::from(entry.monitor).wrapping_sub(1);
-                    let opened = self.opened.get_mut(at);
                     let valve = usize::from(entry.valve == 2);
-                    opened.into_iter().for_each(|it| it[valve] = entry.was_open);
+                    let opened = self.opened.get_mut(at).map(|it| &mut it[valve]);
+                    // Unless it was closed meanwhile.
+                    let opened = opened.filter(|it| **it == Some(ticket));
+                    opened.into_iter().for_each(|it| *it = entry.was_open);
                 }
             }
         }
     }
 
-    /// What was stopped or closed does not have to be stopped or closed any more.
-    fn carried_out(&mut self, entry: &Entry) {
+    /// What was stopped or closed does not have to be stopped or closed any more; what was sent or opened since still
+    /// has.
+    fn carried_out(&mut self, entry: &Entry, ticket: u32) {
         let of = |at: usize| entry.monitor == 0 || usize::from(entry.monitor) == at + 1;
         let monitors = (0..MONITORS).filter(|at| entry.urgent && of(*at));
+        let forget = |mark: &mut Option<u32>| _ = mark.take_if(|it| is_earlier(*it, ticket));
         for at in monitors {
             if entry.command == Command::Close.number() {
                 let opened = (1..).zip(&mut self.opened[at]);
                 let shut = opened.filter(|(number, _)| [0, *number].contains(&entry.valve));
-                shut.for_each(|(_, opened)| *opened = false);
+                shut.for_each(|(_, opened)| forget(opened));
             } else {
-                self.sent[at] = [false; 3];
+                self.sent[at].iter_mut().for_each(forget);
             }
         }
     }
@@ -360,7 +369,7 @@ impl Desk {
         self.jog.states[axis] = state;
         if state == motion::MOVING {
             // The hand has the drive now: what it was sent to is over.
-            self.sent[monitor][axis] = false;
+            self.sent[monitor][axis] = None;
         }
         if let Some(why) = failed {
             self.jog.refusal = why.number();
@@ -375,42 +384,34 @@ impl Desk {
 
     /// Whether the motions by hand go on.
     fn beat(&mut self, now: Now, value: u16, acts: &mut Vec<Act>) -> bool {
-        let heart = &mut self.heart;
-        if heart.value == Some(value) {
-            return false;
-        }
-        let in_time = heart.value.is_some() && now < heart.changed + self.terms.heartbeat;
-        if !in_time {
-            heart.since = now;
-        }
-        (heart.value, heart.changed) = (Some(value), now);
-        // Changes that were held up and come all at once are no sign of life.
-        let lasts = now >= heart.since + SPAN.min(self.terms.heartbeat / 8);
-        if in_time && lasts && !heart.live {
-            heart.live = true;
+        let pulse = self.heart.beat(now, value);
+        if pulse == Pulse::Back {
             acts.push(Act::Back);
         }
-        heart.live
+        pulse != Pulse::Nothing
     }
 
     /// The heartbeat is lost: everything ends that it has held.
     fn lose(&mut self, random: &mut dyn FnMut() -> Option<u64>, acts: &mut Vec<Act>) {
-        self.heart.live = false;
+        let was_live = self.heart.lose();
         self.voids = self.voids.wrapping_add(1);
-        self.heart.losses = self.heart.losses.wrapping_add(1);
         self.end_jog(Some(Refusal::Heartbeat), acts);
         for (monitor, sent) in std::mem::take(&mut self.sent).into_iter().enumerate() {
-            let axes = (0..).zip(sent).filter(|(_, sent)| *sent);
+            let axes = (0..).zip(sent).filter(|(_, sent)| sent.is_some());
             acts.extend(axes.map(|(axis, _)| Act::Halt { monitor, axis }));
         }
         if self.terms.closes {
             for (monitor, opened) in std::mem::take(&mut self.opened).into_iter().enumerate() {
-                let valves = (1..).zip(opened).filter(|(_, opened)| *opened);
+                let valves = (1..).zip(opened).filter(|(_, opened)| opened.is_some());
                 acts.extend(valves.map(|(valve, _)| Act::Shut { monitor, valve }));
             }
         }
         self.renew_keys(random);
-        acts.push(Act::Lost);
+        if was_live {
+            // What was written before and arrives only now has the number of before.
+            self.session = other_number(self.session, random());
+            acts.push(Act::Lost);
+        }
     }
 }
 
@@ -463,12 +464,22 @@ impl Desk {
     }
 
     fn end_jog(&mut self, why: Option<Refusal>, acts: &mut Vec<Act>) {
-        let monitor = self.jog.monitor;
-        for (axis, toward) in std::mem::take(&mut self.jog.toward).into_iter().enumerate() {
-            if toward.is_some() {
-                acts.push(Act::Release { monitor, axis });
-                self.jog.states[axis] = motion::ENDED;
-                self.jog.refusal = why.map_or(self.jog.refusal, Refusal::number);
+        self.end_drives(why, |_| true, acts);
+    }
+
+    /// Ends the motions of the drives that are in such a state.
+    fn end_drives(
+        &mut self,
+        why: Option<Refusal>,
+        ends: impl Fn(u16) -> bool,
+        acts: &mut Vec<Act>,
+    ) {
+        let Jog { monitor, toward, states, refusal, .. } = &mut self.jog;
+        for (axis, (toward, state)) in toward.iter_mut().zip(states).enumerate() {
+            if ends(*state) && toward.take().is_some() {
+                acts.push(Act::Release { monitor: *monitor, axis });
+                *state = motion::ENDED;
+                *refusal = why.map_or(*refusal, Refusal::number);
             }
         }
     }
@@ -489,15 +500,22 @@ impl Desk {
     fn command(&mut self, around: &mut Around<'_>, block: [u16; COMMAND_LEN], acts: &mut Vec<Act>) {
         let [sequence, high, low, number, monitor, first, second, third, fourth, key @ ..] = block;
         if number == 0 {
+            // A Stop that was held is released: the next one is another, even if it looks the same.
+            self.last.take_if(|last| is_urgent(last[3]));
             return;
         }
         let command = Command::by_number(number);
+        if around.surplus && !is_urgent(number) {
+            return;
+        }
         if around.broadcast && !matches!(command, Some(Command::Stop | Command::Close)) {
             return;
         }
-        let same = self.last == Some(block);
+        let mut same = self.last == Some(block);
         let entry = Entry { sequence, command: number, monitor, ..Entry::default() };
         if let Some(command) = command.filter(|it| it.is_urgent()) {
+            let pressed = std::mem::replace(&mut self.pressed, around.now);
+            same &= around.now < pressed + HELD;
             self.last = Some(block);
             return self.urgent(around, command, first, (entry, same), acts);
         }
@@ -512,13 +530,15 @@ impl Desk {
         match self.checked(around, command, [high, low], monitor, arguments, key) {
             Ok((at, what)) => {
                 let mut entry = entry;
+                let ticket = self.tickets.wrapping_add(1);
                 if let What::GoTo(targets) = what {
                     let sent = self.sent[at].iter_mut().zip(targets);
-                    sent.for_each(|(sent, target)| *sent |= target.is_some());
+                    let sent = sent.filter(|(_, target)| target.is_some());
+                    sent.for_each(|(sent, _)| *sent = Some(ticket));
                 }
                 if let What::Open(valve) = what {
                     let opened = &mut self.opened[at][usize::from(valve == 2)];
-                    entry.was_open = std::mem::replace(opened, true);
+                    entry.was_open = opened.replace(ticket);
                     entry.valve = valve;
                 }
                 self.accept(around.now, entry, Some(at), what, acts);
@@ -607,10 +627,15 @@ impl Desk {
         if command != Command::Close && at.is_none_or(|at| at == self.jog.monitor) {
             self.end_jog(Some(Refusal::Ended), acts);
         }
-        // One that is written again and again is one entry, and is carried out each time.
-        let again = |it: &&Entry| same && it.urgent && it.sequence == entry.sequence;
-        if let Some(Entry { waits, state: ACCEPTED | DONE, .. }) = self.results.iter().find(again) {
-            let ticket = waits.map_or(0, |(ticket, _)| ticket);
+        // One that is written again and again is one entry, and is carried out each time. Done is what is confirmed:
+        // a repetition that fails is not.
+        let of = |it: &Entry| (it.urgent, it.sequence, it.command, it.monitor);
+        let wanted = (true, entry.sequence, entry.command, entry.monitor);
+        let held = self.results.iter_mut().find(|it| same && of(it) == wanted);
+        if let Some(held) = held.filter(|it| [ACCEPTED, DONE].contains(&it.state)) {
+            let next = (self.tickets.wrapping_add(1), around.now + self.terms.answer);
+            let (ticket, _) = *held.waits.get_or_insert(next);
+            self.tickets = if ticket == next.0 { ticket } else { self.tickets };
             acts.push(Act::Do { ticket, monitor: at, what });
             return;
         }
@@ -669,6 +694,17 @@ impl Desk {
         let at = usize::from(number).checked_sub(1)?;
         (at < around.sight.monitors.len().min(MONITORS)).then_some(at)
     }
+}
+
+/// Whether a number is one of Stop, Close and Lockout.
+fn is_urgent(command: u16) -> bool {
+    Command::by_number(command).is_some_and(Command::is_urgent)
+}
+
+/// Another number of a session; 0, to which nothing is allowed that is not urgent, without a random one.
+fn other_number(number: u32, random: Option<u64>) -> u32 {
+    let other = random.map_or(0, |it| ((it & u64::from(u32::MAX)) as u32).max(1));
+    if other == number && other != 0 { other.wrapping_add(1).max(1) } else { other }
 }
 
 /// Why this session may not command a monitor; `None`: it holds it.

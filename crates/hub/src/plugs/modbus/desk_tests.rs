@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use lafet_client::Toward;
 
-use super::desk::{Act, Around, Command, Desk, Terms, What};
+use super::desk::{Act, Around, Command, Desk, Stops, Terms, What};
+use super::heart::SPAN;
 use super::layout::{
     COMMAND, COMMAND_LEN, DETAIL_LEN, END, HEARTBEAT, JOG, JOG_LEN, JOG_RESULT, KEYS, NAME_LEN,
     RESULTS, SESSION, SUMMARY_LEN,
@@ -16,6 +17,8 @@ use crate::words::MotionWord;
 
 const LIMIT: Duration = Duration::from_millis(150);
 const BEAT: Duration = Duration::from_millis(50);
+/// So many beats make a heartbeat alive.
+const ALIVE: u16 = 11;
 const TERMS: Terms = Terms { heartbeat: LIMIT, answer: Duration::from_secs(5), closes: true };
 
 /// A session with two monitors.
@@ -27,6 +30,7 @@ struct Bench {
     sequence: u16,
     operates: bool,
     broadcast: bool,
+    surplus: bool,
     random: u64,
 }
 
@@ -51,6 +55,7 @@ impl Bench {
             sequence: 0,
             operates: true,
             broadcast: false,
+            surplus: false,
             random,
         }
     }
@@ -58,7 +63,7 @@ impl Bench {
     /// One whose heartbeat is alive.
     fn live() -> Self {
         let mut bench = Self::new();
-        bench.beats(2);
+        bench.beats(ALIVE);
         assert!(bench.desk.generation().is_some());
         bench
     }
@@ -69,9 +74,9 @@ impl Bench {
             *random += 0x0101;
             Some(*random)
         };
-        let (operates, broadcast) = (self.operates, self.broadcast);
+        let (operates, broadcast, surplus) = (self.operates, self.broadcast, self.surplus);
         let (now, sight) = (self.now, &self.sight);
-        let mut around = Around { now, operates, broadcast, sight, random: &mut next };
+        let mut around = Around { now, operates, broadcast, surplus, sight, random: &mut next };
         self.desk.write(&mut around, first, words)
     }
 
@@ -233,7 +238,7 @@ fn a_command_without_a_result_times_out_and_its_late_result_changes_nothing() {
     assert_eq!(bench.read(RESULTS, 3), [1, 4, Refusal::Late.number()]);
     bench.desk.answered(ticket(&acts), Ok(()));
     assert_eq!(bench.read(RESULTS, 2), [1, 4]);
-    bench.beats(3);
+    bench.beats(ALIVE);
     bench.command(Command::Take, 1, [0; 4]);
     assert_eq!(bench.refusal(), 0, "the next one is taken");
 }
@@ -302,13 +307,14 @@ fn a_heartbeat_lives_by_changes_in_time() {
     assert_eq!(bench.desk.timeout(), None);
     bench.beats(1);
     assert_eq!(bench.desk.generation(), None, "one value says nothing");
+    assert_eq!(bench.beats(ALIVE - 2), [], "nor do some");
     assert_eq!(bench.beats(1), [Act::Back]);
     bench.now += BEAT;
     assert_eq!(bench.write(HEARTBEAT, &[bench.beat]), Ok(vec![]), "the same value is no beat");
-    assert_eq!(bench.desk.timeout(), Some(2 * BEAT + LIMIT));
+    assert_eq!(bench.desk.timeout(), Some(u32::from(ALIVE) * BEAT + LIMIT));
     assert_eq!(bench.wait(LIMIT - BEAT), [Act::Lost]);
     assert_eq!(bench.wait(Duration::from_secs(3600)), []);
-    assert_eq!(bench.beats(1), [], "it counts from the beginning");
+    assert_eq!(bench.beats(ALIVE - 1), [], "it counts from the beginning");
     assert_eq!(bench.beats(1), [Act::Back]);
     assert_eq!(bench.read(SESSION + 3, 3), [1, 150, 1]);
     // Beats that come all at once after a pause are late.
@@ -348,7 +354,7 @@ fn keys_change_with_each_use_each_loss_and_each_session() {
 fn without_random_numbers_nothing_opens() {
     let mut bench = Bench::live();
     bench.desk = Desk::new(TERMS, 0x0001_0002, bench.now, &mut || None);
-    bench.beats(2);
+    bench.beats(ALIVE);
     assert_eq!(bench.read(KEYS, 4), [0; 4]);
     assert_eq!(what(&bench.command(Command::Open, 1, [1, 0, 0, 0])), None);
     assert_eq!(bench.refusal(), Refusal::Key.number());
@@ -358,7 +364,7 @@ fn without_random_numbers_nothing_opens() {
 fn a_session_without_a_number_stops_and_closes_only() {
     let mut bench = Bench::live();
     bench.desk = Desk::new(TERMS, 0, bench.now, &mut || None);
-    bench.beats(2);
+    bench.beats(ALIVE);
     assert_eq!(what(&bench.command(Command::Deploy, 1, [0; 4])), None);
     assert_eq!(bench.refusal(), Refusal::Session.number());
     assert_eq!(bench.jog([1, 0, 0]), []);
@@ -380,7 +386,7 @@ fn drives_are_held_by_the_heartbeat_and_end_with_it() {
     let release = |axis| Act::Release { monitor: 0, axis };
     assert_eq!(bench.wait(LIMIT), [release(0), release(1), Act::Lost]);
     assert_eq!(bench.read(JOG_RESULT, 7), [1, 4, Refusal::Heartbeat.number(), 1, 4, 4, 0]);
-    assert_eq!(bench.beats(5), [Act::Back], "it does not start again by itself");
+    assert_eq!(bench.beats(ALIVE + 2), [Act::Back], "it does not start again by itself");
     bench.jog([1, 0, 0]);
     assert_eq!(bench.beats(1), [max]);
     bench.desk.jogged(0, 0, Err(Refusal::Held.into()));
@@ -424,7 +430,7 @@ fn what_a_lost_master_has_sent_and_opened_ends() {
     let shut = Act::Shut { monitor: 1, valve: 2 };
     assert_eq!(bench.wait(LIMIT), [halt(0), halt(1), shut, Act::Lost]);
     assert_eq!(bench.wait(LIMIT), []);
-    bench.beats(3);
+    bench.beats(ALIVE);
     assert_ne!(bench.desk.generation(), own, "what waits to be sent is void");
     // What was not done, was closed or is the hand's is left alone.
     let acts = bench.command(Command::Open, 2, [1, 0, 0, 0]);
@@ -496,8 +502,9 @@ fn changes_that_come_all_at_once_are_no_heartbeat() {
     }
     assert_eq!(bench.desk.generation(), None);
     // A master that is quick is alive all the same.
-    for beat in 50..60 {
-        bench.now += Duration::from_millis(5);
+    for beat in 50..150 {
+        assert_eq!(bench.desk.generation(), None, "{beat}");
+        bench.now += SPAN / 100;
         bench.write(HEARTBEAT, &[beat]).unwrap();
     }
     assert!(bench.desk.generation().is_some());
@@ -552,7 +559,7 @@ fn the_beginning_of_time_makes_no_difference() {
         let mut bench = Bench::new();
         bench.now = start;
         bench.desk = Desk::new(TERMS, 0x0001_0002, start, &mut || Some(5));
-        let mut acts = bench.beats(3);
+        let mut acts = bench.beats(ALIVE);
         acts.extend(bench.jog([1, 0, 0]));
         acts.extend(bench.beats(2));
         acts.extend(bench.wait(LIMIT));
@@ -570,12 +577,177 @@ fn an_opening_from_before_a_stop_has_an_old_key() {
     let block = bench.block(Command::Open.number(), 1, [1, 0, 0, 0]);
     let other = bench.read(KEYS + 4, 4);
     let mut next = || Some(77);
-    bench.desk.stopped(&[0, 0], &mut next);
+    bench.desk.stopped(&[NONE, NONE], &mut next);
     assert_eq!(bench.read(KEYS, 4), block[9..], "nothing was stopped");
-    bench.desk.stopped(&[1, 0], &mut next);
+    bench.desk.stopped(&[CLOSED, NONE], &mut next);
     assert_eq!(what(&bench.write(COMMAND, &block).unwrap()), None);
     assert_eq!(bench.refusal(), Refusal::Key.number());
     assert_eq!(bench.read(KEYS + 4, 4), other, "the other monitor was not stopped");
     let acts = bench.command(Command::Open, 1, [1, 0, 0, 0]);
     assert_eq!(what(&acts), Some(What::Open(1)));
+}
+
+const NONE: Stops = Stops { all: 0, motion: 0 };
+const CLOSED: Stops = Stops { all: 1, motion: 0 };
+const STOPPED: Stops = Stops { all: 2, motion: 1 };
+
+/// The state and the refusal of the latest result.
+fn latest(bench: &Bench) -> (u16, u16) {
+    let result = bench.read(RESULTS, 3);
+    (result[1], result[2])
+}
+
+/// A panel writes a constant block: without a number, a session, a heartbeat.
+#[test]
+fn a_stop_that_is_pressed_again_is_not_done_before_it_is_confirmed() {
+    let mut panel = [0; COMMAND_LEN];
+    (panel[3], panel[4]) = (7, 1);
+    for (released, pause) in [(true, Duration::ZERO), (false, Duration::from_secs(3600))] {
+        let mut bench = Bench::new();
+        let first = ticket(&bench.write(COMMAND, &panel).unwrap());
+        bench.desk.answered(first, Ok(()));
+        assert_eq!(latest(&bench), (2, 0));
+        if released {
+            bench.write(COMMAND, &[0; COMMAND_LEN]).unwrap();
+        }
+        bench.wait(pause);
+        let second = ticket(&bench.write(COMMAND, &panel).unwrap());
+        assert_eq!(latest(&bench), (1, 0), "no monitor has confirmed this one");
+        bench.desk.answered(first, Ok(()));
+        assert_eq!(latest(&bench), (1, 0), "the result of the first one is not its own");
+        bench.desk.answered(second, Err(Refusal::NoAnswer.into()));
+        assert_eq!(latest(&bench), (3, Refusal::NoAnswer.number()));
+    }
+}
+
+#[test]
+fn a_held_stop_whose_repetition_fails_is_not_done_any_more() {
+    for (result, wanted) in [
+        (Some(Ok(())), (2, 0)),
+        (Some(Err(Refusal::NotSent.into())), (3, Refusal::NotSent.number())),
+        (None, (4, Refusal::Late.number())),
+    ] {
+        let mut bench = Bench::live();
+        let stop = bench.block(7, 1, [0; 4]);
+        let first = ticket(&bench.write(COMMAND, &stop).unwrap());
+        bench.desk.answered(first, Ok(()));
+        let again = ticket(&bench.write(COMMAND, &stop).unwrap());
+        assert_ne!(again, first);
+        assert_eq!(ticket(&bench.write(COMMAND, &stop).unwrap()), again, "one at most");
+        assert_eq!(latest(&bench), (2, 0));
+        match result {
+            Some(result) => bench.desk.answered(again, result),
+            None => drop(bench.wait(TERMS.answer)),
+        }
+        assert_eq!(latest(&bench), wanted);
+        assert_eq!(bench.read(RESULTS + 6, 2), [0, 0], "it is one entry");
+    }
+}
+
+#[test]
+fn the_late_result_of_a_stop_or_close_forgets_nothing_newer() {
+    let mut bench = Bench::live();
+    let stop = ticket(&bench.command(Command::Stop, 1, [0; 4]));
+    let close = ticket(&bench.command(Command::Close, 1, [0; 4]));
+    let goto = ticket(&bench.command(Command::GoTo, 1, [1, 10, 0, 0]));
+    bench.desk.answered(goto, Ok(()));
+    let open = ticket(&bench.command(Command::Open, 1, [1, 0, 0, 0]));
+    bench.desk.answered(open, Ok(()));
+    bench.desk.answered(stop, Ok(()));
+    bench.desk.answered(close, Ok(()));
+    let (halt, shut) = (Act::Halt { monitor: 0, axis: 0 }, Act::Shut { monitor: 0, valve: 1 });
+    assert_eq!(bench.wait(LIMIT), [halt, shut, Act::Lost]);
+}
+
+/// An opening that is reported refused after the valve was closed is not open again.
+#[test]
+fn a_refused_opening_opens_nothing_that_was_closed_meanwhile() {
+    let mut bench = Bench::live();
+    let first = ticket(&bench.command(Command::Open, 1, [1, 0, 0, 0]));
+    bench.desk.answered(first, Ok(()));
+    let second = ticket(&bench.command(Command::Open, 1, [1, 0, 0, 0]));
+    let close = ticket(&bench.command(Command::Close, 1, [0; 4]));
+    bench.desk.answered(close, Ok(()));
+    bench.desk.answered(second, Err(Refusal::Void.into()));
+    assert_eq!(bench.wait(LIMIT), [Act::Lost]);
+}
+
+#[test]
+fn a_motion_that_was_asked_for_before_a_stop_of_others_does_not_begin() {
+    let release = Act::Release { monitor: 0, axis: 0 };
+    for (counts, ends) in [([STOPPED, NONE], true), ([CLOSED, STOPPED], false)] {
+        let mut bench = Bench::live();
+        bench.jog([1, 0, 0]);
+        let acts = bench.desk.stopped(&counts, &mut || Some(5));
+        assert_eq!(acts.contains(&release), ends);
+        let beats = bench.beats(3);
+        assert_eq!(beats.iter().any(|it| matches!(it, Act::Beat { .. })), !ends);
+        if ends {
+            assert_eq!(bench.read(JOG_RESULT + 1, 2), [4, Refusal::Ended.number()]);
+            bench.jog([1, 0, 0]);
+            assert!(!bench.beats(1).is_empty(), "asked for after it, it begins");
+        }
+    }
+    // What moves is ended by its monitor, which knows what stops it.
+    let mut bench = Bench::live();
+    bench.jog([1, 0, 0]);
+    bench.beats(1);
+    bench.desk.jogged(0, 0, Ok(MotionWord::Moving));
+    assert_eq!(bench.desk.stopped(&[STOPPED, NONE], &mut || Some(5)), []);
+}
+
+/// A network holds frames up, and delivers them when another has stopped the monitor.
+#[test]
+fn what_was_written_before_a_loss_is_refused_after_it() {
+    let mut bench = Bench::live();
+    let before = bench.read(SESSION, 2);
+    let held_up = bench.block(4, 1, [1, 10, 0, 0]);
+    assert_eq!(bench.wait(Duration::from_secs(5)), [Act::Lost]);
+    assert_ne!(bench.read(SESSION, 2), before);
+    // All that was held up, within 50 ms.
+    for beat in 1000..1010 {
+        bench.now += Duration::from_millis(5);
+        assert_eq!(bench.write(HEARTBEAT, &[beat]), Ok(vec![]), "no sign of life");
+    }
+    bench.write(COMMAND, &held_up).unwrap();
+    assert_eq!(latest(&bench), (3, Refusal::Session.number()));
+    bench.beats(ALIVE);
+    let mut later = held_up;
+    later[0] += 1;
+    assert_eq!(what(&bench.write(COMMAND, &later).unwrap()), None);
+    assert_eq!(latest(&bench), (3, Refusal::Session.number()));
+    bench.sequence += 1;
+    assert!(what(&bench.command(Command::GoTo, 1, [1, 10, 0, 0])).is_some());
+    // Each loss has another number, and without random numbers there is none.
+    let second = bench.read(SESSION, 2);
+    bench.now += LIMIT;
+    bench.desk.tick(bench.now, &mut || Some(99));
+    assert_ne!(bench.read(SESSION, 2), second);
+    bench.beats(ALIVE);
+    bench.now += LIMIT;
+    bench.desk.tick(bench.now, &mut || None);
+    assert_eq!(bench.read(SESSION, 2), [0, 0]);
+}
+
+#[test]
+fn what_is_too_much_stops_and_closes_and_is_no_sign_of_life() {
+    let mut bench = Bench::live();
+    bench.surplus = true;
+    for command in Command::ALL {
+        let acts = bench.command(command, 1, [1, 0, 0, 0]);
+        assert_eq!(what(&acts).is_some(), command.is_urgent(), "{command:?}");
+    }
+    assert_eq!(bench.jog([1, 0, 0]), []);
+    let acts = bench.beats(3);
+    assert_eq!(acts, [Act::Lost], "beats that are too many keep nothing alive");
+}
+
+#[test]
+fn what_was_never_alive_loses_nothing() {
+    let mut bench = Bench::new();
+    bench.beats(2);
+    assert_eq!(bench.desk.end(&mut || Some(9)), []);
+    let mut bench = Bench::live();
+    assert_eq!(bench.desk.end(&mut || Some(9)), [Act::Lost]);
+    assert_eq!(bench.desk.end(&mut || Some(9)), [], "once");
 }

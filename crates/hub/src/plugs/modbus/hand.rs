@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, hub as text};
 use tokio::sync::mpsc;
 
-use super::desk::{Act, Desk, What};
+use super::desk::{Act, Desk, Stops, What};
 use super::layout::{AXES, HEADER_LEN, halves, name_words};
 use super::refusal::Failed;
 use super::sight::{Seen, Sight, Tally};
@@ -18,8 +19,7 @@ use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
-use crate::plugs::noted::{Noted, Seldom};
-use crate::plugs::orders::valve_of;
+use crate::plugs::noted::Reports;
 use crate::plugs::seat::{PlugSeat, results};
 
 /// A period of the hub's sign of life, ms.
@@ -42,9 +42,7 @@ pub struct Hand {
     answers: mpsc::Sender<Answer>,
     /// The generation of the desk, as commands that wait are compared with.
     generation: Arc<AtomicU64>,
-    /// When the loss of the heartbeat was reported.
-    said: Seldom,
-    noted: Arc<Noted>,
+    reports: Reports,
 }
 
 impl Hand {
@@ -54,6 +52,7 @@ impl Hand {
         (unit, version): (u8, u32),
         ids: &[String],
         answers: &mpsc::Sender<Answer>,
+        reports: &Reports,
     ) -> Self {
         Self {
             hub: hub.clone(),
@@ -63,8 +62,7 @@ impl Hand {
             ids: ids.into(),
             answers: answers.clone(),
             generation: Arc::new(AtomicU64::new(VOID)),
-            said: Seldom::default(),
-            noted: Arc::default(),
+            reports: reports.clone(),
         }
     }
 
@@ -83,6 +81,11 @@ impl Hand {
         Sight { header, monitors }
     }
 
+    /// As many monitors as there are, without their state: what Stop needs.
+    pub fn outline(&self) -> Sight {
+        Sight { header: [0; HEADER_LEN], monitors: vec![Seen::default(); self.ids.len()] }
+    }
+
     fn tallies(&self) -> Vec<Tally> {
         self.seat().tallies(&self.ids)
     }
@@ -97,9 +100,13 @@ impl Hand {
     }
 
     /// Of each monitor how often it was stopped, closed or locked out so far, from wherever.
-    pub fn stops(&self) -> Vec<u64> {
-        let count = |id: &String| self.hub.station(id).map_or(0, |it| it.urgent_count());
-        self.ids.iter().map(count).collect()
+    pub fn stops(&self) -> Vec<Stops> {
+        let count = |station: Arc<Station>| {
+            let counts = station.urgent_counts();
+            let motion = counts.stop + counts.lockout;
+            Stops { all: motion + counts.close, motion }
+        };
+        self.ids.iter().map(|id| self.hub.station(id).map(count).unwrap_or_default()).collect()
     }
 
     /// Carries out what a desk orders.
@@ -126,11 +133,13 @@ impl Hand {
                     self.if_held(monitor, MonitorRequest::stop(AXES[axis]));
                 }
                 Act::Shut { monitor, valve } => {
-                    self.if_held(monitor, MonitorRequest::close(valve_of(valve)));
+                    if let Ok(station) = self.station(monitor) {
+                        self.seat().shut(&station, valve);
+                    }
                 }
                 Act::Refused { monitor, valve, why } => {
                     let monitor = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
-                    self.noted.refused(self.seat(), monitor, valve, (why, why.text().en));
+                    self.reports.refused.refused(self.seat(), monitor, valve, (why, why.text().en));
                 }
                 Act::Lost => {
                     self.each(|it| _ = self.hub.seat_is_silent(it, &self.caller.seat.seat));
@@ -144,7 +153,7 @@ impl Hand {
     }
 
     fn report_lost(&self) {
-        if !self.said.is_due(self.hub.now()) {
+        if !self.reports.lost.is_due(self.hub.now()) {
             return;
         }
         let (master, from) = (&self.caller.principal.user, &self.caller.seat.from);
@@ -182,8 +191,12 @@ impl Hand {
             }
             What::GoTo(_) | What::Open(_) | What::Deploy | What::Stow => {
                 let own = self.generation.load(Ordering::SeqCst);
+                // From here on: what undoes it before its task begins makes it void as well.
+                let since = self.hub.now();
+                let station = self.station(monitor.unwrap_or_default());
+                let due = station.as_ref().ok().and_then(|it| it.closing.opens(what));
                 tokio::spawn(async move {
-                    let result = hand.commands(monitor.unwrap_or_default(), what, own).await;
+                    let result = hand.commands(station, (what, since), (own, due)).await;
                     hand.answer(ticket, result).await;
                 });
             }
@@ -210,10 +223,48 @@ impl Hand {
     }
 
     /// Sends requests, as long as nothing has made them void.
-    async fn commands(&self, monitor: usize, what: What, own: u64) -> Result<(), Failed> {
-        let station = self.station(monitor).map_err(|error| Failed::from(&error))?;
+    async fn commands(
+        &self,
+        station: Result<Arc<Station>, ApiError>,
+        (what, since): (What, Duration),
+        (own, due): (u64, Option<u16>),
+    ) -> Result<(), Failed> {
+        let station = station.map_err(|error| Failed::from(&error))?;
         let generation = self.generation.clone();
         let valid = move || own != VOID && generation.load(Ordering::SeqCst) == own;
-        self.seat().commands(&station, (what, None), valid).await
+        let result = self.seat().commands(&station, (what, Some(since)), valid).await;
+        self.seat().opened(&station, due, result);
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plugs::orders::Command;
+    use crate::plugs::refusal::Refusal;
+    use crate::plugs::seat::tests::client;
+
+    /// The task of a command has not started yet when another stops the monitor.
+    #[tokio::test]
+    async fn a_stop_undoes_what_was_accepted_before_it_and_has_not_started() {
+        let (hub, station) = Hub::of_one(None);
+        let (_key, caller) = client(&hub, "plc");
+        let (answers, mut results) = mpsc::channel(4);
+        let ids = ["M1".to_owned()];
+        let hand = Hand::new((&hub, &caller), (1, 0), &ids, &answers, &Reports::default());
+        hand.seat().authority(&station, Command::Take).unwrap();
+        hand.generation.store(1, Ordering::SeqCst);
+        for (ticket, what) in [(1, What::GoTo([Some(60), None, None])), (2, What::Open(1))] {
+            for (stops, why) in [(true, Refusal::Void), (false, Refusal::NotSent)] {
+                hand.order(ticket, Some(0), what);
+                if stops {
+                    let stop = MonitorRequest::stop(SubsystemId::ALL).unwrap();
+                    drop(hub.overtake(&Caller::hub(), &station, &stop));
+                }
+                let (_, of, result) = results.recv().await.unwrap();
+                assert_eq!((of, result), (ticket, Err(Failed::from(why))));
+            }
+        }
     }
 }

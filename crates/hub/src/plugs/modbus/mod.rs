@@ -13,6 +13,7 @@ pub mod access;
 pub mod desk;
 mod frames;
 mod hand;
+mod heart;
 pub mod layout;
 pub mod map;
 pub mod orders;
@@ -33,6 +34,7 @@ use std::time::Duration;
 pub use super::{refusal, view};
 use crate::field::line::Line;
 use crate::hub::Hub;
+use crate::plugs::noted::ByName;
 use access::{Grant, Net};
 use desk::Terms;
 use view::{Counts, PlugView};
@@ -99,6 +101,8 @@ pub struct Server {
     /// Version of the map, for each unit.
     versions: Vec<u32>,
     counts: Counts,
+    /// What is reported of masters.
+    reports: ByName,
 }
 
 impl Servers {
@@ -109,6 +113,7 @@ impl Servers {
             Arc::new(Server {
                 versions: config.units().into_iter().map(version).collect(),
                 counts: Counts::default(),
+                reports: ByName::default(),
                 config: config.clone(),
             })
         };

@@ -5,6 +5,15 @@ use lafet_client::Toward;
 use super::refusal::Refusal;
 pub use crate::plugs::orders::{Command, What};
 
+/// How often a monitor was stopped, closed or locked out so far, from wherever.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stops {
+    /// All of these.
+    pub all: u64,
+    /// Those that end a motion by hand: what closes does not.
+    pub motion: u64,
+}
+
 /// What the hub is to do. Monitors are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
@@ -40,7 +49,7 @@ pub enum Act {
         /// The drive.
         axis: usize,
     },
-    /// A valve that the session has opened closes.
+    /// A valve that the session has opened closes, unless another client holds the monitor.
     Shut {
         /// The monitor.
         monitor: usize,

@@ -27,6 +27,8 @@ pub enum Exception {
     Address,
     /// The request contradicts itself, or writes a part of a block.
     Value,
+    /// Too many requests: to be sent again later.
+    Busy,
     /// There is no such unit here.
     NoPath,
 }
@@ -38,6 +40,7 @@ impl Exception {
             Self::Function => 1,
             Self::Address => 2,
             Self::Value => 3,
+            Self::Busy => 6,
             Self::NoPath => 10,
         }
     }

@@ -14,7 +14,7 @@ use tokio::sync::{Notify, mpsc};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::access::{self, Level};
-use super::desk::{Around, Desk};
+use super::desk::{Around, Command, Desk};
 use super::frames::{Frame, Next, Splitter};
 use super::hand::{Answer, Hand};
 use super::layout::{COMMAND, COMMAND_LAST, COMMAND_LEN};
@@ -49,6 +49,8 @@ const SILENCE_TCP: Duration = Duration::from_millis(50);
 const SENT: Duration = Duration::from_secs(2);
 /// Bytes of answers that the system keeps for a connection.
 const UNREAD: u32 = 64 * 1024;
+/// Bytes of requests that it keeps: what is behind them is still with the master, and lost with it.
+const UNHEARD: u32 = 8 * 1024;
 /// Connections that wait to be taken.
 const BACKLOG: u32 = 64;
 /// Answers that wait to be sent.
@@ -57,8 +59,11 @@ const ANSWERS_MAX: usize = 128;
 const READ_AT_ONCE: usize = 64;
 /// Results that wait for the session.
 const RESULTS_MAX: usize = 64;
-/// Requests of a connection, at once and per second; more are read later.
+/// Requests of a connection, at once and per second. A master that waits for each answer gets it so much later; of what
+/// one sends without waiting only Stop, Close and Lockout are taken.
 const REQUESTS: (f64, f64) = (200.0, 500.0);
+/// Requests that are read at all, at once and per second; more are read later.
+const READ: (f64, f64) = (1000.0, 3000.0);
 /// Units of Modbus TCP that mean the server itself.
 const ITSELF: [u8; 2] = [0, 255];
 
@@ -110,11 +115,12 @@ async fn listen(hub: &Hub, server: &Arc<Server>) -> Both {
     }
 }
 
-/// Listens. What the system keeps for a master that does not read is little.
+/// Listens. What the system keeps for a master that does not read, or that asks too much, is little.
 fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
     socket.set_reuseaddr(true)?;
     socket.set_send_buffer_size(UNREAD)?;
+    socket.set_recv_buffer_size(UNHEARD)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)
 }
@@ -239,13 +245,18 @@ async fn session<S>(
     let mut session = Session::begin(hub, server, Splitter::new(framing), from, outgoing);
     tokio::select! {
         () = session.run(reader, framing, silence, &heard) => {}
-        () = write(writer, sent) => {}
+        () = write(writer, sent, hub.start()) => {}
     }
 }
 
 /// Sends answers until the master does not take them.
-async fn write<W: AsyncWrite>(mut writer: WriteHalf<W>, mut answers: mpsc::Receiver<Vec<u8>>) {
-    while let Some(answer) = answers.recv().await {
+async fn write<W: AsyncWrite>(
+    mut writer: WriteHalf<W>,
+    mut answers: mpsc::Receiver<(Duration, Vec<u8>)>,
+    start: Instant,
+) {
+    while let Some((at, answer)) = answers.recv().await {
+        sleep_until(start + at).await;
         let sent = timeout(SENT, async {
             writer.write_all(&answer).await?;
             writer.flush().await
@@ -256,6 +267,16 @@ async fn write<W: AsyncWrite>(mut writer: WriteHalf<W>, mut answers: mpsc::Recei
     }
 }
 
+/// What is taken of a write.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Taking {
+    All,
+    /// It is to all units of a line, or its beginning is not certain.
+    Broadcast,
+    /// It is more than the master may ask.
+    Surplus,
+}
+
 /// A connection of a master. Dropped, it ends what it has started.
 struct Session {
     hub: Hub,
@@ -264,9 +285,15 @@ struct Session {
     key: crate::hub::SeatKey,
     desks: Vec<(u8, Desk, Hand)>,
     splitter: Splitter,
-    outgoing: mpsc::Sender<Vec<u8>>,
+    outgoing: mpsc::Sender<(Duration, Vec<u8>)>,
     results: mpsc::Receiver<Answer>,
     bucket: Bucket,
+    /// When a master that waits for its answers may ask again.
+    owed: Duration,
+    /// When the present answer is sent.
+    answers_at: Duration,
+    /// What keeps a master from taking all the time of the machine.
+    guard: Bucket,
     /// Until when what was sent last may come back.
     echo_until: Duration,
 }
@@ -277,7 +304,7 @@ impl Session {
         server: &Arc<Server>,
         splitter: Splitter,
         from: From,
-        outgoing: mpsc::Sender<Vec<u8>>,
+        outgoing: mpsc::Sender<(Duration, Vec<u8>)>,
     ) -> Self {
         let config = &server.config;
         let name = access::name_of(&config.grants, from.address).unwrap_or_default().to_owned();
@@ -299,20 +326,30 @@ impl Session {
         let key = hub.connect(&principal, &from.shown, None);
         let caller = Caller::plug(principal, from.shown.clone(), key.seat.clone(), VIA);
         let (answers, results) = mpsc::channel(RESULTS_MAX);
-        let number = session_number();
+        let (number, reports) = (session_number(), server.reports.of(&name));
         let desk = |((unit, ids), version): (&(u8, &[String]), &u32)| {
-            let hand = Hand::new((hub, &caller), (*unit, *version), ids, &answers);
+            let hand = Hand::new((hub, &caller), (*unit, *version), ids, &answers, &reports);
             (*unit, Desk::new(config.terms, number, hub.now(), &mut random), hand)
         };
         let desks = units.iter().zip(&server.versions).map(desk).collect();
         let since_ms = hub.clock().now_ms();
         let (seat, from_address) = (key.seat.clone(), from.address);
         server.counts.came(PlugClient { name, from: from.shown, seat, since_ms });
-        let bucket = Bucket::new(hub.now(), REQUESTS.0, REQUESTS.1);
-        let (hub, server) = (hub.clone(), server.clone());
-        let echo_until = Duration::ZERO;
-        let from = from_address;
-        Self { hub, server, from, key, desks, splitter, outgoing, results, bucket, echo_until }
+        Self {
+            hub: hub.clone(),
+            server: server.clone(),
+            from: from_address,
+            key,
+            desks,
+            splitter,
+            outgoing,
+            results,
+            bucket: Bucket::new(hub.now(), REQUESTS.0, REQUESTS.1),
+            owed: Duration::ZERO,
+            answers_at: Duration::ZERO,
+            guard: Bucket::new(hub.now(), READ.0, READ.1),
+            echo_until: Duration::ZERO,
+        }
     }
 
     async fn run<S: AsyncRead>(
@@ -355,23 +392,10 @@ impl Session {
                     }
                     self.splitter.feed(buffer.get(..len).unwrap_or_default());
                     last_bytes = self.hub.now();
-                    loop {
-                        match self.splitter.next() {
-                            Next::Frame(frame) => {
-                                heard.store(ms(self.hub.now()), Ordering::Relaxed);
-                                if !self.heed(&frame, framing) {
-                                    return;
-                                }
-                                // What was asked is done at once; the next request is what waits.
-                                if let Some(wait) = self.bucket.owe(self.hub.now(), 1.0) {
-                                    paused = self.hub.now() + wait;
-                                }
-                            }
-                            Next::More => break,
-                            Next::Broken => return self.count_malformed(),
-                        }
+                    match self.heed_all(framing, heard) {
+                        Some(until) => paused = until,
+                        None => return,
                     }
-                    self.count_malformed();
                 }
                 () = until(start, next) => {
                     let now = self.hub.now();
@@ -387,6 +411,38 @@ impl Session {
         }
     }
 
+    /// Heeds what was read. Until when nothing more is; `None`: the connection ends.
+    fn heed_all(&mut self, framing: Framing, heard: &AtomicU64) -> Option<Duration> {
+        let mut paused = Duration::ZERO;
+        loop {
+            match self.splitter.next() {
+                Next::Frame(frame) => {
+                    let now = self.hub.now();
+                    heard.store(ms(now), Ordering::Relaxed);
+                    // A Stop behind more than the master may ask does not wait for its turn.
+                    let surplus = now < self.owed;
+                    if !surplus && let Some(wait) = self.bucket.owe(now, 1.0) {
+                        self.owed = now + wait;
+                    }
+                    self.answers_at = if surplus { Duration::ZERO } else { self.owed };
+                    if !self.heed(&frame, framing, surplus) {
+                        return None;
+                    }
+                    if let Some(wait) = self.guard.owe(now, 1.0) {
+                        paused = now + wait;
+                    }
+                }
+                Next::More => break,
+                Next::Broken => {
+                    self.count_malformed();
+                    return None;
+                }
+            }
+        }
+        self.count_malformed();
+        Some(paused)
+    }
+
     /// The line is silent; `false`: the connection ends.
     fn fell_silent(&mut self, framing: Framing) -> bool {
         let next = self.splitter.silence();
@@ -394,7 +450,7 @@ impl Session {
         match next {
             // Over TCP a frame was never completed.
             _ if framing == Framing::Tcp => false,
-            Next::Frame(frame) => self.heed(&frame, framing),
+            Next::Frame(frame) => self.heed(&frame, framing, false),
             Next::More | Next::Broken => true,
         }
     }
@@ -412,13 +468,13 @@ impl Session {
     }
 
     /// Answers a request; `false`: the master does not read its answers.
-    fn heed(&mut self, frame: &Frame, framing: Framing) -> bool {
+    fn heed(&mut self, frame: &Frame, framing: Framing, surplus: bool) -> bool {
         let serial = framing == Framing::Rtu;
         let first = self.server.config.unit;
         if serial && frame.unit == 0 {
             if let Ok(Ask::Write { first, words }) = pdu::parse(&frame.pdu) {
                 for at in 0..self.desks.len() {
-                    _ = self.write(at, first, &words, true);
+                    _ = self.write(at, first, &words, Taking::Broadcast);
                 }
             }
             return true;
@@ -430,16 +486,21 @@ impl Session {
             return serial || self.answer(frame, &no_path());
         };
         let result = match pdu::parse(&frame.pdu) {
+            Ok(Ask::Read { .. }) if surplus => Err(Exception::Busy),
             Ok(Ask::Read { first, count }) => self.read(at, first, count).map(|words| {
                 pdu::read_answer(frame.pdu.first().copied().unwrap_or_default(), &words)
             }),
             // Where its beginning is not certain, nothing but Stop is taken: as from a broadcast.
             Ok(Ask::Write { first, words }) if !frame.certain => {
-                _ = self.write(at, first, &words, true);
+                _ = self.write(at, first, &words, Taking::Broadcast);
                 return true;
             }
+            Ok(Ask::Write { first, words }) if surplus => {
+                self.write_surplus(at, first, &words).map(|()| pdu::write_answer(&frame.pdu))
+            }
             Ok(Ask::Write { first, words }) => {
-                self.write(at, first, &words, false).map(|()| pdu::write_answer(&frame.pdu))
+                let written = self.write(at, first, &words, Taking::All);
+                written.map(|()| pdu::write_answer(&frame.pdu))
             }
             Err(why) => Err(why),
         };
@@ -458,7 +519,7 @@ impl Session {
             Place::Tcp(..) => Duration::ZERO,
         };
         self.echo_until = self.hub.now() + takes + ECHO;
-        self.outgoing.try_send(answer).is_ok()
+        self.outgoing.try_send((self.answers_at, answer)).is_ok()
     }
 
     fn level(&self, unit: u8, first: u16, count: usize) -> Level {
@@ -474,7 +535,8 @@ impl Session {
         }
         let operates = self.level(unit, COMMAND, COMMAND_LEN) == Level::Operator;
         let (_, desk, hand) = self.desks.get_mut(at).ok_or(Exception::NoPath)?;
-        desk.stopped(&hand.stops(), &mut random);
+        let acts = desk.stopped(&hand.stops(), &mut random);
+        hand.carry_out(desk, acts);
         desk.read(operates, &hand.sight(), first, count)
     }
 
@@ -483,7 +545,7 @@ impl Session {
         at: usize,
         first: u16,
         words: &[u16],
-        broadcast: bool,
+        taking: Taking,
     ) -> Result<(), Exception> {
         let unit = self.desks.get(at).ok_or(Exception::NoPath)?.0;
         let level = self.level(unit, first, words.len());
@@ -491,18 +553,32 @@ impl Session {
             return Err(Exception::Address);
         }
         let Some((_, desk, hand)) = self.desks.get_mut(at) else { return Err(Exception::NoPath) };
-        desk.stopped(&hand.stops(), &mut random);
-        let sight = hand.sight();
+        let acts = desk.stopped(&hand.stops(), &mut random);
+        hand.carry_out(desk, acts);
+        let sight = if taking == Taking::Surplus { hand.outline() } else { hand.sight() };
         let mut around = Around {
             now: self.hub.now(),
             operates: level == Level::Operator,
-            broadcast,
+            broadcast: taking == Taking::Broadcast,
+            surplus: taking == Taking::Surplus,
             sight: &sight,
             random: &mut random,
         };
         let acts = desk.write(&mut around, first, words)?;
         hand.carry_out(desk, acts);
         Ok(())
+    }
+
+    /// Of what is more than the master may ask Stop, Close and Lockout are taken.
+    fn write_surplus(&mut self, at: usize, first: u16, words: &[u16]) -> Result<(), Exception> {
+        let is_last = usize::from(first) + words.len() == usize::from(COMMAND_LAST) + 1;
+        let command = words.last_chunk::<COMMAND_LEN>().filter(|_| is_last).map(|block| block[3]);
+        if !command.and_then(Command::by_number).is_some_and(Command::is_urgent) {
+            return Err(Exception::Busy);
+        }
+        self.write(at, first, words, Taking::Surplus)?;
+        // What was written with it was not taken.
+        if first == COMMAND { Ok(()) } else { Err(Exception::Busy) }
     }
 }
 

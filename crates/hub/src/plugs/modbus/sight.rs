@@ -14,7 +14,7 @@ pub use crate::plugs::sight::{Control, Holder, Known, Tally};
 use crate::plugs::sight::{is_faulty, mode};
 
 /// A monitor in words.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Seen {
     /// Who holds it.
     pub holder: Holder,

@@ -85,8 +85,9 @@ impl Talk {
         self.read(text::VectorReadHeader.words(), 0, 5);
         self.read(text::VectorReadSummary.words(), SUMMARY, SUMMARY_LEN as u16);
         self.read(text::VectorReadSession.words(), SESSION, 2);
-        for beat in 1..=3 {
-            self.now += Duration::from_millis(50);
+        // Until the heartbeat is alive.
+        for beat in 1..=6 {
+            self.now += Duration::from_millis(140);
             self.write(text::VectorBeat.words(), HEARTBEAT, &[beat]);
         }
         self.write(text::VectorTake.words(), COMMAND, &command(1, 1, 0, 0));
@@ -157,6 +158,7 @@ impl Talk {
                     now: self.now,
                     operates: true,
                     broadcast: false,
+                    surplus: false,
                     sight: &self.sight,
                     random: &mut || next(&mut self.key),
                 };

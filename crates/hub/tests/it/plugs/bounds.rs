@@ -7,7 +7,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
 
-use super::master::{COMMAND, Master};
+use super::master::{COMMAND, HEARTBEAT, Master};
 use super::{HORIZONTAL, PATIENT, site};
 use crate::support::{PATIENCE, Site, until};
 
@@ -160,6 +160,78 @@ async fn floods_delay_no_stop_of_another() {
     assert!(times[times.len() - 2] < Duration::from_secs(1), "{times:?}");
     assert!(floods.iter().all(|it| !it.is_finished()), "the floods went on");
     floods.iter().for_each(tokio::task::JoinHandle::abort);
+}
+
+/// A frame of a write.
+fn write(number: u16, first: u16, words: &[u16]) -> Vec<u8> {
+    let (len, count) = (2 * words.len(), words.len() as u16);
+    let mut frame = Vec::from(number.to_be_bytes());
+    frame.extend([0, 0]);
+    frame.extend((7 + len as u16).to_be_bytes());
+    frame.extend([1, 16]);
+    frame.extend(first.to_be_bytes());
+    frame.extend(count.to_be_bytes());
+    frame.push(len as u8);
+    frame.extend(words.iter().flat_map(|it| it.to_be_bytes()));
+    frame
+}
+
+/// A master that has asked far more than it may, and then sends Stop, on the same connection.
+#[tokio::test]
+async fn a_flood_delays_not_its_own_stop() {
+    let (site, address) = site(1, PATIENT).await;
+    let master = Master::connect(address).await.live().await;
+    master.command(1, 1, [0; 4]).await;
+    assert_eq!(master.command(4, 1, [1, 1700, 0, 0]).await, (2, 0));
+    let moving = || site.bus.commanded(0, HORIZONTAL) != 0;
+    until("it moves", moving).await;
+    let mut flood = Vec::new();
+    for number in 0..3000 {
+        flood.extend(write(number, HEARTBEAT, &[number]));
+    }
+    flood.extend(write(9999, COMMAND, &[9, 0, 0, 7, 1, 0, 0, 0, 0, 0, 0, 0, 0]));
+    let mut stream = TcpStream::connect(address).await.unwrap();
+    let (mut reader, mut writer) = stream.split();
+    let began = Instant::now();
+    let answers = async {
+        let (mut all, mut buffer) = (Vec::new(), [0; 4096]);
+        // The last one is that of the Stop.
+        while !all.windows(4).any(|it| it == [0x27, 0x0F, 0, 0]) {
+            let read = timeout(PATIENCE, reader.read(&mut buffer)).await.expect("an answer");
+            all.extend_from_slice(&buffer[..read.unwrap()]);
+        }
+        all
+    };
+    let (sent, all) = tokio::join!(writer.write_all(&flood), answers);
+    sent.unwrap();
+    until("it stops", || !moving()).await;
+    let took = began.elapsed();
+    println!("a Stop behind 3000 requests: {took:?}");
+    assert!(took < Duration::from_millis(3500), "{took:?}");
+    let busy = all.windows(2).filter(|it| *it == [0x90, 6]).count();
+    assert!(busy > 500, "{busy} were too many");
+}
+
+/// A master whose connections end before they were alive is not reported each time.
+#[tokio::test]
+async fn connections_that_come_and_go_are_not_reported() {
+    let (site, address) = site(1, "heartbeat_ms = 1000").await;
+    drop(Master::connect(address).await);
+    for _ in 0..20 {
+        let mut stream = TcpStream::connect(address).await.unwrap();
+        answer(&mut stream, &[0, 7, 0, 0, 0, 6, 1, 3, 0, 3, 0, 1]).await;
+    }
+    let gone = |it: &Value| it["clients"].as_array().is_some_and(Vec::is_empty);
+    until_plug(&site, "they are gone", gone).await;
+    let lost = async || {
+        site.get("", "/api/events").await.body.to_string().matches("heartbeat of modbus").count()
+    };
+    assert_eq!(lost().await, 0);
+    for _ in 0..3 {
+        drop(Master::connect(address).await.live().await);
+        until_plug(&site, "it is gone", gone).await;
+    }
+    assert_eq!(lost().await, 1, "and what is lost again and again seldom");
 }
 
 /// A master that never reads its answers loses its connection, and the hub no memory.

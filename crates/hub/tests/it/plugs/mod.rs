@@ -322,6 +322,53 @@ async fn water_goes_on_without_its_master_unless_the_configuration_closes_it() {
     }
 }
 
+/// The line to the monitor is lost together with the master, and comes back later.
+#[tokio::test]
+async fn water_of_a_lost_master_closes_once_its_monitor_is_heard_again() {
+    let (site, address) = site(1, "heartbeat_ms = 1000\nclose_when_lost = true").await;
+    let master = Master::connect(address).await.live().await;
+    master.command(1, 1, [0; 4]).await;
+    assert_eq!(master.command(5, 1, [1, 0, 0, 0]).await, (2, 0));
+    until("it opens", || opening(&site) > 0.9).await;
+    site.bus.silence(1);
+    drop(master);
+    let began = Instant::now();
+    while !site.get("", "/api/events").await.body.to_string().contains("repeated each second") {
+        assert!(began.elapsed() < crate::support::PATIENCE, "it is not reported");
+    }
+    until("authority is free", || holder(&site).is_none()).await;
+    assert!(opening(&site) > 0.9);
+    site.bus.silence(0);
+    until("it closes", || opening(&site) < 0.01).await;
+    let closes = || site.hub.station("M1").unwrap().urgent_counts().close;
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    let done = closes();
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    assert_eq!(closes(), done, "it is confirmed");
+}
+
+/// Of a monitor that it has released, the water that it has opened closes as well.
+#[tokio::test]
+async fn water_of_a_lost_master_closes_unless_another_holds_the_monitor() {
+    for other in [false, true] {
+        let (site, address) = site(1, "heartbeat_ms = 1000\nclose_when_lost = true").await;
+        let master = Master::connect(address).await.live().await;
+        master.command(1, 1, [0; 4]).await;
+        assert_eq!(master.command(5, 1, [1, 0, 0, 0]).await, (2, 0));
+        until("it opens", || opening(&site) > 0.9).await;
+        assert_eq!(master.command(2, 1, [0; 4]).await, (2, 0));
+        let mut console = site.ws("").await;
+        if other {
+            assert!(console.authority("M1", "take").await["error"].is_null());
+        }
+        drop(master);
+        match other {
+            false => until("it closes", || opening(&site) < 0.01).await,
+            true => assert!(stays(Duration::from_secs(2), || opening(&site) > 0.9).await),
+        }
+    }
+}
+
 #[tokio::test]
 async fn after_a_restart_of_the_hub_an_old_image_commands_nothing() {
     let (first, address) = site(1, PATIENT).await;

@@ -44,7 +44,7 @@ impl Site {
             let refused = it.refused.as_ref().map(|refused| (refused.why, age(refused.at)));
             (it.report, it.seen, it.owner, engaged, it.idle, it.prepared, closing).hash(hash);
             it.lent.map(|(zone, until)| (zone, until.map(left))).hash(hash);
-            (it.by_person, it.water_of).hash(hash);
+            (it.by_person, it.water_of, it.on_its_way.map(left)).hash(hash);
             (refused, it.found.map(left), it.stored_left.filter(|_| !it.seen)).hash(hash);
         }
         for (index, it) in self.pumps.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const OPEN: MonitorReport = MonitorReport {
+pub const OPEN: MonitorReport = MonitorReport {
     reachable: true,
     authority: Authority::Free,
     lockout: false,
@@ -10,9 +10,9 @@ const OPEN: MonitorReport = MonitorReport {
     extinguishing: false,
     failure: false,
 };
-const SHUT: MonitorReport = MonitorReport { valve: Valve::Closed, ..OPEN };
+pub const SHUT: MonitorReport = MonitorReport { valve: Valve::Closed, ..OPEN };
 
-fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
+pub fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
     all.iter().map(|it| it.1.as_str()).filter(|it| it.starts_with(beginning)).collect()
 }
 
@@ -587,12 +587,12 @@ fn a_close_that_comes_after_a_release_by_hand_goes_on() {
     assert!(of(&all, "Engage north").is_empty() && of(&all, "Close north").len() == 3, "{all:?}");
 }
 
-fn of_orders<'a>(all: &'a [String], beginning: &str) -> Vec<&'a str> {
+pub fn of_orders<'a>(all: &'a [String], beginning: &str) -> Vec<&'a str> {
     all.iter().map(String::as_str).filter(|it| it.starts_with(beginning)).collect()
 }
 
 /// The site after a restart, with what was stored; it was written as JSON.
-fn restarted(hall: &Hall, change: fn(&mut Config)) -> Hall {
+pub fn restarted(hall: &Hall, change: fn(&mut Config)) -> Hall {
     let mut config: Config = toml::from_str(HALL).unwrap();
     change(&mut config);
     let json = serde_json::to_string(&hall.site.persisted()).unwrap();

@@ -16,6 +16,8 @@ const OLD: u64 = 20_000;
 /// A no and a release by hand at this distance are simultaneous.
 const SIMULTANEOUS: u64 = 2000;
 const REPEAT: u64 = 1000;
+/// What opens is void if it was not delivered within this time.
+const VALID: u64 = 2000;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 struct Eye {
@@ -65,6 +67,8 @@ struct Barrel {
     hand: bool,
     /// The zone from which a person took it.
     lent: Option<usize>,
+    /// A person took it so long ago, before its order had opened it: that may be on its way.
+    coming: Option<u64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -83,6 +87,19 @@ impl Barrel {
         let begins = report.valve == Valve::Opening && before.valve != Valve::Opening;
         let is_open = self.shut && report.valve == Valve::Open;
         before.reachable && before.valve != Valve::Open && (begins || is_open)
+    }
+
+    /// An order that has not opened it in time is void: the water that comes later is a person's.
+    fn waits(&mut self, by: u64) {
+        let MonitorReport { reachable, valve, extinguishing, .. } = self.report;
+        let Some(age) = &mut self.coming else { return };
+        *age += by;
+        if *age >= VALID {
+            self.coming = None;
+            if reachable && valve != Valve::Open && !extinguishing {
+                (self.lent, self.ours, self.given) = (None, false, false);
+            }
+        }
     }
 }
 
@@ -178,6 +195,7 @@ impl Oracle {
             for age in [&mut barrel.closing, &mut barrel.found, &mut barrel.refused] {
                 age.iter_mut().for_each(|age| old(age, by));
             }
+            barrel.waits(by);
         }
         for motor in &mut self.motors {
             motor.off.iter_mut().for_each(|age| old(age, by));
@@ -239,15 +257,24 @@ impl Oracle {
                         self.close.push(index);
                     }
                 }
+                if water {
+                    barrel.coming = None;
+                }
                 if person {
+                    let ordered = barrel.works_for.is_some() && barrel.given;
+                    if ordered && !water && !flowed {
+                        barrel.coming = Some(0);
+                    }
                     barrel.lent = barrel.works_for.take().or(barrel.lent);
-                } else if let Some(zone) = barrel.lent.take() {
+                } else if let Some(zone) = barrel.lent.take_if(|_| barrel.coming.is_none()) {
                     let wet = self.areas[zone].force.is_some_and(|(_, _, wet)| wet);
                     let free = barrel.closing.is_none() && barrel.refused.is_none();
                     barrel.works_for = Some(zone).filter(|_| wet && free);
                 }
                 if report.reachable && !water {
-                    (barrel.ours, barrel.lent) = (false, None);
+                    if barrel.coming.is_none() {
+                        (barrel.ours, barrel.lent) = (false, None);
+                    }
                     // Before it flows for the first time it is ordered all the same.
                     barrel.given &= !(before.reachable && flowed);
                 }
@@ -532,7 +559,7 @@ impl Oracle {
                 }
                 (barrel.hand, barrel.given) = (false, false);
                 (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
-                barrel.lent = None;
+                (barrel.lent, barrel.coming) = (None, None);
             }
             if barrel.closing.is_some_and(|age| age >= REPEAT) {
                 if !shut {
@@ -585,6 +612,7 @@ impl Oracle {
         let barrel = &mut self.barrels[monitor];
         (barrel.works_for, barrel.found, barrel.ours) = (Some(zone), None, automatic);
         (barrel.given, barrel.hand, barrel.closing) = (true, false, None);
+        (barrel.lent, barrel.coming) = (None, None);
         Ok(())
     }
 

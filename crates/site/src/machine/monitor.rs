@@ -189,6 +189,10 @@ impl Site {
             let scope = Scope::Monitor(self.monitor_id(index));
             self.record(Entry::No { scope, why }, Vec::new());
         }
+        // Its order would be accepted when the lockout is lifted.
+        if self.monitors[index].owner.is_some() {
+            self.shut(index, false, &[Cause::End(Why::Lockout)]);
+        }
     }
 
     /// A person gives a monitor back: its release goes on, or what is left of its water.

@@ -50,3 +50,17 @@ fn water_of_an_order_that_was_on_its_way_when_a_person_took_the_monitor_ends() {
     hall.monitor("south", MonitorReport { failure: true, ..OPEN });
     assert_eq!(hall.site.state().zones[0].monitors, ["north", "south"]);
 }
+
+/// The order that it had would be accepted when its lockout is lifted.
+#[test]
+fn a_monitor_that_is_locked_out_before_it_opens_is_closed_at_once() {
+    let mut hall = Hall::new();
+    hall.fire();
+    hall.wait(15_000);
+    let locked = hall.monitor("north", MonitorReport { lockout: true, ..SHUT });
+    assert_eq!(orders(&locked), ["Close north"]);
+    hall.wait(5000);
+    hall.monitor("north", SHUT);
+    let later = hall.wait(40_000);
+    assert!(of(&later, "Engage north").is_empty(), "{later:?}");
+}

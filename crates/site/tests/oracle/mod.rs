@@ -253,8 +253,10 @@ impl Oracle {
                     if barrel.works_for.is_some() || under_way {
                         barrel.refused = Some(0);
                     }
-                    if water && barrel.closing.is_none() {
+                    // Nor is the order carried out later that it works by.
+                    if (water || barrel.works_for.is_some()) && barrel.closing.is_none() {
                         self.close.push(index);
+                        barrel.works_for = None;
                     }
                 }
                 if water {

@@ -129,6 +129,12 @@ impl Site {
                 None => dropped.push(id.clone()),
             }
         }
+        for id in &stored.pumps_off {
+            match self.plan.pump(id) {
+                Some(index) => self.pumps[index].hand = Some(false),
+                None => dropped.push(id.clone()),
+            }
+        }
         for (id, monitor) in &stored.monitors {
             let Some(index) = self.plan.monitor(id) else {
                 dropped.push(id.clone());
@@ -185,6 +191,8 @@ impl Site {
         });
         let contacts = config.contacts.iter().zip(&self.contacts);
         let pressed = contacts.filter(|(it, state)| it.kind.is_kept() && state.level);
+        let pumps = config.pumps.iter().zip(&self.pumps);
+        let pumps_off = pumps.filter(|(_, state)| state.hand == Some(false));
         Persisted {
             pressed: pressed.map(|(it, _)| it.id.clone()).collect(),
             version: VERSION,
@@ -192,6 +200,7 @@ impl Site {
             zones: zones.collect(),
             detectors: detectors.map(|(it, state)| (it.id.clone(), state.bypass)).collect(),
             monitors: monitors.filter(|(_, it)| *it != StoredMonitor::default()).collect(),
+            pumps_off: pumps_off.map(|(it, _)| it.id.clone()).collect(),
         }
     }
 }

@@ -169,6 +169,7 @@ impl Site {
 
     pub(super) fn pump_by_hand(&mut self, pump: usize, on: bool, cause: &[Cause]) {
         self.pumps[pump].hand = Some(on);
+        self.out.persist = true;
         if !on && self.pumps[pump].on != Some(false) {
             self.set_pump(pump, false, cause.to_vec());
         }
@@ -184,10 +185,11 @@ impl Site {
         }
     }
 
-    /// Stop and lockout of the site: the pumps stop at once.
+    /// Stop and lockout of the site: the pumps stop at once. One that a person keeps off stays off: somebody may work
+    /// on it.
     pub(super) fn cut_pumps(&mut self, cause: &[Cause]) {
         for index in 0..self.pumps.len() {
-            self.pumps[index].hand = None;
+            self.pumps[index].hand.take_if(|on| *on);
             if self.pumps[index].on != Some(false) {
                 self.set_pump(index, false, cause.to_vec());
             }

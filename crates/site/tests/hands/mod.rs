@@ -1,7 +1,15 @@
 //! Hands against each other and against the machine: at a post, at a key, at a pump, at two consoles at once.
 
-use super::hazards::{OPEN, SHUT, of};
+use super::hazards::{OPEN, SHUT, of, of_orders, restarted};
 use super::*;
+
+fn pump(pump: &str, on: bool) -> Hand {
+    Hand::Pump { pump: pump.to_owned(), on }
+}
+
+fn abort() -> Hand {
+    Hand::Abort { zone: zone() }
+}
 
 /// A button of its post takes a monitor while its order is on its way: the water of that order has its end.
 #[test]
@@ -63,4 +71,39 @@ fn a_monitor_that_is_locked_out_before_it_opens_is_closed_at_once() {
     hall.monitor("north", SHUT);
     let later = hall.wait(40_000);
     assert!(of(&later, "Engage north").is_empty(), "{later:?}");
+}
+
+/// Somebody may work on it: it stays off until a reset of all zones.
+#[test]
+fn a_pump_that_is_kept_off_stays_off_over_a_stop_a_lockout_and_a_restart() {
+    let hand = |hall: &Hall| hall.site.state().pumps[0].hand;
+    for lockout in [false, true] {
+        let mut hall = Hall::new();
+        assert!(hall.hand(pump("p1", false)).persist);
+        hall.hand(match lockout {
+            true => Hand::Lockout { on: true },
+            false => Hand::Stop(Scope::Site),
+        });
+        hall.wait(3000);
+        hall.hand(Hand::Lockout { on: false });
+        assert_eq!(hand(&hall), Some(false), "lockout: {lockout}");
+        let mut again = restarted(&hall, |_| {});
+        again.monitors(Valve::Closed);
+        again.wait(3000);
+        for hall in [&mut hall, &mut again] {
+            let released = orders(&hall.hand(Hand::Release { zone: zone() }));
+            assert!(!of_orders(&released, "Engage").is_empty(), "{released:?}");
+            let all = hall.wait(30_000);
+            assert!(of_orders(&released, "Pump p1").is_empty() && of(&all, "Pump p1").is_empty());
+            hall.hand(abort());
+            hall.wait(3000);
+            hall.hand(Hand::Reset(Scope::Site));
+            assert_eq!(hand(hall), None);
+        }
+    }
+    // What a person has started ends, and is not started again.
+    let mut hall = Hall::new();
+    assert_eq!(orders(&hall.hand(pump("p1", true))), ["Pump p1 on"]);
+    assert!(orders(&hall.hand(Hand::Stop(Scope::Site))).contains(&"Pump p1 off".to_owned()));
+    assert_eq!(hand(&hall), None);
 }

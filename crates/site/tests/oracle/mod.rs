@@ -157,7 +157,9 @@ impl Oracle {
             let Barrel { ours, given, hand, .. } = *barrel;
             *barrel = Barrel { refused, ours, given, hand, ..Barrel::default() };
         }
-        self.motors.fill(Motor::default());
+        for motor in &mut self.motors {
+            *motor = Motor { off: motor.off.map(|_| 0), ..Motor::default() };
+        }
         self.pressure = false;
         self.close.clear();
     }
@@ -324,15 +326,11 @@ impl Oracle {
             }
             Hand::Stop(_) | Hand::Close(_) => {
                 self.no(config, None, true);
-                if matches!(order, Hand::Stop(_)) {
-                    self.motors.iter_mut().for_each(|motor| motor.off = None);
-                }
             }
             Hand::Lockout { on } => {
                 let was = std::mem::replace(&mut self.lockout, *on);
                 if *on {
                     self.no(config, None, false);
-                    self.motors.iter_mut().for_each(|motor| motor.off = None);
                 } else if was {
                     for zone in 0..self.areas.len() {
                         if self.enough(zone, config) && self.areas[zone].no.is_none() {

@@ -77,6 +77,9 @@ impl Oracle {
         } else if pump > 0 {
             seen.insert("pumps in sequence");
         }
+        if self.motors[pump].off.is_some() {
+            return Err(format!("pump {} starts, which a person keeps off", configured.id));
+        }
         self.motors[pump] = Motor { on: Some(0), ..Motor::default() };
         Ok(())
     }

@@ -89,6 +89,8 @@ impl Site {
             pumps: vec![Pump::default(); config.pumps.len()],
             outputs: vec![Output::default(); config.outputs.len()],
             lockout: false,
+            locked_at: None,
+            cut_at: None,
             pumps_since: None,
             troubles: std::collections::BTreeMap::new(),
             silenced: false,
@@ -129,9 +131,14 @@ impl Site {
                 None => dropped.push(id.clone()),
             }
         }
+        // A lockout of before the start counts as one of now, as each no does.
+        self.locked_at = self.is_locked().then_some(now);
         for id in &stored.pumps_off {
             match self.plan.pump(id) {
-                Some(index) => self.pumps[index].hand = Some(false),
+                Some(index) => {
+                    let pump = &mut self.pumps[index];
+                    (pump.hand, pump.hand_at) = (Some(false), now);
+                }
                 None => dropped.push(id.clone()),
             }
         }

@@ -107,3 +107,73 @@ fn a_pump_that_is_kept_off_stays_off_over_a_stop_a_lockout_and_a_restart() {
     assert!(orders(&hall.hand(Hand::Stop(Scope::Site))).contains(&"Pump p1 off".to_owned()));
     assert_eq!(hand(&hall), None);
 }
+
+/// Two persons at two consoles: the one who says no is heard.
+#[test]
+fn a_reset_or_an_unlock_at_the_same_time_as_a_no_is_refused() {
+    let resets = [Scope::Site, Scope::Zone(zone()), Scope::Monitor("north".to_owned())];
+    for (no, refuses) in [
+        (abort(), [true, true, false]),
+        (Hand::Stop(Scope::Site), [true, true, false]),
+        (Hand::Close(Scope::Monitor("north".to_owned())), [true, true, true]),
+        (pump("p1", false), [true, false, false]),
+    ] {
+        for (reset, refuses) in resets.iter().zip(refuses) {
+            let mut hall = Hall::new();
+            hall.hand(no.clone());
+            let before = hall.site.state().disablements;
+            hall.wait(1999);
+            let just = hall.hand(Hand::Reset(reset.clone()));
+            let expected = refuses.then_some(Refusal::JustRefused);
+            assert_eq!(refusal(&just), expected, "{no:?} {reset:?}");
+            assert_eq!(hall.site.state().disablements, before, "{no:?} {reset:?}");
+            hall.wait(1);
+            assert_eq!(refusal(&hall.hand(Hand::Reset(reset.clone()))), None, "{no:?} {reset:?}");
+        }
+    }
+    // The second one who locks counts as well.
+    let mut hall = Hall::new();
+    for _ in 0..2 {
+        hall.hand(Hand::Lockout { on: true });
+        hall.wait(1999);
+        let just = hall.hand(Hand::Lockout { on: false });
+        assert_eq!(refusal(&just), Some(Refusal::JustRefused));
+        assert!(hall.site.state().lockout);
+        hall.now += 5000;
+    }
+    assert_eq!(refusal(&hall.hand(Hand::Lockout { on: false })), None);
+    assert!(!hall.site.state().lockout);
+}
+
+#[test]
+fn a_pump_is_not_started_by_hand_against_a_stop() {
+    let mut hall = Hall::new();
+    hall.hand(Hand::Stop(Scope::Site));
+    assert!(hall.site.is_refused(&Scope::Site), "one more changes nothing");
+    hall.wait(1999);
+    assert_eq!(refusal(&hall.hand(pump("p1", true))), Some(Refusal::JustRefused));
+    assert_eq!(refusal(&hall.hand(pump("p2", false))), None);
+    hall.wait(1);
+    assert_eq!(orders(&hall.hand(pump("p1", true))), ["Pump p1 on"]);
+    assert!(!hall.site.is_refused(&Scope::Site), "a repeated Stop ends it");
+    assert!(orders(&hall.hand(Hand::Stop(Scope::Site))).contains(&"Pump p1 off".to_owned()));
+    assert!(hall.site.is_refused(&Scope::Site));
+    // As long as the contact is pressed.
+    let mut hall = Hall::new();
+    hall.press("stop", true);
+    hall.wait(5000);
+    assert_eq!(refusal(&hall.hand(pump("p1", true))), Some(Refusal::StillPressed));
+    hall.press("stop", false);
+    hall.wait(1000);
+    assert_eq!(orders(&hall.hand(pump("p1", true))), ["Pump p1 on"]);
+    // One of a zone alone ends no pumps, nor does it keep them off.
+    let mut hall = Hall::with(|config| {
+        config
+            .contacts
+            .iter_mut()
+            .filter(|it| it.id == "stop")
+            .for_each(|it| it.zones = vec![zone()]);
+    });
+    hall.press("stop", true);
+    assert_eq!(orders(&hall.hand(pump("p1", true))), ["Pump p1 on"]);
+}

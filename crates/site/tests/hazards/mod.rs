@@ -429,6 +429,7 @@ fn a_zone_without_its_pumps_valve_or_supply_is_not_ready() {
         hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
         assert_eq!(ready(&hall), is_ready, "{pump} is kept off");
     }
+    hall.wait(2000);
     hall.hand(Hand::Reset(Scope::Site));
     assert!(ready(&hall));
     // One that needs no pumps does not care.
@@ -520,6 +521,7 @@ fn the_reset_of_a_zone_does_not_open_for_another() {
     hall.wait(2000);
     burns_in_the_yard(&mut hall);
     hall.hand(Hand::Abort { zone: "yard".to_owned() });
+    hall.wait(2000);
     hall.hand(reset(Scope::Zone("yard".to_owned())));
     assert!(!refused(&hall), "its own zone counts");
     hall.hand(Hand::Close(north()));
@@ -528,6 +530,7 @@ fn the_reset_of_a_zone_does_not_open_for_another() {
     // Nothing is under way in the other zone.
     let mut hall = shared();
     hall.hand(Hand::Close(north()));
+    hall.wait(2000);
     hall.hand(reset(hall_alone()));
     assert!(!refused(&hall));
 }

@@ -77,6 +77,8 @@ struct Motor {
     dry: u64,
     /// A person keeps it off, and for so long while it is needed.
     off: Option<u64>,
+    /// A person has stopped it so long ago, up to what is simultaneous.
+    stopped: u64,
 }
 
 impl Barrel {
@@ -110,7 +112,8 @@ pub struct Oracle {
     areas: Vec<Area>,
     barrels: Vec<Barrel>,
     motors: Vec<Motor>,
-    lockout: bool,
+    /// It was ordered so long ago, up to what is simultaneous.
+    lockout: Option<u64>,
     /// The contacts of the zones that say no.
     pressed: [bool; 2],
     pressure: bool,
@@ -136,7 +139,7 @@ impl Oracle {
             areas: vec![Area::default(); config.zones.len()],
             barrels: vec![Barrel::default(); config.monitors.len()],
             motors: vec![Motor::default(); config.pumps.len()],
-            lockout: false,
+            lockout: None,
             pressed: [false; 2],
             pressure: false,
             close: Vec::new(),
@@ -160,6 +163,7 @@ impl Oracle {
         for motor in &mut self.motors {
             *motor = Motor { off: motor.off.map(|_| 0), ..Motor::default() };
         }
+        self.lockout = self.lockout.map(|_| 0);
         self.pressure = false;
         self.close.clear();
     }
@@ -199,8 +203,14 @@ impl Oracle {
             }
             barrel.waits(by);
         }
+        if let Some(age) = &mut self.lockout {
+            *age = (*age + by).min(SIMULTANEOUS);
+        }
         for motor in &mut self.motors {
             motor.off.iter_mut().for_each(|age| old(age, by));
+            if motor.off.is_some() {
+                motor.stopped = (motor.stopped + by).min(SIMULTANEOUS);
+            }
             if let Some(age) = &mut motor.on {
                 old(age, by);
                 if self.pressure { motor.dry = 0 } else { old(&mut motor.dry, by) }
@@ -242,7 +252,7 @@ impl Oracle {
                 } else if person && report.reachable && water && !(before.reachable && flowed) {
                     barrel.hand = !barrel.given;
                 }
-                let locked = self.lockout || report.lockout;
+                let locked = self.lockout.is_some() || report.lockout;
                 if barrel.opens(report) && person && !locked {
                     barrel.closing = None;
                 }
@@ -327,21 +337,25 @@ impl Oracle {
             Hand::Stop(_) | Hand::Close(_) => {
                 self.no(config, None, true);
             }
-            Hand::Lockout { on } => {
-                let was = std::mem::replace(&mut self.lockout, *on);
-                if *on {
-                    self.no(config, None, false);
-                } else if was {
-                    for zone in 0..self.areas.len() {
-                        if self.enough(zone, config) && self.areas[zone].no.is_none() {
-                            self.areas[zone].no = Some((0, true));
-                        }
+            Hand::Lockout { on: true } => {
+                self.lockout = Some(0);
+                self.no(config, None, false);
+            }
+            Hand::Lockout { on: false } => {
+                // At the same time as the lockout it is refused.
+                if self.lockout.take_if(|age| *age >= SIMULTANEOUS).is_none() {
+                    return;
+                }
+                for zone in 0..self.areas.len() {
+                    if self.enough(zone, config) && self.areas[zone].no.is_none() {
+                        self.areas[zone].no = Some((0, true));
                     }
                 }
             }
             Hand::Reset(_) => {
                 let water = self.areas.iter().any(|area| area.force.is_some());
-                if !water && !self.lockout && self.pressed == [false; 2] {
+                let locked = self.lockout.is_some();
+                if !water && !locked && self.pressed == [false; 2] && !self.just_said() {
                     self.motors.iter_mut().for_each(|motor| motor.off = None);
                     self.areas.iter_mut().for_each(|area| area.no = None);
                     self.barrels.iter_mut().for_each(|barrel| barrel.refused = None);
@@ -353,10 +367,20 @@ impl Oracle {
             Hand::Pump { pump, on } => {
                 let index = config.pumps.iter().position(|it| it.id == *pump).unwrap();
                 assert!(!on, "no test starts a pump by hand");
-                self.motors[index].off = Some(0);
+                (self.motors[index].off, self.motors[index].stopped) = (Some(0), 0);
             }
             Hand::Silence => {}
         }
+    }
+
+    /// A person has just said no, to anything: no reset is meant to withdraw that.
+    fn just_said(&self) -> bool {
+        let area = |it: &Area| it.no.is_some_and(|(age, person)| person && age < SIMULTANEOUS);
+        let barrel = |it: &Barrel| it.refused.is_some_and(|age| age < SIMULTANEOUS);
+        let motor = |it: &Motor| it.off.is_some() && it.stopped < SIMULTANEOUS;
+        self.areas.iter().any(area)
+            || self.barrels.iter().any(barrel)
+            || self.motors.iter().any(motor)
     }
 
     fn no(&mut self, config: &Config, zone: Option<usize>, latches: bool) {
@@ -385,7 +409,7 @@ impl Oracle {
         let pressed = self.pressed[zone];
         let area = &mut self.areas[zone];
         let just = area.no.is_some_and(|(age, person)| person && age < SIMULTANEOUS);
-        if self.lockout || area.mode == Mode::Off || pressed || just {
+        if self.lockout.is_some() || area.mode == Mode::Off || pressed || just {
             return;
         }
         if area.force.is_some_and(|(automatic, ..)| !automatic) {
@@ -446,7 +470,7 @@ impl Oracle {
             let mut members = self.eyes.iter().zip(&config.detectors);
             let alarm = members.any(|(eye, it)| sees(eye) && it.zones.contains(&configured.id));
             let pressed = self.pressed[zone];
-            let locked = self.lockout;
+            let locked = self.lockout.is_some();
             let area = &mut self.areas[zone];
             if std::mem::take(&mut area.tested) && enough && area.no.is_none() {
                 area.no = Some((0, false));
@@ -500,7 +524,8 @@ impl Oracle {
     fn usable(&self, monitor: usize) -> bool {
         let Barrel { report, refused, .. } = &self.barrels[monitor];
         let free = report.reachable && !report.failure && !report.lockout;
-        free && refused.is_none() && report.authority != Authority::Person && !self.lockout
+        let person = report.authority == Authority::Person;
+        free && refused.is_none() && !person && self.lockout.is_none()
     }
 
     /// Judges what the machine did.
@@ -554,7 +579,8 @@ impl Oracle {
             }
             if closed.contains(&index) {
                 let kept = barrel.hand && barrel.closing.is_none() && barrel.works_for.is_none();
-                if kept && !must.contains(&index) && !self.lockout && !barrel.report.lockout {
+                let locked = self.lockout.is_some() || barrel.report.lockout;
+                if kept && !must.contains(&index) && !locked {
                     return Err(format!("a person's water is closed ({})", config.monitors[index]));
                 }
                 (barrel.hand, barrel.given) = (false, false);
@@ -589,7 +615,7 @@ impl Oracle {
             let why = if area.no.is_some() { "after a no" } else { "without votes or hand" };
             return Err(format!("water {why} (zone {zone}, monitor {monitor})"));
         };
-        if self.lockout || barrel.refused.is_some() {
+        if self.lockout.is_some() || barrel.refused.is_some() {
             return Err("water in spite of lockout or a refused monitor".to_owned());
         }
         if !wet {

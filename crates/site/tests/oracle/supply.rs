@@ -10,7 +10,7 @@ impl Oracle {
         let barrel = &self.barrels[monitor];
         let water = barrel.report.valve == Valve::Open || barrel.report.extinguishing;
         let theirs = barrel.hand || barrel.report.authority == Authority::Person;
-        water && theirs && barrel.closing.is_none() && !self.lockout
+        water && theirs && barrel.closing.is_none() && self.lockout.is_none()
     }
 
     /// Neither valve nor pumps are taken from the water of a person.
@@ -53,7 +53,8 @@ impl Oracle {
         seen: &mut Seen,
     ) -> Result<(), String> {
         if !on {
-            self.motors[pump] = Motor { off: self.motors[pump].off, ..Motor::default() };
+            let Motor { off, stopped, .. } = self.motors[pump];
+            self.motors[pump] = Motor { off, stopped, ..Motor::default() };
             return Ok(());
         }
         let configured = &config.pumps[pump];
@@ -66,7 +67,7 @@ impl Oracle {
             let dry = motor.on.is_some() && motor.dry >= s(it.start_timeout_s);
             it.pressure.is_some() && dry || motor.off.is_some()
         });
-        if early || skipped || self.lockout {
+        if early || skipped || self.lockout.is_some() {
             return Err(format!("pump {} starts too early", configured.id));
         }
         if configured.standby && !failed {

@@ -108,6 +108,37 @@ fn a_pump_that_is_kept_off_stays_off_over_a_stop_a_lockout_and_a_restart() {
     assert_eq!(hand(&hall), None);
 }
 
+/// One detector sees the fire, and the other one cannot: its vote comes after the lockout.
+#[test]
+fn what_is_in_alarm_when_lockout_ends_needs_a_reset_although_a_vote_is_missing() {
+    for by_key in [true, false] {
+        let mut hall = Hall::new();
+        let lock = |hall: &mut Hall, on| match by_key {
+            true => hall.press("key", on),
+            false => hall.hand(Hand::Lockout { on }),
+        };
+        lock(&mut hall, true);
+        hall.wait(3000);
+        hall.sees("flame", Signal::Alarm);
+        lock(&mut hall, false);
+        hall.wait(100);
+        assert_eq!(hall.phase(), Phase::Ended(Why::Lockout));
+        hall.sees("heat", Signal::Alarm);
+        let later = hall.wait(60_000);
+        assert!(of(&later, "Engage").is_empty(), "{later:?}");
+        hall.hand(Hand::Reset(Scope::Site));
+        assert_eq!(of(&hall.wait(15_000), "Engage").len(), 2);
+    }
+    // The end of the lockout is no no: a reset may follow at once.
+    let mut hall = Hall::new();
+    hall.hand(Hand::Lockout { on: true });
+    hall.fire();
+    hall.wait(3000);
+    hall.hand(Hand::Lockout { on: false });
+    assert_eq!(refusal(&hall.hand(Hand::Reset(Scope::Site))), None);
+    assert_eq!(hall.phase(), Phase::Coincidence);
+}
+
 /// Two persons at two consoles: the one who says no is heard.
 #[test]
 fn a_reset_or_an_unlock_at_the_same_time_as_a_no_is_refused() {

@@ -343,12 +343,10 @@ impl Oracle {
             }
             Hand::Lockout { on: false } => {
                 // At the same time as the lockout it is refused.
-                if self.lockout.take_if(|age| *age >= SIMULTANEOUS).is_none() {
-                    return;
-                }
+                let Some(age) = self.lockout.take_if(|age| *age >= SIMULTANEOUS) else { return };
                 for zone in 0..self.areas.len() {
-                    if self.enough(zone, config) && self.areas[zone].no.is_none() {
-                        self.areas[zone].no = Some((0, true));
+                    if self.alarms(zone, config) && self.areas[zone].no.is_none() {
+                        self.areas[zone].no = Some((age, true));
                     }
                 }
             }
@@ -459,16 +457,23 @@ impl Oracle {
         votes.len() >= usize::from(need) && kinds.len() >= usize::from(configured.kinds)
     }
 
+    /// A detector of the zone sees a fire, with or without a vote.
+    fn alarms(&self, zone: usize, config: &Config) -> bool {
+        let of = &config.zones[zone].id;
+        let mut members = self.eyes.iter().zip(&config.detectors);
+        members.any(|(eye, it)| {
+            let sees = eye.signal == Some(Signal::Alarm) && eye.bypass != Bypass::Disabled;
+            sees && it.zones.contains(of)
+        })
+    }
+
     /// What follows from votes and time; the zones whose water has to end now.
     fn conclude(&mut self, config: &Config, seen: &mut Seen) -> Vec<usize> {
         let mut over = Vec::new();
         for zone in 0..self.areas.len() {
             let configured = &config.zones[zone];
             let enough = self.enough(zone, config);
-            let sees =
-                |eye: &Eye| eye.signal == Some(Signal::Alarm) && eye.bypass != Bypass::Disabled;
-            let mut members = self.eyes.iter().zip(&config.detectors);
-            let alarm = members.any(|(eye, it)| sees(eye) && it.zones.contains(&configured.id));
+            let alarm = self.alarms(zone, config);
             let pressed = self.pressed[zone];
             let locked = self.lockout.is_some();
             let area = &mut self.areas[zone];

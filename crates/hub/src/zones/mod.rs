@@ -44,6 +44,8 @@ use crate::hub::{Caller, Hub};
 use crate::store::StoreError;
 use crate::sync::lock_aside;
 use crate::text::Both;
+#[cfg(test)]
+pub(crate) use hall::configured;
 use index::Index;
 use line::Line;
 use stored::Stored;

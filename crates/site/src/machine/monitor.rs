@@ -234,8 +234,9 @@ impl Site {
         }
         let zones = &self.plan.monitor_zones[index];
         let longest = zones.iter().map(|zone| ms(self.plan.config.zones[*zone].water_max_s)).max();
-        let longest = longest.unwrap_or_default();
-        let left = monitor.stored_left.map_or(longest, |stored| stored.min(longest));
+        // Its zones are not configured any more: what is stored ends all the same.
+        let left = longest.into_iter().chain(monitor.stored_left).min();
+        let Some(left) = left else { return };
         let until = self.started.saturating_add(left);
         self.monitors[index].found = Some(until);
         let left_ms = until.saturating_sub(self.now);

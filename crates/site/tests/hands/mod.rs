@@ -208,3 +208,39 @@ fn a_pump_is_not_started_by_hand_against_a_stop() {
     hall.press("stop", true);
     assert_eq!(orders(&hall.hand(pump("p1", true))), ["Pump p1 on"]);
 }
+
+/// Its zone was taken out of the file while its water ran: nothing else would end it.
+#[test]
+fn water_of_a_monitor_whose_zone_is_gone_ends_in_its_time() {
+    let alone = |config: &mut Config| config.zones[0].monitors.truncate(1);
+    let mut running = Hall::new();
+    running.extinguishes();
+    running.wait(20_000);
+    let mut hall = restarted(&running, alone);
+    let found = hall.monitor("south", OPEN);
+    let left = Entry::WaterFound { monitor: "south".to_owned(), left_ms: 40_000 };
+    assert!(found.records.iter().any(|it| it.entry == left), "{found:?}");
+    assert!(of(&hall.wait(39_999), "Close south").is_empty());
+    let all = hall.wait(3001);
+    assert_eq!(of(&all, "Close south").len(), 4, "until it is closed: {all:?}");
+    // A person takes it meanwhile, and leaves it on.
+    let mut hall = restarted(&running, alone);
+    hall.monitor("south", OPEN);
+    hall.monitor("south", MonitorReport { authority: Authority::Person, ..OPEN });
+    assert!(of(&hall.wait(30_000), "Close south").is_empty());
+    hall.monitor("south", OPEN);
+    let all = hall.wait(10_000);
+    assert_eq!(of(&all, "Close south"), ["Close south"], "{all:?}");
+    // Its end was ordered before, and was not confirmed.
+    running.hand(abort());
+    let mut hall = restarted(&running, alone);
+    assert_eq!(of_orders(&orders(&hall.monitor("south", OPEN)), "Close south").len(), 1);
+    hall.wait(500);
+    hall.monitor("south", SHUT);
+    hall.wait(1000);
+    let stored = hall.site.persisted();
+    assert!(!stored.monitors.contains_key("south"), "it is over: {stored:?}");
+    // Without any such water what runs there is no business of the zones.
+    let mut hall = restarted(&hall, alone);
+    assert!(of_orders(&orders(&hall.monitor("south", OPEN)), "Close").is_empty());
+}

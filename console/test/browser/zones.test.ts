@@ -54,11 +54,12 @@ async function phase(): Promise<ZoneState['phase']> {
 async function calm(): Promise<void> {
   await sees('quiet', 'flame', 'heat');
   await post('/api/zones/hall/abort');
-  await post('/api/zones/unlock');
+  // Within two seconds after a no both are refused.
+  await until(async () => (await post('/api/zones/unlock')).ok);
   await post('/api/detectors/heat/bypass', { bypass: 'none' });
   await post('/api/zones/hall/mode', { mode: 'automatic' });
   await until(async () => (await view()).state.monitors.every(({ closing }) => !closing), LATE_MS);
-  await post('/api/zones/reset');
+  await until(async () => (await post('/api/zones/reset')).ok);
   await until(async () => (await view()).state.zones[0]!.ready);
 }
 

@@ -28,6 +28,9 @@ pub struct Persisted {
     /// Contacts that say no, or switch to manual, and were pressed: until they are read again.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub pressed: BTreeSet<String>,
+    /// Pumps that a person keeps off.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub pumps_off: BTreeSet<String>,
 }
 
 /// A zone.

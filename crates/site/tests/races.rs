@@ -1,4 +1,4 @@
-//! What releases and what says no, at the same time and in every order: the no wins.
+//! What releases, what undoes a no, and what says no, at the same time and in every order: the no wins.
 
 use lafet_site::{
     Condition, Config, Event, Hand, MonitorReport, Order, Phase, Reaction, Scope, Signal, Site,
@@ -86,6 +86,15 @@ fn release(draw: &mut Draw) -> Option<Event> {
     }
 }
 
+/// What would undo a no, from another console.
+fn undo(draw: &mut Draw) -> Event {
+    match draw.below(3) {
+        0 => hand(Hand::Reset(Scope::Site)),
+        1 => hand(Hand::Reset(Scope::Zone(zone()))),
+        _ => hand(Hand::Lockout { on: false }),
+    }
+}
+
 fn opens(order: &Order) -> bool {
     matches!(
         order,
@@ -107,6 +116,9 @@ fn race(first: &Site, draw: &mut Draw) {
     let mut events: Vec<Option<Event>> = vec![Some(no(draw))];
     for _ in 0..=draw.below(3) {
         events.push(release(draw));
+    }
+    for _ in 0..draw.below(3) {
+        events.push(Some(undo(draw)));
     }
     for monitor in ["m1", "m2"] {
         if draw.below(2) == 0 {

@@ -1,5 +1,6 @@
 //! The rules one by one.
 
+mod hands;
 mod hazards;
 
 use lafet_site::{

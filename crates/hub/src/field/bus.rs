@@ -429,8 +429,72 @@ fn report_contact(hub: &Hub, caller: &Caller, id: &str, seen: Option<Seen>, read
         (Some(_), Reading::Good) => Some(PathFault::Open),
         _ => Some(PathFault::Lost),
     };
-    // Before its heartbeat was seen, only what says no is heard.
-    let heard = matches!(reading, Reading::Good | Reading::Unproven);
+    // Before its heartbeat was seen to change, and when it changes no longer, only what says no is heard.
+    let heard = matches!(reading, Reading::Good | Reading::Unproven | Reading::Frozen);
     let pressed = heard && seen.is_some_and(|seen| seen.signal == Signal::Alarm);
     hub.contact_reports(caller, id, pressed, fault);
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_site::{Hand, Refusal};
+    use serde_json::Value;
+
+    use super::*;
+    use crate::Clock;
+    use crate::zones::configured;
+
+    const HALL: &str = r#"
+        [[monitor]]
+        id = "M1"
+        url = "tcp://127.0.0.1:1?addr=1"
+        [[modbus]]
+        name = "panel"
+        url = "tcp://127.0.0.1:2"
+        [[detector]]
+        id = "flame"
+        kind = "flame"
+        zones = ["hall"]
+        [[aim]]
+        zone = "hall"
+        monitor = "M1"
+        horizontal = 600
+        vertical = 300
+        nozzle = 60
+        [[zone]]
+        id = "hall"
+        votes = "1oo1"
+        one_detector_releases = true
+        water_max_s = 60
+        monitors = ["M1"]
+        [[input]]
+        id = "abort"
+        kind = "abort"
+        zones = ["hall"]
+        source = { modbus = "panel", unit = 1, on = "discrete:0", heartbeat = "discrete:1", heartbeat_s = 9 }
+    "#;
+
+    /// Its program has stopped, and its inputs are read still.
+    #[tokio::test]
+    async fn what_says_no_is_heard_from_a_device_that_is_frozen_and_the_fault_stays() {
+        let pressed = |signal| {
+            let (condition, beat) = (Condition::Fault, Some(true));
+            Seen { signal, condition, beat, bearing_deg: None, elevation_deg: None }
+        };
+        for (signal, reading, refused) in [
+            (Signal::Alarm, Reading::Frozen, true),
+            (Signal::Quiet, Reading::Frozen, false),
+            (Signal::Alarm, Reading::Lost, false),
+        ] {
+            let hub = Hub::new(configured(HALL), Clock::System, Value::Null).unwrap();
+            report_contact(&hub, &Caller::hub(), "abort", Some(pressed(signal)), reading);
+            let state = hub.zones_view().unwrap().state;
+            let troubles = state.troubles.iter().filter(|it| it.subject == "abort" && it.active);
+            assert_eq!(troubles.count(), 1, "{reading:?}");
+            let order = Hand::Release { zone: "hall".into() };
+            let released = hub.order_zones(&Caller::hub(), order);
+            let expected = refused.then(|| Refusal::AbortPressed.text().en);
+            assert_eq!(released.err().map(|it| it.text.en), expected, "{signal:?} {reading:?}");
+        }
+    }
 }

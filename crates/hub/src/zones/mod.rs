@@ -12,6 +12,7 @@
 
 mod assign;
 pub mod fires;
+mod gone;
 #[cfg(test)]
 mod hall;
 mod index;
@@ -44,6 +45,8 @@ use crate::hub::{Caller, Hub};
 use crate::store::StoreError;
 use crate::sync::lock_aside;
 use crate::text::Both;
+#[cfg(test)]
+pub(crate) use hall::configured;
 use index::Index;
 use line::Line;
 use stored::Stored;
@@ -137,8 +140,12 @@ struct Machine {
 impl Zones {
     /// The zones that are configured, with what was stored of them.
     pub fn open(config: &Config) -> Result<Option<Self>, StoreError> {
-        let Some(zones) = config.zones.clone() else { return Ok(None) };
-        let (stored, persisted) = Stored::open(config.data.as_deref())?;
+        let Some((mut zones, stored, persisted)) = gone::open(config)? else { return Ok(None) };
+        let mut said = Vec::new();
+        if let Some(stored) = &persisted {
+            said.extend(notes::of_stored(&zones.site, stored));
+            said.extend(gone::watch(&mut zones, config, stored));
+        }
         let (site, first) =
             Site::new(zones.site.clone(), 0, persisted.as_ref()).map_err(|problems| {
                 StoreError::Zones(Both::each(|lang| {
@@ -148,8 +155,6 @@ impl Zones {
                     problems.iter().map(text).collect::<Vec<_>>().join(" ")
                 }))
             })?;
-        let said = persisted.as_ref().map(|it| notes::of_stored(&zones.site, it));
-        let said = said.unwrap_or_default();
         let lines = zones.site.monitors.iter().map(|id| (id.clone(), Line::default()));
         let lines: BTreeMap<String, Line> = lines.collect();
         let latest = lines.iter().map(|(id, line)| (id.clone(), line.latest.clone())).collect();

@@ -110,7 +110,9 @@ pub fn of_stored(config: &lafet_site::Config, stored: &Persisted) -> Vec<Both> {
         stored.detectors.keys().filter(|id| !config.detectors.iter().any(|it| it.id == **id));
     let refused = stored.monitors.iter().filter(|it| it.1.refused.is_some()).map(|it| it.0);
     let monitors = refused.filter(|id| !config.monitors.contains(id));
-    said.extend(detectors.chain(monitors).map(|what| text::ZoneStoredGone { what }.words()));
+    let pumps = stored.pumps_off.iter().filter(|id| !config.pumps.iter().any(|it| it.id == **id));
+    let names = detectors.chain(monitors).chain(pumps);
+    said.extend(names.map(|what| text::ZoneStoredGone { what }.words()));
     said
 }
 
@@ -254,6 +256,7 @@ mod tests {
             detectors: [("flame".into(), Bypass::Masked)].into(),
             monitors: [("M1".into(), refused.clone())].into(),
             pressed: Default::default(),
+            pumps_off: Default::default(),
         };
         let said = |stored: &Persisted| {
             let all = of_stored(&config, stored).into_iter();
@@ -265,9 +268,10 @@ mod tests {
         let mut gone = stored(Mode::Automatic, Mode::Off);
         gone.detectors.insert("smoke".into(), Bypass::Disabled);
         gone.monitors.insert("M9".into(), refused.clone());
-        let told = said(&gone);
-        assert_eq!(told.len(), 3, "{told:?}");
-        for (said, name) in told.iter().zip(["attic", "smoke", "M9"]) {
+        gone.pumps_off.insert("P9".into());
+        let events = said(&gone);
+        assert_eq!(events.len(), 4, "{events:?}");
+        for (said, name) in events.iter().zip(["attic", "smoke", "M9", "P9"]) {
             assert!(said.contains(name) && said.contains("не действует"), "{said}");
         }
     }

@@ -179,18 +179,26 @@ impl Hub {
     }
 
     /// A monitor that turns to a fire which is no cause any more, as the votes were withdrawn or the zone was
-    /// switched to another mode, is sent nothing further.
+    /// switched to another mode, is sent nothing further. Nor is one that a person or a lockout has taken from its
+    /// order: no order of the machine follows.
     pub(super) fn end_turning(&self, zones: &Zones, machine: &mut Machine, state: &State) {
         for (line, at) in machine.lines.values_mut().zip(zones.index.by_id()) {
-            let (turns, monitor) =
-                (line.order.is_some() && line.engaged.is_none(), &state.monitors[at]);
-            if !turns || monitor.engaged_for.is_some() || monitor.closing {
+            let monitor = &state.monitors[at];
+            if line.order.is_none() {
                 continue;
             }
             let mut own = zones.index.zones_of(at).iter().map(|zone| state.zones[*zone].phase);
-            let wanted =
-                own.any(|phase| phase.is_pending() || matches!(phase, Phase::Released { .. }));
-            if !wanted {
+            let mut wanted =
+                || own.any(|phase| phase.is_pending() || matches!(phase, Phase::Released { .. }));
+            let goes_on = match &line.engaged {
+                Some(_) => line.engaged == monitor.engaged_for,
+                None => monitor.engaged_for.is_some() || monitor.closing || wanted(),
+            };
+            let taken = matches!(
+                monitor.withheld,
+                Some(Withheld::Person | Withheld::Lockout | Withheld::Refused)
+            );
+            if taken || !goes_on {
                 line.void();
                 line.clear();
             }
@@ -412,6 +420,8 @@ impl Opening {
 
 #[cfg(test)]
 mod tests {
+    use lafet_site::{Authority, Event, Hand, Valve};
+
     use super::super::hall::hall;
     use super::*;
 
@@ -460,6 +470,62 @@ mod tests {
         hub.carry_order(zones, &mut machine, &Command { order: close, ..command });
         assert_ne!(latest.load(Ordering::SeqCst), second);
         assert!(machine.lines["M1"].engaged.is_none());
+    }
+
+    fn number(machine: &Machine, monitor: &str) -> u64 {
+        machine.lines[monitor].latest.number.load(Ordering::SeqCst)
+    }
+
+    /// A button of its post is pressed while M1 is about to open: the machine orders nothing then.
+    #[tokio::test]
+    async fn an_order_is_void_when_a_person_has_taken_its_monitor() {
+        let hub = hall();
+        hub.order_zones(&Caller::hub(), Hand::Release { zone: "hall".into() }).unwrap();
+        let zones = hub.zones().unwrap();
+        let mut machine = zones.machine();
+        let before = ["M1", "M2"].map(|id| number(&machine, id));
+        assert!(machine.lines.values().all(|line| line.engaged.is_some()));
+        let state = machine.site.state();
+        hub.end_turning(zones, &mut machine, &state);
+        assert_eq!(["M1", "M2"].map(|id| number(&machine, id)), before, "they go on");
+        let (valve, authority) = (Valve::Closed, Authority::Person);
+        let report = MonitorReport { reachable: true, valve, authority, ..Default::default() };
+        let event = Event::Monitor { monitor: "M1".into(), report };
+        hub.take(zones, &mut machine, &Caller::zones(), &event);
+        let state = machine.site.state();
+        hub.end_turning(zones, &mut machine, &state);
+        assert_ne!(number(&machine, "M1"), before[0], "it is void");
+        assert_eq!(number(&machine, "M2"), before[1], "it goes on");
+        let line = &machine.lines["M1"];
+        assert!(line.engaged.is_none() && line.order.is_none() && line.task.is_none());
+    }
+
+    #[tokio::test]
+    async fn a_monitor_does_not_turn_on_when_it_is_withheld_nor_open_for_no_zone() {
+        let hub = hall();
+        let zones = hub.zones().unwrap();
+        let mut machine = zones.machine();
+        let mut state = machine.site.state();
+        state.zones[0].phase = Phase::Countdown;
+        let prepare = Order::Prepare { monitor: "M1".into(), zone: "hall".into() };
+        let prepare = Command { order: prepare, ..engages() };
+        let taken = [Withheld::Person, Withheld::Lockout, Withheld::Refused].map(Some);
+        for withheld in taken.into_iter().chain([None, Some(Withheld::Unreachable)]) {
+            hub.carry_order(zones, &mut machine, &prepare);
+            let before = number(&machine, "M1");
+            state.monitors[0].withheld = withheld;
+            hub.end_turning(zones, &mut machine, &state);
+            let is_void = number(&machine, "M1") != before;
+            assert_eq!(is_void, taken.contains(&withheld), "{withheld:?}");
+        }
+        state.monitors[0].withheld = None;
+        for (engaged_for, is_void) in [(Some("hall".to_owned()), false), (None, true)] {
+            hub.carry_order(zones, &mut machine, &engages());
+            let before = number(&machine, "M1");
+            state.monitors[0].engaged_for = engaged_for;
+            hub.end_turning(zones, &mut machine, &state);
+            assert_eq!(number(&machine, "M1") != before, is_void);
+        }
     }
 
     #[tokio::test]

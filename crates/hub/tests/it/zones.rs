@@ -73,6 +73,20 @@ async fn order(site: &Site, path: &str, body: Value) -> Reply {
     site.post("", &format!("/api/zones/{path}"), body).await
 }
 
+/// Orders it until it is not at the same time as a no any more.
+async fn insist(site: &Site, path: &str) {
+    let began = Instant::now();
+    loop {
+        let reply = order(site, path, json!({})).await;
+        if reply.status == 200 {
+            return;
+        }
+        assert_eq!(reply.code(), "zone_refused", "{reply:?}");
+        assert!(began.elapsed() < Duration::from_secs(10), "{reply:?}");
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+}
+
 async fn state(site: &Site) -> Value {
     site.get("", "/api/zones").await.body["state"].clone()
 }
@@ -263,7 +277,7 @@ async fn the_first_command_is_sent_within_200_ms() {
             sees(&site, detector, "quiet").await;
         }
         until("it closes", || is_closed(&site, "M1")).await;
-        order(&site, "reset", json!({})).await;
+        insist(&site, "reset").await;
     }
     assert!(best <= Duration::from_millis(200), "{best:?}");
 }
@@ -301,7 +315,7 @@ async fn the_first_command_of_a_hundred_planned_releases() {
         while closing().await {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
-        order(&site, "reset", json!({})).await;
+        insist(&site, "reset").await;
     }
     took.sort();
     println!("from the last vote to the first command: median {:?}, p99 {:?}", took[50], took[98]);
@@ -346,7 +360,7 @@ async fn lockout_wins_against_votes_and_hands_until_it_is_released() {
     let refused = order(&site, "hall/release", json!({ "confirm": "hall" })).await;
     assert_eq!((refused.status, refused.code()), (409, "zone_refused"));
     assert!(stays(Duration::from_secs(1), || is_closed(&site, "M1")).await);
-    assert_eq!(order(&site, "unlock", json!({})).await.status, 200);
+    insist(&site, "unlock").await;
     assert!(stays(Duration::from_secs(1), || is_closed(&site, "M1")).await, "nor with the key");
     assert_eq!(state(&site).await["zones"][0]["phase"], json!({ "ended": "lockout" }));
     assert_eq!(order(&site, "reset", json!({})).await.status, 200);
@@ -381,14 +395,14 @@ async fn a_persons_stop_ends_the_water_and_stop_of_a_drive_does_not() {
 #[tokio::test]
 async fn a_stop_that_is_repeated_is_a_no_after_a_reset_too() {
     let site = quiet(1, "coincidence_s = 0").await;
-    for _ in 0..5 {
+    for _ in 0..3 {
         for path in ["/api/stop", "/api/monitors/M1/stop"] {
             site.post("", path, json!({})).await;
         }
         let now = state(&site).await;
         assert_eq!(now["zones"][0]["phase"], json!({ "ended": "stop" }));
         assert_eq!(now["monitors"][0]["withheld"], json!("refused"));
-        assert_eq!(order(&site, "reset", json!({})).await.status, 200);
+        insist(&site, "reset").await;
         assert_eq!(state(&site).await["monitors"][0]["withheld"], Value::Null);
     }
 }
@@ -601,7 +615,8 @@ async fn an_order_that_was_under_way_when_someone_said_no_is_void() {
         let after = state(&site).await;
         assert_eq!(after["lockout"], before["lockout"]);
         assert_eq!(after["zones"][0]["phase"], before["zones"][0]["phase"]);
-        tokio::time::sleep(Duration::from_millis(20)).await;
+        // Nor is one at the same time as a no; later than that it counts.
+        tokio::time::sleep(Duration::from_millis(2100)).await;
         let again = if ends_all { "zones/unlock" } else { "zones/hall/reset" };
         let again = format!("/api/{again}?up_ms={}", site.hub.up_ms());
         assert_eq!(site.post("", &again, json!({})).await.status, 200, "{no}");

@@ -165,6 +165,13 @@ impl Site {
         kinds.into_iter().find(|(kind, _)| self.pressed(zone, *kind)).map(|(_, why)| why)
     }
 
+    /// A Stop of the whole site is pressed.
+    pub(super) fn is_stopped(&self) -> bool {
+        let config = &self.plan.config;
+        let whole = |it: &usize| config.contacts[*it].zones.is_empty();
+        self.plan.contacts(ContactKind::Stop).filter(whole).any(|it| self.contacts[it].level)
+    }
+
     /// Lockout of the site, by command or key.
     pub(super) fn is_locked(&self) -> bool {
         self.lockout || self.plan.contacts(ContactKind::Lockout).any(|it| self.contacts[it].level)

@@ -15,6 +15,7 @@ impl Site {
         // What is over for longer than any time of the machine is simply over.
         let age = |at: u64| self.now.saturating_sub(at).min(self.longest());
         let left = |at: u64| at.saturating_sub(self.now);
+        let holds = |at: u64| left(at.saturating_add(self.rules.no_holds_ms));
         for it in &self.detectors {
             let testing = !it.stuck && it.condition_since > 0;
             (it.signal, it.condition, it.silent, it.stuck, it.stale, it.bypass).hash(hash);
@@ -44,7 +45,7 @@ impl Site {
             let refused = it.refused.as_ref().map(|refused| (refused.why, age(refused.at)));
             (it.report, it.seen, it.owner, engaged, it.idle, it.prepared, closing).hash(hash);
             it.lent.map(|(zone, until)| (zone, until.map(left))).hash(hash);
-            (it.by_person, it.water_of).hash(hash);
+            (it.by_person, it.water_of, it.on_its_way.map(left)).hash(hash);
             (refused, it.found.map(left), it.stored_left.filter(|_| !it.seen)).hash(hash);
         }
         for (index, it) in self.pumps.iter().enumerate() {
@@ -53,6 +54,7 @@ impl Site {
             (it.reported, feedback.then(|| (left(it.next), age(it.set_at)))).hash(hash);
             (it.on, started, it.seen, it.lost_since.map(age), it.failed, it.hand).hash(hash);
             (it.replaced, it.idle_since.map(age)).hash(hash);
+            (it.hand == Some(false)).then(|| holds(it.hand_at)).hash(hash);
         }
         for (index, it) in self.outputs.iter().enumerate() {
             let set = it.set.map(|set| match set {
@@ -68,6 +70,8 @@ impl Site {
         }
         let young = age(self.started);
         (self.lockout, self.silenced, young).hash(hash);
+        let locked = self.locked_at.filter(|_| self.is_locked());
+        (locked.map_or(0, holds), self.cut_at.map_or(0, holds)).hash(hash);
         self.pumps_since.map(age).hash(hash);
     }
 

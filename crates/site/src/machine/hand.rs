@@ -1,9 +1,10 @@
 //! People: what they order, and who wins.
 //!
 //! A no (lockout, Stop, Close, abort) ends what it is for in the same call and lasts until a reset, or until a
-//! later release by hand. A release by hand that comes within [`no_holds_ms`](crate::rules::Rules) after a
-//! no counts as simultaneous, and the no wins.
+//! later release by hand. A release by hand, a reset, the end of lockout or the start of a pump that comes within
+//! [`no_holds_ms`](crate::rules::Rules) after a no counts as simultaneous, and the no wins.
 
+use super::water::Pump;
 use super::zone::Ended;
 use super::{Site, ms};
 use crate::config::{ContactKind, Mode};
@@ -46,18 +47,7 @@ impl Site {
             Hand::Close(scope) => self.order_no(scope, Why::Close, cause),
             Hand::Stop(scope) => self.order_no(scope, Why::Stop, cause),
             Hand::Reset(scope) => self.reset(scope, cause),
-            Hand::Lockout { on } => {
-                let was = self.is_locked();
-                self.lockout = *on;
-                self.out.persist = true;
-                self.record(Entry::Lockout { on: self.is_locked() }, cause.to_vec());
-                if *on {
-                    self.no(&Scope::Site, Why::Lockout, cause);
-                } else if was {
-                    self.after_lockout();
-                }
-                Ok(())
-            }
+            Hand::Lockout { on } => self.order_lockout(*on, cause),
             Hand::Bypass { detector, bypass } => {
                 let index = self.plan.detector(detector).ok_or(Refusal::Unknown)?;
                 self.bypass(index, *bypass, cause);
@@ -70,13 +60,50 @@ impl Site {
             }
             Hand::Pump { pump, on } => {
                 let pump = self.plan.pump(pump).ok_or(Refusal::Unknown)?;
-                if *on && self.is_locked() {
-                    return Err(Refusal::Lockout);
-                }
-                self.pump_by_hand(pump, *on, cause);
-                Ok(())
+                self.order_pump(pump, *on, cause)
             }
         }
+    }
+
+    /// What came at this time counts as simultaneous with what comes now.
+    fn is_simultaneous(&self, at: u64) -> bool {
+        self.now < at.saturating_add(self.rules.no_holds_ms)
+    }
+
+    /// A person's no came at the same time.
+    fn is_just_said(&self, ended: Option<&Ended>) -> bool {
+        ended.is_some_and(|it| it.said && self.is_simultaneous(it.at))
+    }
+
+    fn order_lockout(&mut self, on: bool, cause: &[Cause]) -> Result<(), Refusal> {
+        let just = self.locked_at.is_some_and(|at| self.is_simultaneous(at));
+        if !on && self.lockout && just {
+            return Err(Refusal::JustRefused);
+        }
+        let was = self.is_locked();
+        self.lockout = on;
+        self.out.persist = true;
+        self.record(Entry::Lockout { on: self.is_locked() }, cause.to_vec());
+        if on {
+            self.no(&Scope::Site, Why::Lockout, cause);
+        } else if was {
+            self.after_lockout();
+        }
+        Ok(())
+    }
+
+    fn order_pump(&mut self, pump: usize, on: bool, cause: &[Cause]) -> Result<(), Refusal> {
+        if on && self.is_locked() {
+            return Err(Refusal::Lockout);
+        }
+        if on && self.is_stopped() {
+            return Err(Refusal::StillPressed);
+        }
+        if on && self.cut_at.is_some_and(|at| self.is_simultaneous(at)) {
+            return Err(Refusal::JustRefused);
+        }
+        self.pump_by_hand(pump, on, cause);
+        Ok(())
     }
 
     fn named_zone(&self, id: &str) -> Result<usize, Refusal> {
@@ -148,9 +175,7 @@ impl Site {
         if self.pressed(zone, ContactKind::Stop) {
             return Err(Refusal::StillPressed);
         }
-        if let Some(Ended { at, said: true, .. }) = self.zones[zone].ended
-            && self.now < at.saturating_add(self.rules.no_holds_ms)
-        {
+        if self.is_just_said(self.zones[zone].ended.as_ref()) {
             return Err(Refusal::JustRefused);
         }
         // A test keeps votes dry, never a hand: it is over.
@@ -196,6 +221,9 @@ impl Site {
         let mut chain = cause.to_vec();
         chain.push(Cause::End(why));
         // The end of a release closes its monitors.
+        if why == Why::Lockout {
+            self.locked_at = Some(self.now);
+        }
         let ended: Vec<usize> = (0..self.monitors.len())
             .filter(|it| self.monitors[*it].owner.is_some_and(|zone| zones.contains(&zone)))
             .collect();
@@ -256,13 +284,21 @@ impl Site {
         if zones.iter().any(|zone| self.says_no(*zone).is_some()) {
             return Err(Refusal::StillPressed);
         }
+        let mut monitors = self.monitors_of(scope, &zones);
+        monitors.retain(|it| !self.serves_another(*it, &zones));
+        let nos = zones.iter().map(|it| &self.zones[*it].ended);
+        let mut nos = nos.chain(monitors.iter().map(|it| &self.monitors[*it].refused));
+        let stopped = |pump: &Pump| pump.hand == Some(false) && self.is_simultaneous(pump.hand_at);
+        let stopped = *scope == Scope::Site && self.pumps.iter().any(stopped);
+        // Of another person, perhaps: who has said it as well says so again.
+        if stopped || nos.any(|it| self.is_just_said(it.as_ref())) {
+            return Err(Refusal::JustRefused);
+        }
         for &zone in &zones {
             self.zones[zone].ended = None;
         }
-        for monitor in self.monitors_of(scope, &zones) {
-            if !self.serves_another(monitor, &zones) {
-                self.monitors[monitor].refused = None;
-            }
+        for monitor in monitors {
+            self.monitors[monitor].refused = None;
         }
         if *scope == Scope::Site {
             self.troubles.retain(|_, known| known.active);

@@ -47,6 +47,10 @@ pub struct Site {
     outputs: Vec<water::Output>,
     /// Lockout by command.
     lockout: bool,
+    /// Lockout was ordered last.
+    locked_at: Option<u64>,
+    /// The pumps were last cut by a Stop or lockout of the site.
+    cut_at: Option<u64>,
     pumps_since: Option<u64>,
     troubles: BTreeMap<(Trouble, usize), alert::Known>,
     silenced: bool,

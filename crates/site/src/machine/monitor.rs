@@ -29,8 +29,10 @@ pub(super) struct Monitor {
     /// A person began the water that flows: an earlier no of the zone does not end it, nor does it end when the
     /// person releases the button.
     pub by_person: bool,
-    /// A person took it from this zone, whose water was to end at this time.
-    pub lent: Option<(usize, Option<u64>)>,
+    /// A person took it from this zone, whose water was to end at this time. Found water may be of none.
+    pub lent: Option<(Option<usize>, Option<u64>)>,
+    /// A person took it before its order had opened it, which it may still do until then.
+    pub on_its_way: Option<u64>,
     /// The zone for which the water that flows was ordered last, as far as it is known.
     pub water_of: Option<usize>,
     /// What the stored state allows that water, ms.
@@ -55,6 +57,12 @@ impl Monitor {
         self.report.acts()
     }
 
+    /// It is reported closed.
+    fn is_shut(&self) -> bool {
+        let MonitorReport { reachable, valve, extinguishing, .. } = self.report;
+        reachable && valve == Valve::Closed && !extinguishing
+    }
+
     /// It does what was ordered; a valve that only moves has not yet.
     fn has_acted(&self) -> bool {
         self.report.valve == Valve::Open || self.report.extinguishing
@@ -63,6 +71,7 @@ impl Monitor {
 
 impl Site {
     pub(super) fn monitor_reports(&mut self, index: usize, report: MonitorReport) {
+        self.order_lapses(index);
         let old = std::mem::replace(&mut self.monitors[index].report, report);
         let known = report.reachable && report.valve != Valve::Unknown;
         if known && !self.monitors[index].seen {
@@ -79,30 +88,61 @@ impl Site {
             monitor.prepared = None;
         }
         if report.authority == Authority::Person && old.authority != Authority::Person && keeps {
-            let until = |zone: usize| self.zones[zone].release.as_ref().and_then(|it| it.until);
-            let lent = monitor.owner.take().map(|zone| (zone, until(zone)));
-            // Found water that a person takes over keeps its end.
-            let first = self.plan.monitor_zones[index].first().copied();
-            let zone = monitor.water_of.or(first);
-            let found = zone.zip(monitor.found).map(|(zone, until)| (zone, Some(until)));
-            monitor.lent = lent.or(found).or(monitor.lent);
-            self.out.persist = true;
-            monitor.engaged = None;
-            monitor.prepared = None;
-            monitor.found = None;
-            monitor.idle = false;
+            self.taken_by_person(index, old.acts());
         }
-        if report.reachable && report.valve == Valve::Closed && !report.extinguishing {
+        let monitor = &mut self.monitors[index];
+        if monitor.acts() {
+            monitor.on_its_way = None;
+        }
+        if monitor.is_shut() {
             monitor.found = None;
-            monitor.lent = None;
+            if monitor.on_its_way.is_none() {
+                monitor.lent = None;
+            }
             // Before it flows for the first time it is ordered all the same.
             if old.reachable && old.acts() {
                 monitor.water_of = None;
             }
         }
-        if report.authority != Authority::Person && old.authority == Authority::Person {
+        let waits = self.monitors[index].lent.is_some();
+        if report.authority != Authority::Person && (old.authority == Authority::Person || waits) {
             self.given_back(index);
         }
+    }
+
+    /// A person takes it over, from a zone or with found water, which keeps its end. An order that has not opened it
+    /// yet may be on its way: its water is no person's.
+    fn taken_by_person(&mut self, index: usize, acted: bool) {
+        let monitor = &mut self.monitors[index];
+        let owner = monitor.owner.take();
+        let ordered = owner.is_some() && monitor.water_of.is_some();
+        if ordered && !acted && !monitor.acts() {
+            monitor.on_its_way = Some(self.now.saturating_add(self.rules.valid_ms));
+        }
+        let until = |zone: usize| self.zones[zone].release.as_ref().and_then(|it| it.until);
+        let lent = owner.map(|zone| (Some(zone), until(zone)));
+        let zone = monitor.water_of.or(self.plan.monitor_zones[index].first().copied());
+        let found = monitor.found.map(|until| (zone, Some(until)));
+        monitor.lent = lent.or(found).or(monitor.lent);
+        monitor.engaged = None;
+        monitor.prepared = None;
+        monitor.found = None;
+        monitor.idle = false;
+        self.out.persist = true;
+    }
+
+    /// An order that has not opened it in time will not any more: water that comes later is a person's.
+    fn order_lapses(&mut self, index: usize) {
+        let Some(until) = self.monitors[index].on_its_way else { return };
+        if !self.due(until) {
+            return;
+        }
+        let monitor = &mut self.monitors[index];
+        monitor.on_its_way = None;
+        if monitor.is_shut() {
+            (monitor.lent, monitor.water_of) = (None, None);
+        }
+        self.out.persist = true;
     }
 
     /// What people do with the water of a monitor, by the report before this one.
@@ -118,7 +158,7 @@ impl Site {
                 monitor.engaged_at = now;
             }
         } else if person && report.reachable && monitor.acts() && !(old.reachable && old.acts()) {
-            // What a person has taken over before the start ends in its time.
+            // What a person has taken over ends in its time: water of before the start, or of an order on its way.
             monitor.by_person = monitor.lent.is_none();
         }
         let closed = report.reachable && report.valve == Valve::Closed;
@@ -149,17 +189,26 @@ impl Site {
             let scope = Scope::Monitor(self.monitor_id(index));
             self.record(Entry::No { scope, why }, Vec::new());
         }
+        // Its order would be accepted when the lockout is lifted.
+        if self.monitors[index].owner.is_some() {
+            self.shut(index, false, &[Cause::End(Why::Lockout)]);
+        }
     }
 
     /// A person gives a monitor back: its release goes on, or what is left of its water.
     fn given_back(&mut self, index: usize) {
         let monitor = &self.monitors[index];
         let Some((zone, until)) = monitor.lent.filter(|_| monitor.owner.is_none()) else { return };
-        let goes_on = self.zones[zone].release.as_ref().is_some_and(|release| release.wet);
+        // Its order may still open it.
+        if monitor.on_its_way.is_some() {
+            return;
+        }
+        let is_wet = |zone: &usize| self.zones[*zone].release.as_ref().is_some_and(|it| it.wet);
+        let goes_on = zone.filter(is_wet);
         let monitor = &mut self.monitors[index];
         monitor.lent = None;
-        if goes_on && monitor.closing.is_none() && monitor.refused.is_none() {
-            monitor.owner = Some(zone);
+        if goes_on.is_some() && monitor.closing.is_none() && monitor.refused.is_none() {
+            monitor.owner = goes_on;
         } else if monitor.acts() {
             monitor.found = until;
         }
@@ -176,7 +225,7 @@ impl Site {
             let stored = monitor.stored_left.filter(|left| *left > 0 || monitor.water_of.is_some());
             let until = stored.map(|left| self.started.saturating_add(left));
             let zone = monitor.water_of.or(self.plan.monitor_zones[index].first().copied());
-            self.monitors[index].lent = zone.filter(|_| until.is_some()).map(|it| (it, until));
+            self.monitors[index].lent = until.map(|until| (zone, Some(until)));
             return;
         }
         // What a person began ends by hand, as before.
@@ -185,8 +234,9 @@ impl Site {
         }
         let zones = &self.plan.monitor_zones[index];
         let longest = zones.iter().map(|zone| ms(self.plan.config.zones[*zone].water_max_s)).max();
-        let longest = longest.unwrap_or_default();
-        let left = monitor.stored_left.map_or(longest, |stored| stored.min(longest));
+        // Its zones are not configured any more: what is stored ends all the same.
+        let left = longest.into_iter().chain(monitor.stored_left).min();
+        let Some(left) = left else { return };
         let until = self.started.saturating_add(left);
         self.monitors[index].found = Some(until);
         let left_ms = until.saturating_sub(self.now);
@@ -358,6 +408,7 @@ impl Site {
             monitor.owner = Some(zone);
             monitor.idle = false;
             monitor.found = None;
+            (monitor.lent, monitor.on_its_way) = (None, None);
             self.out.persist = true;
             working += 1;
             self.busy = true;
@@ -374,6 +425,7 @@ impl Site {
     fn monitor(&mut self, index: usize) {
         self.monitor_troubles(index);
         self.refusal_lapses(index);
+        self.order_lapses(index);
         if let Some(until) = self.monitors[index].found
             && self.due(until)
         {
@@ -455,7 +507,7 @@ impl Site {
         monitor.engaged = None;
         monitor.prepared = None;
         monitor.found = None;
-        monitor.lent = None;
+        (monitor.lent, monitor.on_its_way) = (None, None);
         monitor.water_of = None;
         monitor.by_person = false;
         monitor.idle = false;
@@ -476,9 +528,7 @@ impl Site {
         if !self.due(next) {
             return;
         }
-        let report = self.monitors[index].report;
-        let closed = report.reachable && report.valve == Valve::Closed && !report.extinguishing;
-        if closed || !self.rules.close_repeats {
+        if self.monitors[index].is_shut() || !self.rules.close_repeats {
             self.monitors[index].closing = None;
             self.busy = true;
             self.out.persist = true;

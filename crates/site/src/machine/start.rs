@@ -89,6 +89,8 @@ impl Site {
             pumps: vec![Pump::default(); config.pumps.len()],
             outputs: vec![Output::default(); config.outputs.len()],
             lockout: false,
+            locked_at: None,
+            cut_at: None,
             pumps_since: None,
             troubles: std::collections::BTreeMap::new(),
             silenced: false,
@@ -126,6 +128,17 @@ impl Site {
         for id in &stored.pressed {
             match self.plan.contact(id).filter(|it| self.plan.config.contacts[*it].kind.is_kept()) {
                 Some(index) => self.contacts[index].level = true,
+                None => dropped.push(id.clone()),
+            }
+        }
+        // A lockout of before the start counts as one of now, as each no does.
+        self.locked_at = self.is_locked().then_some(now);
+        for id in &stored.pumps_off {
+            match self.plan.pump(id) {
+                Some(index) => {
+                    let pump = &mut self.pumps[index];
+                    (pump.hand, pump.hand_at) = (Some(false), now);
+                }
                 None => dropped.push(id.clone()),
             }
         }
@@ -185,6 +198,8 @@ impl Site {
         });
         let contacts = config.contacts.iter().zip(&self.contacts);
         let pressed = contacts.filter(|(it, state)| it.kind.is_kept() && state.level);
+        let pumps = config.pumps.iter().zip(&self.pumps);
+        let pumps_off = pumps.filter(|(_, state)| state.hand == Some(false));
         Persisted {
             pressed: pressed.map(|(it, _)| it.id.clone()).collect(),
             version: VERSION,
@@ -192,6 +207,7 @@ impl Site {
             zones: zones.collect(),
             detectors: detectors.map(|(it, state)| (it.id.clone(), state.bypass)).collect(),
             monitors: monitors.filter(|(_, it)| *it != StoredMonitor::default()).collect(),
+            pumps_off: pumps_off.map(|(it, _)| it.id.clone()).collect(),
         }
     }
 }

@@ -14,7 +14,10 @@ impl Site {
     /// Whether a no for this lasts: one more changes nothing before a reset.
     pub fn is_refused(&self, scope: &Scope) -> bool {
         match scope {
-            Scope::Site => self.zones.iter().all(|zone| zone.ended.is_some()),
+            Scope::Site => {
+                let by_hand = self.pumps.iter().any(|pump| pump.hand == Some(true));
+                self.zones.iter().all(|zone| zone.ended.is_some()) && !by_hand
+            }
             Scope::Zone(id) => {
                 self.plan.zone(id).is_some_and(|zone| self.zones[zone].ended.is_some())
             }

@@ -48,8 +48,9 @@ pub(super) struct Pump {
     pub replaced: bool,
     /// It runs, and is not asked for any more, since.
     pub idle_since: Option<u64>,
-    /// A person started or stopped it.
+    /// A person started or stopped it, and when.
     pub hand: Option<bool>,
+    pub hand_at: u64,
     pub set_at: u64,
     pub next: u64,
     /// It reports that it runs.
@@ -168,7 +169,8 @@ impl Site {
     }
 
     pub(super) fn pump_by_hand(&mut self, pump: usize, on: bool, cause: &[Cause]) {
-        self.pumps[pump].hand = Some(on);
+        (self.pumps[pump].hand, self.pumps[pump].hand_at) = (Some(on), self.now);
+        self.out.persist = true;
         if !on && self.pumps[pump].on != Some(false) {
             self.set_pump(pump, false, cause.to_vec());
         }
@@ -184,10 +186,12 @@ impl Site {
         }
     }
 
-    /// Stop and lockout of the site: the pumps stop at once.
+    /// Stop and lockout of the site: the pumps stop at once. One that a person keeps off stays off: somebody may work
+    /// on it.
     pub(super) fn cut_pumps(&mut self, cause: &[Cause]) {
+        self.cut_at = Some(self.now);
         for index in 0..self.pumps.len() {
-            self.pumps[index].hand = None;
+            self.pumps[index].hand.take_if(|on| *on);
             if self.pumps[index].on != Some(false) {
                 self.set_pump(index, false, cause.to_vec());
             }

@@ -87,26 +87,35 @@ impl Site {
         if self.due(until) && self.rules.mode_returns {
             let tested = self.zones[zone].mode.is_test();
             self.set_mode(zone, Mode::Automatic, None, Vec::new());
-            if tested {
-                self.votes_are_old(zone, Why::TestOver);
+            // Votes that are there when the test ends by itself release nothing without a person.
+            if tested && self.tally(zone).met {
+                self.is_old(zone, Why::TestOver, self.now);
             }
         }
     }
 
-    /// Votes that stand when what kept them back ends by itself release nothing without a person.
-    fn votes_are_old(&mut self, zone: usize, why: Why) {
-        if self.zones[zone].ended.is_none() && self.tally(zone).met {
+    /// What was there while something kept it back needs a reset.
+    fn is_old(&mut self, zone: usize, why: Why, at: u64) {
+        if self.zones[zone].ended.is_none() {
             let said = why.is_said();
-            self.zones[zone].ended = Some(Ended { why, at: self.now, said });
+            self.zones[zone].ended = Some(Ended { why, at, said });
             self.out.persist = true;
             self.record(Entry::Ended { zone: self.zone_id(zone), why }, Vec::new());
         }
     }
 
-    /// The key is back: what was in alarm meanwhile does not release by it.
+    /// The key is back: what is in alarm does not release by it, nor by votes that are missing yet. The lockout was
+    /// the no, not its end: a reset may follow at once.
     pub(super) fn after_lockout(&mut self) {
-        if !self.is_locked() {
-            (0..self.zones.len()).for_each(|zone| self.votes_are_old(zone, Why::Lockout));
+        if self.is_locked() {
+            return;
+        }
+        let least = self.now.saturating_sub(self.rules.no_holds_ms);
+        let at = self.locked_at.map_or(self.now, |at| at.max(least));
+        for zone in 0..self.zones.len() {
+            if self.tally(zone).alarm {
+                self.is_old(zone, Why::Lockout, at);
+            }
         }
     }
 

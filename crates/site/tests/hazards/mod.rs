@@ -2,7 +2,7 @@
 
 use super::*;
 
-const OPEN: MonitorReport = MonitorReport {
+pub const OPEN: MonitorReport = MonitorReport {
     reachable: true,
     authority: Authority::Free,
     lockout: false,
@@ -10,9 +10,9 @@ const OPEN: MonitorReport = MonitorReport {
     extinguishing: false,
     failure: false,
 };
-const SHUT: MonitorReport = MonitorReport { valve: Valve::Closed, ..OPEN };
+pub const SHUT: MonitorReport = MonitorReport { valve: Valve::Closed, ..OPEN };
 
-fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
+pub fn of<'a>(all: &'a [(u64, String)], beginning: &str) -> Vec<&'a str> {
     all.iter().map(|it| it.1.as_str()).filter(|it| it.starts_with(beginning)).collect()
 }
 
@@ -429,6 +429,7 @@ fn a_zone_without_its_pumps_valve_or_supply_is_not_ready() {
         hall.hand(Hand::Pump { pump: pump.to_owned(), on: false });
         assert_eq!(ready(&hall), is_ready, "{pump} is kept off");
     }
+    hall.wait(2000);
     hall.hand(Hand::Reset(Scope::Site));
     assert!(ready(&hall));
     // One that needs no pumps does not care.
@@ -520,6 +521,7 @@ fn the_reset_of_a_zone_does_not_open_for_another() {
     hall.wait(2000);
     burns_in_the_yard(&mut hall);
     hall.hand(Hand::Abort { zone: "yard".to_owned() });
+    hall.wait(2000);
     hall.hand(reset(Scope::Zone("yard".to_owned())));
     assert!(!refused(&hall), "its own zone counts");
     hall.hand(Hand::Close(north()));
@@ -528,6 +530,7 @@ fn the_reset_of_a_zone_does_not_open_for_another() {
     // Nothing is under way in the other zone.
     let mut hall = shared();
     hall.hand(Hand::Close(north()));
+    hall.wait(2000);
     hall.hand(reset(hall_alone()));
     assert!(!refused(&hall));
 }
@@ -587,12 +590,12 @@ fn a_close_that_comes_after_a_release_by_hand_goes_on() {
     assert!(of(&all, "Engage north").is_empty() && of(&all, "Close north").len() == 3, "{all:?}");
 }
 
-fn of_orders<'a>(all: &'a [String], beginning: &str) -> Vec<&'a str> {
+pub fn of_orders<'a>(all: &'a [String], beginning: &str) -> Vec<&'a str> {
     all.iter().map(String::as_str).filter(|it| it.starts_with(beginning)).collect()
 }
 
 /// The site after a restart, with what was stored; it was written as JSON.
-fn restarted(hall: &Hall, change: fn(&mut Config)) -> Hall {
+pub fn restarted(hall: &Hall, change: fn(&mut Config)) -> Hall {
     let mut config: Config = toml::from_str(HALL).unwrap();
     change(&mut config);
     let json = serde_json::to_string(&hall.site.persisted()).unwrap();

@@ -3,6 +3,8 @@
 //! It shares the types of events and commands with the machine, and none of its code. It keeps times as ages,
 //! so two histories that make no difference any more are equal.
 
+mod supply;
+
 use lafet_site::config::Reduced;
 use lafet_site::{
     Authority, Bypass, Condition, Config, Event, Hand, Mode, MonitorReport, Order, Phase, Reaction,
@@ -14,6 +16,8 @@ const OLD: u64 = 20_000;
 /// A no and a release by hand at this distance are simultaneous.
 const SIMULTANEOUS: u64 = 2000;
 const REPEAT: u64 = 1000;
+/// What opens is void if it was not delivered within this time.
+const VALID: u64 = 2000;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 struct Eye {
@@ -63,6 +67,8 @@ struct Barrel {
     hand: bool,
     /// The zone from which a person took it.
     lent: Option<usize>,
+    /// A person took it so long ago, before its order had opened it: that may be on its way.
+    coming: Option<u64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -71,6 +77,8 @@ struct Motor {
     dry: u64,
     /// A person keeps it off, and for so long while it is needed.
     off: Option<u64>,
+    /// A person has stopped it so long ago, up to what is simultaneous.
+    stopped: u64,
 }
 
 impl Barrel {
@@ -82,6 +90,19 @@ impl Barrel {
         let is_open = self.shut && report.valve == Valve::Open;
         before.reachable && before.valve != Valve::Open && (begins || is_open)
     }
+
+    /// An order that has not opened it in time is void: the water that comes later is a person's.
+    fn waits(&mut self, by: u64) {
+        let MonitorReport { reachable, valve, extinguishing, .. } = self.report;
+        let Some(age) = &mut self.coming else { return };
+        *age += by;
+        if *age >= VALID {
+            self.coming = None;
+            if reachable && valve != Valve::Open && !extinguishing {
+                (self.lent, self.ours, self.given) = (None, false, false);
+            }
+        }
+    }
 }
 
 /// The oracle.
@@ -91,7 +112,8 @@ pub struct Oracle {
     areas: Vec<Area>,
     barrels: Vec<Barrel>,
     motors: Vec<Motor>,
-    lockout: bool,
+    /// It was ordered so long ago, up to what is simultaneous.
+    lockout: Option<u64>,
     /// The contacts of the zones that say no.
     pressed: [bool; 2],
     pressure: bool,
@@ -117,7 +139,7 @@ impl Oracle {
             areas: vec![Area::default(); config.zones.len()],
             barrels: vec![Barrel::default(); config.monitors.len()],
             motors: vec![Motor::default(); config.pumps.len()],
-            lockout: false,
+            lockout: None,
             pressed: [false; 2],
             pressure: false,
             close: Vec::new(),
@@ -138,7 +160,10 @@ impl Oracle {
             let Barrel { ours, given, hand, .. } = *barrel;
             *barrel = Barrel { refused, ours, given, hand, ..Barrel::default() };
         }
-        self.motors.fill(Motor::default());
+        for motor in &mut self.motors {
+            *motor = Motor { off: motor.off.map(|_| 0), ..Motor::default() };
+        }
+        self.lockout = self.lockout.map(|_| 0);
         self.pressure = false;
         self.close.clear();
     }
@@ -176,9 +201,16 @@ impl Oracle {
             for age in [&mut barrel.closing, &mut barrel.found, &mut barrel.refused] {
                 age.iter_mut().for_each(|age| old(age, by));
             }
+            barrel.waits(by);
+        }
+        if let Some(age) = &mut self.lockout {
+            *age = (*age + by).min(SIMULTANEOUS);
         }
         for motor in &mut self.motors {
             motor.off.iter_mut().for_each(|age| old(age, by));
+            if motor.off.is_some() {
+                motor.stopped = (motor.stopped + by).min(SIMULTANEOUS);
+            }
             if let Some(age) = &mut motor.on {
                 old(age, by);
                 if self.pressure { motor.dry = 0 } else { old(&mut motor.dry, by) }
@@ -220,7 +252,7 @@ impl Oracle {
                 } else if person && report.reachable && water && !(before.reachable && flowed) {
                     barrel.hand = !barrel.given;
                 }
-                let locked = self.lockout || report.lockout;
+                let locked = self.lockout.is_some() || report.lockout;
                 if barrel.opens(report) && person && !locked {
                     barrel.closing = None;
                 }
@@ -233,19 +265,30 @@ impl Oracle {
                     if barrel.works_for.is_some() || under_way {
                         barrel.refused = Some(0);
                     }
-                    if water && barrel.closing.is_none() {
+                    // Nor is the order carried out later that it works by.
+                    if (water || barrel.works_for.is_some()) && barrel.closing.is_none() {
                         self.close.push(index);
+                        barrel.works_for = None;
                     }
                 }
+                if water {
+                    barrel.coming = None;
+                }
                 if person {
+                    let ordered = barrel.works_for.is_some() && barrel.given;
+                    if ordered && !water && !flowed {
+                        barrel.coming = Some(0);
+                    }
                     barrel.lent = barrel.works_for.take().or(barrel.lent);
-                } else if let Some(zone) = barrel.lent.take() {
+                } else if let Some(zone) = barrel.lent.take_if(|_| barrel.coming.is_none()) {
                     let wet = self.areas[zone].force.is_some_and(|(_, _, wet)| wet);
                     let free = barrel.closing.is_none() && barrel.refused.is_none();
                     barrel.works_for = Some(zone).filter(|_| wet && free);
                 }
                 if report.reachable && !water {
-                    (barrel.ours, barrel.lent) = (false, None);
+                    if barrel.coming.is_none() {
+                        (barrel.ours, barrel.lent) = (false, None);
+                    }
                     // Before it flows for the first time it is ordered all the same.
                     barrel.given &= !(before.reachable && flowed);
                 }
@@ -293,26 +336,24 @@ impl Oracle {
             }
             Hand::Stop(_) | Hand::Close(_) => {
                 self.no(config, None, true);
-                if matches!(order, Hand::Stop(_)) {
-                    self.motors.iter_mut().for_each(|motor| motor.off = None);
-                }
             }
-            Hand::Lockout { on } => {
-                let was = std::mem::replace(&mut self.lockout, *on);
-                if *on {
-                    self.no(config, None, false);
-                    self.motors.iter_mut().for_each(|motor| motor.off = None);
-                } else if was {
-                    for zone in 0..self.areas.len() {
-                        if self.enough(zone, config) && self.areas[zone].no.is_none() {
-                            self.areas[zone].no = Some((0, true));
-                        }
+            Hand::Lockout { on: true } => {
+                self.lockout = Some(0);
+                self.no(config, None, false);
+            }
+            Hand::Lockout { on: false } => {
+                // At the same time as the lockout it is refused.
+                let Some(age) = self.lockout.take_if(|age| *age >= SIMULTANEOUS) else { return };
+                for zone in 0..self.areas.len() {
+                    if self.alarms(zone, config) && self.areas[zone].no.is_none() {
+                        self.areas[zone].no = Some((age, true));
                     }
                 }
             }
             Hand::Reset(_) => {
                 let water = self.areas.iter().any(|area| area.force.is_some());
-                if !water && !self.lockout && self.pressed == [false; 2] {
+                let locked = self.lockout.is_some();
+                if !water && !locked && self.pressed == [false; 2] && !self.just_said() {
                     self.motors.iter_mut().for_each(|motor| motor.off = None);
                     self.areas.iter_mut().for_each(|area| area.no = None);
                     self.barrels.iter_mut().for_each(|barrel| barrel.refused = None);
@@ -324,10 +365,20 @@ impl Oracle {
             Hand::Pump { pump, on } => {
                 let index = config.pumps.iter().position(|it| it.id == *pump).unwrap();
                 assert!(!on, "no test starts a pump by hand");
-                self.motors[index].off = Some(0);
+                (self.motors[index].off, self.motors[index].stopped) = (Some(0), 0);
             }
             Hand::Silence => {}
         }
+    }
+
+    /// A person has just said no, to anything: no reset is meant to withdraw that.
+    fn just_said(&self) -> bool {
+        let area = |it: &Area| it.no.is_some_and(|(age, person)| person && age < SIMULTANEOUS);
+        let barrel = |it: &Barrel| it.refused.is_some_and(|age| age < SIMULTANEOUS);
+        let motor = |it: &Motor| it.off.is_some() && it.stopped < SIMULTANEOUS;
+        self.areas.iter().any(area)
+            || self.barrels.iter().any(barrel)
+            || self.motors.iter().any(motor)
     }
 
     fn no(&mut self, config: &Config, zone: Option<usize>, latches: bool) {
@@ -356,7 +407,7 @@ impl Oracle {
         let pressed = self.pressed[zone];
         let area = &mut self.areas[zone];
         let just = area.no.is_some_and(|(age, person)| person && age < SIMULTANEOUS);
-        if self.lockout || area.mode == Mode::Off || pressed || just {
+        if self.lockout.is_some() || area.mode == Mode::Off || pressed || just {
             return;
         }
         if area.force.is_some_and(|(automatic, ..)| !automatic) {
@@ -406,18 +457,25 @@ impl Oracle {
         votes.len() >= usize::from(need) && kinds.len() >= usize::from(configured.kinds)
     }
 
+    /// A detector of the zone sees a fire, with or without a vote.
+    fn alarms(&self, zone: usize, config: &Config) -> bool {
+        let of = &config.zones[zone].id;
+        let mut members = self.eyes.iter().zip(&config.detectors);
+        members.any(|(eye, it)| {
+            let sees = eye.signal == Some(Signal::Alarm) && eye.bypass != Bypass::Disabled;
+            sees && it.zones.contains(of)
+        })
+    }
+
     /// What follows from votes and time; the zones whose water has to end now.
     fn conclude(&mut self, config: &Config, seen: &mut Seen) -> Vec<usize> {
         let mut over = Vec::new();
         for zone in 0..self.areas.len() {
             let configured = &config.zones[zone];
             let enough = self.enough(zone, config);
-            let sees =
-                |eye: &Eye| eye.signal == Some(Signal::Alarm) && eye.bypass != Bypass::Disabled;
-            let mut members = self.eyes.iter().zip(&config.detectors);
-            let alarm = members.any(|(eye, it)| sees(eye) && it.zones.contains(&configured.id));
+            let alarm = self.alarms(zone, config);
             let pressed = self.pressed[zone];
-            let locked = self.lockout;
+            let locked = self.lockout.is_some();
             let area = &mut self.areas[zone];
             if std::mem::take(&mut area.tested) && enough && area.no.is_none() {
                 area.no = Some((0, false));
@@ -471,7 +529,8 @@ impl Oracle {
     fn usable(&self, monitor: usize) -> bool {
         let Barrel { report, refused, .. } = &self.barrels[monitor];
         let free = report.reachable && !report.failure && !report.lockout;
-        free && refused.is_none() && report.authority != Authority::Person && !self.lockout
+        let person = report.authority == Authority::Person;
+        free && refused.is_none() && !person && self.lockout.is_none()
     }
 
     /// Judges what the machine did.
@@ -525,12 +584,13 @@ impl Oracle {
             }
             if closed.contains(&index) {
                 let kept = barrel.hand && barrel.closing.is_none() && barrel.works_for.is_none();
-                if kept && !must.contains(&index) && !self.lockout && !barrel.report.lockout {
+                let locked = self.lockout.is_some() || barrel.report.lockout;
+                if kept && !must.contains(&index) && !locked {
                     return Err(format!("a person's water is closed ({})", config.monitors[index]));
                 }
                 (barrel.hand, barrel.given) = (false, false);
                 (barrel.works_for, barrel.closing, barrel.found) = (None, Some(0), None);
-                barrel.lent = None;
+                (barrel.lent, barrel.coming) = (None, None);
             }
             if barrel.closing.is_some_and(|age| age >= REPEAT) {
                 if !shut {
@@ -560,7 +620,7 @@ impl Oracle {
             let why = if area.no.is_some() { "after a no" } else { "without votes or hand" };
             return Err(format!("water {why} (zone {zone}, monitor {monitor})"));
         };
-        if self.lockout || barrel.refused.is_some() {
+        if self.lockout.is_some() || barrel.refused.is_some() {
             return Err("water in spite of lockout or a refused monitor".to_owned());
         }
         if !wet {
@@ -583,101 +643,7 @@ impl Oracle {
         let barrel = &mut self.barrels[monitor];
         (barrel.works_for, barrel.found, barrel.ours) = (Some(zone), None, automatic);
         (barrel.given, barrel.hand, barrel.closing) = (true, false, None);
-        Ok(())
-    }
-
-    /// A person has water from this monitor, and no no has come since.
-    fn by_hand(&self, monitor: usize) -> bool {
-        let barrel = &self.barrels[monitor];
-        let water = barrel.report.valve == Valve::Open || barrel.report.extinguishing;
-        let theirs = barrel.hand || barrel.report.authority == Authority::Person;
-        water && theirs && barrel.closing.is_none() && !self.lockout
-    }
-
-    /// Neither valve nor pumps are taken from the water of a person.
-    fn supplied(
-        &self,
-        config: &Config,
-        stopped: &[&String],
-        seen: &mut Seen,
-    ) -> Result<(), String> {
-        for (index, zone) in config.zones.iter().enumerate() {
-            let serves = |it: &usize| zone.monitors.contains(&config.monitors[*it]);
-            let flows = (0..self.barrels.len()).filter(serves).any(|it| self.by_hand(it));
-            if !flows || self.pressed[index] {
-                continue;
-            }
-            seen.insert("a person's water");
-            let pumps = config.pumps.iter().map(|it| &it.id);
-            let mut needs = pumps.chain(&zone.valve);
-            if let Some(lost) = needs.find(|it| stopped.contains(it)) {
-                return Err(format!("{lost} is taken from a person's water"));
-            }
-        }
-        Ok(())
-    }
-
-    fn opened(&self, config: &Config, output: &str) -> Result<(), String> {
-        let allowed = config.zones.iter().zip(&self.areas).any(|(zone, area)| {
-            let valve = zone.valve.as_deref() == Some(output);
-            let by_hand = (0..self.barrels.len()).any(|it| self.by_hand(it));
-            valve && (area.force.is_some_and(|(_, _, wet)| wet) || by_hand)
-        });
-        if allowed { Ok(()) } else { Err("a zone valve opens without a release".to_owned()) }
-    }
-
-    fn pump(
-        &mut self,
-        config: &Config,
-        pump: usize,
-        on: bool,
-        seen: &mut Seen,
-    ) -> Result<(), String> {
-        if !on {
-            self.motors[pump] = Motor { off: self.motors[pump].off, ..Motor::default() };
-            return Ok(());
-        }
-        let configured = &config.pumps[pump];
-        let wait = s(configured.start_delay_s);
-        let before = &self.motors[..pump];
-        let early = before.iter().filter_map(|it| it.on).any(|age| age < wait);
-        let duty = before.iter().zip(&config.pumps).filter(|(_, it)| !it.standby);
-        let skipped = duty.clone().any(|(it, _)| it.on.is_none() && it.off.is_none());
-        let failed = before.iter().zip(&config.pumps).any(|(motor, it)| {
-            let dry = motor.on.is_some() && motor.dry >= s(it.start_timeout_s);
-            it.pressure.is_some() && dry || motor.off.is_some()
-        });
-        if early || skipped || self.lockout {
-            return Err(format!("pump {} starts too early", configured.id));
-        }
-        if configured.standby && !failed {
-            return Err(format!("pump {} replaces nothing", configured.id));
-        }
-        if configured.standby {
-            seen.insert("pump replaced");
-        } else if pump > 0 {
-            seen.insert("pumps in sequence");
-        }
-        self.motors[pump] = Motor { on: Some(0), ..Motor::default() };
-        Ok(())
-    }
-
-    fn is_wet(&self) -> bool {
-        self.areas.iter().any(|area| area.force.is_some_and(|(_, _, wet)| wet))
-    }
-
-    fn pumped(&self, config: &Config) -> Result<(), String> {
-        let wet = self.is_wet();
-        let failed = self.motors.iter().zip(&config.pumps).any(|(motor, it)| {
-            // The standby pump waits for its turn in the row.
-            let timeout = s(it.start_timeout_s + 1);
-            let dry = it.pressure.is_some() && motor.on.is_some() && motor.dry >= timeout;
-            dry || motor.off.is_some_and(|age| age > s(3))
-        });
-        let mut standby = self.motors.iter().zip(&config.pumps).filter(|(_, it)| it.standby);
-        if wet && failed && standby.any(|(motor, _)| motor.on.is_none()) {
-            return Err("a failed pump is not replaced".to_owned());
-        }
+        (barrel.lent, barrel.coming) = (None, None);
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 refusal-lockout = Lockout is on. Release it first.
 refusal-off = The zone is switched off. Set another mode first.
 refusal-abort-pressed = An abort contact is pressed. Release it first.
-refusal-just-refused = A Stop, Close or abort came at the same time. Try again after 2 s.
+refusal-just-refused = A Stop, Close, abort or lockout came at the same time. Try again after 2 s.
 refusal-released = The zone is released. End the release first.
 refusal-too-late = It is too late: the zone is released already. Abort ends it.
 refusal-no-hold = The zone has no hold.

@@ -173,6 +173,35 @@ test('what is pulled or pressed when something is stopped is not sent when it is
   await until(() => aims() > 0);
 });
 
+test('only the first button aims: the middle one moves the plan, also with the first one pressed beside it', async () => {
+  await take(page);
+  const asked: string[] = [];
+  page.on('request', (one) => asked.push(one.url()));
+  const aims = () => asked.filter((url) => url.endsWith('/aim')).length;
+  await able(page.locator('#aim')).click();
+  await page.locator('#aim button[aria-pressed=true]').waitFor();
+  await drawn(page);
+  const plan = await placed(page.locator('lf-plan'));
+  await page.mouse.move(plan.x + plan.width * 0.6, plan.y + plan.height * 0.5);
+  const middle = { button: 'middle' } as const;
+  await page.mouse.down(middle);
+  await page.mouse.up(middle);
+  await page.mouse.down(middle);
+  await page.mouse.down();
+  await page.mouse.up(middle);
+  await page.mouse.up();
+  await page.mouse.down();
+  await page.mouse.down(middle);
+  await page.mouse.up();
+  await page.mouse.up(middle);
+  await passes(page, 800);
+  expect(aims()).toBe(0);
+  expect(await site.position('M1')).toBe(began);
+  await page.mouse.down();
+  await page.mouse.up();
+  await until(() => aims() > 0);
+});
+
 describe('a key whose release is not reported', () => {
   const lost: [string, string, Record<string, string | boolean>][] = [
     ['Cmd', 'keydown', { key: 'Meta', code: 'MetaLeft', metaKey: true }],

@@ -7,6 +7,7 @@ import { type Answered, socket } from '../../src/hub/socket';
 import { store } from '../../src/hub/store';
 import type { Result } from '../../src/hub/types';
 import { noteOf } from '../../src/shell/toasts';
+import { abortZone, lockZones } from '../../src/shell/zones';
 
 const done: Result = { ok: true, request: 'Stop All', took_ms: 4, audit: 1, answers: [] };
 const away = { error: { code: 'not_connected', en: 'M2 is not connected.', ru: 'M2 не подключён.' } };
@@ -147,9 +148,48 @@ describe('a STOP into a dead network', () => {
     await commands.stop();
     progress.mockImplementation(() => new Promise(() => {}));
     told.length = 0;
-    void commands.stop();
+    void commands.stop().catch(() => {});
     await vi.advanceTimersByTimeAsync(1100);
     expect(notes()).toContain('unconfirmed');
+  });
+
+  test('is sent again where no link can come back: on the page that asks to log in', async () => {
+    const post = vi.spyOn(http, 'post').mockRejectedValueOnce(new HubError(NOT_LINKED)).mockResolvedValue(done);
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(post).toHaveBeenCalledTimes(2);
+    expect(await result).toEqual({ M1: done });
+    await vi.advanceTimersByTimeAsync(100_000);
+    expect(post, 'what is answered is not sent again').toHaveBeenCalledTimes(2);
+  });
+
+  test('is sent by one timer, however often the link comes and goes', async () => {
+    const post = vi.spyOn(http, 'post').mockRejectedValue(new HubError(NOT_LINKED));
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    void commands.stop('M1').catch(() => {});
+    for (let n = 0; n < 3; n += 1) {
+      await vi.advanceTimersByTimeAsync(100);
+      store.setLinked(true);
+      await vi.advanceTimersByTimeAsync(100);
+      store.setLinked(false);
+    }
+    const sent = () => post.mock.calls.filter(([to]) => to === '/api/monitors/M1/stop').length;
+    const before = sent();
+    await vi.advanceTimersByTimeAsync(6100);
+    expect(sent() - before).toBe(3);
+    await vi.advanceTimersByTimeAsync(60_000);
+  });
+
+  test.each([
+    ['an abort of a zone', () => abortZone('hall')],
+    ['a lockout of the zones', () => lockZones(true)],
+  ])('so is %s', async (_, order) => {
+    const post = vi.spyOn(http, 'post').mockRejectedValueOnce(new HubError(NOT_LINKED)).mockResolvedValue(undefined);
+    const result = order();
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(await result).toBe(true);
+    expect(post).toHaveBeenCalledTimes(2);
   });
 
   test('is not given up because a proxy says that it cannot reach the hub', async () => {

@@ -73,7 +73,7 @@ export default {
   'stop.not_done': 'NOT carried out by: {monitors}',
   'stop.unconfirmed': 'NOT CONFIRMED',
   'stop.unconfirmed_more':
-    'The hub has not answered. It is sent again as soon as the hub is back. Use the hardware stop at the monitor.',
+    'The hub has not answered. It is sent again until the hub answers. Use the hardware stop at the monitor.',
   'stop.order': 'Command',
   'stop.silent_yet':
     '{monitors} does not answer. It is sent again and again. The barrel may still move, and water may flow.',

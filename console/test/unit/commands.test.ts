@@ -257,6 +257,82 @@ describe('a STOP that a monitor does not answer', () => {
     expect(noteOf(told.at(-1)!)).toBeNull();
   });
 
+  describe('whose link breaks', () => {
+    beforeEach(async () => {
+      // What the tests before have left open is answered.
+      vi.spyOn(http, 'post').mockResolvedValue(done);
+      vi.spyOn(socket, 'ask').mockResolvedValue({ result: done } as Answered);
+      store.setLinked(true);
+      await vi.advanceTimersByTimeAsync(0);
+      vi.restoreAllMocks();
+      told.length = 0;
+    });
+    afterEach(() => store.setLinked(false));
+    /** What an operator sees of it at the end. */
+    const seen = () => {
+      const shown = new Map<string | undefined, ReturnType<typeof noteOf>>();
+      for (const outcome of told) shown.set(outcome.key, noteOf(outcome));
+      return [...shown.values()].filter((note) => note !== null);
+    };
+
+    test('stays not confirmed until it is settled', async () => {
+      vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+      let cut = () => {};
+      const ask = vi.spyOn(socket, 'ask').mockImplementationOnce(
+        () =>
+          new Promise((_, reject) => {
+            cut = () => reject(new HubError(OUTCOME_UNKNOWN));
+          }),
+      );
+      const result = commands.stop('M2');
+      await vi.advanceTimersByTimeAsync(200);
+      progress('M2', false);
+      await vi.advanceTimersByTimeAsync(1000);
+      expect(seen()).toMatchObject([{ text: 'M2 · stop.stop: stop.unconfirmed', more: 'stop.silent_yet' }]);
+      store.setLinked(false);
+      cut();
+      const note = { kind: 'error', text: expect.stringContaining('stop.unconfirmed'), stays: true };
+      expect(seen()).toMatchObject([note]);
+      await vi.advanceTimersByTimeAsync(10_000);
+      expect(seen()).toMatchObject([note]);
+      ask.mockResolvedValue({ result: done } as Answered);
+      store.setLinked(true);
+      await result;
+      expect(seen()).toMatchObject([{ kind: 'ok' }]);
+    });
+
+    test('stays not confirmed also where the other path has sent it', async () => {
+      vi.spyOn(http, 'post').mockResolvedValue({ pending: true });
+      let cut = () => {};
+      vi.spyOn(socket, 'ask').mockImplementationOnce(
+        () =>
+          new Promise((_, reject) => {
+            cut = () => reject(new HubError(OUTCOME_UNKNOWN));
+          }),
+      );
+      const result = commands.stop('M2');
+      await vi.advanceTimersByTimeAsync(500);
+      progress('M2', false);
+      await vi.advanceTimersByTimeAsync(1000);
+      store.setLinked(false);
+      cut();
+      expect(await result).toEqual({ M2: { pending: true } });
+      expect(seen()).toMatchObject([{ text: 'M2 · stop.stop: stop.unconfirmed', stays: true }]);
+    });
+
+    test('is not said to be unconfirmed before its second is over', async () => {
+      vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+      vi.spyOn(socket, 'ask').mockImplementation(() => new Promise(() => {}));
+      void commands.stop('M2');
+      await vi.advanceTimersByTimeAsync(300);
+      progress('M2', false);
+      store.setLinked(false);
+      expect(seen()).toEqual([]);
+      await vi.advanceTimersByTimeAsync(800);
+      expect(seen()).toMatchObject([{ text: expect.stringContaining('stop.unconfirmed') }]);
+    });
+  });
+
   test('says in words of the operator what may be', () => {
     const one = noteOf({ monitor: 'M2', what: 'Stop All', urgent: true, error: unknown });
     expect(one).toMatchObject({ text: 'M2 · stop.stop: stop.unconfirmed', more: 'stop.silent', stays: true });

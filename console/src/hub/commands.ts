@@ -81,6 +81,11 @@ class Commands {
     socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
   }
 
+  /** An urgent request is not settled, or a monitor has not answered one. */
+  get pending(): boolean {
+    return this.open.size > 0 || this.silent.size > 0;
+  }
+
   /** A request in the text form of `lafet send`. */
   request(monitor: string, text: string, options: Options = {}): Promise<Result> {
     const send = () =>

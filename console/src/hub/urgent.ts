@@ -26,6 +26,13 @@ const RETRY_MS = 2000;
 /** After this time, ms, it is no longer what the operator meant: it fails, and says so. */
 const GIVEN_UP_MS = 60_000;
 
+let insisting = 0;
+
+/** Some order is given until it is answered, and has no answer. */
+export function isInsisting(): boolean {
+  return insisting > 0;
+}
+
 export function sendUrgent(urgent: Urgent): Promise<Results> {
   return insist(() => once(urgent), urgent.unconfirmed);
 }
@@ -40,11 +47,13 @@ export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Prom
     const began = [Date.now(), performance.now()] as const;
     const isOld = () => Math.max(Date.now() - began[0], performance.now() - began[1]) > GIVEN_UP_MS;
     let settled = false;
+    insisting += 1;
     let retry: ReturnType<typeof setTimeout> | undefined;
     let unfollow = () => {};
     const over = (act: () => void) => {
       if (settled) return;
       settled = true;
+      insisting -= 1;
       clearTimeout(late);
       clearTimeout(end);
       clearTimeout(retry);

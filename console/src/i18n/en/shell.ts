@@ -11,14 +11,15 @@ export default {
   'shell.type_first': 'Type {what} first',
   'shell.all_monitors': 'All monitors',
   'shell.loading': 'Loading…',
-  'shell.missing': 'This page cannot be loaded: the hub does not answer. Trying again…',
+  'shell.missing':
+    'This page cannot be loaded: the hub does not answer, or a message at the bottom is still to be closed. Trying again…',
   'shell.unreachable': 'The hub does not answer. Trying again…',
   'shell.unreachable_stop': 'Until then STOP cannot be sent from here: use the hardware stop at the monitor.',
   'shell.other_user': '{user} has logged in to this browser in another tab. This page is loaded again.',
   'shell.seat_taken':
     'Control is in the other window of this browser, which goes on with the session of this one. Take control here again if you need it.',
   'shell.updated':
-    'The hub has been updated. This page is loaded again as soon as nothing is held and no dialog is open.',
+    'The hub has been updated. This page is loaded again as soon as nothing is held, no dialog is open and no message remains at the bottom.',
   'shell.reload': 'Reload now',
   'shell.fault': 'An error in this page: what it shows may be old. Reload it.',
   'nav.label': 'Pages',

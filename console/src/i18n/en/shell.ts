@@ -107,6 +107,7 @@ export default {
   'banner.replay': 'REPLAY of a recording: nothing here is live',
   'banner.simulation': 'SIMULATION',
   'banner.unreported': 'fire not yet reported by a detector',
+  'banner.sound': 'The browser blocks the sound: press anywhere',
   'banner.limitless': 'Limits are off: {monitors}',
   'banner.old': '{monitor} does not answer: values are {age} old',
   'banner.locked': '{monitor} is locked out',

@@ -107,6 +107,7 @@ export default {
   'banner.replay': 'ПРОСМОТР ЗАПИСИ: это не текущее состояние',
   'banner.simulation': 'ИМИТАЦИЯ',
   'banner.unreported': 'пожар, о котором извещатели ещё не сообщили',
+  'banner.sound': 'Браузер блокирует звук: нажмите в любом месте',
   'banner.limitless': 'Пределы отключены: {monitors}',
   'banner.old': '{monitor} не отвечает: значениям {age}',
   'banner.locked': '{monitor} заблокирован',

@@ -257,6 +257,31 @@ describe('a key whose release is not reported', () => {
   });
 });
 
+test('+ narrows and − widens wherever a keyboard has them, and a release counts whatever it types then', async () => {
+  await take(page);
+  const { min, max } = await site.range('M1', 'Nozzle');
+  const moves = async () => (await site.outputs('M1')).Nozzle!.flags.includes('Move');
+  const middle = Math.round((min + max) / 2);
+  for (const [down, up, sign] of [
+    [{ key: '+', code: 'Minus' }, { key: '+', code: 'Minus' }, 1],
+    [{ key: '_', code: 'Minus', shiftKey: true }, { key: '-', code: 'Minus' }, -1],
+  ] as const) {
+    await site.send('M1', `Move Nozzle ${middle}`);
+    await until(async () => !(await moves()) && Math.abs((await site.position('M1', 'Nozzle')) - middle) < 2);
+    const from = await site.position('M1', 'Nozzle');
+    await heldUntil(
+      page,
+      moves,
+      () => sends('keydown', down),
+      () => sends('keyup', up),
+    );
+    await until(async () => (await site.position('M1', 'Nozzle')) !== from);
+    await sends('keyup', up);
+    await until(async () => !(await moves()), 5000);
+    expect(Math.sign((await site.position('M1', 'Nozzle')) - from), down.key).toBe(sign);
+  }
+});
+
 describe('after an end that was no release', () => {
   test('a stick that is still held moves nothing, until it was released', async () => {
     await take(page);

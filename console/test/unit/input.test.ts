@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { ofCodes, ofPad, Pads, together } from '../../src/pages/operate/input';
+import { moveOf, ofMoves, ofPad, Pads, together } from '../../src/pages/operate/input';
 import { PadStop } from '../../src/shell/stop-keys';
 
 const pad = (axes: number[], pressed: number[] = [], index = 0, mapping = 'standard') => ({
@@ -10,9 +10,29 @@ const pad = (axes: number[], pressed: number[] = [], index = 0, mapping = 'stand
 });
 
 test('keys: up and left are positive, opposite ones mean nothing', () => {
-  expect(ofCodes(['ArrowUp', 'ArrowRight'])).toEqual({ Vertical: 'max', Horizontal: 'min' });
-  expect(ofCodes(['ArrowLeft', 'ArrowRight', 'Minus'])).toEqual({ Nozzle: 'min' });
-  expect(ofCodes(['KeyA'])).toEqual({});
+  const codes = (...all: string[]) => all.map((code) => moveOf({ code, key: '', shiftKey: false }) ?? '');
+  expect(ofMoves(codes('ArrowUp', 'ArrowRight'))).toEqual({ Vertical: 'max', Horizontal: 'min' });
+  expect(ofMoves(codes('ArrowLeft', 'ArrowRight', 'NumpadSubtract'))).toEqual({ Nozzle: 'min' });
+  expect(ofMoves(codes('KeyA'))).toEqual({});
+});
+
+test.each([
+  ['US', 'Equal', '=', false, { Nozzle: 'max' }],
+  ['US', 'Equal', '+', true, { Nozzle: 'max' }],
+  ['US', 'Minus', '-', false, { Nozzle: 'min' }],
+  ['US', 'Minus', '_', true, { Nozzle: 'min' }],
+  ['Nordic', 'Minus', '+', false, { Nozzle: 'max' }],
+  ['Nordic', 'Minus', '?', true, {}],
+  ['Nordic', 'Equal', 'Dead', false, {}],
+  ['Nordic', 'Digit0', '=', true, {}],
+  ['Nordic', 'Slash', '-', false, { Nozzle: 'min' }],
+  ['German', 'BracketRight', '+', false, { Nozzle: 'max' }],
+  ['French', 'Digit6', '-', false, { Nozzle: 'min' }],
+  ['French', 'Digit8', '_', false, {}],
+  ['any', 'NumpadAdd', '+', false, { Nozzle: 'max' }],
+  ['any', 'NumpadSubtract', '-', true, { Nozzle: 'min' }],
+] as const)('the nozzle does what the key types: %s %s %s', (_, code, key, shiftKey, holding) => {
+  expect(ofMoves([moveOf({ code, key, shiftKey }) ?? ''])).toEqual(holding);
 });
 
 test('a gamepad: stick, cross, shoulder buttons; a stick at rest does nothing', () => {

@@ -1,27 +1,44 @@
 // Which drives to move: stick on screen, keyboard and gamepad together. Pure.
 import { type Holding, ofStick } from '../../parts/hold';
 
-const KEYS: Record<string, Holding> = {
-  ArrowUp: { Vertical: 'max' },
-  ArrowDown: { Vertical: 'min' },
-  ArrowLeft: { Horizontal: 'max' },
-  ArrowRight: { Horizontal: 'min' },
-  Equal: { Nozzle: 'max' },
-  NumpadAdd: { Nozzle: 'max' },
-  Minus: { Nozzle: 'min' },
-  NumpadSubtract: { Nozzle: 'min' },
+/** What a key means; the same wherever the key is. */
+const MOVES = {
+  up: { Vertical: 'max' },
+  down: { Vertical: 'min' },
+  left: { Horizontal: 'max' },
+  right: { Horizontal: 'min' },
+  narrow: { Nozzle: 'max' },
+  wide: { Nozzle: 'min' },
+} as const satisfies Record<string, Holding>;
+
+/** Keys that have one place on every keyboard. */
+const BY_CODE: Record<string, keyof typeof MOVES> = {
+  ArrowUp: 'up',
+  ArrowDown: 'down',
+  ArrowLeft: 'left',
+  ArrowRight: 'right',
+  NumpadAdd: 'narrow',
+  NumpadSubtract: 'wide',
 };
 
-export function isMoveKey(code: string): boolean {
-  return code in KEYS;
+/** What a key moves, with its meaning from what it types: `+` is where others have `-`; null: nothing. */
+export function moveOf({ code, key, shiftKey }: Pick<KeyboardEvent, 'code' | 'key' | 'shiftKey'>): string | null {
+  const move = BY_CODE[code];
+  if (move) return move;
+  if (key === '+') return 'narrow';
+  if (key === '-' || key === '−') return 'wide';
+  // The keys of + and − with the other state of Shift. Elsewhere Shift types a = or no Shift a _ beside other signs.
+  if (key === '=') return shiftKey ? null : 'narrow';
+  return key === '_' && shiftKey ? 'wide' : null;
 }
 
 /** Opposite keys together mean nothing. */
-export function ofCodes(codes: Iterable<string>): Holding {
+export function ofMoves(moves: Iterable<string>): Holding {
   const sum: Holding = {};
   const both = new Set<string>();
-  for (const code of codes) {
-    for (const [drive, toward] of Object.entries(KEYS[code] ?? {}) as [keyof Holding, 'min' | 'max'][]) {
+  for (const move of moves) {
+    const of = Object.entries(MOVES[move as keyof typeof MOVES] ?? {}) as [keyof Holding, 'min' | 'max'][];
+    for (const [drive, toward] of of) {
       if (sum[drive] && sum[drive] !== toward) both.add(drive);
       sum[drive] = toward;
     }

@@ -129,7 +129,7 @@ export class LfHand extends LitElement {
   private readonly holds = new Map<Drive, Hold>();
   /** Drives that have come to rest at a limit while they were held, until nothing is held. */
   private readonly spent = new Map<Drive, 'min' | 'max'>();
-  private readonly pads = new Pads();
+  private readonly pads = new Pads(() => toast({ kind: 'warning', text: t('operate.pad_silent') }));
   private padFrame = 0;
   private endHalt = () => {};
   @query('lf-joystick') private joystick?: LfJoystick;

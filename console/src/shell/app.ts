@@ -336,6 +336,7 @@ export class LfApp extends LitElement {
     if (this.left) void this.lookWhatIsLeft();
     socket.rest();
     jog.endAll();
+    tuning.end();
     holding.forget();
     dialog.closeAll();
   }
@@ -391,6 +392,7 @@ export class LfApp extends LitElement {
 
   private goTo(): void {
     jog.endAll();
+    tuning.end();
     dialog.closeAll();
     this.route = router.route;
     socket.look(lookedAt(this.route));

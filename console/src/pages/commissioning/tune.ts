@@ -50,7 +50,7 @@ export class StepTune extends Step {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    if (this.running()) tuning.end();
+    tuning.end();
   }
 
   override willUpdate(): void {

@@ -51,10 +51,19 @@ interface Silent {
   timer: ReturnType<typeof setTimeout>;
 }
 
+/** An urgent request that the hub has not settled. */
+interface Open {
+  /** It is older than a second. */
+  late: boolean;
+  /** Shows that it is not confirmed. */
+  show: () => void;
+}
+
 class Commands {
   private readonly outcomes = new Set<(outcome: Outcome) => void>();
   /** Monitors that an urgent request was sent to, and that have not answered. */
   private readonly silent = new Map<string, Silent>();
+  private readonly open = new Set<Open>();
   /** The last urgent request to each; '': to all. */
   private readonly asked = new Map<string, string>();
   /** Reports of monitors that have not answered, counted. */
@@ -68,9 +77,13 @@ class Commands {
       if (answered) return this.answered([monitor]);
       this.isSilent(monitor);
     });
-    // What becomes of them is reported to the connection that asked.
-    store.subscribe(LINKED, () => !store.linked && this.answered([...this.silent.keys()]));
+    store.subscribe(LINKED, () => !store.linked && this.cut());
     socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
+  }
+
+  /** An urgent request is not settled, or a monitor has not answered one. */
+  get pending(): boolean {
+    return this.open.size > 0 || this.silent.size > 0;
   }
 
   /** A request in the text form of `lafet send`. */
@@ -165,19 +178,36 @@ class Commands {
     const before = this.reports;
     const heard = () =>
       [...this.silent].some(([id, { report }]) => report > before && (monitor === undefined || id === monitor));
-    const unconfirmed = () => heard() || this.tell({ ...about, unconfirmed: true });
+    const open: Open = { late: false, show: () => this.tell({ ...about, unconfirmed: true }) };
+    this.open.add(open);
+    const unconfirmed = () => {
+      open.late = true;
+      if (!heard()) open.show();
+    };
     try {
       const results = await sendUrgent({ message, path, body, monitor, unconfirmed });
       const told = outcomeOf(results);
       this.answered(Object.keys(results).filter((id) => !told.waiting?.includes(id)));
-      this.tell({ ...about, ...told });
+      const silent = open.late && told.waiting !== undefined && !told.failed;
+      this.tell({ ...about, ...told, ...(silent && { unconfirmed: true }) });
       return results;
     } catch (cause) {
       const error = HubError.of(cause);
       if (monitor) this.answered([monitor]);
       this.tell({ ...about, error });
       throw error;
+    } finally {
+      this.open.delete(open);
     }
+  }
+
+  /**
+   * The link is gone, and with it the reports about silent monitors: they go to the connection that asked. What was not
+   * confirmed is not confirmed now, either.
+   */
+  private cut(): void {
+    for (const one of this.open) if (one.late) one.show();
+    this.answered([...this.silent.keys()]);
   }
 
   private isSilent(monitor: string): void {

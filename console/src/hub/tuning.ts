@@ -11,25 +11,37 @@ class Tuning {
   private timer: ReturnType<typeof setInterval> | undefined;
   /** Of the last one that is known to have ended before this one. */
   private former_ms: number | undefined;
+  /** Counts the ends: one that is ended before the hub has answered must not begin with the answer. */
+  private ends = 0;
+  private asking = 0;
 
   /** Begins to measure a drive; rejects with the hub's refusal. */
   async begin(monitor: string, drive: string): Promise<void> {
     const former = store.getLive(`monitors/${monitor}/tune`);
     this.former_ms = former?.at_ms;
-    await socket.ask({ type: 'tune', monitor, drive });
+    const { ends } = this;
+    this.asking += 1;
+    await socket.ask({ type: 'tune', monitor, drive }).finally(() => {
+      this.asking -= 1;
+    });
+    if (ends !== this.ends) {
+      socket.send({ type: 'tune_beat', monitor, end: true });
+      return;
+    }
     this.monitor = monitor;
     clearInterval(this.timer);
     this.timer = setInterval(() => this.beat(), BEAT_MS);
     this.beat();
   }
 
-  /** It measures. */
+  /** It measures, or is about to. */
   get busy(): boolean {
-    return this.monitor !== null;
+    return this.monitor !== null || this.asking > 0;
   }
 
   /** Ends it: the hub stops the drive and writes the values back. */
   end(): void {
+    this.ends += 1;
     clearInterval(this.timer);
     this.timer = undefined;
     if (this.monitor) socket.send({ type: 'tune_beat', monitor: this.monitor, end: true });

@@ -1,5 +1,6 @@
 // A Stop, Close or Lockout on its way: by WebSocket, and by HTTP as well when that is down or slow. Where neither brings an
-// answer it is not given up: it is sent again as soon as the hub is back, and the operator sees that it is not confirmed.
+// answer it is not given up: it is sent again and again, and at once when the hub is back, and the operator sees that it is
+// not confirmed.
 import { HubError, NOT_LINKED } from './errors';
 import { http } from './http';
 import { type Answered, type Said, socket } from './socket';
@@ -20,14 +21,23 @@ export interface Urgent {
 /** A Stop without an answer after this time, ms, is also sent by the other path. */
 const AGAIN_MS = 400;
 const CONFIRMED_MS = 1000;
+/** A lost one is sent again after this time, ms: a page that asks to log in has no link that could come back. */
+const RETRY_MS = 2000;
 /** After this time, ms, it is no longer what the operator meant: it fails, and says so. */
 const GIVEN_UP_MS = 60_000;
+
+let insisting = 0;
+
+/** Some order is given until it is answered, and has no answer. */
+export function isInsisting(): boolean {
+  return insisting > 0;
+}
 
 export function sendUrgent(urgent: Urgent): Promise<Results> {
   return insist(() => once(urgent), urgent.unconfirmed);
 }
 
-/** Gives an order, and again whenever the hub is back, until it is answered. */
+/** Gives an order, and again every 2 s and whenever the hub is back, until it is answered. */
 export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Promise<T> {
   return new Promise((resolve, reject) => {
     const late = setTimeout(unconfirmed, CONFIRMED_MS);
@@ -37,27 +47,36 @@ export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Prom
     const began = [Date.now(), performance.now()] as const;
     const isOld = () => Math.max(Date.now() - began[0], performance.now() - began[1]) > GIVEN_UP_MS;
     let settled = false;
+    insisting += 1;
+    let retry: ReturnType<typeof setTimeout> | undefined;
     let unfollow = () => {};
     const over = (act: () => void) => {
       if (settled) return;
       settled = true;
+      insisting -= 1;
       clearTimeout(late);
       clearTimeout(end);
+      clearTimeout(retry);
       unfollow();
       act();
+    };
+    const again = () => {
+      clearTimeout(retry);
+      if (isOld()) give_up();
+      else void attempt();
     };
     const attempt = () =>
       give().then(
         (value) => over(() => resolve(value)),
         (cause) => {
           const error = HubError.of(cause);
-          if (!isLost(error)) over(() => reject(error));
+          if (!isLost(error)) return over(() => reject(error));
+          clearTimeout(retry);
+          if (!settled) retry = setTimeout(again, RETRY_MS);
         },
       );
     unfollow = store.subscribe(LINKED, () => {
-      if (!store.linked || settled) return;
-      if (isOld()) give_up();
-      else void attempt();
+      if (store.linked && !settled) again();
     });
     void attempt();
   });

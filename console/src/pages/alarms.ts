@@ -13,13 +13,13 @@ import '../parts/lf-blank';
 import '../parts/lf-button';
 import '../parts/lf-find';
 import '../parts/lf-tabbar';
-import { Moved } from '../parts/moved';
+import { MOVED_MS, Moved } from '../parts/moved';
 import { hrefOf } from '../shell/router';
 import { toast } from '../shell/toasts';
 import { base, card, fields, page } from '../theme/shared';
 import { filters, hashQuery, markStyle, monitorName, notice, priorityMark, whyNotHere } from './alarms/common';
 import './alarms/history';
-import { countOf, inOrder, matching, PRIORITIES, waits } from './alarms/model';
+import { countOf, inOrder, matching, PRIORITIES, Seen, waits } from './alarms/model';
 import { subsystemText } from './alarms/names';
 import { askShelve } from './alarms/shelve';
 import { alarmStyle } from './alarms/style';
@@ -45,6 +45,8 @@ export class LfPageAlarms extends LitElement {
   @state() private most = MOST;
   private restTimer = 0;
   private rows: string[] = [];
+  private readonly seen = new Seen();
+  private seenTimer = 0;
 
   constructor() {
     super();
@@ -63,6 +65,17 @@ export class LfPageAlarms extends LitElement {
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     clearTimeout(this.restTimer);
+    clearTimeout(this.seenTimer);
+  }
+
+  override updated(): void {
+    const all = store.alarms();
+    const rows = new Set(this.tab === 'history' ? [] : this.rows);
+    const displayed = all.filter(({ id }) => rows.has(id));
+    if (!this.seen.note(displayed, all, performance.now())) return;
+    // The button counts them from then on.
+    clearTimeout(this.seenTimer);
+    this.seenTimer = window.setTimeout(() => this.requestUpdate(), MOVED_MS);
   }
 
   override render() {
@@ -131,10 +144,13 @@ export class LfPageAlarms extends LitElement {
       ></lf-find>`;
   }
 
+  /** Only what a user has had the time to see in the list: not what came under the finger, nor what is below its end. */
   private renderAckAll(shown: Alarm[], all: Alarm[]) {
-    const waiting = shown.filter(waits);
+    const now = performance.now();
+    const waiting = shown.filter((alarm) => waits(alarm) && this.seen.has(alarm, MOVED_MS, now));
     const everything = waiting.length === all.filter(waits).length;
-    const why = waiting.length === 0 ? t('alarms.none_waiting') : whyNotHere('operator');
+    const none = shown.some(waits) ? t('alarms.none_seen') : t('alarms.none_waiting');
+    const why = waiting.length === 0 ? none : whyNotHere('operator');
     return html`<lf-button
       kind=${waiting.length ? 'primary' : 'normal'}
       icon="check"
@@ -146,6 +162,7 @@ export class LfPageAlarms extends LitElement {
   }
 
   private renderList(alarms: Alarm[], count: number) {
+    this.rows = [];
     if (alarms.length === 0) return this.renderBlank(count);
     const { shown, fresh } = inOrder(alarms, this.held);
     const first = fresh[0];

@@ -322,7 +322,9 @@ export class LfAimChart extends LitElement {
     if (!drag || drag.pointer !== event.pointerId) return;
     this.drag = null;
     if (!drag.far) {
-      if (drag.what === 'pan' && this.adding) this.add(event);
+      // A press that the system cancels, or that another button ends, adds nothing.
+      const pressed = event.type === 'pointerup' && event.button === 0;
+      if (pressed && drag.what === 'pan' && this.adding) this.add(event);
       return;
     }
     if (typeof drag.what === 'number') {

@@ -48,6 +48,8 @@ export interface AimDetail {
 
 interface Drag {
   kind: 'pan' | 'draw' | 'point' | Grip;
+  /** Of the mouse; 0 is also a finger or a pen. */
+  button: number;
   /** Of the point that is dragged. */
   index: number;
   pointer: number;
@@ -418,13 +420,16 @@ export class LfPlan extends LitElement {
       this.drag = null;
       return;
     }
-    const grip = (event.target as Element).closest?.('[data-grip]')?.getAttribute('data-grip');
-    const draws = this.tool === 'sector' && this.chosen && event.button === 0;
-    const point = (event.target as Element).closest?.('[data-point]')?.getAttribute('data-point');
+    // The middle button moves the plan, and nothing on it.
+    const on = event.button === 0 ? (event.target as Element) : null;
+    const grip = on?.closest?.('[data-grip]')?.getAttribute('data-grip');
+    const draws = this.tool === 'sector' && this.chosen && on;
+    const point = on?.closest?.('[data-point]')?.getAttribute('data-point');
     const kind = grip ? (grip as Grip) : point ? 'point' : draws ? 'draw' : 'pan';
     if (point) emit(this, 'point-select', { index: Number(point) });
     this.drag = {
       kind,
+      button: event.button,
       index: Number(point ?? -1),
       pointer: event.pointerId,
       from,
@@ -485,6 +490,8 @@ export class LfPlan extends LitElement {
       if (drag.kind !== 'pan' && drag.kind !== 'point') this.draw(this.sector, true);
       return;
     }
+    // While several buttons are down, only the first press and the last release are reported.
+    if (drag.button !== 0 || event.button !== 0) return;
     if (drag.kind === 'pan' || drag.kind === 'draw') this.clicked(event, drag);
   }
 

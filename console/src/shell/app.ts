@@ -31,6 +31,7 @@ import { dialog } from './dialog';
 import { followFire } from './fire';
 import { guideChanged, guideIsWanted } from './guide-key';
 import './nav';
+import { mayReload, reloadWhenSettled } from './reload';
 import { fetchPages, loadPage, type Route, router } from './router';
 import { followTheme, openHelp } from './settings';
 import './replay-bar';
@@ -212,7 +213,7 @@ export class LfApp extends LitElement {
     http.onLoginNeeded = (setup) => this.leave(setup ? 'setup' : 'login');
     http.onOtherUser = (user) => {
       toast({ kind: 'error', text: t('shell.other_user', { user }), stays: true });
-      window.setTimeout(() => location.reload(), RETRY_MS);
+      reloadWhenSettled(RETRY_MS);
     };
     socket.onSeatTaken = () => {
       jog.endAll();
@@ -335,6 +336,7 @@ export class LfApp extends LitElement {
     if (this.left) void this.lookWhatIsLeft();
     socket.rest();
     jog.endAll();
+    tuning.end();
     holding.forget();
     dialog.closeAll();
   }
@@ -367,7 +369,8 @@ export class LfApp extends LitElement {
       history.replaceState(null, '', '/#/overview');
       this.goTo();
     }
-    if (session() && session()!.user !== given.user) location.reload();
+    // What this page knows belongs to the user before. With a session STOP gets through: it is soon settled.
+    if (session() && session()!.user !== given.user) return reloadWhenSettled();
     setSession(given);
     this.left = null;
     this.phase = 'on';
@@ -379,16 +382,17 @@ export class LfApp extends LitElement {
     void this.load(this.route.page);
   }
 
-  /** Loads the page of an updated hub, once that disturbs no user. */
+  /** Loads the page of an updated hub, once that disturbs no user and takes nothing away that must be read. */
   private renew(): void {
     const typing = deepActive() instanceof HTMLInputElement || deepActive() instanceof HTMLTextAreaElement;
     const held = jog.busy || tuning.busy || holding.busy || Steady.busy;
     const busy = held || dialog.stack.length > 0 || store.source === 'replay';
-    if (store.updated && store.linked && !busy && !typing) location.reload();
+    if (store.updated && store.linked && !busy && !typing && mayReload()) location.reload();
   }
 
   private goTo(): void {
     jog.endAll();
+    tuning.end();
     dialog.closeAll();
     this.route = router.route;
     socket.look(lookedAt(this.route));
@@ -403,7 +407,7 @@ export class LfApp extends LitElement {
       await loadPage(name);
     } catch {
       if (!wanted()) return;
-      if (store.linked && this.missing) return location.reload();
+      if (store.linked && this.missing && mayReload()) return location.reload();
       this.missing = true;
       window.setTimeout(() => wanted() && void this.load(name), RETRY_MS);
       return;

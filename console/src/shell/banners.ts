@@ -12,6 +12,7 @@ import { type IconName, icon } from '../parts/icons';
 import '../parts/lf-button';
 import { base } from '../theme/shared';
 import { answerAsked, asked, askedChanged, releaseControl, takeControl } from './authority';
+import { soundBlocked, soundTurned } from './fire';
 import { type Route, router } from './router';
 import { phaseWords } from './zone-words';
 
@@ -127,6 +128,7 @@ export class LfBanners extends LitElement {
     super.connectedCallback();
     askedChanged.addEventListener('change', this.again);
     faults.addEventListener('change', this.again);
+    soundTurned.addEventListener('change', this.again);
     this.timer = window.setInterval(this.tick, 100);
   }
 
@@ -134,6 +136,7 @@ export class LfBanners extends LitElement {
     super.disconnectedCallback();
     askedChanged.removeEventListener('change', this.again);
     faults.removeEventListener('change', this.again);
+    soundTurned.removeEventListener('change', this.again);
     clearInterval(this.timer);
   }
 
@@ -148,6 +151,7 @@ export class LfBanners extends LitElement {
       ${store.source === 'replay' ? banner('accent', 'replay', html`<b>${t('banner.replay')}</b>`) : nothing}
       ${simulation ? banner('info', 'simulation', html`<b>${t('banner.simulation')}</b>${unreported() ? html` · ${t('banner.unreported')}` : nothing}`) : nothing}
       ${[...asked.values()].map((one) => this.asked(one))}
+      ${soundBlocked() ? banner('medium', 'sound', html`<b>${t('banner.sound')}</b>`) : nothing}
       ${alarmed() ? banner('medium zones', 'fire', html`<b>${alarmed()}</b>`) : nothing}
       ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }

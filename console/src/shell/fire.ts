@@ -1,4 +1,5 @@
 // The fire alarm of the site: what detectors have found, on every page; and its sound, where it is switched on.
+import { guarded } from '../hub/faults';
 import { store } from '../hub/store';
 import type { Alarm } from '../hub/types';
 import { zones } from '../hub/zones';
@@ -9,6 +10,8 @@ const TONES_HZ = [880, 660] as const;
 const TONE_S = 0.22;
 const LOUDNESS = 0.2;
 const AGAIN_MS = 2000;
+/** What a browser takes for a press: of a finger only its end. */
+const PRESSES = ['pointerdown', 'pointerup', 'keydown'] as const;
 
 /** Fires that detectors see now, whatever recording is shown; without shelved ones. */
 export function firesNow(): Alarm[] {
@@ -24,14 +27,43 @@ export function soundWanted(): boolean {
 /** On a press: without one a browser lets no page play sound. */
 export function setSound(on: boolean): void {
   localStorage.setItem(SOUND_KEY, on ? 'on' : 'off');
-  if (on) sound();
+  if (on) void wake().then(sound);
+  turnBlocked(false);
 }
 
 let audio: AudioContext | null = null;
+let blocked = false;
 
+/** Called when the browser blocks the sound, or no longer does. */
+export const soundTurned = new EventTarget();
+
+/** The sound is switched on, and the browser plays none. */
+export function soundBlocked(): boolean {
+  return blocked;
+}
+
+function turnBlocked(to: boolean): void {
+  if (blocked === to) return;
+  blocked = to;
+  soundTurned.dispatchEvent(new Event('change'));
+}
+
+function plays(): boolean {
+  return audio?.state === 'running';
+}
+
+/** Asks the browser to play; it does so at a press only, whatever was asked before. */
+function wake(): Promise<void> {
+  if (!audio) {
+    audio = new AudioContext();
+    audio.addEventListener('statechange', () => plays() && turnBlocked(false));
+  }
+  return audio.resume().catch(() => {});
+}
+
+/** Nothing is scheduled while it is blocked: all of it would sound at once later. */
 function sound(): void {
-  audio ??= new AudioContext();
-  void audio.resume();
+  if (!plays()) return;
   TONES_HZ.forEach((hertz, index) => {
     const [tone, loudness] = [audio!.createOscillator(), audio!.createGain()];
     tone.frequency.value = hertz;
@@ -49,10 +81,18 @@ function zonesSound(): boolean {
   return tone !== 'off' && tone !== 'trouble';
 }
 
-/** Sounds until every fire is acknowledged, and while the zones sound. */
+/** Sounds until every fire is acknowledged, and while the zones sound. Whether it can is known before there is a fire. */
 export function followFire(): void {
-  window.setInterval(() => {
+  const look = () => {
+    // A context needs a moment until it plays: it is blocked if it does not at the next look.
+    turnBlocked(soundWanted() && audio !== null && !plays());
+    if (!soundWanted()) return;
+    if (!plays()) return void wake();
     const waiting = firesNow().some(({ state }) => state === 'unack');
-    if ((waiting || zonesSound()) && soundWanted()) sound();
-  }, AGAIN_MS);
+    if (waiting || zonesSound()) sound();
+  };
+  window.setInterval(look, AGAIN_MS);
+  guarded(look);
+  const pressed = () => soundWanted() && !plays() && void wake();
+  for (const type of PRESSES) window.addEventListener(type, pressed, { capture: true, passive: true });
 }

@@ -51,6 +51,11 @@ class Notes extends EventTarget {
     if (!note.stays) setTimeout(() => this.drop(id), STAY_MS[note.kind]);
   }
 
+  /** Some note waits until a user dismisses it. */
+  get stay(): boolean {
+    return this.shown.some(({ stays }) => stays);
+  }
+
   drop(id: number): void {
     this.show(this.shown.filter((note) => note.id !== id));
   }

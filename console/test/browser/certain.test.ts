@@ -211,16 +211,17 @@ describe('what is not known', () => {
     await until(async () => (await site.outputs('M1')).Valve1!.flags.includes('Closed'));
   });
 
-  /** The page again, with what the hub says changed on its way. */
+  /** The page again, with what the hub says changed on its way, and what the page says lost on it. */
   async function between(
     change: (message: string) => string,
+    loses: (message: string) => boolean = () => false,
   ): Promise<{ close: (code: number, reason: string) => void }> {
     const last = { close: (_code: number, _reason: string) => {} };
     await page.routeWebSocket(/api\/ws/, (ws) => {
       const hub = ws.connectToServer();
       last.close = (code, reason) => void ws.close({ code, reason });
       hub.onMessage((message) => ws.send(change(String(message))));
-      ws.onMessage((message) => hub.send(message));
+      ws.onMessage((message) => loses(String(message)) || hub.send(message));
     });
     await page.goto(`${site.url}/?again#/m/M1/operate`);
     await shown(page);
@@ -243,6 +244,28 @@ describe('what is not known', () => {
     await until(async () => !(await isOld()));
     await shown(page);
     expect(await page.getByText('The hub has been updated').count()).toBe(0);
+  });
+
+  test('a hub that was updated: what is not confirmed stays, and the page is loaded again after it', async () => {
+    let version = '1.0.0';
+    let lost = true;
+    const link = await between(
+      (message) => message.replace(/("version":)"[^"]*"/, `$1"${version}"`),
+      (message) => lost && message.includes('"type":"stop"'),
+    );
+    await page.route('**/stop', (route) => (lost ? route.abort() : route.continue()));
+    await page.keyboard.press('F9');
+    await toasts('NOT CONFIRMED').waitFor();
+    version = '2.0.0';
+    link.close(4408, 'silent');
+    await page.getByText('The hub has been updated').waitFor();
+    await passes(page, 4500);
+    expect(await isOld()).toBe(true);
+    expect(await toasts('NOT CONFIRMED').count()).toBe(1);
+    lost = false;
+    link.close(4408, 'silent');
+    await until(async () => !(await isOld()));
+    await shown(page);
   });
 
   test('a seat that another window has resumed: the page takes a new one, and says where control is', async () => {

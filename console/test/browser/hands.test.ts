@@ -173,6 +173,35 @@ test('what is pulled or pressed when something is stopped is not sent when it is
   await until(() => aims() > 0);
 });
 
+test('only the first button aims: the middle one moves the plan, also with the first one pressed beside it', async () => {
+  await take(page);
+  const asked: string[] = [];
+  page.on('request', (one) => asked.push(one.url()));
+  const aims = () => asked.filter((url) => url.endsWith('/aim')).length;
+  await able(page.locator('#aim')).click();
+  await page.locator('#aim button[aria-pressed=true]').waitFor();
+  await drawn(page);
+  const plan = await placed(page.locator('lf-plan'));
+  await page.mouse.move(plan.x + plan.width * 0.6, plan.y + plan.height * 0.5);
+  const middle = { button: 'middle' } as const;
+  await page.mouse.down(middle);
+  await page.mouse.up(middle);
+  await page.mouse.down(middle);
+  await page.mouse.down();
+  await page.mouse.up(middle);
+  await page.mouse.up();
+  await page.mouse.down();
+  await page.mouse.down(middle);
+  await page.mouse.up();
+  await page.mouse.up(middle);
+  await passes(page, 800);
+  expect(aims()).toBe(0);
+  expect(await site.position('M1')).toBe(began);
+  await page.mouse.down();
+  await page.mouse.up();
+  await until(() => aims() > 0);
+});
+
 describe('a key whose release is not reported', () => {
   const lost: [string, string, Record<string, string | boolean>][] = [
     ['Cmd', 'keydown', { key: 'Meta', code: 'MetaLeft', metaKey: true }],
@@ -226,6 +255,31 @@ describe('a key whose release is not reported', () => {
     await ended();
     expect(await site.position('M1')).not.toBe(began);
   });
+});
+
+test('+ narrows and − widens wherever a keyboard has them, and a release counts whatever it types then', async () => {
+  await take(page);
+  const { min, max } = await site.range('M1', 'Nozzle');
+  const moves = async () => (await site.outputs('M1')).Nozzle!.flags.includes('Move');
+  const middle = Math.round((min + max) / 2);
+  for (const [down, up, sign] of [
+    [{ key: '+', code: 'Minus' }, { key: '+', code: 'Minus' }, 1],
+    [{ key: '_', code: 'Minus', shiftKey: true }, { key: '-', code: 'Minus' }, -1],
+  ] as const) {
+    await site.send('M1', `Move Nozzle ${middle}`);
+    await until(async () => !(await moves()) && Math.abs((await site.position('M1', 'Nozzle')) - middle) < 2);
+    const from = await site.position('M1', 'Nozzle');
+    await heldUntil(
+      page,
+      moves,
+      () => sends('keydown', down),
+      () => sends('keyup', up),
+    );
+    await until(async () => (await site.position('M1', 'Nozzle')) !== from);
+    await sends('keyup', up);
+    await until(async () => !(await moves()), 5000);
+    expect(Math.sign((await site.position('M1', 'Nozzle')) - from), down.key).toBe(sign);
+  }
 });
 
 describe('after an end that was no release', () => {

@@ -112,7 +112,8 @@ describe('login', () => {
 });
 
 describe('a session that ends during work', () => {
-  test('keeps STOP: a motion is stopped from the login page', async () => {
+  /** M1 turns, and the page asks to log in again. */
+  async function expired(): Promise<Page> {
     const page = await site.open('#/m/M1/operate');
     pages.push(page);
     await site.send('M1', 'Move Horizontal -1800');
@@ -127,7 +128,22 @@ describe('a session that ends during work', () => {
     await page.getByText('Your session has ended').waitFor();
     await site.send('M1', 'Move Horizontal 10000');
     await until(() => site.moves('M1'));
+    return page;
+  }
+
+  test('keeps STOP: a motion is stopped from the login page', async () => {
+    const page = await expired();
     await page.locator('#stop').click();
+    expect(await site.stands('M1')).toBe(true);
+    expect(await site.position('M1')).toBeLessThan(9600);
+  });
+
+  test('sends a STOP again that was lost there', async () => {
+    const page = await expired();
+    let sent = 0;
+    await page.route('**/api/stop', (route) => (++sent === 1 ? route.abort() : route.continue()));
+    await page.locator('#stop').click();
+    await until(() => sent > 1, LATE_MS);
     expect(await site.stands('M1')).toBe(true);
     expect(await site.position('M1')).toBeLessThan(9600);
   });

@@ -67,6 +67,20 @@ async function lockOut(): Promise<void> {
 }
 
 describe('alarms', () => {
+  test('that were never in the list are not acknowledged with the others', async () => {
+    const page = await open('#/alarms');
+    await quietUntil(() => page.getByText('No alarms').last().isVisible());
+    await page.locator('lf-tabbar [data-tab=history]').click();
+    await page.locator('lf-alarm-history').waitFor();
+    await lockOut();
+    const all = page.locator('#ack-all button');
+    await quietUntil(async () => (await all.getAttribute('aria-description'))?.includes('not in the list') === true);
+    await page.locator('lf-tabbar [data-tab=active]').click();
+    await page.locator(`[data-id="${LOCKED}"]`).waitFor();
+    await able(page.locator('#ack-all')).click();
+    await until(async () => (await alarm(LOCKED))?.state === 'ack');
+  });
+
   test('come, say what to do, are acknowledged at the hub, and go', async () => {
     const page = await open('#/alarms');
     await quietUntil(() => page.getByText('No alarms').last().isVisible());

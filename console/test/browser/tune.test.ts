@@ -18,8 +18,9 @@ afterEach(() => page?.context().close());
 
 const box = () => page.locator('#tune-Horizontal');
 
-async function open(): Promise<void> {
+async function open(before = async (_: Page): Promise<void> => {}): Promise<void> {
   page = await site.open('#/m/M1/commissioning');
+  await before(page);
   await page.evaluate(
     (before) => {
       const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
@@ -77,6 +78,36 @@ test('leaving the page ends it', async () => {
   await open();
   await measure(1);
   await go(page, '#/overview');
+  await until(async () => (await told()).state === 'ended', LATE_MS);
+  expect(await site.stands('M1')).toBe(true);
+  await go(page, '#/m/M1/commissioning');
+  await box().getByText('Ended by its operator.').waitFor();
+});
+
+test('leaving the page before the hub has answered ends it', async () => {
+  let asked = 0;
+  let answer = () => {};
+  await open((page) =>
+    page.routeWebSocket(/api\/ws/, (ws) => {
+      const hub = ws.connectToServer();
+      ws.onMessage((message) => {
+        const { type, id } = JSON.parse(String(message)) as { type: string; id: number };
+        if (type === 'tune') asked = id;
+        hub.send(message);
+      });
+      hub.onMessage((message) => {
+        const { type, id } = JSON.parse(String(message)) as { type: string; id: number };
+        if (type === 'answer' && id === asked) answer = () => ws.send(message);
+        else ws.send(message);
+      });
+    }),
+  );
+  await box().locator('lf-hold').hover();
+  await page.mouse.down();
+  await until(async () => asked > 0 && (await told())?.state === 'running', LATE_MS);
+  await page.mouse.up();
+  await go(page, '#/overview');
+  answer();
   await until(async () => (await told()).state === 'ended', LATE_MS);
   expect(await site.stands('M1')).toBe(true);
   await go(page, '#/m/M1/commissioning');

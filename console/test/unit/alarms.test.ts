@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import type { Alarm } from '../../src/hub/types';
-import { countOf, csv, inOrder, matching, newer, partsOf, stepOf } from '../../src/pages/alarms/model';
+import { countOf, csv, inOrder, matching, newer, partsOf, Seen, stepOf } from '../../src/pages/alarms/model';
 
 function alarm(id: string, change: Partial<Alarm> = {}): Alarm {
   const { monitor, subsystem, flag } = partsOf(id);
@@ -95,6 +95,30 @@ describe('alarms', () => {
       ]),
     ).toBe('a,"b,c"\r\n"say ""x""",-5\r\n');
     expect(csv([['=1+1', '-cmd', '@x']])).toBe("'=1+1,'-cmd,'@x\r\n");
+  });
+});
+
+describe('what a user may have seen', () => {
+  const has = (seen: Seen, now: number) => ALL.filter((one) => seen.has(one, 500, now)).map(({ id }) => id);
+
+  it('has been in the list for a moment; what is below its end was never seen', () => {
+    const seen = new Seen();
+    expect(seen.note([OVERLOAD], ALL, 1000)).toBe(true);
+    expect(seen.note([OVERLOAD], ALL, 1200)).toBe(false);
+    expect([has(seen, 1499), has(seen, 1500)]).toEqual([[], [OVERLOAD.id]]);
+    expect(seen.note([OVERLOAD, LINK], ALL, 1600), 'one more is shown').toBe(true);
+    expect([has(seen, 1700), has(seen, 2100)]).toEqual([[OVERLOAD.id], [OVERLOAD.id, LINK.id]]);
+  });
+
+  it('is another alarm when it comes again', () => {
+    const seen = new Seen();
+    seen.note([LINK], ALL, 0);
+    const again = { ...LINK, state: 'unack', active: true, count: 2 } as const;
+    expect([seen.has(LINK, 500, 1000), seen.has(again, 500, 1000)]).toEqual([true, false]);
+    seen.note([again], [again], 1000);
+    expect([seen.has(again, 500, 1499), seen.has(again, 500, 1500)]).toEqual([false, true]);
+    seen.note([], [], 2000);
+    expect(seen.has(again, 500, 3000), 'it is gone').toBe(false);
   });
 });
 

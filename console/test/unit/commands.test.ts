@@ -7,6 +7,7 @@ import { type Answered, socket } from '../../src/hub/socket';
 import { store } from '../../src/hub/store';
 import type { Result } from '../../src/hub/types';
 import { noteOf } from '../../src/shell/toasts';
+import { abortZone, lockZones } from '../../src/shell/zones';
 
 const done: Result = { ok: true, request: 'Stop All', took_ms: 4, audit: 1, answers: [] };
 const away = { error: { code: 'not_connected', en: 'M2 is not connected.', ru: 'M2 не подключён.' } };
@@ -147,9 +148,48 @@ describe('a STOP into a dead network', () => {
     await commands.stop();
     progress.mockImplementation(() => new Promise(() => {}));
     told.length = 0;
-    void commands.stop();
+    void commands.stop().catch(() => {});
     await vi.advanceTimersByTimeAsync(1100);
     expect(notes()).toContain('unconfirmed');
+  });
+
+  test('is sent again where no link can come back: on the page that asks to log in', async () => {
+    const post = vi.spyOn(http, 'post').mockRejectedValueOnce(new HubError(NOT_LINKED)).mockResolvedValue(done);
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(post).toHaveBeenCalledTimes(2);
+    expect(await result).toEqual({ M1: done });
+    await vi.advanceTimersByTimeAsync(100_000);
+    expect(post, 'what is answered is not sent again').toHaveBeenCalledTimes(2);
+  });
+
+  test('is sent by one timer, however often the link comes and goes', async () => {
+    const post = vi.spyOn(http, 'post').mockRejectedValue(new HubError(NOT_LINKED));
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    void commands.stop('M1').catch(() => {});
+    for (let n = 0; n < 3; n += 1) {
+      await vi.advanceTimersByTimeAsync(100);
+      store.setLinked(true);
+      await vi.advanceTimersByTimeAsync(100);
+      store.setLinked(false);
+    }
+    const sent = () => post.mock.calls.filter(([to]) => to === '/api/monitors/M1/stop').length;
+    const before = sent();
+    await vi.advanceTimersByTimeAsync(6100);
+    expect(sent() - before).toBe(3);
+    await vi.advanceTimersByTimeAsync(60_000);
+  });
+
+  test.each([
+    ['an abort of a zone', () => abortZone('hall')],
+    ['a lockout of the zones', () => lockZones(true)],
+  ])('so is %s', async (_, order) => {
+    const post = vi.spyOn(http, 'post').mockRejectedValueOnce(new HubError(NOT_LINKED)).mockResolvedValue(undefined);
+    const result = order();
+    await vi.advanceTimersByTimeAsync(5000);
+    expect(await result).toBe(true);
+    expect(post).toHaveBeenCalledTimes(2);
   });
 
   test('is not given up because a proxy says that it cannot reach the hub', async () => {
@@ -215,6 +255,82 @@ describe('a STOP that a monitor does not answer', () => {
     progress('M2', true);
     expect(told.at(-1)).toMatchObject({ waiting: [], key: 'silent' });
     expect(noteOf(told.at(-1)!)).toBeNull();
+  });
+
+  describe('whose link breaks', () => {
+    beforeEach(async () => {
+      // What the tests before have left open is answered.
+      vi.spyOn(http, 'post').mockResolvedValue(done);
+      vi.spyOn(socket, 'ask').mockResolvedValue({ result: done } as Answered);
+      store.setLinked(true);
+      await vi.advanceTimersByTimeAsync(0);
+      vi.restoreAllMocks();
+      told.length = 0;
+    });
+    afterEach(() => store.setLinked(false));
+    /** What an operator sees of it at the end. */
+    const seen = () => {
+      const shown = new Map<string | undefined, ReturnType<typeof noteOf>>();
+      for (const outcome of told) shown.set(outcome.key, noteOf(outcome));
+      return [...shown.values()].filter((note) => note !== null);
+    };
+
+    test('stays not confirmed until it is settled', async () => {
+      vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+      let cut = () => {};
+      const ask = vi.spyOn(socket, 'ask').mockImplementationOnce(
+        () =>
+          new Promise((_, reject) => {
+            cut = () => reject(new HubError(OUTCOME_UNKNOWN));
+          }),
+      );
+      const result = commands.stop('M2');
+      await vi.advanceTimersByTimeAsync(200);
+      progress('M2', false);
+      await vi.advanceTimersByTimeAsync(1000);
+      expect(seen()).toMatchObject([{ text: 'M2 · stop.stop: stop.unconfirmed', more: 'stop.silent_yet' }]);
+      store.setLinked(false);
+      cut();
+      const note = { kind: 'error', text: expect.stringContaining('stop.unconfirmed'), stays: true };
+      expect(seen()).toMatchObject([note]);
+      await vi.advanceTimersByTimeAsync(10_000);
+      expect(seen()).toMatchObject([note]);
+      ask.mockResolvedValue({ result: done } as Answered);
+      store.setLinked(true);
+      await result;
+      expect(seen()).toMatchObject([{ kind: 'ok' }]);
+    });
+
+    test('stays not confirmed also where the other path has sent it', async () => {
+      vi.spyOn(http, 'post').mockResolvedValue({ pending: true });
+      let cut = () => {};
+      vi.spyOn(socket, 'ask').mockImplementationOnce(
+        () =>
+          new Promise((_, reject) => {
+            cut = () => reject(new HubError(OUTCOME_UNKNOWN));
+          }),
+      );
+      const result = commands.stop('M2');
+      await vi.advanceTimersByTimeAsync(500);
+      progress('M2', false);
+      await vi.advanceTimersByTimeAsync(1000);
+      store.setLinked(false);
+      cut();
+      expect(await result).toEqual({ M2: { pending: true } });
+      expect(seen()).toMatchObject([{ text: 'M2 · stop.stop: stop.unconfirmed', stays: true }]);
+    });
+
+    test('is not said to be unconfirmed before its second is over', async () => {
+      vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+      vi.spyOn(socket, 'ask').mockImplementation(() => new Promise(() => {}));
+      void commands.stop('M2');
+      await vi.advanceTimersByTimeAsync(300);
+      progress('M2', false);
+      store.setLinked(false);
+      expect(seen()).toEqual([]);
+      await vi.advanceTimersByTimeAsync(800);
+      expect(seen()).toMatchObject([{ text: expect.stringContaining('stop.unconfirmed') }]);
+    });
   });
 
   test('says in words of the operator what may be', () => {

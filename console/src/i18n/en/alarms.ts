@@ -25,6 +25,7 @@ export default {
   'alarms.do_shelve': 'Shelve…',
   'alarms.do_unshelve': 'Unshelve',
   'alarms.none_waiting': 'All alarms are acknowledged.',
+  'alarms.none_seen': 'These alarms have only just come, or are not in the list: look at them first.',
   'alarms.since': 'Since {time}',
   'alarms.for': '{age}',
   'alarms.returned': 'Returned to normal at {time}',

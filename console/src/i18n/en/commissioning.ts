@@ -58,6 +58,10 @@ export default {
   'commissioning.why_wrapped': 'Deploy the barrel first (test of STOP)',
   'commissioning.why_moving': 'The drive must be at rest',
   'commissioning.why_checks': '{n} not selected yet',
+  'commissioning.unstored_write_failed':
+    '{subsystem}.{name} was not stored, because the memory of the monitor could not be written. It is in force until the next reset, and does not count.',
+  'commissioning.unstored_incomplete':
+    '{subsystem}.{name} was not stored: the monitor stores it when the other parameters of {subsystem} are set. Until then it does not count.',
   'commissioning.way.left': 'Left',
   'commissioning.way.right': 'Right',
   'commissioning.way.up': 'Up',
@@ -125,6 +129,8 @@ export default {
   'commissioning.zero.kept': 'Confirmed: it reads zero at the mark.',
   'commissioning.zero.taken': 'Taken: the monitor now reads zero here.',
   'commissioning.zero.not_zero': 'It was taken, but the monitor reads {at}.',
+  'commissioning.zero.unstored':
+    'The monitor has not stored this zero point: it would be lost at the next reset. Set it again.',
   'commissioning.zero.why': '{n} still to be set or confirmed',
   'commissioning.limits.text':
     'Limits keep the barrel away from obstacles. Verify each by driving to it; where one is wrong, set it at the present position: limits off, drive to the place, set it, limits on.',
@@ -140,9 +146,12 @@ export default {
   'commissioning.limits.take': 'Set as limit: {way}',
   'commissioning.limits.not_taken': 'Not set: the old one stays',
   'commissioning.limits.taken': 'Set: {at}',
+  'commissioning.limits.not_stored': '{at} is set, but not stored',
   'commissioning.limits.on': 'Limits on: take effect',
+  'commissioning.limits.store_again': 'Store again',
   'commissioning.limits.reject': 'Cancel: keep the old ones',
   'commissioning.limits.other': 'The monitor has other limits: {min} … {max}',
+  'commissioning.limits.unstored': 'Set, but not stored by the monitor, and lost at the next reset: {list}',
   'commissioning.limits.why': 'Not verified: {list}',
   'commissioning.limits.why_narrow': 'The limits are too close to each other: drive on before you set the other one',
   'commissioning.limits.insane':
@@ -173,6 +182,7 @@ export default {
   'commissioning.tune.not_restored':
     'The former values could not be written back. They were: lag {lag}, lowest speed {speed}. Set them on the page Parameters.',
   'commissioning.tune.why': 'Not measured, or not decided yet: {list}',
+  'commissioning.tune.why_unstored': 'A measured value is in force and not stored: write it again',
   'commissioning.tune.why_running': 'Wait until the measurement has ended',
   'commissioning.tune.why_limits': 'Switch the limits of this drive on first',
   'commissioning.tune.why_valve': 'Close first: {valve}',

@@ -9,7 +9,7 @@ export default {
   'help.help': 'This help',
   'help.tab': 'The first press of Tab goes to STOP',
   'help.gamepad':
-    'A gamepad moves the barrel too, on the page Operate: left stick the barrel, shoulder buttons the nozzle, B is STOP.',
+    'A gamepad moves the barrel too, on the page Operate: left stick the barrel, shoulder buttons the nozzle, B is STOP. What it holds ends when it sends nothing new for 2 s (stick) or 5 s (button, cross, stick at its end): release it and pull again.',
   'help.guide': 'Show the first steps',
   'help.hardware':
     'STOP and LOCKOUT are commands over a network. They do not replace an emergency stop, which is a device with its own wiring.',

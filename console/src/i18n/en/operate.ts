@@ -34,6 +34,8 @@ export default {
   'operate.jog_armed': 'ready to move',
   'operate.jog_moving': 'moving',
   'operate.jog_stopping': 'stopping',
+  'operate.pad_silent':
+    'The gamepad has sent nothing new while something was held: the motion has ended. Release it and pull again.',
   'operate.valves': 'Valves',
   'operate.water': 'Water',
   'operate.foam': 'Foam',

@@ -11,14 +11,15 @@ export default {
   'shell.type_first': 'Type {what} first',
   'shell.all_monitors': 'All monitors',
   'shell.loading': 'Loading…',
-  'shell.missing': 'This page cannot be loaded: the hub does not answer. Trying again…',
+  'shell.missing':
+    'This page cannot be loaded: the hub does not answer, or a message at the bottom is still to be closed. Trying again…',
   'shell.unreachable': 'The hub does not answer. Trying again…',
   'shell.unreachable_stop': 'Until then STOP cannot be sent from here: use the hardware stop at the monitor.',
   'shell.other_user': '{user} has logged in to this browser in another tab. This page is loaded again.',
   'shell.seat_taken':
     'Control is in the other window of this browser, which goes on with the session of this one. Take control here again if you need it.',
   'shell.updated':
-    'The hub has been updated. This page is loaded again as soon as nothing is held and no dialog is open.',
+    'The hub has been updated. This page is loaded again as soon as nothing is held, no dialog is open and no message remains at the bottom.',
   'shell.reload': 'Reload now',
   'shell.fault': 'An error in this page: what it shows may be old. Reload it.',
   'nav.label': 'Pages',
@@ -73,7 +74,7 @@ export default {
   'stop.not_done': 'NOT carried out by: {monitors}',
   'stop.unconfirmed': 'NOT CONFIRMED',
   'stop.unconfirmed_more':
-    'The hub has not answered. It is sent again as soon as the hub is back. Use the hardware stop at the monitor.',
+    'The hub has not answered. It is sent again until the hub answers. Use the hardware stop at the monitor.',
   'stop.order': 'Command',
   'stop.silent_yet':
     '{monitors} does not answer. It is sent again and again. The barrel may still move, and water may flow.',
@@ -106,6 +107,7 @@ export default {
   'banner.replay': 'REPLAY of a recording: nothing here is live',
   'banner.simulation': 'SIMULATION',
   'banner.unreported': 'fire not yet reported by a detector',
+  'banner.sound': 'The browser blocks the sound: press anywhere',
   'banner.limitless': 'Limits are off: {monitors}',
   'banner.old': '{monitor} does not answer: values are {age} old',
   'banner.locked': '{monitor} is locked out',

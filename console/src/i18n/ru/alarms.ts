@@ -25,6 +25,7 @@ export default {
   'alarms.do_shelve': 'Отложить…',
   'alarms.do_unshelve': 'Вернуть в список',
   'alarms.none_waiting': 'Все тревоги квитированы.',
+  'alarms.none_seen': 'Эти тревоги только что появились или не показаны в списке: сначала посмотрите на них.',
   'alarms.since': 'С {time}',
   'alarms.for': '{age}',
   'alarms.returned': 'Ушла в {time}',

@@ -57,6 +57,10 @@ export default {
   'commissioning.why_wrapped': 'Сначала разверните ствол (проверка СТОП)',
   'commissioning.why_moving': 'Привод должен быть неподвижен',
   'commissioning.why_checks': 'Осталось отметить: {n}',
+  'commissioning.unstored_write_failed':
+    'Параметр {subsystem}.{name} не сохранён: записать в память ствола не удалось. Он действует до сброса и не засчитан.',
+  'commissioning.unstored_incomplete':
+    'Параметр {subsystem}.{name} не сохранён: ствол сохранит его, когда будут заданы остальные параметры {subsystem}. До тех пор он не засчитан.',
   'commissioning.way.left': 'Влево',
   'commissioning.way.right': 'Вправо',
   'commissioning.way.up': 'Вверх',
@@ -125,6 +129,7 @@ export default {
   'commissioning.zero.kept': 'Подтверждено: на метке — ноль.',
   'commissioning.zero.taken': 'Принято: здесь у ствола теперь ноль.',
   'commissioning.zero.not_zero': 'Принято, но ствол показывает {at}.',
+  'commissioning.zero.unstored': 'Ствол не сохранил этот ноль: при сбросе он пропадёт. Задайте его снова.',
   'commissioning.zero.why': 'Осталось задать или подтвердить: {n}',
   'commissioning.limits.text':
     'Пределы берегут ствол от препятствий. Проверьте каждый, доехав до него; неправильный задайте по текущему положению: отключить пределы, доехать до места, задать, включить.',
@@ -140,9 +145,12 @@ export default {
   'commissioning.limits.take': 'Задать предел: {way}',
   'commissioning.limits.not_taken': 'Не задан: останется прежний',
   'commissioning.limits.taken': 'Задан: {at}',
+  'commissioning.limits.not_stored': '{at}: задан, но не сохранён',
   'commissioning.limits.on': 'Включить: вступят в силу',
+  'commissioning.limits.store_again': 'Сохранить ещё раз',
   'commissioning.limits.reject': 'Отказаться: оставить прежние',
   'commissioning.limits.other': 'В стволе другие пределы: {min} … {max}',
+  'commissioning.limits.unstored': 'Заданы, но не сохранены стволом, при сбросе пропадут: {list}',
   'commissioning.limits.why': 'Не проверены: {list}',
   'commissioning.limits.why_narrow':
     'Пределы слишком близки друг к другу: отведите привод дальше, прежде чем задавать второй',
@@ -174,6 +182,7 @@ export default {
   'commissioning.tune.not_restored':
     'Прежние значения вернуть не удалось. Они были: запаздывание {lag}, наименьшая скорость {speed}. Задайте их на странице «Параметры».',
   'commissioning.tune.why': 'Не измерены или решение не принято: {list}',
+  'commissioning.tune.why_unstored': 'Измеренное значение действует, но не сохранено: запишите его снова',
   'commissioning.tune.why_running': 'Дождитесь конца измерения',
   'commissioning.tune.why_limits': 'Сначала включите пределы этого привода',
   'commissioning.tune.why_valve': 'Сначала закройте: {valve}',

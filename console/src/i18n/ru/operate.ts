@@ -33,6 +33,8 @@ export default {
   'operate.jog_armed': 'готов двигаться',
   'operate.jog_moving': 'движется',
   'operate.jog_stopping': 'останавливается',
+  'operate.pad_silent':
+    'От удерживаемого геймпада нет новых данных: движение прекращено. Отпустите орган управления и возьмите снова.',
   'operate.valves': 'Затворы',
   'operate.water': 'Вода',
   'operate.foam': 'Пена',

@@ -88,6 +88,30 @@ export function inOrder(alarms: Alarm[], held: string[] | null): { shown: Alarm[
   return { shown, fresh: alarms.filter((alarm) => !known.has(alarm.id)) };
 }
 
+/** Which alarms a user may have seen: how long each has been in the list. One that comes again is another. */
+export class Seen {
+  private since = new Map<string, number>();
+
+  /** These are in the list now; of `all` nothing else is kept. Whether some are there for the first time. */
+  note(displayed: readonly Alarm[], all: readonly Alarm[], now: number): boolean {
+    const known = new Set(all.map(coming));
+    this.since = new Map([...this.since].filter(([one]) => known.has(one)));
+    const fresh = displayed.map(coming).filter((one) => !this.since.has(one));
+    for (const one of fresh) this.since.set(one, now);
+    return fresh.length > 0;
+  }
+
+  /** It has been in the list for this time. */
+  has(alarm: Alarm, for_ms: number, now: number): boolean {
+    return now - (this.since.get(coming(alarm)) ?? Infinity) >= for_ms;
+  }
+}
+
+/** An alarm, and which time it is that it has come. */
+function coming({ id, since_ms, count }: Alarm): string {
+  return JSON.stringify([id, since_ms, count]);
+}
+
 export function stepOf({ from, to }: Pick<AlarmStep, 'from' | 'to'>): StepName {
   if (to === 'shelved') return 'shelved';
   if (from === 'shelved') return to === 'normal' ? 'ended' : 'unshelved';

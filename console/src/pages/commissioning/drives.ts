@@ -5,14 +5,16 @@ import { param } from '../../hub/dictionary';
 import { HubError } from '../../hub/errors';
 import type { Toward } from '../../hub/types';
 import { t } from '../../i18n';
-import { save, waysTo } from '../params/save';
+import { waysTo } from '../params/save';
 import { Step } from './base';
 import { type Fact, near, whyNotLimits } from './model';
 import { WAYS } from './move';
+import { writeAll } from './stored';
 
 const TURNED = ['Horizontal', 'Vertical'] as const;
 const LIMITED = ['Horizontal', 'Vertical', 'Nozzle'] as const;
 type Limited = (typeof LIMITED)[number];
+const PARAMS = { min: 'MinLimit', max: 'MaxLimit' } as const satisfies Record<Toward, string>;
 /** A remote unit accepts its limits after a while: Busy is asked again. */
 const TRIES = 20;
 const PAUSE_MS = 150;
@@ -32,8 +34,8 @@ class Teaching extends Step {
     }
   }
 
-  /** The present position becomes a parameter (§3.17/5). */
-  protected async take(drive: Limited, name: string): Promise<number | null> {
+  /** The present position becomes a parameter (§3.17/5); null: the monitor has not taken it. */
+  protected async take(drive: Limited, name: string): Promise<{ at: number; stored: boolean } | null> {
     const at = this.position(drive);
     const spec = param(drive, name);
     if (at === null || !spec || this.has(drive, 'Move')) {
@@ -45,13 +47,21 @@ class Teaching extends Step {
       this.error = t('commissioning.limits.insane', { at: this.angle(drive, at), ...range });
       return null;
     }
+    const stored = await this.write(drive, name, at);
+    return stored === null ? null : { at, stored };
+  }
+
+  /** Whether the monitor has stored it, and the error says so; null: it was refused. */
+  protected async write(drive: Limited, name: string, value: number): Promise<boolean | null> {
+    const spec = param(drive, name);
+    if (!spec) return null;
     this.busy = true;
     this.error = '';
+    this.failure = null;
     this.requestUpdate();
     try {
-      const saved = await save(waysTo(this.monitor), spec, [at]);
-      if (saved === 'write_failed') this.error = t('params.outcome.write_failed');
-      return at;
+      this.error = await writeAll(waysTo(this.monitor), [{ param: spec, value }]);
+      return this.error === '';
     } catch (cause) {
       this.failure = HubError.of(cause);
       return null;
@@ -78,7 +88,7 @@ class Teaching extends Step {
 export class StepZero extends Teaching {
   override render() {
     const drives = TURNED.filter((drive) => this.exists(drive));
-    const left = drives.filter((drive) => !this.work[drive]).length;
+    const left = drives.filter((drive) => !this.outcome(drive)).length;
     return html`<p>${t('commissioning.zero.text')}</p>
       ${this.moves(t('commissioning.zero.moves'))} ${drives.map((drive) => this.drive(drive))} ${this.errors()}
       ${this.done(left ? t('commissioning.zero.why', { n: left }) : '', () =>
@@ -89,8 +99,14 @@ export class StepZero extends Teaching {
       )}`;
   }
 
+  private outcome(drive: string): 'taken' | 'kept' | null {
+    const known = this.work[drive];
+    return known === 'taken' || known === 'kept' ? known : null;
+  }
+
   private drive(drive: (typeof TURNED)[number]) {
-    const done = this.work[drive];
+    const done = this.outcome(drive);
+    const unstored = this.work[drive] === 'unstored' ? t('commissioning.zero.unstored') : '';
     const at = this.position(drive);
     const why = this.whyMove(drive) || (this.has(drive, 'Move') ? t('commissioning.why_moving') : '');
     const off = at === null || !near(drive, at, 0) ? t('commissioning.zero.why_keep') : '';
@@ -103,9 +119,10 @@ export class StepZero extends Teaching {
       ${this.hold(drive)}
       <div class="acts">
         <lf-hold .monitor=${this.monitor} .why=${why} @held=${() => this.zero(drive)}>${t('commissioning.zero.take')}</lf-hold>
-        <lf-button .why=${why || off} @click=${() => this.keep({ [drive]: 'kept' })}>${t('commissioning.zero.keep')}</lf-button>
+        <lf-button .why=${why || unstored || off} @click=${() => this.keep({ [drive]: 'kept' })}>${t('commissioning.zero.keep')}</lf-button>
       </div>
       ${done ? this.told('good', t(done === 'kept' ? 'commissioning.zero.kept' : 'commissioning.zero.taken')) : nothing}
+      ${unstored ? this.told('bad', unstored) : nothing}
     </div>`;
   }
 
@@ -113,7 +130,9 @@ export class StepZero extends Teaching {
     if (!(await this.switchLimits(drive, 'off'))) return;
     const taken = await this.take(drive, 'ZeroPoint');
     const refused = this.failure;
-    if (!(await this.switchLimits(drive, taken === null ? 'reject' : 'on')) || taken === null) {
+    // A changed zero point stays changed, whatever becomes of the limits: what was found before is about another one.
+    if (taken) this.keep({ [drive]: taken.stored ? undefined : 'unstored' });
+    if (!(await this.switchLimits(drive, taken ? 'on' : 'reject')) || !taken?.stored) {
       this.failure ??= refused;
       return this.requestUpdate();
     }
@@ -128,9 +147,17 @@ export class StepZero extends Teaching {
 interface Taught {
   max?: number;
   min?: number;
+  /** Ends that the monitor has taken and not stored. */
+  lost?: { max?: number; min?: number };
   seenMax?: boolean;
   seenMin?: boolean;
   taught?: boolean;
+}
+
+const TOWARDS = ['max', 'min'] as const satisfies readonly Toward[];
+
+function lostOf({ lost = {} }: Taught): Toward[] {
+  return TOWARDS.filter((toward) => lost[toward] !== undefined);
 }
 
 @customElement('lf-step-limits')
@@ -154,7 +181,7 @@ export class StepLimits extends Teaching {
     const drives = LIMITED.filter((drive) => this.exists(drive));
     const left = drives.filter((drive) => {
       const of = this.taught(drive);
-      return !of.seenMax || !of.seenMin || this.has(drive, 'Limitless');
+      return !of.seenMax || !of.seenMin || this.has(drive, 'Limitless') || lostOf(of).length > 0;
     });
     return html`<p>${t('commissioning.limits.text')}</p>
       ${this.moves(t('commissioning.limits.moves'))} ${drives.map((drive) => this.drive(drive))} ${this.errors()}
@@ -184,26 +211,42 @@ export class StepLimits extends Teaching {
     </div>`;
   }
 
+  /** Limits that were set and that a reset would undo. */
+  private unstored(drive: Limited) {
+    const list = lostOf(this.taught(drive))
+      .map((toward) => t(WAYS[drive]![toward].name).toLocaleLowerCase())
+      .join(', ');
+    if (!list) return nothing;
+    return html`${this.told('bad', t('commissioning.limits.unstored', { list }))}
+      <div class="acts">
+        <lf-button class="again" .why=${this.why()} @click=${() => this.storeLost(drive)}>${t('commissioning.limits.store_again')}</lf-button>
+      </div>`;
+  }
+
   private teaching(drive: Limited) {
     const of = this.taught(drive);
     const why = this.why() || (this.has(drive, 'Move') ? t('commissioning.why_moving') : '');
     const take = (toward: Toward) => {
       const way = t(WAYS[drive]![toward].name);
       const taken = of[toward];
+      const lost = of.lost?.[toward];
       return html`<div class="col">
         <lf-button .why=${why} @click=${() => this.takeLimit(drive, toward)}
           >${t('commissioning.limits.take', { way: way.toLocaleLowerCase() })}</lf-button
         >
         ${
-          taken === undefined
-            ? this.told('dim', t('commissioning.limits.not_taken'))
-            : this.told('good', t('commissioning.limits.taken', { at: this.angle(drive, taken) }))
+          lost !== undefined
+            ? this.told('bad', t('commissioning.limits.not_stored', { at: this.angle(drive, lost) }))
+            : taken === undefined
+              ? this.told('dim', t('commissioning.limits.not_taken'))
+              : this.told('good', t('commissioning.limits.taken', { at: this.angle(drive, taken) }))
         }
       </div>`;
     };
-    const bad = whyNotLimits(drive, of, this.limits(drive));
+    const set = { max: of.lost?.max ?? of.max, min: of.lost?.min ?? of.min };
+    const bad = whyNotLimits(drive, set, this.limits(drive));
     const order = bad ? t(`commissioning.limits.why_${bad}`) : '';
-    const none = of.max === undefined && of.min === undefined ? t('commissioning.limits.why_none') : '';
+    const none = set.max === undefined && set.min === undefined ? t('commissioning.limits.why_none') : '';
     return html`${this.told('soso', t('commissioning.limits.off'))} ${this.hold(drive)}
       <div class="pair">${take('max')} ${take('min')}</div>
       <div class="acts">
@@ -226,6 +269,7 @@ export class StepLimits extends Teaching {
     return html`<p>${t('commissioning.limits.verify')}</p>
       ${this.hold(drive)}
       <div class="pair">${seen('max', of.seenMax)} ${seen('min', of.seenMin)}</div>
+      ${this.unstored(drive)}
       <div class="acts">
         <lf-hold .monitor=${this.monitor} kind="danger" .why=${why || switches} @held=${() => this.teach(drive)}>${t('commissioning.limits.teach')}</lf-hold>
       </div>`;
@@ -240,16 +284,41 @@ export class StepLimits extends Teaching {
   }
 
   private async teach(drive: string): Promise<void> {
-    if (await this.switchLimits(drive, 'off')) this.keep({ [drive]: {} });
+    if (!(await this.switchLimits(drive, 'off'))) return;
+    const { lost } = this.taught(drive);
+    this.keep({ [drive]: lost ? { lost } : {} });
   }
 
   private async takeLimit(drive: Limited, toward: Toward): Promise<void> {
-    const at = await this.take(drive, toward === 'max' ? 'MaxLimit' : 'MinLimit');
-    if (at !== null) this.note(drive, { [toward]: at });
+    const taken = await this.take(drive, PARAMS[toward]);
+    if (taken) this.noteEnd(drive, toward, taken.at, taken.stored);
   }
 
-  private async inForce(drive: string): Promise<void> {
+  private noteEnd(drive: Limited, toward: Toward, at: number, stored: boolean): void {
+    const of = this.taught(drive);
+    const [taken, lost] = stored ? [at, undefined] : [undefined, at];
+    this.note(drive, { [toward]: taken, lost: { ...of.lost, [toward]: lost } });
+  }
+
+  /** With limits on they are plain values: those of a set that was not complete are stored now. */
+  private async storeLost(drive: Limited): Promise<void> {
+    const lost = { ...this.taught(drive).lost };
+    let error = '';
+    for (const toward of TOWARDS) {
+      const at = lost[toward];
+      if (at === undefined) continue;
+      const stored = await this.write(drive, PARAMS[toward], at);
+      if (stored === null) return;
+      if (stored) this.noteEnd(drive, toward, at, true);
+      else error = [error, this.error].filter(Boolean).join(' ');
+    }
+    this.error = error;
+  }
+
+  private async inForce(drive: Limited): Promise<void> {
     if (!(await this.switchLimits(drive, 'on'))) return;
+    await this.storeLost(drive);
+    if (this.error || this.failure) return this.keep({ [drive]: { lost: this.taught(drive).lost } });
     const { max, min } = this.taught(drive);
     const answer = await this.send(`RetrieveLimits ${drive}`);
     const told = answer?.answers[0]?.values as { min?: number; max?: number } | undefined;

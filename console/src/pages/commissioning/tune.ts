@@ -8,10 +8,11 @@ import { store } from '../../hub/store';
 import { tuning } from '../../hub/tuning';
 import type { Tune, TunePair } from '../../hub/types';
 import { num, t, tt } from '../../i18n';
-import { save, waysTo } from '../params/save';
+import { waysTo } from '../params/save';
 import { toldOf } from '../params/words';
 import { Step } from './base';
 import type { Fact } from './model';
+import { writeAll } from './stored';
 
 const DRIVES = ['Horizontal', 'Vertical', 'Nozzle'] as const;
 type Tuned = (typeof DRIVES)[number];
@@ -25,6 +26,8 @@ interface Found {
   error?: number | null;
   before?: TunePair | null;
   outcome?: 'written' | 'kept';
+  /** A measured value is in force, and it is not known to be stored: the former ones are not what the monitor has. */
+  unstored?: boolean;
 }
 
 @customElement('lf-step-tune')
@@ -50,7 +53,7 @@ export class StepTune extends Step {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    if (this.running()) tuning.end();
+    tuning.end();
   }
 
   override willUpdate(): void {
@@ -60,7 +63,9 @@ export class StepTune extends Step {
     const known = this.of_(drive);
     // A result counts once, whatever the engineer has done with it since.
     if (known.found && this.work[`${drive}_at`] === told.at_ms) return;
-    this.keep({ [drive]: { found: told.found, error: told.error, before: told.before }, [`${drive}_at`]: told.at_ms });
+    const { found, error, before } = told;
+    const { unstored } = known;
+    this.keep({ [drive]: { found, error, before, ...(unstored && { unstored }) }, [`${drive}_at`]: told.at_ms });
   }
 
   override render() {
@@ -81,8 +86,9 @@ export class StepTune extends Step {
   private drive(drive: Tuned) {
     const told = this.told_();
     const own = told?.drive === drive ? told : null;
-    const { found, error, outcome } = this.of_(drive);
+    const { found, error, outcome, unstored } = this.of_(drive);
     const why = this.whyMeasure(drive);
+    const whyKeep = unstored ? t('commissioning.tune.why_unstored') : '';
     return html`<div class="box" id="tune-${drive}">
       <div class="acts">
         <h3 class="grow">${t(`commissioning.drive.${drive}`)}</h3>
@@ -107,7 +113,7 @@ export class StepTune extends Step {
         ${
           found && !outcome && own?.state !== 'running'
             ? html`<lf-button kind="primary" class="write" .why=${this.why()} @click=${() => this.write(drive, found)}>${t('commissioning.tune.write')}</lf-button>
-              <lf-button @click=${() => this.finish(drive, 'kept')}>${t('commissioning.tune.keep')}</lf-button>`
+              <lf-button class="keep" .why=${whyKeep} @click=${() => this.note(drive, { outcome: 'kept' })}>${t('commissioning.tune.keep')}</lf-button>`
             : nothing
         }
       </div>
@@ -196,13 +202,13 @@ export class StepTune extends Step {
     this.writing = drive;
     this.error = '';
     this.failure = null;
+    const items = NAMES.flatMap((name) => {
+      const spec = param(drive, name);
+      return spec ? [{ param: spec, value: found[FIELDS[name]] }] : [];
+    });
     try {
-      for (const name of NAMES) {
-        const spec = param(drive, name);
-        const saved = spec && (await save(waysTo(this.monitor), spec, [found[FIELDS[name]]]));
-        if (saved === 'write_failed') this.error = t('params.outcome.write_failed');
-      }
-      this.finish(drive, 'written');
+      this.error = await writeAll(waysTo(this.monitor), items, () => this.note(drive, { unstored: true }));
+      if (!this.error) this.note(drive, { outcome: 'written', unstored: false });
     } catch (cause) {
       this.failure = HubError.of(cause);
     } finally {
@@ -210,8 +216,8 @@ export class StepTune extends Step {
     }
   }
 
-  private finish(drive: Tuned, outcome: 'written' | 'kept'): void {
-    this.keep({ [drive]: { ...this.of_(drive), outcome } });
+  private note(drive: Tuned, part: Found): void {
+    this.keep({ [drive]: { ...this.of_(drive), ...part } });
   }
 
   private facts(drives: Tuned[]): Fact[] {

@@ -18,7 +18,7 @@ import { dialog } from '../../shell/dialog';
 import { toast } from '../../shell/toasts';
 import { base, card } from '../../theme/shared';
 import { unitText } from '../../units';
-import { isEmpty, isMoveKey, ofCodes, Pads, together } from './input';
+import { isEmpty, moveOf, ofMoves, Pads, together } from './input';
 import { AIMED, limits, limitsReached, position, whyNotWork } from './state';
 
 type Source = 'stick' | 'buttons' | 'keys' | 'pad';
@@ -123,13 +123,13 @@ export class LfHand extends LitElement {
   @state() private states: Partial<Record<Drive, HoldState>> = {};
   @state() private pad = false;
   private readonly sources: Record<Source, Holding> = { stick: {}, buttons: {}, keys: {}, pad: {} };
-  private readonly keys = new HeldKeys(() => this.want('keys', ofCodes(this.keys.values())));
+  private readonly keys = new HeldKeys(() => this.want('keys', ofMoves(this.keys.values())));
   private readonly buttonKeys = new HeldKeys(() => this.buttonKeys.size === 0 && this.want('buttons', {}));
   private wanted: Holding = {};
   private readonly holds = new Map<Drive, Hold>();
   /** Drives that have come to rest at a limit while they were held, until nothing is held. */
   private readonly spent = new Map<Drive, 'min' | 'max'>();
-  private readonly pads = new Pads();
+  private readonly pads = new Pads(() => toast({ kind: 'warning', text: t('operate.pad_silent') }));
   private padFrame = 0;
   private endHalt = () => {};
   @query('lf-joystick') private joystick?: LfJoystick;
@@ -339,10 +339,11 @@ export class LfHand extends LitElement {
   };
 
   private readonly keyDown = (event: KeyboardEvent): void => {
-    if (!isMoveKey(event.code) || event.defaultPrevented || takesKeys(event)) return;
+    const move = moveOf(event);
+    if (!move || event.defaultPrevented || takesKeys(event)) return;
     if (event.ctrlKey || event.altKey || event.metaKey || dialog.stack.length > 0) return;
     event.preventDefault();
-    this.keys.press(event);
+    this.keys.press(event, move);
   };
 
   private readonly keyUp = (event: KeyboardEvent): void => {

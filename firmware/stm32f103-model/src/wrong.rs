@@ -39,6 +39,7 @@ const TIM1: u32 = 0x4001_2C00;
 const TIM8: u32 = 0x4001_3400;
 const TIM6: u32 = 0x4000_1000;
 const TIM6_PSC: u32 = 0x4000_1028;
+const TIM6_CNT: u32 = 0x4000_1024;
 const PORT_A: u32 = 0x4001_0800;
 const PORT_B: u32 = 0x4001_0C00;
 const PORT_C: u32 = 0x4001_1000;
@@ -137,7 +138,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 83] = [
+pub const BOARDS: [(&str, Wrong); 84] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -173,6 +174,7 @@ pub const BOARDS: [(&str, Wrong); 83] = [
         lost(w, a, v, v & 0xFFFF != 0, PORT_D + BSRR)
     }),
     alter("no pull-up at the stop chain", |w, a, v| lost(w, a, v, v == 1 << 6, PORT_A + BSRR)),
+    alter("jumper read at once", |w, a, v| seen(w, a, v, TIM6_CNT, |v| v.max(50))),
     alter("current input not analogue", |w, a, v| written(w, a, v, PORT_C, |v| v | 4)),
     // Drives.
     route("PWM of vertical and horizontal exchanged", |a| swapped(a, TIM8 + 0x34, TIM8 + 0x38)),

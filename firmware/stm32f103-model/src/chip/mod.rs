@@ -67,6 +67,8 @@ pub struct Chip {
     pub analog: [u16; 16],
     /// What drives the pins from outside: which of each port, and how.
     outside: [(u16, u16); 5],
+    /// Since when each pin of each port has been held by its pull-up alone, ns.
+    pulled_since_ns: [[Option<u64>; 16]; 5],
     /// Bytes that come over the line, and when each has come.
     pub incoming: VecDeque<Byte>,
     /// Bytes that have left over the line.
@@ -106,6 +108,7 @@ impl Chip {
             lsi_hz: 40_000,
             analog: [0; 16],
             outside: [(0, 0); 5],
+            pulled_since_ns: [[None; 16]; 5],
             incoming: VecDeque::new(),
             outgoing: Vec::new(),
             released_ns: 0,
@@ -155,6 +158,7 @@ impl Chip {
                 self.store(pins::PORTS + 0x400 * port + 4 * half, 0x4444_4444);
             }
         }
+        self.pulled_since_ns = [[None; 16]; 5];
         self.flash_keys = 0;
         self.unlocked = false;
         self.watchdog_since_ns = None;

@@ -173,7 +173,7 @@ pub const BOARDS: [(&str, Wrong); 84] = [
     alter("no pull-ups at the end switches", |w, a, v| {
         lost(w, a, v, v & 0xFFFF != 0, PORT_D + BSRR)
     }),
-    alter("no pull-up at the stop chain", |w, a, v| lost(w, a, v, v == 1 << 6, PORT_A + BSRR)),
+    wires("stop chain wired as the other contacts", |it| it.is_chain_fast = false),
     alter("jumper read at once", |w, a, v| seen(w, a, v, TIM6_CNT, |v| v.max(50))),
     alter("current input not analogue", |w, a, v| written(w, a, v, PORT_C, |v| v | 4)),
     // Drives.

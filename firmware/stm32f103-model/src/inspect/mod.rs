@@ -50,6 +50,8 @@ pub const CHECKS: [(&str, Check); 23] = [
 const MS_NS: u64 = 1_000_000;
 /// What a step may take of the processor: 54,000 cycles of 72 MHz.
 const STEP_NS: u64 = 750_000;
+/// From the opening of the stop chain until no motor has voltage, ns: the capacitance of its cable included.
+const BREAK_NS: u64 = 10_000;
 
 fn ensure(holds: bool, otherwise: impl Into<String>) -> Result<(), String> {
     if holds { Ok(()) } else { Err(otherwise.into()) }
@@ -314,14 +316,14 @@ fn stop_chain(wrong: Wrong) -> Result<(), String> {
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 3_000 })?;
     rig.run(500);
     ensure(is_live(&rig), "the drive does not run")?;
-    rig.parts(|parts| parts.plant.stopped = true);
+    rig.parts(|parts| parts.plant.stop(&mut parts.chip, true));
     // The program hangs meanwhile.
-    rig.hang(2 * MS_NS);
+    rig.hang(BREAK_NS);
     ensure(!is_live(&rig), "the stop chain alone stops nothing")?;
     rig.run(200);
     let found = drive_flags(&mut rig, Axis::Horizontal)?;
     ensure(found.contains(DriveFlags::MOTOR_BROKEN), format!("stopped, and says {found:?}"))?;
-    rig.parts(|parts| parts.plant.stopped = false);
+    rig.parts(|parts| parts.plant.stop(&mut parts.chip, false));
     rig.run(1_000);
     ensure(!is_live(&rig), "a drive goes on when the stop chain is closed")?;
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 0 })?;

@@ -123,6 +123,18 @@ impl Wires {
         }
     }
 
+    /// Lets time pass while the flash is busy: interrupts are served behind it.
+    fn stall(&self, ns: u64) {
+        let mut parts = self.parts.borrow_mut();
+        parts.stand_still(ns);
+        let until_ns = parts.chip.now_ns + ns;
+        parts.chip.is_stalled = true;
+        parts.advance(until_ns);
+        parts.chip.is_stalled = false;
+        drop(parts);
+        self.pass(0);
+    }
+
     fn is_serving(&self) -> bool {
         self.serving.get()
     }
@@ -154,13 +166,12 @@ impl Bus for Wires {
         let wrong = parts.wrong;
         let Some(value) = (wrong.alter)(true, address, value) else { return };
         let busy_ns = parts.chip.write((wrong.route)(address), value);
-        parts.stand_still(busy_ns);
         parts.off_ns = match parts.is_energised() {
             true => None,
             false => parts.off_ns.or(Some(parts.chip.now_ns)),
         };
         drop(parts);
-        self.pass(busy_ns);
+        self.stall(busy_ns);
     }
 
     fn read8(&self, address: u32) -> u8 {
@@ -172,11 +183,8 @@ impl Bus for Wires {
     }
 
     fn write16(&self, address: u32, value: u16) {
-        let mut parts = self.parts.borrow_mut();
-        let busy_ns = parts.chip.write16(address, value);
-        parts.stand_still(busy_ns);
-        drop(parts);
-        self.pass(busy_ns);
+        let busy_ns = self.parts.borrow_mut().chip.write16(address, value);
+        self.stall(busy_ns);
     }
 
     fn reset(&self) {

@@ -138,7 +138,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 84] = [
+pub const BOARDS: [(&str, Wrong); 85] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -262,6 +262,7 @@ pub const BOARDS: [(&str, Wrong); 84] = [
         let wrong = |v| if v == 0xCDEF_89AB { 0xCDEF_89AA } else { v };
         written(w, a, v, FLASH_KEY, wrong)
     }),
+    alter("page erased while an answer ends", |w, a, v| seen(w, a, v, USART_BRR, |_| 0xFFFF)),
     ("a step behind each 32 bytes", Wrong { turn: step_by_step, ..Wrong::NOTHING }),
     (
         "flash written in motion",

@@ -21,7 +21,7 @@ use starts::{blank, crystal, homing, memory, position, record};
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 23] = [
+pub const CHECKS: [(&str, Check); 24] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -43,6 +43,7 @@ pub const CHECKS: [(&str, Check); 23] = [
     ("record", record),
     ("crystal", crystal),
     ("blank flash", blank),
+    ("line while a page is erased", busy::release),
     ("memory in motion", busy::motion),
     ("stop while a page is erased", busy::stop),
 ];

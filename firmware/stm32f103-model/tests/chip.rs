@@ -346,6 +346,7 @@ fn the_adc_scans() {
     chip.write(adc + 0x08, 1 << 20 | 0b110 << 17 | 1 << 8 | 1 << 2 | 1);
     chip.convert();
     assert_eq!((sample(&chip, 0), sample(&chip, 1)), (2_000, 1_000));
+    assert_eq!(chip.read(RAM_START), 1_000 << 16 | 2_000, "a word has two");
 }
 
 /// RM §7.2.7: a watched crystal that fails breaks the PWM, and the chip goes on with its own oscillator.

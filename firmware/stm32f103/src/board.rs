@@ -56,7 +56,7 @@ pub struct Memory {
     pub received: u32,
     /// [`crate::line::SENT`] bytes.
     pub sent: u32,
-    /// [`analog::BYTES`] bytes, at an even address.
+    /// [`analog::BYTES`] bytes in whole words, at the address of one.
     pub samples: u32,
 }
 

@@ -207,7 +207,7 @@ impl Chip {
             _ if pins::is_input(address) => self.port_input(address),
             timers::TIME_COUNT => self.time_count(),
             _ if address == PWR + 0x04 => self.supply_status(),
-            _ if address < RAM_START => {
+            _ if address < REGISTERS => {
                 u32::from_le_bytes([0, 1, 2, 3].map(|n| self.read8(address + n)))
             }
             _ => self.word(address),

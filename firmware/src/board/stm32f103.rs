@@ -15,7 +15,7 @@ pub const HANDLERS: [Handler; 1] = [(line::IRQ as usize, usart1)];
 #[repr(C, align(4))]
 struct Shared<const N: usize>(UnsafeCell<[u8; N]>);
 
-// SAFETY: it is reached by address alone, a byte at a time.
+// SAFETY: it is reached by address alone, in accesses that are whole on this chip.
 unsafe impl<const N: usize> Sync for Shared<N> {}
 
 impl<const N: usize> Shared<N> {
@@ -38,7 +38,7 @@ pub struct Chip;
 
 impl Bus for Chip {
     fn read(&self, address: u32) -> u32 {
-        // SAFETY: the address is that of a register or of a word of the flash, always readable.
+        // SAFETY: the address is that of a register or of a word of shared memory or flash, always readable.
         unsafe { (address as *const u32).read_volatile() }
     }
 

@@ -47,8 +47,9 @@ const PARKED: Pin = pin(b"PC13");
 pub struct Plant {
     /// Drives, valves, water, fires.
     pub world: World,
-    /// The stop chain is open.
-    pub stopped: bool,
+    stopped: bool,
+    /// The stop chain has its own pull-up of 1 kΩ and no 10 nF at its pin.
+    pub is_chain_fast: bool,
     /// The jumper "parked" is set.
     pub parked: bool,
     /// Contacts whose wire is broken.
@@ -77,6 +78,7 @@ impl Plant {
         Self {
             world,
             stopped: false,
+            is_chain_fast: true,
             parked: false,
             broken: BTreeSet::new(),
             welded: BTreeSet::new(),
@@ -89,6 +91,17 @@ impl Plant {
             pulses: 0.0,
             ms: 0,
         }
+    }
+
+    /// Opens or closes the stop chain, now.
+    pub fn stop(&mut self, chip: &mut Chip, stopped: bool) {
+        self.stopped = stopped;
+        self.stop_chain(chip);
+    }
+
+    fn stop_chain(&self, chip: &mut Chip) {
+        let closed = !self.stopped && !self.broken.contains(&STOP_CHAIN);
+        chip.drive(STOP_CHAIN, (closed || self.is_chain_fast).then_some(!closed));
     }
 
     /// Voltage of each motor as a part of the full one; negative is down or right.
@@ -179,7 +192,7 @@ impl Plant {
 
     fn contacts(&self, chip: &mut Chip) {
         let inputs = self.world.inputs();
-        self.contact(chip, STOP_CHAIN, !self.stopped);
+        self.stop_chain(chip);
         self.contact(chip, PARKED, self.parked);
         for (drive, [lower, upper]) in inputs.drives.iter().zip(ENDS) {
             self.contact(chip, lower, !drive.min_switch);

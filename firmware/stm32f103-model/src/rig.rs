@@ -3,7 +3,6 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use lafet_device::hal::FaultInfo;
 use lafet_device::port::Port;
 use lafet_device::{Composition, Device, Source};
 use lafet_proto::link::{self, Frame, WIRE_MAX};
@@ -14,9 +13,10 @@ use lafet_sim::fire::FireSpec;
 use lafet_sim::world::{World, WorldConfig};
 use lafet_stm32f103::record::Record;
 use lafet_stm32f103::{Bus, Memory, Stm32f103, line};
+use lafet_turn::fault::{self, NMI, Words};
 use lafet_turn::{Board, once};
 
-use crate::chip::{Byte, Chip, RAM_START, Reset};
+use crate::chip::{Byte, Chip, FLASH_START, RAM_START, Reset};
 use crate::image;
 use crate::plant::Plant;
 
@@ -27,6 +27,8 @@ const ROUND_NS: u64 = 50_000;
 const MS_NS: u64 = 1_000_000;
 /// The flags of the DMA: a step looks at them once, at its beginning.
 const STEP_BEGINS: u32 = 0x4002_0000;
+/// The status that an exception stacks in the midst of the program: the bit of Thumb alone.
+const IN_PROGRAM: u32 = 1 << 24;
 const ADDRESS: u8 = 7;
 const PEER: u8 = 129;
 
@@ -123,6 +125,18 @@ impl Wires {
         }
     }
 
+    /// Lets time pass while the flash is busy: interrupts are served behind it.
+    fn stall(&self, ns: u64) {
+        let mut parts = self.parts.borrow_mut();
+        parts.stand_still(ns);
+        let until_ns = parts.chip.now_ns + ns;
+        parts.chip.is_stalled = true;
+        parts.advance(until_ns);
+        parts.chip.is_stalled = false;
+        drop(parts);
+        self.pass(0);
+    }
+
     fn is_serving(&self) -> bool {
         self.serving.get()
     }
@@ -154,13 +168,12 @@ impl Bus for Wires {
         let wrong = parts.wrong;
         let Some(value) = (wrong.alter)(true, address, value) else { return };
         let busy_ns = parts.chip.write((wrong.route)(address), value);
-        parts.stand_still(busy_ns);
         parts.off_ns = match parts.is_energised() {
             true => None,
             false => parts.off_ns.or(Some(parts.chip.now_ns)),
         };
         drop(parts);
-        self.pass(busy_ns);
+        self.stall(busy_ns);
     }
 
     fn read8(&self, address: u32) -> u8 {
@@ -172,11 +185,8 @@ impl Bus for Wires {
     }
 
     fn write16(&self, address: u32, value: u16) {
-        let mut parts = self.parts.borrow_mut();
-        let busy_ns = parts.chip.write16(address, value);
-        parts.stand_still(busy_ns);
-        drop(parts);
-        self.pass(busy_ns);
+        let busy_ns = self.parts.borrow_mut().chip.write16(address, value);
+        self.stall(busy_ns);
     }
 
     fn reset(&self) {
@@ -196,6 +206,8 @@ pub struct Rig {
     port: Port<()>,
     /// What has ended runs so far.
     pub resets: Vec<Reset>,
+    /// Memory that no reset clears.
+    crash: Words,
     address: u8,
 }
 
@@ -223,9 +235,10 @@ impl Rig {
         let parts = Parts { chip, plant, off_ns: None, wrong, step_ns: 0 };
         let parts = Rc::new(RefCell::new(parts));
         let wires = Wires { parts, serving: Rc::new(Cell::new(false)) };
-        let (board, device) = start(&wires);
+        let mut crash = Words::default();
+        let (board, device) = start(&wires, &mut crash);
         let port = Port::counting(Source::ExternalConn);
-        Self { wires, board, device, port, resets: Vec::new(), address: ADDRESS }
+        Self { wires, board, device, port, resets: Vec::new(), crash, address: ADDRESS }
     }
 
     /// Chip and plant, to look at or to change.
@@ -290,7 +303,16 @@ impl Rig {
     fn start(&mut self, cause: Reset) {
         self.resets.push(cause);
         self.parts(|parts| parts.chip.start(cause));
-        (self.board, self.device) = start(&self.wires);
+        match cause {
+            // As `firmware/src/crash.rs` records an exception without a handler of its own.
+            Reset::Clock => {
+                let stacked = [0, 0, 0, 0, 0, 0, FLASH_START, fault::status(IN_PROGRAM, NMI)];
+                self.crash = fault::words(RAM_START, stacked, [0; 4]);
+            }
+            Reset::Power => self.crash = Words::default(),
+            Reset::Software | Reset::Watchdog => {}
+        }
+        (self.board, self.device) = start(&self.wires, &mut self.crash);
         self.port = Port::counting(Source::ExternalConn);
     }
 
@@ -369,14 +391,11 @@ impl Rig {
     }
 }
 
-fn start(wires: &Wires) -> (Stm32f103<Wires>, Device) {
+fn start(wires: &Wires, crash: &mut Words) -> (Stm32f103<Wires>, Device) {
     let memory =
         Memory { received: RAM_START, sent: RAM_START + 0x400, samples: RAM_START + 0xC00 };
     let mut board = Stm32f103::start(wires.clone(), memory);
-    // As `firmware/src/crash.rs` records it.
-    let mut words = [0; 20];
-    [words[0], words[1], words[19]] = [0xDEAD_FA11, 3, 2];
-    let fault = board.lacks_crystal().then(|| FaultInfo::from_words(words));
+    let fault = fault::take(crash, board.reset_by_watchdog(), board.lacks_crystal());
     let start = board.start(fault.is_some());
     let mut device = Device::at_rest(start.composition, start.address);
     device.wake(start.now_ms, fault, &mut board);

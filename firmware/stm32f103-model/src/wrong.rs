@@ -39,6 +39,7 @@ const TIM1: u32 = 0x4001_2C00;
 const TIM8: u32 = 0x4001_3400;
 const TIM6: u32 = 0x4000_1000;
 const TIM6_PSC: u32 = 0x4000_1028;
+const TIM6_CNT: u32 = 0x4000_1024;
 const PORT_A: u32 = 0x4001_0800;
 const PORT_B: u32 = 0x4001_0C00;
 const PORT_C: u32 = 0x4001_1000;
@@ -137,7 +138,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 83] = [
+pub const BOARDS: [(&str, Wrong); 85] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -172,7 +173,8 @@ pub const BOARDS: [(&str, Wrong); 83] = [
     alter("no pull-ups at the end switches", |w, a, v| {
         lost(w, a, v, v & 0xFFFF != 0, PORT_D + BSRR)
     }),
-    alter("no pull-up at the stop chain", |w, a, v| lost(w, a, v, v == 1 << 6, PORT_A + BSRR)),
+    wires("stop chain wired as the other contacts", |it| it.is_chain_fast = false),
+    alter("jumper read at once", |w, a, v| seen(w, a, v, TIM6_CNT, |v| v.max(50))),
     alter("current input not analogue", |w, a, v| written(w, a, v, PORT_C, |v| v | 4)),
     // Drives.
     route("PWM of vertical and horizontal exchanged", |a| swapped(a, TIM8 + 0x34, TIM8 + 0x38)),
@@ -260,6 +262,7 @@ pub const BOARDS: [(&str, Wrong); 83] = [
         let wrong = |v| if v == 0xCDEF_89AB { 0xCDEF_89AA } else { v };
         written(w, a, v, FLASH_KEY, wrong)
     }),
+    alter("page erased while an answer ends", |w, a, v| seen(w, a, v, USART_BRR, |_| 0xFFFF)),
     ("a step behind each 32 bytes", Wrong { turn: step_by_step, ..Wrong::NOTHING }),
     (
         "flash written in motion",

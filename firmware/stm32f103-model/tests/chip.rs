@@ -108,7 +108,8 @@ fn the_watchdog_protects_its_registers() {
     assert_eq!(chip.reset, Some(Reset::Watchdog));
 }
 
-/// RM §9.1, §9.2.5: a contact needs its pull-up; setting has priority.
+/// RM §9.1, §9.2.5: a contact needs its pull-up, which takes its time to charge what is in front of the pin;
+/// setting has priority.
 #[test]
 fn pins() {
     let mut chip = chip();
@@ -117,9 +118,22 @@ fn pins() {
     assert!(!chip.level(contact), "floating is noise");
     chip.write(PORT_A, 0x4844_4444);
     chip.write(PORT_A + 0x10, 1 << 6);
-    assert_eq!(chip.read(PORT_A + 0x08) >> 6 & 1, 1);
+    let after = |chip: &mut Chip, ns: u64| {
+        pass(chip, ns);
+        chip.read(PORT_A + 0x08) >> 6 & 1
+    };
+    assert_eq!((after(&mut chip, 550_000), after(&mut chip, 50_000)), (0, 1));
     chip.drive(contact, Some(false));
-    assert_eq!(chip.read(PORT_A + 0x08) >> 6 & 1, 0);
+    assert_eq!(after(&mut chip, 0), 0);
+    chip.drive(contact, None);
+    chip.write(PORT_A + 0x10, 1 << 3);
+    assert_eq!((after(&mut chip, 550_000), after(&mut chip, 50_000)), (0, 1));
+    chip.start(Reset::Power);
+    chip.write(RCC + 0x18, 0x7EFD);
+    chip.write(PORT_A, 0x4844_4444);
+    chip.write(PORT_A + 0x10, 1 << 6);
+    assert_eq!((after(&mut chip, 550_000), after(&mut chip, 50_000)), (0, 1));
+    chip.drive(contact, Some(false));
     chip.write(PORT_A + 0x10, 1 << 22 | 1 << 6);
     assert_eq!(chip.read(PORT_A + 0x0C) >> 6 & 1, 1);
     assert!(!chip.drives_high(contact), "it is an input");
@@ -147,7 +161,7 @@ fn the_break_needs_no_program() {
     assert_eq!(chip.pwm(0), 0.0);
     chip.write(TIM8 + 0x44, 1 << 15 | 1 << 12 | 1 << 13);
     assert!((chip.pwm(0) - 0.25).abs() < 1e-9 && chip.pwm(1) == 0.0);
-    chip.drive(pin(b"PA 6"), None);
+    chip.drive(pin(b"PA 6"), Some(true));
     pass(&mut chip, 1_000);
     assert_eq!((chip.pwm(0), chip.read(TIM8 + 0x10) >> 7 & 1), (0.0, 1));
     chip.write(TIM8 + 0x44, 1 << 15 | 1 << 12 | 1 << 13);
@@ -332,6 +346,7 @@ fn the_adc_scans() {
     chip.write(adc + 0x08, 1 << 20 | 0b110 << 17 | 1 << 8 | 1 << 2 | 1);
     chip.convert();
     assert_eq!((sample(&chip, 0), sample(&chip, 1)), (2_000, 1_000));
+    assert_eq!(chip.read(RAM_START), 1_000 << 16 | 2_000, "a word has two");
 }
 
 /// RM §7.2.7: a watched crystal that fails breaks the PWM, and the chip goes on with its own oscillator.

@@ -31,6 +31,7 @@ fn a_busy_flash_has_checks_of_its_own() {
     let boards = [
         ("a step behind each 32 bytes", "stop while a page is erased"),
         ("flash written in motion", "memory in motion"),
+        ("page erased while an answer ends", "line while a page is erased"),
     ];
     for (name, check) in boards {
         let (_, wrong) = BOARDS.iter().find(|it| it.0 == name).expect("a board");

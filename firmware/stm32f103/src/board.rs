@@ -39,6 +39,11 @@ const BAUD: u32 = 19_200;
 const TICKS: u16 = 10;
 /// Time over which the flow meter's pulses are counted, ms.
 const FLOW_MS: u32 = 500;
+/// Ticks from the pull-ups on until contacts are read: 5 ms. With 10 nF in front of each pin a pull-up of
+/// 50 kΩ takes 0.55 ms; the wires to the contact take some, too.
+const SETTLING: u16 = 5 * TICKS;
+/// Looks until that time must be over, if the timer runs.
+const SETTLING_LOOKS: u32 = 100_000;
 /// Ticks for which no encoder may move before a reset: 20 ms.
 const RESTING: u16 = 20 * TICKS;
 /// Time that an answer has to leave before a reset, in looks of a µs or so.
@@ -51,7 +56,7 @@ pub struct Memory {
     pub received: u32,
     /// [`crate::line::SENT`] bytes.
     pub sent: u32,
-    /// [`analog::BYTES`] bytes, at an even address.
+    /// [`analog::BYTES`] bytes in whole words, at the address of one.
     pub samples: u32,
 }
 
@@ -108,12 +113,14 @@ impl<B: Bus> Stm32f103<B> {
         watchdog::start(&bus);
         pins::start(&bus);
         power::start(&bus);
+        time(&bus, clock.hz);
+        // The jumper is read once: a pin that is not charged yet would say "parked".
+        bus.wait(TIM6.cnt(), SETTLING_LOOKS, |count| count.cnt() >= SETTLING);
         let record = Record::read(&bus);
         let known = record.unwrap_or(Record { baud: BAUD, ..Record::NOMINAL });
         let analog = Analog::start(bus.clone(), memory.samples);
         let drives = Drives::start(bus.clone(), clock.hz, &known.drives, record.is_some());
         flow(&bus);
-        time(&bus, clock.hz);
         let line = Line::start(bus.clone(), clock.hz, known.baud, memory.received, memory.sent);
         analog.wait();
         let store = Store::mount(InternalFlash::new(bus.clone()), 0, flash::PAGES);

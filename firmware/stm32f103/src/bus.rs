@@ -6,7 +6,7 @@ use stm32_metapac::common::{Access, Reg};
 /// What leads to the registers and memory of a chip: the chip itself, or a model. A handle: clones lead
 /// to the same chip.
 pub trait Bus: Clone {
-    /// Reads a register, or a word of the flash. The address must be one of the chip's.
+    /// Reads a register, or a word of RAM or flash. The address must be one of the chip's.
     fn read(&self, address: u32) -> u32;
 
     /// Writes a register.

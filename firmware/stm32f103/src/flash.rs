@@ -2,6 +2,7 @@
 
 use crate::bus::{Bus, Registers};
 use crate::drives::may_move;
+use crate::line;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -17,6 +18,9 @@ pub const PAGE: usize = 2_048;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// Looks until an operation must be over: a page takes 40 ms at most (datasheet, table 47).
 const LOOKS: u32 = 2_000_000;
+/// Cycles of 72 MHz for which the processor is stalled at most: 40 ms, and 70 µs for half a word.
+const ERASING: u32 = 3_000_000;
+const PROGRAMMING: u32 = 5_040;
 
 /// The pages of the parameters.
 #[derive(Clone, Debug)]
@@ -65,6 +69,7 @@ impl<B: Bus> InternalFlash<B> {
     }
 
     fn erase_page(&self, page: u32) -> Result<(), Refused> {
+        line::end_before(&self.bus, ERASING);
         self.bus.set(FLASH.cr(), |cr| cr.set_per(true));
         self.bus.put(FLASH.ar(), Ar(START + page));
         self.bus.set(FLASH.cr(), |cr| {
@@ -113,6 +118,7 @@ impl<B: Bus> NorFlash for InternalFlash<B> {
         self.bus.set(FLASH.cr(), |cr| cr.set_pg(true));
         let mut result = Ok(());
         for (address, pair) in (START + offset..).step_by(2).zip(bytes.as_chunks::<2>().0) {
+            line::end_before(&self.bus, PROGRAMMING);
             self.bus.write16(address, u16::from_le_bytes(*pair));
             result = result.and(self.finish());
         }

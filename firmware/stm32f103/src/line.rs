@@ -16,6 +16,9 @@ pub const SENT: usize = 2_048;
 /// RM §13.3.7, table 78: USART1_TX and USART1_RX, counted from 0.
 const TX: usize = 3;
 const RX: usize = 4;
+/// Looks until a transmission that is waited for must be over: it takes 47 ms at most, these 0.1 s or so, of
+/// which the watchdog has time for several.
+const LOOKS: u32 = 500_000;
 /// CTS, LBD and RXNE.
 const STATUS_KEPT: u32 = 1 << 9 | 1 << 8 | 1 << 5;
 /// The interrupt of USART1, its number and its place in the NVIC's second register.
@@ -128,6 +131,18 @@ impl<B: Bus> Line<B> {
     /// Whether everything has left.
     pub fn is_idle(&self) -> bool {
         !self.bus.get(USART1.cr1()).tcie() && (self.first + self.sending) % SENT == self.end
+    }
+}
+
+/// Before the processor is stalled for so many of its cycles: waits for a transmission that would end
+/// meanwhile. Its interrupt would come late, and the driver would hold the line against its next sender.
+pub fn end_before(bus: &impl Bus, cycles: u32) {
+    // RM §27.3.4: a bit takes as many cycles as the divider says. Beside these bytes one is in the data
+    // register where there are any: longer than it takes from here to the stall.
+    let Brr(divider) = bus.get(USART1.brr());
+    let left = u32::from(bus.get(DMA1.ch(TX).ndtr()).ndt());
+    if left * 10 * divider < cycles {
+        bus.wait(USART1.cr1(), LOOKS, |cr1| !cr1.tcie());
     }
 }
 

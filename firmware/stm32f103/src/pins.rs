@@ -37,7 +37,8 @@ pub enum Mode {
 
 /// Drives the transmitter of RS-485.
 pub const TRANSMIT: Pin = pin('A', 12);
-/// The stop chain, closed to ground while all is well: TIM8_BKIN.
+/// The stop chain, closed to ground while all is well: TIM8_BKIN. Its pull-up of 1 kΩ is outside; that of the
+/// chip would take half a ms, and is there for when the other fails.
 pub const STOP_CHAIN: Pin = pin('A', 6);
 /// Lets the drives' power stages work.
 pub const DRIVES_ENABLE: Pin = pin('C', 10);

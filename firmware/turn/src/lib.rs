@@ -2,6 +2,8 @@
 //! made. It is the same on every board, and on a model of one.
 #![no_std]
 
+pub mod fault;
+
 use lafet_device::hal::Hal;
 use lafet_device::port::Port;
 use lafet_device::{Composition, Device};

@@ -12,6 +12,7 @@ use lafet_device::image::{Inputs, Outputs};
 use lafet_device::port::Port;
 use lafet_device::{Composition, Device, Source};
 use lafet_plant::Failure;
+use lafet_proto::crash::Context;
 use lafet_proto::link::{self, Frame, WIRE_MAX};
 use lafet_proto::record::Records;
 use lafet_proto::request::Body;
@@ -24,6 +25,7 @@ use lafet_verify::swarm::frame;
 
 const ADDRESS: u8 = 1;
 const PEER: u8 = 129;
+const WATCHDOG_IRQ: u16 = 18;
 const FLASH: core::ops::Range<u32> = 0x400..0x4_0000;
 
 #[derive(Args)]
@@ -161,15 +163,20 @@ impl Pair {
             _ => return Err(io::Error::other("not a Cortex-M3's record")),
         };
         println!("{failure:?}: {stepped:?}, pc {:#x}, hfsr {hfsr:#x}, cfsr {cfsr:#x}", info.pc);
-        let told = match failure {
+        let caused = match failure {
             // IACCVIOL and UNDEFINSTR, forced to a HardFault both.
             Failure::Astray => cfsr == 1 && hfsr == 1 << 30 && info.pc == 0x4000_C000,
             Failure::UndefinedInstruction => cfsr == 1 << 16 && hfsr == 1 << 30,
             Failure::Hang => cfsr == 0 && hfsr == 0,
         };
+        // A fault says what it interrupted; the watchdog's first call, which has no handler, itself.
+        let context = match failure {
+            Failure::Astray | Failure::UndefinedInstruction => Context::Program,
+            Failure::Hang => Context::Interrupt(WATCHDOG_IRQ),
+        };
         let in_flash = FLASH.contains(&info.lr) && info.spcr != 0;
         let again = stepped == Stepped::Reset { after_fault: true };
-        if told && again && in_flash && info.signature != 0 {
+        if caused && info.context() == context && again && in_flash && info.signature != 0 {
             return Ok(());
         }
         Err(io::Error::other(format!("{failure:?} has left {info:?}")))

@@ -67,12 +67,18 @@ pub struct Chip {
     pub analog: [u16; 16],
     /// What drives the pins from outside: which of each port, and how.
     outside: [(u16, u16); 5],
+    /// Since when each pin of each port has been held by its pull-up alone, ns.
+    pulled_since_ns: [[Option<u64>; 16]; 5],
     /// Bytes that come over the line, and when each has come.
     pub incoming: VecDeque<Byte>,
     /// Bytes that have left over the line.
     pub outgoing: Vec<Byte>,
     /// When the program released the line last, ns.
     pub released_ns: u64,
+    /// How long it has held the line behind a last stop bit, at most, ns.
+    pub held_ns: u64,
+    /// The processor waits for its flash, and interrupts with it.
+    pub is_stalled: bool,
     /// What the other side of the line runs at.
     pub line_baud: u64,
     /// Pages of the flash that the program has erased.
@@ -88,6 +94,7 @@ pub struct Chip {
     hse_since_ns: u64,
     calibrated: bool,
     leaving: Option<Byte>,
+    left_ns: u64,
     receive_size: u32,
     encoders: [i64; 4],
     time_base_ns: u64,
@@ -106,9 +113,12 @@ impl Chip {
             lsi_hz: 40_000,
             analog: [0; 16],
             outside: [(0, 0); 5],
+            pulled_since_ns: [[None; 16]; 5],
             incoming: VecDeque::new(),
             outgoing: Vec::new(),
             released_ns: 0,
+            held_ns: 0,
+            is_stalled: false,
             line_baud: 115_200,
             erasures: 0,
             words: vec![0; (REGISTERS_SIZE / 4) as usize],
@@ -122,6 +132,7 @@ impl Chip {
             hse_since_ns: 0,
             calibrated: false,
             leaving: None,
+            left_ns: 0,
             receive_size: 0,
             encoders: [0; 4],
             time_base_ns: 0,
@@ -155,6 +166,7 @@ impl Chip {
                 self.store(pins::PORTS + 0x400 * port + 4 * half, 0x4444_4444);
             }
         }
+        self.pulled_since_ns = [[None; 16]; 5];
         self.flash_keys = 0;
         self.unlocked = false;
         self.watchdog_since_ns = None;
@@ -195,7 +207,7 @@ impl Chip {
             _ if pins::is_input(address) => self.port_input(address),
             timers::TIME_COUNT => self.time_count(),
             _ if address == PWR + 0x04 => self.supply_status(),
-            _ if address < RAM_START => {
+            _ if address < REGISTERS => {
                 u32::from_le_bytes([0, 1, 2, 3].map(|n| self.read8(address + n)))
             }
             _ => self.word(address),
@@ -229,6 +241,7 @@ impl Chip {
                 self.write_port(address, value);
                 if held && !self.holds_line() {
                     self.released_ns = self.now_ns;
+                    self.held_ns = self.held_ns.max(self.now_ns - self.left_ns);
                 }
             }
             _ if timers::is_timer(address) => self.write_timer(address, value),
@@ -265,11 +278,12 @@ impl Chip {
         self.watch();
     }
 
-    /// RM §27.4: the transmission is complete, and its interrupt is let through.
+    /// RM §27.4: the transmission is complete, and its interrupt is let through. Its handler is in the flash, so
+    /// it waits for that (PM0075 §2.3).
     pub fn has_interrupt(&self) -> bool {
         let enabled = self.word(usart::USART + 0x0C) & 1 << 6 != 0;
         let complete = self.word(usart::USART) & 1 << 6 != 0;
-        enabled && complete && self.interrupts & USART1_BIT != 0
+        enabled && complete && !self.is_stalled && self.interrupts & USART1_BIT != 0
     }
 
     /// The handler has returned: an interrupt whose cause is still there comes again at once, for ever.

@@ -4,6 +4,9 @@ use super::Chip;
 
 pub(super) const AFIO: u32 = 0x4001_0000;
 pub(super) const PORTS: u32 = 0x4001_0800;
+/// A pull-up of 30 to 50 kΩ (datasheet) takes so long to bring the 10 nF in front of a pin to 0.65
+/// of the supply.
+const RISE_NS: u64 = 600_000;
 
 /// Port and bit: `at(b"PA6")`.
 pub const fn at(name: &[u8; 4]) -> (usize, u32) {
@@ -32,6 +35,17 @@ impl Chip {
             0x14 => self.store(base + 0x0C, odr & !(value & 0xFFFF)),
             _ => self.store(address, value),
         }
+        let port = ((address - PORTS) / 0x400) as usize;
+        (0..16).for_each(|bit| self.pull((port, bit)));
+    }
+
+    /// Notes since when nothing but its pull-up has held a pin.
+    fn pull(&mut self, pin: (usize, u32)) {
+        let (port, bit) = pin;
+        let (driven, _) = self.outside[port];
+        let pulled = self.mode(pin) == 0x8 && self.odr(pin) && driven >> bit & 1 == 0;
+        let since = &mut self.pulled_since_ns[port][bit as usize];
+        *since = pulled.then(|| since.unwrap_or(self.now_ns));
     }
 
     /// CNF and MODE of a pin.
@@ -65,17 +79,19 @@ impl Chip {
         let pin = 1 << bit;
         *mask = *mask & !pin | if level.is_some() { pin } else { 0 };
         *value = *value & !pin | if level == Some(true) { pin } else { 0 };
+        self.pull((port, bit));
     }
 
-    /// The level at a pin: what drives it, else its pull-up or pull-down, else noise, which is low here.
+    /// The level at a pin: what drives it, else its pull-up, in its time, or pull-down, else noise, which is
+    /// low here.
     pub fn level(&self, pin: (usize, u32)) -> bool {
         let (port, bit) = pin;
         let (mask, value) = self.outside[port];
         match self.mode(pin) {
             1..=3 => self.odr(pin),
             _ if mask >> bit & 1 != 0 => value >> bit & 1 != 0,
-            0x8 => self.odr(pin),
-            _ => false,
+            _ => self.pulled_since_ns[port][bit as usize]
+                .is_some_and(|since| self.now_ns >= since + RISE_NS),
         }
     }
 

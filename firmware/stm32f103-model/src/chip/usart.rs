@@ -66,6 +66,7 @@ impl Chip {
     pub(super) fn move_bytes(&mut self) {
         if let Some(byte) = self.leaving.filter(|byte| byte.at_ns <= self.now_ns) {
             self.leaving = None;
+            self.left_ns = byte.at_ns;
             if self.holds_line() && self.is_alternate(TX_PIN) && self.is_in_step() {
                 self.outgoing.push(byte);
             }

@@ -3,8 +3,10 @@
 use lafet_proto::id::key;
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, SubsystemId};
+use lafet_stm32f103::record::Record;
 
-use super::{MS_NS, STEP_NS, deployed, ensure, is_live, request, sound};
+use super::starts::restart;
+use super::{MS_NS, STEP_NS, deployed, ensure, fresh, is_live, request, sound};
 use crate::rig::{Rig, Wrong};
 
 /// A page is erased in the meantime of so many writes at most.
@@ -15,6 +17,8 @@ const STARTED_NS: u64 = 4 * MS_NS;
 /// and is stopped.
 const ENDING_NS: [u64; 2] = [30 * MS_NS, 60 * MS_NS];
 const OFF_NS: u64 = 2 * MS_NS;
+/// From a last stop bit until the line is free for another sender, ns.
+const HELD_NS: u64 = 10_000;
 
 /// A parameter is written. `round` makes its value another one each time.
 fn set(round: i32) -> Result<Vec<u8>, String> {
@@ -131,4 +135,40 @@ pub(super) fn motion(wrong: Wrong) -> Result<(), String> {
     rig.run(300);
     ensure(flash(&rig) != before, "what was set in motion is not written")?;
     sound(&rig)
+}
+
+/// The line is free behind the last stop bit of an answer, though a page is erased or something written while
+/// it ends: the answer to what is written, and one that takes longer than a page.
+pub(super) fn release(wrong: Wrong) -> Result<(), String> {
+    for baud in [19_200, 115_200] {
+        for beside in [false, true] {
+            released(wrong, baud, beside).map_err(|why| format!("{baud} baud: {why}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn released(wrong: Wrong, baud: u32, beside: bool) -> Result<(), String> {
+    let mut rig = fresh(wrong);
+    let mut record = Record::NOMINAL;
+    (wrong.record)(&mut record);
+    record.baud = baud;
+    rig.parts(|parts| parts.chip.line_baud = baud.into());
+    restart(&mut rig, &record.encode(), true);
+    // The first write behind a start erases a page.
+    let (before, poll) = (erasures(&rig), request(SubsystemId::ALL, Body::GetStatus)?);
+    for round in 0..4 {
+        if beside {
+            rig.send(&poll);
+        }
+        rig.send(&set(round)?);
+        rig.run(300);
+        let answers = rig.frames().len();
+        ensure(answers == 1 + usize::from(beside), format!("{answers} answers"))?;
+    }
+    ensure(erasures(&rig) > before, "no page was erased")?;
+    let broken = rig.parts(|parts| parts.chip.violations.clone());
+    ensure(broken.is_empty(), format!("{broken:?}"))?;
+    let held_ns = rig.parts(|parts| parts.chip.held_ns);
+    ensure(held_ns <= HELD_NS, format!("the line was held {held_ns} ns behind an answer"))
 }

@@ -21,7 +21,7 @@ use starts::{blank, crystal, homing, memory, position, record};
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 23] = [
+pub const CHECKS: [(&str, Check); 24] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -43,6 +43,7 @@ pub const CHECKS: [(&str, Check); 23] = [
     ("record", record),
     ("crystal", crystal),
     ("blank flash", blank),
+    ("line while a page is erased", busy::release),
     ("memory in motion", busy::motion),
     ("stop while a page is erased", busy::stop),
 ];
@@ -50,6 +51,8 @@ pub const CHECKS: [(&str, Check); 23] = [
 const MS_NS: u64 = 1_000_000;
 /// What a step may take of the processor: 54,000 cycles of 72 MHz.
 const STEP_NS: u64 = 750_000;
+/// From the opening of the stop chain until no motor has voltage, ns: the capacitance of its cable included.
+const BREAK_NS: u64 = 10_000;
 
 fn ensure(holds: bool, otherwise: impl Into<String>) -> Result<(), String> {
     if holds { Ok(()) } else { Err(otherwise.into()) }
@@ -314,14 +317,14 @@ fn stop_chain(wrong: Wrong) -> Result<(), String> {
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 3_000 })?;
     rig.run(500);
     ensure(is_live(&rig), "the drive does not run")?;
-    rig.parts(|parts| parts.plant.stopped = true);
+    rig.parts(|parts| parts.plant.stop(&mut parts.chip, true));
     // The program hangs meanwhile.
-    rig.hang(2 * MS_NS);
+    rig.hang(BREAK_NS);
     ensure(!is_live(&rig), "the stop chain alone stops nothing")?;
     rig.run(200);
     let found = drive_flags(&mut rig, Axis::Horizontal)?;
     ensure(found.contains(DriveFlags::MOTOR_BROKEN), format!("stopped, and says {found:?}"))?;
-    rig.parts(|parts| parts.plant.stopped = false);
+    rig.parts(|parts| parts.plant.stop(&mut parts.chip, false));
     rig.run(1_000);
     ensure(!is_live(&rig), "a drive goes on when the stop chain is closed")?;
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 0 })?;

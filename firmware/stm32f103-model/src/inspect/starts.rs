@@ -1,6 +1,8 @@
 //! What a start finds: the memory, the positions, a crystal, a blank flash.
 
+use lafet_device::hal::FaultInfo;
 use lafet_device::image::Axis;
+use lafet_proto::crash::Context;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::id::key;
 use lafet_proto::request::Body;
@@ -184,10 +186,20 @@ pub(super) fn crystal(wrong: Wrong) -> Result<(), String> {
     ensure(rig.resets == [Reset::Clock], format!("{:?}", rig.resets))?;
     let hz = rig.parts(|parts| parts.chip.hz());
     ensure(hz == 64_000_000, format!("runs at {hz} Hz"))?;
+    says_nmi(&mut rig)?;
+    ensure(!is_live(&rig), "a motor has voltage after the failure")?;
+    // Dead from the power-up on, it interrupts nothing.
+    rig.cut_power();
+    rig.run(500);
+    says_nmi(&mut rig)
+}
+
+/// The crystal is the last fault: exception 2.
+fn says_nmi(rig: &mut Rig) -> Result<(), String> {
     let answers = rig.ask(SubsystemId::GENERAL, Body::GetCrashData)?;
     let data = answers.first().map(|(_, _, data)| data.clone()).unwrap_or_default();
-    ensure(data.iter().any(|byte| *byte != 0), "the crystal has failed, and nothing is said")?;
-    ensure(!is_live(&rig), "a motor has voltage after the failure")
+    let context = FaultInfo::decode(&data).map(|info| info.context());
+    ensure(context == Some(Context::Handler("NMI")), format!("no crystal, and says {context:?}"))
 }
 
 /// Without a record and parameters it answers, and drives nothing.

@@ -415,9 +415,10 @@ impl Device {
             .or(held(SubsystemId::BUTTONS, &self.buttons))
     }
 
-    /// §D/1 Where it is folded or not is not known before the inputs have settled.
+    /// §D/1 That it is between its positions is not known before the inputs have settled.
     fn unsettled_deployer(&self) -> Option<SubsystemId> {
-        self.settling.is_running().then_some(SubsystemId::DEPLOYER)
+        let unknown = self.settling.is_running() && self.deployer.is_between();
+        unknown.then_some(SubsystemId::DEPLOYER)
     }
 
     fn not_deployed(&self) -> Option<SubsystemId> {

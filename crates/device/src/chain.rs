@@ -349,7 +349,8 @@ impl Device {
                 .iter()
                 .find_map(|drive| self.held_by_button(*drive))
                 .or(self.busy_detector())
-                .or(self.open_valve()),
+                .or(self.open_valve())
+                .or(self.unsettled_deployer()),
             // §3.13/2
             RequestId::START_JUSTIFY => self.not_deployed().or(self.seeking()).or(self.quenching()),
             // §3.14/6, §3.15/4
@@ -390,6 +391,7 @@ impl Device {
             .or(self.busy_detector())
             .or(self.quenching())
             .or(self.open_valve())
+            .or(self.unsettled_deployer())
     }
 
     /// §3.2/2, §3.2/3, §3.2/4. What waits for the deployment does not intercept: otherwise
@@ -411,6 +413,12 @@ impl Device {
         };
         held(SubsystemId::EXT_BUTTONS, &self.ext_buttons)
             .or(held(SubsystemId::BUTTONS, &self.buttons))
+    }
+
+    /// §D/1 That it is between its positions is not known before the inputs have settled.
+    fn unsettled_deployer(&self) -> Option<SubsystemId> {
+        let unknown = self.settling.is_running() && self.deployer.is_between();
+        unknown.then_some(SubsystemId::DEPLOYER)
     }
 
     fn not_deployed(&self) -> Option<SubsystemId> {

@@ -53,7 +53,7 @@ pub struct Device {
     pub(crate) radio: Conn,
     pub(crate) buttons: ButtonPost,
     pub(crate) ext_buttons: ButtonPost,
-    settling: Timer,
+    pub(crate) settling: Timer,
     last_step: Millis,
     /// A request since the last step was not GetStatus.
     pub(crate) disturbed: bool,
@@ -118,10 +118,11 @@ impl Device {
         if let Some(crash) = crash {
             self.general.set_crash(crash);
         }
-        let Self { params, inputs, .. } = self;
+        let Self { params, inputs, contacts, .. } = self;
         params.restore(hal);
         hal.read(inputs);
-        self.contacts = Debounce::starting(Contacts::of(inputs));
+        // §D/6 None counts yet: neither folded nor deployed, and no valve closed.
+        contacts.step(0, Contacts::of(inputs)).put(inputs);
         // §3.19/3 What is not stored is as compiled in, the address as the hardware has it.
         if params.has_lost_general() {
             params.stand_in(self.address, self.chain);
@@ -144,8 +145,6 @@ impl Device {
             let unit = unit_of(&inputs.units, no.unit());
             valve.power_up(now, params, (input, unit), keep_valves);
         }
-        let [_, _, _, deployer] = &inputs.drives;
-        self.deployer.power_up(deployer);
         let [first, second] = &inputs.buttons;
         self.buttons.power_up(first);
         self.ext_buttons.power_up(second);
@@ -236,8 +235,9 @@ impl Device {
         let judged = self.contacts.step(dt_ms, sensed);
         let judged = self.judge_water(dt_ms, judged);
         judged.put(&mut self.inputs);
+        let starts = self.settling.is_running();
         self.settling.poll(now);
-        self.run(now, dt_ms);
+        self.run(now, dt_ms, starts);
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
         judged.with_ends_of(sensed).put(&mut self.inputs);
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
@@ -369,12 +369,16 @@ impl Device {
         }
     }
 
-    fn run(&mut self, now: Millis, dt_ms: u32) {
+    /// `starts`: the inputs settle, or have in this step.
+    fn run(&mut self, now: Millis, dt_ms: u32, starts: bool) {
         let Self { inputs, params, .. } = self;
         self.general.step(dt_ms, inputs, params);
-        self.climatics.step(inputs, params);
+        self.climatics.step(dt_ms, inputs, params);
         let sensed = inputs.drives.iter().zip(&Axis::ALL);
         for (drive, (input, axis)) in self.drives.iter_mut().zip(sensed) {
+            if starts {
+                drive.note_start(input);
+            }
             drive.step(now, dt_ms, input, unit_of(&inputs.units, axis.unit()), params);
         }
         for ((valve, no), input) in self.valves.iter_mut().zip(&ValveNo::ALL).zip(&inputs.valves) {

@@ -1,9 +1,10 @@
-//! Contacts bounce when they change, and blip when they are shaken or their wires are: for up to 30 ms.
+//! Contacts bounce when they change, and blip when they are shaken or their wires are: for up to 30 ms, at
+//! power-up too. So at the start every one is off until it has lasted: what is not known to be closed is not.
 
 use crate::image::{AXES, Inputs, VALVES};
 
 /// A contact is believed when it has been in its new state for this long, ms.
-const STABLE_MS: u32 = 30;
+pub(crate) const STABLE_MS: u32 = 30;
 /// Two end switches of each drive; open, closed and blocked of each valve.
 const COUNT: usize = 2 * AXES + 3 * VALVES;
 /// End switches of the drives that aim. The two of Deployer come after them, then the valves' contacts.
@@ -74,11 +75,6 @@ impl Contacts {
 }
 
 impl Debounce {
-    /// At the start there is nothing to compare with: the outputs stay inert until it has lasted.
-    pub const fn starting(sensed: Contacts) -> Self {
-        Self { judged: sensed, differs_ms: [0; COUNT] }
-    }
-
     /// What is to be believed after a step in which this is sensed. A step that is longer than any
     /// bounce shows none: what is new counts at once.
     #[inline(never)]
@@ -122,6 +118,11 @@ mod tests {
     use crate::image::Axis;
     use std::vec::Vec;
 
+    /// These have been judged.
+    fn judged(bits: u16) -> Debounce {
+        Debounce { judged: Contacts(bits), ..Debounce::default() }
+    }
+
     /// Every contact, its bit and whether it goes off at once.
     fn all() -> Vec<(u16, bool)> {
         let mut inputs = Inputs::default();
@@ -153,7 +154,7 @@ mod tests {
             for step_ms in [1, 5, 10, 30] {
                 for on in [true, false] {
                     let (from, to) = if on { (0, bit) } else { (bit, 0) };
-                    let mut contacts = Debounce::starting(Contacts(from));
+                    let mut contacts = judged(from);
                     let mut ms = 0;
                     while contacts.step(step_ms, Contacts(to)).0 != to {
                         ms += step_ms;
@@ -161,10 +162,10 @@ mod tests {
                     }
                     let at_once = !on && off_at_once;
                     assert_eq!(ms, if at_once { 0 } else { STABLE_MS }, "{bit:b} {step_ms}");
-                    assert_eq!(contacts, Debounce::starting(Contacts(to)));
+                    assert_eq!(contacts, judged(to));
                 }
             }
-            let mut slow = Debounce::starting(Contacts(0));
+            let mut slow = judged(0);
             assert_eq!(slow.step(31, Contacts(bit)).0, bit);
         }
     }
@@ -176,12 +177,12 @@ mod tests {
             for step_ms in [1_u32, 3, 10] {
                 for blip_ms in 1..=30 {
                     for at in [0, bit] {
-                        let mut contacts = Debounce::starting(Contacts(at));
+                        let mut contacts = judged(at);
                         for ms in (0..1000).step_by(step_ms as usize) {
                             let sensed = if ms % 100 < blip_ms { at ^ bit } else { at };
-                            let judged = contacts.step(step_ms, Contacts(sensed)).0;
+                            let is = contacts.step(step_ms, Contacts(sensed)).0;
                             let off = off_at_once && at == bit;
-                            assert!(judged == at || off, "{bit:b} {blip_ms} {step_ms}");
+                            assert!(is == at || off, "{bit:b} {blip_ms} {step_ms}");
                         }
                     }
                 }
@@ -194,7 +195,7 @@ mod tests {
     fn bounce() {
         for (bit, _) in all() {
             for bounce_ms in 1..=30_u32 {
-                let mut contacts = Debounce::starting(Contacts(0));
+                let mut contacts = judged(0);
                 let mut changes = Vec::new();
                 let mut before = 0;
                 for ms in 0..200 {
@@ -214,11 +215,11 @@ mod tests {
     /// One contact does not wait for another.
     #[test]
     fn each_by_itself() {
-        let mut contacts = Debounce::starting(Contacts(0));
+        let mut contacts = judged(0);
         for ms in 0..100 {
             let other = if ms % 20 < 10 { 2 } else { 0 };
-            let judged = contacts.step(1, Contacts(1 | other)).0;
-            assert_eq!(judged, u16::from(ms >= 30));
+            let is = contacts.step(1, Contacts(1 | other)).0;
+            assert_eq!(is, u16::from(ms >= 30));
         }
     }
 }

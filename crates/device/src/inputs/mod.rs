@@ -2,19 +2,21 @@
 //!
 //! | what | rule | delay | shows as |
 //! |---|---|---|---|
-//! | a contact: end switches, valves' switches, `blocked` | counts when it has lasted ([`contacts`]) | 30 ms | the state it reports |
+//! | a contact: end switches, valves' switches, `blocked` | counts when it has lasted ([`contacts`]), from the start on | 30 ms | the state it reports |
+//! | what a heater, a power stage or a drive's sensor says of itself | counts when it has lasted ([`lasted`]) | 30 ms | the fault it reports |
 //! | water that flows though every valve says closed | no such switch is believed ([`water`]) | 3 s | CloseSensorFault, InputFaults bit 0 |
 //! | a supply out of its range | what it forbids to begin | 0.3 s | BadPower, Denied from General |
 //! | a detector whose spots all are as wide as its field | no spot is believed (`subsystem::detector`) | at once | DeviceFault, InputFaults bit 2 |
 //! | an open valve without flow and pressure | reported ([`water`]) | 10 s | InputFaults bit 1 |
 //!
 //! `guard` has besides, in the step in which it is sensed, every end switch that closes: it takes away and
-//! ends nothing, so that a blip costs a drive a step and a true end switch stops it at once.
+//! ends nothing, so that a blip costs a drive a step and a true end switch stops it at once. Fault bits of a valve's
+//! switches need no rule: for as long as one is on, its switch is not believed, which ends nothing either.
 
 mod contacts;
 mod water;
 
-pub(crate) use contacts::{Contacts, Debounce};
+pub(crate) use contacts::{Contacts, Debounce, STABLE_MS};
 pub(crate) use water::{FLOWING_LPS, Water};
 
 /// Bits of the parameter InputFaults of General.
@@ -33,6 +35,14 @@ pub(crate) mod bit {
     pub const NOT_HOMED: i32 = 1 << 8;
     /// A drive rests farther from its last target than it may, as above.
     pub const MISSED: i32 = 1 << 12;
+}
+
+/// Whether a fault that is sensed now has been for longer than a contact may blip; `ms` says how long it has been. It
+/// is gone at once: what it has ended does not go on.
+pub(crate) fn lasted(ms: &mut u8, dt_ms: u32, now: bool) -> bool {
+    let dt_ms = dt_ms.min(u8::MAX.into()) as u8;
+    *ms = if now { ms.saturating_add(dt_ms) } else { 0 };
+    u32::from(*ms) > STABLE_MS
 }
 
 /// A condition that has to last, and to be gone for as long.

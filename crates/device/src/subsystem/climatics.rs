@@ -2,6 +2,7 @@
 
 use crate::cause::{Cause, Rule};
 use crate::image::{Inputs, PLACES, PlaceInput};
+use crate::inputs::lasted;
 use crate::params::Params;
 use lafet_proto::flags::ClimaticsFlags;
 use lafet_proto::param::Param;
@@ -22,6 +23,8 @@ struct Node {
     demand: bool,
     /// A broken heater shows only while it is on, so its fault stays until no heat is asked for.
     faulty: bool,
+    /// For how long it has been sensed as faulty, ms.
+    fault_ms: u8,
     heating: bool,
 }
 
@@ -30,12 +33,12 @@ impl Climatics {
     pub(crate) fn power_up(&mut self, inputs: &Inputs) {
         self.humidity_percent = inputs.humidity_percent;
         for (node, place) in self.nodes.iter_mut().zip(&inputs.places) {
-            (node.input, node.faulty) = (*place, place.heater_fault);
+            node.input = *place;
         }
     }
 
     #[inline(never)]
-    pub(crate) fn step(&mut self, inputs: &Inputs, params: &Params) {
+    pub(crate) fn step(&mut self, dt_ms: u32, inputs: &Inputs, params: &Params) {
         self.humidity_percent = inputs.humidity_percent;
         let on_below = params.get(Param::ClimaticsHeatOn);
         let off_above = params.get(Param::ClimaticsHeatOff).max(on_below);
@@ -48,7 +51,8 @@ impl Climatics {
                 Some(value) if value > off_above => node.demand = false,
                 Some(_) => {}
             }
-            node.faulty = place.heater_fault || node.faulty && node.demand;
+            let fault = lasted(&mut node.fault_ms, dt_ms, place.heater_fault);
+            node.faulty = fault || node.faulty && node.demand;
             node.heating = node.demand && !node.faulty;
         }
     }

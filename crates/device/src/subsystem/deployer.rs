@@ -65,6 +65,7 @@ pub struct Deployer {
 }
 
 impl Default for Deployer {
+    /// §D/1 The sensors tell where the monitor is, as soon as they can be believed.
     fn default() -> Self {
         Self {
             position: Position::Between,
@@ -79,11 +80,6 @@ impl Default for Deployer {
 }
 
 impl Deployer {
-    /// §D/1 The sensors tell where the monitor is.
-    pub(crate) fn power_up(&mut self, input: &DriveInput) {
-        self.position = at_rest(input);
-    }
-
     /// In working position.
     pub fn is_deployed(&self) -> bool {
         self.position == Position::Deployed

@@ -10,6 +10,7 @@ mod limits;
 use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
 use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
+use crate::inputs::lasted;
 use crate::params::Params;
 use crate::subsystem::arrival::{Arrival, CREEP_TENTHS, Means, Order, Seen};
 use crate::subsystem::homing::{HOMING_TENTHS, Homing};
@@ -24,7 +25,7 @@ use lafet_proto::status::{DriveStatus, Limits};
 /// §3.3.4: AmperageOverload clears this long after the drive has stopped.
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// A motor draws more than its rated current while it starts: only a longer excess is overload.
-const OVERLOAD_DELAY_MS: u32 = 200;
+const OVERLOAD_DELAY_MS: u16 = 200;
 /// Where a drive wants to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Goal {
@@ -73,12 +74,14 @@ pub struct Drive {
     /// It rests farther from its last target than it may.
     missed: bool,
     input: DriveInput,
+    /// For how long its sensors or its power stage have reported a fault, ms.
+    fault_ms: u8,
     position: i32,
     latched: DriveFlags,
     homing: Homing,
     limitless: bool,
     staged: Staged,
-    overload_ms: u32,
+    overload_ms: u16,
     overload: Timer,
     overload_up: bool,
     cut_off: bool,
@@ -128,6 +131,7 @@ impl Drive {
             seen: Seen::default(),
             missed: false,
             input: DriveInput::default(),
+            fault_ms: 0,
             position: 0,
             latched: DriveFlags::empty(),
             homing: Homing::default(),
@@ -172,6 +176,11 @@ impl Drive {
         self.input = input;
         self.position = self.sensed(params);
         self.sense(0, &input, unit, params);
+    }
+
+    /// §D/7 The inputs settle: nothing has moved.
+    pub(crate) fn note_start(&mut self, input: &DriveInput) {
+        self.homing.note_start(input);
     }
 
     /// §D/7 Its position can be relied on.
@@ -500,6 +509,7 @@ impl Drive {
         } else {
             DriveInput { speed_tenths: 0, current_da: 0, ..self.input }
         };
+        self.judge_faults(dt_ms);
         let way = (self.goal != Goal::Hold).then(|| self.is_bound_up());
         self.homing.step(self.axis, way, &self.input, params);
         // §3.17: a direct drive that runs without limits does not count. Programs, which go to a
@@ -515,6 +525,18 @@ impl Drive {
         self.trv = self.axis == Axis::Nozzle && trv >= 0 && self.position <= trv;
     }
 
+    /// §D/6 What its sensors and its power stage say of themselves counts when it has lasted: a blip must not end an
+    /// extinguishing.
+    fn judge_faults(&mut self, dt_ms: u32) {
+        let DriveInput { motor_open, position_sensor_fault, speed_sensor_fault, .. } = self.input;
+        let sensed = motor_open || position_sensor_fault || speed_sensor_fault;
+        if !lasted(&mut self.fault_ms, dt_ms, sensed) {
+            let input = &mut self.input;
+            (input.motor_open, input.position_sensor_fault) = (false, false);
+            input.speed_sensor_fault = false;
+        }
+    }
+
     /// §3.3.4 AmperageOverload and SpeedSlowAmp. What is drawn too long adds up over moments in which it is
     /// not: these take away as much, so a motor that is overloaded for more than half of its time stops.
     #[inline(never)]
@@ -525,6 +547,7 @@ impl Drive {
         let current = i32::from(self.input.current_da);
         // Cut off by the guard it draws nothing, and is overloaded all the same.
         let cut_off = core::mem::replace(&mut self.cut_off, false);
+        let dt_ms = dt_ms.min(u16::MAX.into()) as u16;
         self.overload_ms = match self.goal {
             Goal::Hold => 0,
             _ if current > max || cut_off => self.overload_ms.saturating_add(dt_ms),

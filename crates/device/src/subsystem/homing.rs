@@ -26,9 +26,9 @@ pub(crate) struct Homing {
     end: Option<bool>,
     /// It has to be homed, or has been.
     used: bool,
-    /// It has been off the switch there.
+    /// It has started off the switch there, or has left it.
     left: bool,
-    /// Reading at the start.
+    /// Reading when the inputs have settled.
     start: i32,
     /// What is added to each reading since it is known.
     offset: i32,
@@ -42,8 +42,13 @@ impl Homing {
             Some(2) if kind == DriveKind::Encoder => Some(true),
             _ => None,
         };
-        let on = end.is_some_and(|up| is_closed(up, input));
-        Self { end, used: end.is_some(), left: !on, start: input.position, offset: 0 }
+        Self { end, used: end.is_some(), left: true, start: input.position, offset: 0 }
+    }
+
+    /// Nothing moves while the inputs settle: where the drive is then, and that its switch counts as closed, is its start.
+    pub fn note_start(&mut self, input: &DriveInput) {
+        self.left &= !self.end.is_some_and(|up| is_closed(up, input));
+        self.start = input.position;
     }
 
     /// The position can be relied on.

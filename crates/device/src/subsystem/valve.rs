@@ -6,7 +6,9 @@
 //! ```
 //! No motor is fed without end: what is repeated, after an overload too, is one attempt with one TravelTime, and
 //! a valve that could not be closed in it rests for as long before it is driven that way again; one that was
-//! overloaded while it opened is not opened before AmperageOverload clears.
+//! overloaded while it opened is not opened before AmperageOverload clears. What is to close is owed until it has,
+//! or a request says something else: a unit that comes back, or a block that goes, gives it one more attempt at once,
+//! and from then on one behind each rest.
 //!
 //! What prevents water hammer is the travel itself: the motor knows three commands, and no request,
 //! fault or reset makes the plug go faster than its gear does.
@@ -25,11 +27,15 @@ use lafet_proto::{Status, SubsystemId};
 /// AmperageOverload clears this long after the stop, as that of drives does (§3.3.4).
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// Starting current is no overload.
-const OVERLOAD_DELAY_MS: u32 = 300;
+const OVERLOAD_DELAY_MS: u16 = 300;
 /// Part of TravelTime within which a driven valve has to leave the switch where it is.
 const LEAVING_PART: u32 = 15;
 /// Least time for it: motors start, units answer late.
 const LEAVING_MIN_MS: u32 = 400;
+
+/// A valve is at its open switch if that has counted at any moment of so long, ms: whatever blips in it.
+const KEPT_MS: u8 = 200;
+const _: () = assert!(KEPT_MS as u32 == 2 * SETTLE_MS);
 
 /// With any of these it is faulty.
 const FAULTS: ValveFlags = ValveFlags::OPEN_SENSOR_FAULT
@@ -45,6 +51,16 @@ enum Motion {
     Closing,
 }
 
+/// What a unit that is back, or a block that is gone, gives a closing: all its time again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Chance {
+    /// It has not had it since it has rested or closed.
+    Left,
+    Taken,
+    /// It has had it, and would have another one: when it has rested.
+    Due,
+}
+
 /// A valve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Valve {
@@ -58,14 +74,17 @@ pub struct Valve {
     tried: Motion,
     /// A request, not a rule, is its cause.
     asked: bool,
-    /// The rule for which it is to close, until it has or a request says something else: no client repeats that.
-    owed: Option<Rule>,
+    /// Why it is to close, until it has or a request says something else: no client repeats that.
+    owed: Option<Cause>,
     /// It could not be closed: it rests.
     rest: Timer,
     /// Its time for closing was over, and no Close has come since.
     spent: bool,
     /// A lockout has come while it rested: it closes when it has.
     due: bool,
+    chance: Chance,
+    /// Since its open switch counted last, ms.
+    apart_ms: u8,
     /// Runs while the valve is driven away from the end where it is; of one at rest, after an opening in vain, or
     /// until its contacts say whether it is kept open.
     leaving: Timer,
@@ -75,7 +94,7 @@ pub struct Valve {
     latched: ValveFlags,
     /// What is latched was found while it opened.
     opened_in_vain: bool,
-    overload_ms: u32,
+    overload_ms: u16,
     overload: Timer,
     /// It was opening.
     overload_opening: bool,
@@ -112,6 +131,8 @@ impl Valve {
             rest: Timer::default(),
             spent: false,
             due: false,
+            chance: Chance::Left,
+            apart_ms: u8::MAX,
             leaving: Timer::default(),
             input: ValveInput::default(),
             doubted: false,
@@ -130,8 +151,8 @@ impl Valve {
         }
     }
 
-    /// §D/2 Closes at the start, unless it is open and to be kept so, which its contacts have to say for as long as
-    /// sensors take to settle: half-way it was on its way, and of a lost unit that is known when it is back.
+    /// §D/2 Closes at the start, unless it is open and to be kept so, which its contacts have the time for that sensors
+    /// take to settle, twice, to say: half-way it was on its way, and of a lost unit that is known when it is back.
     pub(crate) fn power_up(
         &mut self,
         now: Millis,
@@ -142,8 +163,8 @@ impl Valve {
         self.remote = param(self.no, ValveParam::ValveType, params) == 1;
         self.sense(0, input, unit, params);
         if keep {
-            self.owed = Some(Rule::PowerUp);
-            self.leaving.start(now, SETTLE_MS);
+            self.owed = Some(Cause::Rule(Rule::PowerUp));
+            self.leaving.start(now, KEPT_MS.into());
         } else {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
         }
@@ -151,10 +172,10 @@ impl Valve {
 
     /// §D/2 Of a valve that may be kept open its contacts are judged.
     fn judge_kept(&mut self, now: Millis, params: &Params) {
-        if self.owed != Some(Rule::PowerUp) || !self.online {
+        if self.owed != Some(Cause::Rule(Rule::PowerUp)) || !self.online {
             return;
         }
-        if self.is_at(Motion::Opening) {
+        if self.apart_ms < KEPT_MS {
             self.owed = None;
         } else {
             self.start(now, Motion::Closing, params, Cause::Rule(Rule::PowerUp));
@@ -191,7 +212,9 @@ impl Valve {
     pub(crate) fn close(&mut self, now: Millis, params: &Params, cause: Cause) -> Status {
         let rests = self.rests();
         let driven = self.online && !self.overload.is_running() && !rests;
-        if !rests {
+        if rests {
+            self.owed = Some(cause);
+        } else {
             self.start(now, Motion::Closing, params, cause);
         }
         if driven { Status::ACCEPTED } else { Status::MODULE_FAULT }
@@ -201,7 +224,7 @@ impl Valve {
     pub(crate) const fn confirm(&mut self) {
         self.water = Timer::STOPPED;
         self.unconfirmed = false;
-        if matches!(self.owed, Some(Rule::Unconfirmed)) {
+        if matches!(self.owed, Some(Cause::Rule(Rule::Unconfirmed))) {
             self.owed = None;
         }
     }
@@ -280,18 +303,14 @@ impl Valve {
         if self.input.blocked {
             self.end_opening(Cause::Rule(Rule::Blocked));
         }
-        // What was in vain without a unit or behind a block says nothing of the motor.
-        if freed || self.is_at(Motion::Closing) {
-            self.rest.stop();
-            self.spent = false;
-        }
         if self.is_at(Motion::Closing) {
-            self.owed = None;
+            self.rest.stop();
+            (self.spent, self.chance, self.owed) = (false, Chance::Left, None);
         }
         if freed {
             self.give_chance(now, params);
         }
-        self.rest.poll(now);
+        self.end_rest(now, params);
         self.watch_current(now, dt_ms, params);
         self.take_up(now, params);
         self.watch_leaving(now, params);
@@ -310,6 +329,9 @@ impl Valve {
         if self.online {
             self.input = *input;
         }
+        let dt_ms = dt_ms.min(u8::MAX.into()) as u8;
+        let open = self.is_at(Motion::Opening);
+        self.apart_ms = if open { 0 } else { self.apart_ms.saturating_add(dt_ms) };
     }
 
     /// §D/6 Whether water flows through valves that all say closed: then its switch is reported as faulty,
@@ -371,9 +393,13 @@ impl Valve {
         flags
     }
 
-    /// It is to close and still at its open switch; ends with its time for closing.
+    /// It is to close and may still be at its open switch; ends with its time for closing.
     pub(crate) fn leaves_open(&self) -> bool {
-        self.tried == Motion::Closing && self.travel.is_running() && self.is_at(Motion::Opening)
+        self.is_being_closed() && self.apart_ms < KEPT_MS
+    }
+
+    fn is_being_closed(&self) -> bool {
+        self.tried == Motion::Closing && self.travel.is_running()
     }
 
     /// §3.3 ValveStatus.
@@ -416,26 +442,47 @@ impl Valve {
         self.opened_in_vain = false;
         (self.spent, self.due) = (false, false);
         self.asked |= !matches!(cause, Cause::Rule(_));
-        self.owed = match (motion, cause) {
-            (Motion::Closing, Cause::Rule(rule @ (Rule::PowerUp | Rule::Unconfirmed))) => {
-                Some(rule)
-            }
-            _ => None,
-        };
+        match (motion, cause) {
+            // It is owed for what had come before.
+            (Motion::Closing, Cause::Rule(Rule::Lockout)) => {}
+            (Motion::Closing, _) => self.owed = Some(cause),
+            _ => (self.owed, self.chance) = (None, Chance::Left),
+        }
     }
 
-    /// Its unit is back, or its block is gone: a closing that runs has all its time again, and what a rule
-    /// has closed in vain is closed now.
+    /// Its unit is back, or its block is gone: what was in vain meanwhile says nothing of the motor. A closing that runs
+    /// has all its time again, and what is owed is closed now; once until it has rested, for a unit may come and go.
     fn give_chance(&mut self, now: Millis, params: &Params) {
-        if self.tried == Motion::Closing && self.travel.is_running() {
-            self.travel.start(now, self.limit_ms(params));
-        } else if let Some(rule) = self.owed
-            && self.motion == Motion::Still
-        {
-            if rule == Rule::PowerUp && params.get(Param::GeneralResetValves) != 0 {
-                self.leaving.start(now, SETTLE_MS);
-            } else {
-                self.start(now, Motion::Closing, params, Cause::Rule(rule));
+        let runs = self.is_being_closed();
+        if runs || self.spent {
+            match self.chance {
+                Chance::Left => self.chance = Chance::Taken,
+                Chance::Taken | Chance::Due if runs => return,
+                Chance::Taken | Chance::Due => return self.chance = Chance::Due,
+            }
+            self.rest.stop();
+            self.spent = false;
+        }
+        let keeps = params.get(Param::GeneralResetValves) != 0;
+        match self.owed {
+            _ if runs => self.travel.start(now, self.limit_ms(params)),
+            _ if self.motion != Motion::Still => {}
+            Some(Cause::Rule(Rule::PowerUp)) if keeps => self.leaving.start(now, KEPT_MS.into()),
+            Some(cause) => self.start(now, Motion::Closing, params, cause),
+            None => {}
+        }
+    }
+
+    /// It has rested: a chance that has come meanwhile is taken.
+    fn end_rest(&mut self, now: Millis, params: &Params) {
+        if self.rest.poll(now) {
+            let due = core::mem::replace(&mut self.chance, Chance::Left) == Chance::Due;
+            self.spent &= !due;
+            if due
+                && self.motion == Motion::Still
+                && let Some(cause) = self.owed
+            {
+                self.start(now, Motion::Closing, params, cause);
             }
         }
     }
@@ -443,13 +490,12 @@ impl Valve {
     /// What a rule closes goes on after an overload, in the time that it has: ice or grit must not leave it open
     /// with no client there to repeat a Close.
     fn take_up(&mut self, now: Millis, params: &Params) {
-        let tried = self.tried == Motion::Closing && self.travel.is_running();
-        if let Some(rule) = self.owed
-            && tried
+        if let Some(cause @ Cause::Rule(_)) = self.owed
+            && self.is_being_closed()
             && self.motion == Motion::Still
             && !self.overload.is_running()
         {
-            self.start(now, Motion::Closing, params, Cause::Rule(rule));
+            self.start(now, Motion::Closing, params, cause);
         }
     }
 
@@ -463,6 +509,7 @@ impl Valve {
         self.overload.poll(now);
         let max = param(self.no, ValveParam::MaxCurrent, params);
         // As that of drives: moments without it take away as much as they last.
+        let dt_ms = dt_ms.min(u16::MAX.into()) as u16;
         self.overload_ms = match self.motion {
             Motion::Still => 0,
             _ if i32::from(self.input.current_da) > max => self.overload_ms.saturating_add(dt_ms),
@@ -555,7 +602,7 @@ impl Valve {
         if way == Motion::Closing {
             self.spent = true;
             // The first Close after a power-up that could not close it is not a repetition.
-            if asked {
+            if asked || self.chance != Chance::Left {
                 self.rest.start(now, self.limit_ms(params));
             }
         }

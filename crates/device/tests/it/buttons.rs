@@ -361,7 +361,7 @@ fn a_faulty_drive() {
     press(&mut rig, 0, Button::Left);
     rig.run(300);
     rig.plant.inputs.drives[Axis::Horizontal as usize].motor_open = true;
-    rig.run(10);
+    rig.run(40);
     rig.run_while(200, |rig| rig.is_still());
     assert_eq!(rig.drive_flags(Axis::Horizontal), DriveFlags::MOTOR_BROKEN);
 }

@@ -82,7 +82,7 @@ fn a_heater_says_why_it_heats() {
     ] {
         rig.plant.inputs.places[1].temperature_dc = temperature_dc;
         rig.plant.inputs.places[1].heater_fault = heater_fault;
-        rig.run(20);
+        rig.run(50);
         assert_eq!(rig.device.causes().heaters[1], Cause::Rule(rule), "{temperature_dc:?}");
         assert_eq!(rig.device.causes().heaters[0], Cause::Rule(Rule::Warm));
         assert_eq!(rig.plant.outputs.heaters, [false, on, false, false, false]);

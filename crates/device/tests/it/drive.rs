@@ -535,7 +535,7 @@ fn faults_that_show_by_watching() {
     }
 }
 
-/// §3.3.4, §3.1/4 What sensors and power stage say themselves shows at once, and clears with it.
+/// §3.3.4, §3.1/4 What sensors and power stage say themselves shows when it has lasted, and clears with it.
 #[test]
 fn faults_that_are_sensed() {
     type Sensed = fn(&mut lafet_device::image::DriveInput) -> &mut bool;
@@ -549,7 +549,7 @@ fn faults_that_are_sensed() {
         rig.move_to(Axis::Nozzle, 50);
         rig.run(300);
         *fault(&mut rig.plant.inputs.drives[Axis::Nozzle as usize]) = true;
-        rig.run(20);
+        rig.run(50);
         assert!(rig.is_still());
         rig.run(10);
         assert_eq!(rig.drive_flags(Axis::Nozzle), flag);

@@ -53,7 +53,8 @@ fn spoil(plant: &mut Plant) {
     plant.advance(0);
 }
 
-/// §D/1 What is asked before the first step is answered as behind it: by what the sensors say.
+/// §D/1 What is asked before the first step is answered as behind it: by what the sensors say, and that no contact
+/// counts yet.
 #[test]
 fn asked_before_the_first_step() {
     for composition in Composition::ALL {
@@ -469,7 +470,7 @@ fn heating() {
         let all = [shown.horizontal, shown.vertical, shown.nozzle, shown.deployer, shown.housing];
         assert_eq!((all[place as usize], shown.humidity), (-300, 40));
         rig.plant.inputs.places[place as usize].heater_fault = true;
-        rig.run(20);
+        rig.run(50);
         assert_eq!((rig.plant.outputs.heaters, climate(&mut rig).flags), ([false; 5], fault));
         rig.plant.inputs.places[place as usize] = PlaceInput::default();
         rig.plant.inputs.humidity_percent = None;

@@ -146,6 +146,24 @@ fn what_does_not_home() {
     }
 }
 
+/// §D/6 A drive that starts on its switch has to leave it, also when the contact there blips at power-up and a Move comes
+/// before anything counts.
+#[test]
+fn a_blip_at_the_start_homes_nothing() {
+    for (axis, ms) in AIMING.into_iter().flat_map(|axis| [0, 10, 30].map(|ms| (axis, ms))) {
+        let mut rig = Rig::new(Composition::REMOTE);
+        forget(&mut rig, axis, false, ENDS.0);
+        rig.plant.drive(axis).switches.0 = if ms > 0 { ENDS.0 - 100 } else { ENDS.0 };
+        rig.plant.place(axis, ENDS.0);
+        rig.power_cycle();
+        rig.move_to(axis, -i16::MAX);
+        rig.run(ms);
+        rig.plant.drive(axis).switches.0 = ENDS.0;
+        rig.run(1000);
+        assert!(not_homed(&mut rig, axis), "{axis:?} {ms}");
+    }
+}
+
 /// What goes to a position is refused until then: programs, Wrap, limits and the zero point. What is moved
 /// by hand is moved, slowly, and an end switch stops it.
 #[test]

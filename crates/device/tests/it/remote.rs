@@ -3,7 +3,7 @@
 use crate::common::{self, Rig};
 use lafet_device::Composition;
 use lafet_device::image::{Axis, Unit, UnitError, ValveOutput};
-use lafet_proto::flags::{DeployerFlags, DriveFlags, ValveFlags};
+use lafet_proto::flags::{Button, ButtonState, DeployerFlags, DriveFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::request::Body;
@@ -221,6 +221,84 @@ fn a_valve_that_comes_late_is_closed() {
         stopped.ask(SubsystemId::VALVE1, Body::Stop);
         hinder(&mut stopped, false);
         stopped.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
+    }
+}
+
+/// §3.9/2, §3.3.5 A Close that was accepted is owed until the valve has closed: a unit that is gone for longer than a
+/// closing may take, or a block, only puts it off. A Stop or an Open that comes meanwhile ends that.
+#[test]
+fn a_close_is_owed() {
+    type Hinder = fn(&mut Rig, bool);
+    let hindrances: [Hinder; 2] = [
+        |rig, on| rig.plant.units[4].offline = on,
+        |rig, on| rig.plant.inputs.valves[0].blocked = on,
+    ];
+    let close: fn(&mut Rig) =
+        |rig| rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+    let press: fn(&mut Rig) = |rig| {
+        rig.plant.inputs.buttons[0][Button::Close as usize] = ButtonState::Pressed;
+        rig.run(20);
+        rig.plant.inputs.buttons[0][Button::Close as usize] = ButtonState::Released;
+    };
+    for (hinder, ask) in
+        hindrances.into_iter().flat_map(|hinder| [(hinder, close), (hinder, press)])
+    {
+        let mut rig = rig();
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+        ask(&mut rig);
+        rig.plant.valves[0].jammed = true;
+        rig.run(100);
+        hinder(&mut rig, true);
+        rig.run(60_000);
+        assert_eq!(rig.valve_output(0), ValveOutput::Off);
+        rig.plant.valves[0].jammed = false;
+        let mut stopped = rig.clone();
+        hinder(&mut rig, false);
+        rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+        // Once.
+        rig.plant.valves[0].opening_ms = 2000;
+        hinder(&mut rig, true);
+        rig.run(100);
+        hinder(&mut rig, false);
+        rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        stopped.ask(SubsystemId::VALVE1, Body::Stop);
+        hinder(&mut stopped, false);
+        stopped.run_while(40_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+    }
+}
+
+/// §3.3.5 No motor is fed without end, also when its unit comes and goes: it is one attempt, one more, and then a rest
+/// as long as an attempt, whatever closes the valve. A valve that comes loose is closed.
+#[test]
+fn a_unit_that_comes_and_goes() {
+    type Begin = fn(&mut Rig);
+    let begins: [Begin; 3] = [
+        |rig| rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE }),
+        |rig| rig.all_accept(Body::Lockout { key: key::ENABLE }),
+        |rig| rig.power_cycle(),
+    ];
+    for (begin, every_ms) in begins.into_iter().flat_map(|begin| [(begin, 1000), (begin, 7000)]) {
+        let mut rig = rig();
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+        rig.plant.valves[0].jammed = true;
+        begin(&mut rig);
+        let (mut fed_ms, mut longest_ms, mut run_ms) = (0, 0, 0);
+        for at_ms in (0..600_000).step_by(10) {
+            rig.plant.units[4].offline = at_ms % every_ms < 200;
+            rig.step(10);
+            let fed = rig.valve_output(0) != ValveOutput::Off;
+            run_ms = if fed { run_ms + 10 } else { 0 };
+            fed_ms += if fed { 10 } else { 0 };
+            longest_ms = longest_ms.max(run_ms);
+        }
+        assert!(longest_ms <= 36_100 && fed_ms <= 410_000, "{longest_ms} {fed_ms}");
+        rig.plant.units[4].offline = true;
+        rig.run(100);
+        rig.plant.units[4].offline = false;
+        rig.plant.valves[0].jammed = false;
+        rig.run_until(40_000, |rig| rig.valve(SubsystemId::VALVE1).contains(ValveFlags::CLOSED));
     }
 }
 

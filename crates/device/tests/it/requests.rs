@@ -305,7 +305,7 @@ fn move_pauses_a_program() {
     // A Move that is refused does not.
     let mut rig = started(CONTROL, quench());
     rig.plant.inputs.drives[Axis::Nozzle as usize].motor_open = true;
-    rig.step(STEP_MS);
+    rig.run(40);
     rig.ask(SubsystemId::NOZZLE, Body::Move { destination: 10 });
     rig.step(STEP_MS);
     assert!(!control(&mut rig).contains(ControlFlags::PAUSED));

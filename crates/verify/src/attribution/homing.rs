@@ -1,10 +1,12 @@
 //! §D/7 Position sensors that count from where the program has started: from when on a position is known,
 //! and by how much it differs from what is read.
 
+use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, DriveInput};
 use lafet_device::params::Params;
 use lafet_proto::param::{DriveParam, Param};
 use lafet_sim::fault::{DriveFault, Fault};
+use lafet_sim::world::STEP_MS;
 
 use super::View;
 
@@ -25,6 +27,9 @@ struct Homing {
     start: i32,
     /// It has started off the switch there, or has left it.
     left: bool,
+    /// Steps since the start, while the inputs settle, and for how many of the last ones that switch is closed.
+    steps: u8,
+    closed_steps: u8,
     /// It was driven there in the step before.
     driven: bool,
     /// For how many steps the switch at the other end is closed.
@@ -74,6 +79,7 @@ impl Homings {
             let input = &view.inputs.drives[axis as usize];
             let far = if axis == Axis::Nozzle { LEFT_MM } else { LEFT_ARCMIN };
             let closed = is_closed(up, input);
+            homing.start(closed, input);
             homing.left |= !closed && input.position.abs_diff(homing.start) >= far;
             let other = is_closed(!up, input);
             homing.other_steps = if other { homing.other_steps.saturating_add(1) } else { 0 };
@@ -119,8 +125,17 @@ impl Homings {
 
 impl Homing {
     fn starting(end: Option<bool>, input: &DriveInput) -> Self {
-        let left = !end.is_some_and(|up| is_closed(up, input));
-        Self { end, start: input.position, left, ..Self::default() }
+        Self { end, start: input.position, left: true, ..Self::default() }
+    }
+
+    /// A switch that has lasted as closed while the inputs settle is where it has started.
+    fn start(&mut self, closed: bool, input: &DriveInput) {
+        if u64::from(self.steps) < u64::from(SETTLE_MS) / STEP_MS {
+            self.steps += 1;
+            self.start = input.position;
+            self.closed_steps = if closed { self.closed_steps + 1 } else { 0 };
+            self.left &= self.closed_steps <= LASTING_STEPS;
+        }
     }
 }
 

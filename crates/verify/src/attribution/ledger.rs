@@ -3,7 +3,7 @@
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Program, Rule};
 use lafet_device::guard::SETTLE_MS;
-use lafet_device::image::{AXES, Axis, VALVES, ValveNo, ValveOutput};
+use lafet_device::image::{AXES, Axis, PLACES, VALVES, ValveNo, ValveOutput};
 use lafet_device::params::Params;
 use lafet_proto::flags::{ControlFlags, DeployerFlags, DetectorFlags, GeneralFlags};
 use lafet_proto::id::key;
@@ -68,12 +68,14 @@ pub struct Ledger {
     pub valve_over_ms: [u64; VALVES],
     /// How each valve is being closed.
     closings: [Closing; VALVES],
-    /// It has not closed since power-up, and no request has said what it is to do.
-    pub owed: [bool; VALVES],
+    /// Why each valve is to close: it has not since, and no request has said what else it is to do.
+    pub owed: [Option<Cause>; VALVES],
     /// §D/8 When a client has last confirmed the water of each valve, or it was last closed.
     confirmed_ms: [u64; VALVES],
     /// Its closing for want of that has started.
     unconfirmed: [bool; VALVES],
+    /// For how long each heater has been sensed as faulty, ms.
+    pub heater_fault_ms: [u64; PLACES],
     /// When a fault was last in force at a drive or its unit.
     pub broken_ms: [Option<u64>; AXES],
     /// When a fault was last in force at a valve or its unit.
@@ -120,9 +122,10 @@ impl Ledger {
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
-            owed: [true; VALVES],
+            owed: [Some(Cause::Rule(Rule::PowerUp)); VALVES],
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],
+            heater_fault_ms: [0; PLACES],
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
             doubts_until_ms: 0,
@@ -355,7 +358,7 @@ impl Ledger {
         }
         if valves {
             self.works = Default::default();
-            self.owed = [false; VALVES];
+            self.owed = [None; VALVES];
         }
     }
 
@@ -367,7 +370,7 @@ impl Ledger {
             SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
                 let index = usize::from(id == SubsystemId::VALVE2);
                 self.works[index].clear();
-                self.owed[index] = false;
+                self.owed[index] = None;
                 self.closings[index].stop(self.now_ms);
             }
             _ => {}
@@ -391,7 +394,7 @@ impl Ledger {
         let works = &mut self.works[index];
         works.retain(|work| work.output == output);
         works.push(Work { output, cause, at_ms, travel_ms });
-        self.owed[index] = false;
+        self.owed[index] = (output == ValveOutput::Closing).then_some(cause);
         match output {
             ValveOutput::Opening => {
                 self.closings[index].open();

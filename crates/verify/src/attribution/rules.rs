@@ -22,6 +22,8 @@ const BEYOND: i32 = 2;
 /// A drive and a valve stop when they have drawn too much for longer than this, ms.
 const OVERLOAD_MS: u64 = 200;
 const VALVE_OVERLOAD_MS: u64 = 300;
+/// §D/6 What is sensed as faulty counts when it has lasted for longer than this, ms.
+const STABLE_MS: u64 = 30;
 /// A driven valve has to leave its switch within this part of TravelTime, and this time at least.
 const LEAVING_PART: u64 = 15;
 const LEAVING_MIN_MS: u64 = 400;
@@ -400,6 +402,8 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
         ledger.works[valve as usize].iter().any(|work| work.output == way && work.cause == cause);
     match (cause, way) {
         (_, ValveOutput::Opening | ValveOutput::Closing) if granted => Ok(()),
+        // What is owed goes on when a block is gone, a unit is back or the motor has rested; by power-up, after an overload too.
+        (_, ValveOutput::Closing) if ledger.owes(valve, cause) => Ok(()),
         (Cause::Button(post), ValveOutput::Opening | ValveOutput::Closing) => {
             holds(ledger.buttons.pressed(post, valve_button(way)), "no such button was pressed")
         }
@@ -412,11 +416,9 @@ fn work(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo) -> Result
         (Cause::Rule(Rule::Unconfirmed), ValveOutput::Closing) => {
             holds(ledger.is_unconfirmed(view, valve), "its water was confirmed, or needs not be")
         }
-        // What power-up closes goes on after an overload, and when a block is gone or a unit is back.
-        (Cause::Rule(Rule::PowerUp), ValveOutput::Closing) => holds(
-            ledger.owed[valve as usize],
-            "it has closed, or a request has come since power-up",
-        ),
+        (Cause::Rule(Rule::PowerUp), ValveOutput::Closing) => {
+            no("it has closed, or a request has come since power-up")
+        }
         (Cause::Rule(_), ValveOutput::Opening) => no("a rule never opens"),
         (Cause::Program(..), _) => no("no program drives valves"),
         (_, ValveOutput::Opening | ValveOutput::Closing) => no("no such request is in force"),
@@ -496,7 +498,9 @@ fn heater(ledger: &Ledger, view: &View<'_>, step: &Step, place: Place) -> Result
         (Cause::Rule(Rule::Cold), 1) => {
             let began = before == 0 && step.cause_before != Cause::Rule(Rule::Inert);
             let most = if began { on_below - 1 } else { off_above };
-            temperature.is_some_and(|value| value <= most) && !input.heater_fault
+            // §D/6
+            let faulty = ledger.heater_fault_ms[place as usize] > STABLE_MS;
+            temperature.is_some_and(|value| value <= most) && !faulty
         }
         (_, 1) => return no("only cold switches heat on"),
         _ if before == 0 => true,

@@ -44,7 +44,7 @@ const PARTS: &[Part] = &[
     Part {
         name: "Drive",
         rest: Some(("goal", "Hold")),
-        never: &["driven", "missed", "seen"],
+        never: &["driven", "missed", "seen", "fault_ms"],
         dormant: &["cause", "arrival"],
     },
     // Drives of the model stop where they are: how long one takes to rest has no effect.
@@ -66,7 +66,8 @@ const PARTS: &[Part] = &[
         ],
         dormant: &[],
     },
-    Part { name: "Valve", rest: None, never: &["cause"], dormant: &[] },
+    // Nothing of it is kept over a reset: when it was last at its open switch has no effect.
+    Part { name: "Valve", rest: None, never: &["cause", "apart_ms"], dormant: &[] },
     // Its cause follows from where it is moving.
     Part { name: "Deployer", rest: None, never: &["cause"], dormant: &[] },
     // Flags of the last program or search, which are only reported.

@@ -160,7 +160,9 @@ impl Mandate {
         for valve in ValveNo::ALL {
             let flags = now.valve(valve);
             self.opens[valve as usize] &= flags.contains(ValveFlags::OPENING);
-            self.closes[valve as usize] &= flags.contains(ValveFlags::CLOSING);
+            // §3.9/2 It is owed until it has closed.
+            self.closes[valve as usize] &=
+                flags.contains(ValveFlags::CLOSING) || !flags.contains(ValveFlags::CLOSED);
         }
         if !now.is_on_the_way() {
             (self.deploys, self.wraps) = (false, false);

@@ -68,7 +68,9 @@ impl Ledger {
             let opens = works.iter().any(|work| work.output == ValveOutput::Opening);
             let sound = !input.open_switch && !input.close_sensor_fault;
             let closed = self.closings[valve as usize].is_closed();
-            self.owed[valve as usize] &= !closed;
+            if closed {
+                self.owed[valve as usize] = None;
+            }
             if closed && sound && !opens {
                 self.confirmed_ms[valve as usize] = view.now_ms;
             }
@@ -81,6 +83,18 @@ impl Ledger {
         let limit_ms = 1000 * u64::from(view.params.get(Param::GeneralWaterTimeout).unsigned_abs());
         let over = view.now_ms >= self.confirmed_ms[valve as usize] + limit_ms;
         self.unconfirmed[valve as usize] || limit_ms > 0 && over
+    }
+
+    /// Whether a valve is still to close for this cause: by power-up, or by a request or a button. Between a Restart and its
+    /// reset for that, or for what was before it.
+    pub fn owes(&self, valve: ValveNo, cause: Cause) -> bool {
+        self.owed[valve as usize].is_some_and(|owed| {
+            let same = |is: fn(&Cause) -> bool| is(&owed) && is(&cause);
+            let asked = same(|cause| matches!(cause, Cause::Request(_)));
+            owed == cause
+                || same(|cause| matches!(cause, Cause::Button(_)))
+                || asked && self.restart_ms.is_some()
+        })
     }
 
     /// Whether a valve has been driven towards closed for all its time, and has not closed.
@@ -112,6 +126,10 @@ impl Ledger {
 
     pub(super) fn follow_faults(&mut self, view: &View<'_>) {
         let now = Some(view.now_ms);
+        let passed_ms = view.now_ms - self.sensed_ms;
+        for (ms, place) in self.heater_fault_ms.iter_mut().zip(&view.inputs.places) {
+            *ms = if place.heater_fault { *ms + passed_ms } else { 0 };
+        }
         for fault in view.faults {
             match fault {
                 Fault::Drive(axis, _) => self.broken_ms[*axis as usize] = now,

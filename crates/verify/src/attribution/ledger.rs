@@ -488,7 +488,9 @@ impl Ledger {
         }
         self.follow_valves(view);
         let restarting = self.restart_ms.is_some();
-        self.buttons.sense(&view.inputs.buttons, self.lock == Lock::On, restarting);
+        let passed_ms = view.now_ms - self.sensed_ms;
+        let locked = self.lock == Lock::On;
+        self.buttons.sense(passed_ms, &view.inputs.buttons, locked, restarting);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
             self.note_early_buttons();
         }

@@ -338,7 +338,8 @@ impl Ledger {
             timeout_ms: self.move_timeout_ms,
             hold: self.holds[axis as usize].take(),
             limitless,
-            runs: runs.then_some(destination > self.positions[axis as usize]),
+            runs: (runs && destination != self.positions[axis as usize])
+                .then_some(destination > self.positions[axis as usize]),
         });
         if axis == Axis::Deployer {
             self.end(&[Program::Deploy, Program::Wrap]);
@@ -513,7 +514,7 @@ impl Ledger {
                 let at = i32::from(view.told.positions[axis as usize]);
                 granted.limitless = true;
                 granted.target = granted.destination;
-                granted.runs = Some(granted.destination > at);
+                granted.runs = (granted.destination != at).then_some(granted.destination > at);
             }
         }
     }

@@ -262,6 +262,7 @@ impl Control {
     /// §3.2/4 Ends the program; the caller stops the drives.
     pub(crate) fn stop(&mut self) {
         self.state = State::Idle;
+        self.elevation.forget();
     }
 
     /// §3.1/3 A request or a button has moved a drive that aims.
@@ -348,7 +349,7 @@ impl Control {
     }
 
     fn end(&mut self, flags: ControlFlags, env: &mut Env<'_>) {
-        self.state = State::Idle;
+        self.stop();
         self.latched |= flags;
         approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::ProgramEnd));
     }

@@ -603,3 +603,45 @@ fn stored_trajectories() {
     assert_eq!(visits, [480, 240, 480, 240]);
     assert!(!control.is_active());
 }
+
+/// §3.1/3, §3.15/4 A correction by hand in the cycles in which the elevation for the next point is calculated
+/// is a correction of the raised barrel as any other.
+#[test]
+fn corrected_between_two_points() {
+    let points = [at(0, -60, 30, 5), at(0, -60, 30, 250)];
+    let request = trajectory(&points, true, false);
+    let raised = elevation(-60, 30, 60);
+    for later in 0..80 {
+        let (mut bench, mut control) = (Bench::new(), Control::default());
+        assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
+        while (bench.at(Axis::Vertical) - raised).abs() > 3 {
+            run(&mut bench, &mut control, CYCLE_MS);
+        }
+        run(&mut bench, &mut control, later * CYCLE_MS);
+        bench.move_to(Axis::Vertical, raised + 90);
+        control.note_manual(bench.now);
+        run(&mut bench, &mut control, 10_000);
+        assert_near(bench.aim(), (0, raised + 90));
+        assert_eq!(control.flags(), F::QUENCH | F::TRAJECTORY);
+    }
+}
+
+/// §3.1/3, §3.14/9 The same of the first cycles of a program that has replaced another; after Stop nothing is
+/// known of how the barrel was raised.
+#[test]
+fn corrected_as_the_next_program_begins() {
+    for stopped in [false, true] {
+        let (mut bench, mut control) = started(&full(POINT, 25));
+        run(&mut bench, &mut control, 15_000);
+        let (h, v) = bench.aim();
+        if stopped {
+            control.stop();
+        }
+        assert_eq!(quench(&mut bench, &mut control, &full(POINT, 25)), Status::ACCEPTED);
+        bench.move_to(Axis::Vertical, v + 120);
+        control.note_manual(bench.now);
+        run(&mut bench, &mut control, 10_000);
+        let raised = if stopped { v + 120 } else { 0 };
+        assert_near(bench.aim(), (h, v + 120 + raised));
+    }
+}

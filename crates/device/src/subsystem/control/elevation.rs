@@ -46,8 +46,8 @@ pub(super) enum Aim {
     Direct,
 }
 
-/// What ballistics depend on, besides the place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What ballistics depend on, besides the place; a table, on the pressure alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Basis {
     pressure_datm: u16,
     nozzle_mm: i32,
@@ -184,7 +184,12 @@ impl Elevation {
             return;
         }
         self.interval.start(now, INTERVAL_MS);
-        self.put(Aim::Raised(table(pressure).map_or(0, |degrees| i32::from(degrees) * 60)));
+        // The table is in whole degrees: at a step of it noise must not make the barrel nod. It may be replaced
+        // meanwhile, so it is asked again.
+        let held = self.basis.map(|basis| basis.pressure_datm);
+        let held = held.filter(|held| held.abs_diff(pressure) < DEADBAND_DATM).unwrap_or(pressure);
+        self.basis = Some(Basis { pressure_datm: held, ..Basis::default() });
+        self.put(Aim::Raised(table(held).map_or(0, |degrees| i32::from(degrees) * 60)));
     }
 
     fn calculate(

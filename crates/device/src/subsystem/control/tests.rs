@@ -243,10 +243,10 @@ fn corrects_by_the_table_given() {
 #[test]
 fn corrects_by_the_stored_table() {
     let (mut bench, mut control) = started(&full(POINT, 0));
-    bench.params.set_corrections(79, Bytes(&[4, -2_i8 as u8]));
+    bench.params.set_corrections(79, Bytes(&[4, 4, -2_i8 as u8]));
     run(&mut bench, &mut control, 12_000);
     assert_near(bench.aim(), (1800, 120));
-    bench.pressure_datm = Some(80);
+    bench.pressure_datm = Some(81);
     run(&mut bench, &mut control, 5000);
     assert_near(bench.aim(), (1800, -240));
     assert_eq!(control.flags(), F::QUENCH);
@@ -644,4 +644,31 @@ fn corrected_as_the_next_program_begins() {
         let raised = if stopped { v + 120 } else { 0 };
         assert_near(bench.aim(), (h, v + 120 + raised));
     }
+}
+
+/// §3.14/3, §3.6/1 Noise of one count at a step of a table, stored or given, does not make the barrel nod; a
+/// table that is replaced counts at once.
+#[test]
+fn noise_at_a_step_of_the_table() {
+    let corrections: Vec<u8> = (0..=81).map(|datm| if datm < 80 { 5 } else { 3 }).collect();
+    let given = Quench::Corrected { sector: POINT, corrections: Bytes(&corrections) };
+    for request in [full(POINT, 0), given] {
+        let (mut bench, mut control) = started(&request);
+        bench.params.set_corrections(79, Bytes(&[5, 3, 3]));
+        run(&mut bench, &mut control, 12_000);
+        assert_near(bench.aim(), (1800, 180));
+        for ms in (0..20_000).step_by(CYCLE_MS as usize) {
+            bench.pressure_datm = Some(if ms / 700 % 2 == 0 { 80 } else { 79 });
+            run(&mut bench, &mut control, CYCLE_MS);
+            assert_near(bench.aim(), (1800, 180));
+        }
+        bench.pressure_datm = Some(81);
+        run(&mut bench, &mut control, 5000);
+        assert_near(bench.aim(), (1800, 60));
+    }
+    let (mut bench, mut control) = started(&full(POINT, 0));
+    run(&mut bench, &mut control, 12_000);
+    bench.params.set_corrections(79, Bytes(&[2]));
+    run(&mut bench, &mut control, 5000);
+    assert_near(bench.aim(), (1800, 0));
 }

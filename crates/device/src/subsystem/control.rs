@@ -375,8 +375,10 @@ impl Control {
         let wanted = if self.nozzle_kept { self.nozzle } else { elevation::nozzle_for(aim, asked) };
         let nozzle = env.drive(Axis::Nozzle);
         let goal = nozzle.clamp(wanted);
-        let anew = self.nozzle_goal != Some(goal);
-        if anew || goal != nozzle.position() && nozzle.is_idle() {
+        let other = self.nozzle_goal != Some(goal);
+        // §D/9 It has arrived within 1 mm, and what could not come nearer stays.
+        let off = goal.abs_diff(nozzle.position()) > 1 && !nozzle.has_missed();
+        if other || off && nozzle.is_idle() {
             // Where it is there already, it must not go on to where another program sent it.
             nozzle.go(goal, None, self.cause);
         }

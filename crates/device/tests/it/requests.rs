@@ -616,3 +616,20 @@ fn a_record_cut_short() {
         }
     }
 }
+
+/// §D/9 During a program a nozzle that rests within 1 mm of its position has arrived.
+#[test]
+fn the_nozzle_of_a_program_comes_to_rest() {
+    let mut rig = Rig::new(Composition::REMOTE);
+    let sector = Sector { centre_h: 0, centre_v: 0, nozzle: 40, width: 0, height: 0, step: 0 };
+    rig.accepts(CONTROL, Body::StartQuench(Quench::Full { sector, distance: 0 }));
+    rig.run_until(20_000, |rig| rig.drive(Axis::Nozzle).position == 40);
+    rig.run(500);
+    for at in [39, 41] {
+        rig.plant.place(Axis::Nozzle, at);
+        rig.run_while(2000, |rig| rig.speed(Axis::Nozzle) == 0);
+    }
+    rig.plant.place(Axis::Nozzle, 37);
+    rig.run_until(5000, |rig| rig.drive(Axis::Nozzle).position == 40);
+    assert!(rig.flags(CONTROL) & ControlFlags::QUENCH.bits() != 0);
+}

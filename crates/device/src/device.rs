@@ -397,7 +397,7 @@ impl Device {
         if !self.is_deployed() {
             self.end_aims();
         }
-        self.run_buttons(now);
+        self.run_buttons(now, dt_ms);
         let (control, detector, mut env) = self.programs();
         env.dt_ms = dt_ms;
         detector.step(now, &mut env);
@@ -426,7 +426,7 @@ impl Device {
 
     /// §3.3.10/1 Buttons act as requests would, and are refused where those would be.
     #[inline(never)]
-    fn run_buttons(&mut self, now: Millis) {
+    fn run_buttons(&mut self, now: Millis, dt_ms: u32) {
         // What is held while inputs settle was held at the start, whatever the first of them said.
         let restarting = self.general.is_restarting() || self.settling.is_running();
         let locked = self.general.is_locked();
@@ -439,7 +439,7 @@ impl Device {
         let (mut open, mut close) = (None, None);
         for (id, post, states) in posts {
             if self.chain.contains(id) {
-                let demand: Demand = post.step(&states, locked, restarting);
+                let demand: Demand = post.step(dt_ms, &states, locked, restarting);
                 // The posts have the same rights: opposite buttons of the two ask for nothing too.
                 for ((up, down), (more_up, more_down)) in held.iter_mut().zip(demand.held) {
                     *up = up.or(more_up.then_some(id));

@@ -75,7 +75,7 @@ impl<C: Tally> Port<C> {
 
     /// Bytes come now: of what came long before them nothing is left.
     fn hear(&mut self, now_ms: u32) {
-        if now_ms.wrapping_sub(core::mem::replace(&mut self.heard_ms, now_ms)) >= STALE_MS {
+        if is_stale(&mut self.heard_ms, now_ms) {
             self.decoder.reset();
         }
     }
@@ -117,18 +117,21 @@ pub struct RecordPort {
     source: Source,
     record: [u8; HEADER_SIZE + DATA_MAX],
     len: usize,
+    /// When the last bytes came.
+    heard_ms: u32,
 }
 
 impl RecordPort {
     /// A connection that belongs to this interface.
     pub const fn new(source: Source) -> Self {
-        Self { source, record: [0; HEADER_SIZE + DATA_MAX], len: 0 }
+        Self { source, record: [0; HEADER_SIZE + DATA_MAX], len: 0, heard_ms: 0 }
     }
 
     /// Takes bytes until a record is complete: returns how many were taken, and how many bytes of
     /// answer stand in `out` ([`PAYLOAD_MAX`] bytes suffice).
     ///
-    /// Call it again with the rest until all bytes are taken. Each record is answered by itself.
+    /// Call it again with the rest until all bytes are taken. Each record is answered by itself. One that was cut
+    /// short is dropped as an unfinished frame is: what comes later is not its rest.
     pub fn receive(
         &mut self,
         now_ms: u32,
@@ -136,6 +139,9 @@ impl RecordPort {
         bytes: &[u8],
         out: &mut [u8],
     ) -> (usize, usize) {
+        if !bytes.is_empty() && is_stale(&mut self.heard_ms, now_ms) {
+            self.len = 0;
+        }
         for (index, byte) in bytes.iter().enumerate() {
             if let Some(place) = self.record.get_mut(self.len) {
                 *place = *byte;
@@ -170,6 +176,11 @@ pub fn datagram(
         return None;
     }
     respond(now_ms, source, check, device, &frame, out)
+}
+
+/// Bytes come now: whether what came before them is too old to go on.
+const fn is_stale(heard_ms: &mut u32, now_ms: u32) -> bool {
+    now_ms.wrapping_sub(core::mem::replace(heard_ms, now_ms)) >= STALE_MS
 }
 
 /// §L/7 The answer goes the way the frame came.

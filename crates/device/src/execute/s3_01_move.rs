@@ -21,13 +21,17 @@ impl Device {
         let straight = id != SubsystemId::DEPLOYER || is_straight(&self.drives);
         let Some(drive) = self.drive_mut(id) else { return Status::SYSTEM_FAULT };
         // §3.1/9 As Wrap: a barrel that is turned aside is not folded.
-        if !straight && i32::from(destination) < drive.position() && !drive.refuses(false) {
+        if !straight && drive.way(destination.into()).is_lt() && !drive.refuses(false) {
             return Status::DENIED;
         }
         let status = drive.move_to(now, destination.into(), timeout_ms, by);
+        let idle = drive.is_idle();
         if status.is_success() {
             if id == SubsystemId::DEPLOYER {
-                self.deployer.note_move();
+                // Where nothing moves it is where it was.
+                if !idle {
+                    self.deployer.note_move();
+                }
             } else {
                 // §3.1/3
                 self.control.note_manual(now);

@@ -2,19 +2,25 @@
 //!
 //! A held direction button moves its drive until it is released; a held button takes precedence
 //! over Move for the same drive (ours). A button that was held at power-up, while the posts were
-//! locked, or when its drive was stopped by a request, acts only after it has been released.
+//! locked, or when its drive was stopped by a request, acts only after it has been released; so does Open
+//! that has acted. A release counts for that when it has lasted: a contact that is shaken blips.
 
 use crate::image::Axis;
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
 use lafet_proto::status::ButtonsStatus;
 
+/// A release counts when it has lasted for longer than this, ms: for so long a contact may blip (§D/6).
+const BLIP_MS: u32 = 30;
+/// A button that may act.
+const ARMED: u8 = u8::MAX;
+
 /// A button post.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ButtonPost {
     states: [ButtonState; 8],
-    /// Released since power-up or lockout: allowed to act.
-    armed: [bool; 8],
+    /// [`ARMED`] since a release that has lasted; before, for how long each has been released, and 1; ms.
+    released_ms: [u8; 8],
 }
 
 /// What a post asks of the monitor in this step.
@@ -30,7 +36,7 @@ pub(crate) struct Demand {
 
 impl Default for ButtonPost {
     fn default() -> Self {
-        Self { states: [ButtonState::Released; 8], armed: [false; 8] }
+        Self { states: [ButtonState::Released; 8], released_ms: [0; 8] }
     }
 }
 
@@ -45,42 +51,46 @@ impl ButtonPost {
     #[inline(never)]
     pub(crate) fn step(
         &mut self,
+        dt_ms: u32,
         states: &[ButtonState; 8],
         locked: bool,
         restarting: bool,
     ) -> Demand {
-        let before = self.pressed();
+        let [.., close_before] = self.pressed();
         self.states = *states;
-        for (armed, state) in self.armed.iter_mut().zip(states) {
-            *armed = match state {
-                ButtonState::Released => true,
-                ButtonState::Pressed => *armed && !locked,
-                ButtonState::Short | ButtonState::Open => false,
+        for (number, (released_ms, state)) in self.released_ms.iter_mut().zip(states).enumerate() {
+            // Closing is the safe direction: any release arms it.
+            let closes = number == Button::Close as usize;
+            *released_ms = match (*state, *released_ms) {
+                _ if restarting && !closes => 0,
+                (ButtonState::Released, before) => released(before, dt_ms, closes),
+                (ButtonState::Pressed, ARMED) if !locked => ARMED,
+                _ => 0,
             };
         }
-        if restarting {
-            let [others @ .., _close] = &mut self.armed;
-            *others = [false; 7];
-        }
         let [left, right, up, down, wide, narrow, open, close] = self.pressed();
-        let [.., open_before, close_before] = before;
+        if open {
+            // It acts once, also where it is refused: what it stays held for must not become water later.
+            let [.., opens, _] = &mut self.released_ms;
+            *opens = 0;
+        }
         Demand {
             held: [(up, down), (left, right), (narrow, wide)],
-            open: open && !open_before && !close,
+            open: open && !close,
             close: close && !close_before,
         }
     }
 
     /// §3.2/1, §3.2/5 A stop holds although a button of this drive is held.
     pub(crate) fn disarm(&mut self, axis: Axis) {
-        let [left, right, up, down, wide, narrow, ..] = &mut self.armed;
+        let [left, right, up, down, wide, narrow, ..] = &mut self.released_ms;
         let (one, other) = match axis {
             Axis::Vertical => (up, down),
             Axis::Horizontal => (left, right),
             Axis::Nozzle => (wide, narrow),
             Axis::Deployer => return,
         };
-        (*one, *other) = (false, false);
+        (*one, *other) = (0, 0);
     }
 
     /// A button of this drive is held: requests for it are answered Denied by the post.
@@ -115,12 +125,23 @@ impl ButtonPost {
 
     #[inline(never)]
     fn pressed(&self) -> [bool; 8] {
-        let mut pressed = self.armed;
-        for (pressed, state) in pressed.iter_mut().zip(&self.states) {
-            *pressed &= *state == ButtonState::Pressed;
+        let mut pressed = [false; 8];
+        let states = self.states.iter().zip(&self.released_ms);
+        for (pressed, (state, released_ms)) in pressed.iter_mut().zip(states) {
+            *pressed = *state == ButtonState::Pressed && *released_ms == ARMED;
         }
         pressed
     }
+}
+
+/// A step in which a button is released. One that is longer than any blip shows a release.
+const fn released(before_ms: u8, dt_ms: u32, at_once: bool) -> u8 {
+    if at_once || dt_ms > BLIP_MS || before_ms == ARMED {
+        return ARMED;
+    }
+    // Both are short: before it was armed it was less than the time that counts.
+    let ms = if before_ms == 0 { 1 } else { before_ms.saturating_add(dt_ms as u8) };
+    if ms as u32 > BLIP_MS { ARMED } else { ms }
 }
 
 /// By which post up/left/narrower and down/right/wider are held.

@@ -262,6 +262,7 @@ impl Control {
     /// §3.2/4 Ends the program; the caller stops the drives.
     pub(crate) fn stop(&mut self) {
         self.state = State::Idle;
+        self.elevation.forget();
     }
 
     /// §3.1/3 A request or a button has moved a drive that aims.
@@ -348,7 +349,7 @@ impl Control {
     }
 
     fn end(&mut self, flags: ControlFlags, env: &mut Env<'_>) {
-        self.state = State::Idle;
+        self.stop();
         self.latched |= flags;
         approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::ProgramEnd));
     }
@@ -374,8 +375,10 @@ impl Control {
         let wanted = if self.nozzle_kept { self.nozzle } else { elevation::nozzle_for(aim, asked) };
         let nozzle = env.drive(Axis::Nozzle);
         let goal = nozzle.clamp(wanted);
-        let anew = self.nozzle_goal != Some(goal);
-        if anew || goal != nozzle.position() && nozzle.is_idle() {
+        let other = self.nozzle_goal != Some(goal);
+        // §D/9 It has arrived within 1 mm, and what could not come nearer stays.
+        let off = goal.abs_diff(nozzle.position()) > 1 && !nozzle.has_missed();
+        if other || off && nozzle.is_idle() {
             // Where it is there already, it must not go on to where another program sent it.
             nozzle.go(goal, None, self.cause);
         }

@@ -17,6 +17,7 @@ use crate::subsystem::homing::{HOMING_TENTHS, Homing};
 use crate::subsystem::remote;
 use crate::subsystem::watch::Watch;
 use crate::time::{Millis, Timer};
+use core::cmp::Ordering;
 use lafet_proto::Status;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::param::{DriveParam, Param};
@@ -330,6 +331,14 @@ impl Drive {
         held
     }
 
+    /// Which way a Move to there leads. Deployer comes to rest at its switches, a little beyond its limits:
+    /// outward of them there is nowhere to go, and it must not turn back instead (§3.1/9).
+    pub(crate) fn way(&self, destination: i32) -> Ordering {
+        let way = self.clamp(destination).cmp(&self.position);
+        let turned = self.axis == Axis::Deployer && way != destination.cmp(&self.position);
+        if turned { Ordering::Equal } else { way }
+    }
+
     /// §3.1/4, §3.1/7, §3.1/8 Move.
     pub(crate) fn move_to(
         &mut self,
@@ -338,15 +347,17 @@ impl Drive {
         timeout_ms: u32,
         by: Asked,
     ) -> Status {
-        let up = destination > self.position;
+        let (way, cause) = (self.way(destination), Cause::Request(by));
         let hold_ms = core::mem::take(&mut self.next_hold_ms);
-        if self.refuses(up) {
+        if self.refuses(destination > self.position) {
             return Status::MODULE_FAULT;
         }
-        if self.limits().is_none() && self.kind != DriveKind::Remote {
-            self.run(up, Cause::Request(by));
-        } else {
-            self.go(destination, None, Cause::Request(by));
+        let runs = self.limits().is_none() && self.kind != DriveKind::Remote;
+        match way {
+            // Here a run would have no direction: to where it is leads no way.
+            Ordering::Equal if runs || self.clamp(destination) != self.position => self.stop(cause),
+            _ if runs => self.run(way.is_gt(), cause),
+            _ => self.go(destination, None, cause),
         }
         if timeout_ms > 0 {
             self.timeout.start(now, timeout_ms);

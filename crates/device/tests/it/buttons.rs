@@ -135,7 +135,7 @@ fn what_acts_as_nothing() {
         press(&mut rig, 0, Button::Left);
         rig.run_while(300, |rig| rig.is_still());
         release(&mut rig, 0, Button::Left);
-        rig.run(10);
+        rig.run(40);
         press(&mut rig, 0, Button::Left);
         rig.run(100);
         assert!(rig.speed(Axis::Horizontal) > 0);
@@ -151,7 +151,7 @@ fn held_at_power_up() {
         rig.power_cycle();
         rig.run_while(1000, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
         release(&mut rig, 1, button);
-        rig.run(20);
+        rig.run(40);
         press(&mut rig, 1, button);
         rig.run(30);
         let acts = !rig.is_still() || rig.valve_output(0) != ValveOutput::Off;
@@ -173,7 +173,7 @@ fn held_at_power_up_and_sensed_late() {
                 |rig: &mut Rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening;
             rig.run_while(1000, inert);
             release(&mut rig, 1, button);
-            rig.run(20);
+            rig.run(40);
             press(&mut rig, 1, button);
             rig.run(30);
             assert_eq!(inert(&mut rig), button == Button::Close, "{button:?} {late_ms}");
@@ -207,14 +207,14 @@ fn locked_out() {
     rig.run(10);
     rig.run_while(1000, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
     release(&mut rig, 1, Button::Open);
-    rig.run(20);
+    rig.run(40);
     press(&mut rig, 1, Button::Open);
     press(&mut rig, 1, Button::Up);
     rig.run_while(300, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
     rig.all_accept(Body::Lockout { key: key::DISABLE });
     rig.run_while(300, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
     release(&mut rig, 1, Button::Up);
-    rig.run(20);
+    rig.run(40);
     press(&mut rig, 1, Button::Up);
     rig.run(100);
     assert!(rig.speed(Axis::Vertical) > 0);
@@ -288,14 +288,14 @@ fn open_and_close() {
         rig.accepts(id, Body::Close { key: key::CLOSE });
         rig.run_until(5000, |rig| rig.valve(id) == ValveFlags::CLOSED);
         release(&mut rig, 0, Button::Open);
-        rig.run(20);
+        rig.run(40);
         press(&mut rig, 0, Button::Open);
         rig.run(1000);
         press(&mut rig, 0, Button::Close);
         rig.run_until(5000, |rig| rig.valve(id) == ValveFlags::CLOSED);
         // Open and Close together are no wish for water.
         release(&mut rig, 0, Button::Open);
-        rig.run(20);
+        rig.run(40);
         press(&mut rig, 0, Button::Open);
         rig.run_while(100, |rig| rig.valve_output(valve) != ValveOutput::Opening);
     }
@@ -423,4 +423,109 @@ fn held_until_a_unit_is_back() {
     rig.run(300);
     rig.plant.units[Axis::Horizontal as usize].offline = false;
     rig.run_while(2000, |rig| rig.speed(Axis::Horizontal) == 0);
+}
+
+/// A contact that opens for so long, ms, has not been released.
+const BLIPS_MS: [u32; 3] = [10, 20, 30];
+
+fn blip(rig: &mut Rig, button: Button, ms: u32) {
+    release(rig, 0, button);
+    rig.run(ms);
+    press(rig, 0, button);
+}
+
+/// Held on it does nothing, however often its contact blips; released for longer it acts again.
+fn acts_after_a_release_alone(rig: &mut Rig, button: Button, acts: impl Fn(&mut Rig) -> bool) {
+    for ms in BLIPS_MS {
+        for _ in 0..3 {
+            blip(rig, button, ms);
+            rig.run_while(60, |rig| !acts(rig));
+        }
+        // One that bounces is not released either, however long in all.
+        for _ in 0..20 {
+            blip(rig, button, ms);
+            rig.step(10);
+            assert!(!acts(rig), "{button:?} {ms}");
+        }
+        rig.run_while(300, |rig| !acts(rig));
+    }
+    blip(rig, button, 40);
+    rig.run_until(300, acts);
+}
+
+/// §3.2/1, §3.18/7, §3.3.4 A blip of a held button undoes neither Stop nor the release of a lockout, and starts
+/// nothing when a motor's circuit is whole again.
+#[test]
+fn a_blip_is_no_release() {
+    type Hinder = fn(&mut Rig, Axis, bool);
+    let hindrances: [Hinder; 4] = [
+        |rig, _, on| {
+            if on {
+                rig.all_accept(Body::Stop);
+            }
+        },
+        |rig, axis, on| {
+            if on {
+                rig.accepts(axis.id(), Body::Stop);
+            }
+        },
+        |rig, _, on| {
+            rig.all_accept(Body::Lockout { key: if on { key::ENABLE } else { key::DISABLE } });
+        },
+        |rig, axis, on| rig.plant.inputs.drives[axis as usize].motor_open = on,
+    ];
+    for hinder in hindrances {
+        for (button, axis, sign) in DIRECTIONS {
+            let mut rig = rig();
+            press(&mut rig, 0, button);
+            rig.run(200);
+            hinder(&mut rig, axis, true);
+            rig.run(20);
+            blip(&mut rig, button, 20);
+            rig.run_while(100, |rig| rig.is_still());
+            hinder(&mut rig, axis, false);
+            acts_after_a_release_alone(&mut rig, button, |rig| rig.speed(axis).signum() == sign);
+        }
+    }
+}
+
+/// §3.3.10/1 Open that is held on is no wish for water any more once it has acted or was refused; a step that
+/// is longer than a blip shows a release.
+#[test]
+fn open_acts_once() {
+    let opens = |rig: &mut Rig| rig.valve_output(0) == ValveOutput::Opening;
+    let mut rig = rig();
+    press(&mut rig, 0, Button::Open);
+    rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
+    rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
+    rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    acts_after_a_release_alone(&mut rig, Button::Open, opens);
+
+    let mut rig = self::rig();
+    rig.plant.inputs.valves[0].blocked = true;
+    rig.run(50);
+    press(&mut rig, 0, Button::Open);
+    rig.run(50);
+    rig.plant.inputs.valves[0].blocked = false;
+    rig.run(50);
+    let mut slow = rig.clone();
+    acts_after_a_release_alone(&mut rig, Button::Open, opens);
+    release(&mut slow, 0, Button::Open);
+    slow.step(31);
+    press(&mut slow, 0, Button::Open);
+    slow.run_until(50, opens);
+}
+
+/// Stopping and pressing wait for nothing.
+#[test]
+fn a_blip_stops_at_once() {
+    let mut rig = rig();
+    press(&mut rig, 0, Button::Left);
+    rig.run(300);
+    release(&mut rig, 0, Button::Left);
+    rig.step(10);
+    assert!(rig.is_still());
+    press(&mut rig, 0, Button::Left);
+    rig.run(20);
+    assert!(rig.speed(Axis::Horizontal) > 0);
 }

@@ -694,3 +694,34 @@ fn switches_beyond_the_limits() {
         rig.run_until(20_000, |rig| position(rig) == there);
     }
 }
+
+/// §3.1/9 Deployed, it rests at its switch, beyond its limit: outward there is nowhere to go, and a Move there does
+/// not fold it by the difference; nor does one to where it is. Both leave it deployed.
+#[test]
+fn outward_of_its_switch_nothing_moves() {
+    for aside in [0, 5400] {
+        let mut rig = wrapped();
+        rig.plant.drive(Axis::Deployer).switches = (-30, 5430);
+        rig.plant.drive(Axis::Deployer).stops = (-40, 5440);
+        rig.plant.place(Axis::Deployer, 5431);
+        rig.plant.place(Axis::Horizontal, aside);
+        rig.run(100);
+        assert_eq!((position(&mut rig), rig.drive(Axis::Deployer).position), (F::DEPLOYED, 5431));
+        for destination in [5431, 5432, 10_800, i16::MAX] {
+            rig.accepts(DEPLOYER, Body::Move { destination });
+            rig.run_while(500, |rig| rig.is_still() && position(rig) == F::DEPLOYED);
+        }
+        for destination in [5430, 5410, 5400, 0] {
+            let mut rig = rig.clone();
+            let answer = rig.one(DEPLOYER, Body::Move { destination });
+            rig.run(200);
+            let folds = aside == 0;
+            assert_eq!(answer.1, if folds { Status::ACCEPTED } else { Status::DENIED });
+            assert_eq!(rig.speed(Axis::Deployer) < 0, folds, "{destination}");
+        }
+        // Without limits it is where it says it is, too.
+        rig.accepts(DEPLOYER, Body::SwitchLimits { new_state: 0 });
+        rig.accepts(DEPLOYER, Body::Move { destination: 5431 });
+        rig.run_while(500, |rig| rig.is_still() && position(rig) == F::DEPLOYED);
+    }
+}

@@ -214,6 +214,36 @@ fn limitless_runs_until_stopped() {
     assert_eq!(rig.drive_flags(Axis::Vertical) - DriveFlags::MOVE, DriveFlags::MAX_LIMIT_REACHED);
 }
 
+/// §3.17/1, §3.1/8 Limits off, a Move to where the drive says it is has no direction: it stays, and stops what
+/// runs.
+#[test]
+fn limitless_stays_where_it_is() {
+    for kind in [DriveKind::Encoder, DriveKind::Remote] {
+        for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+            let mut rig = with_kind(kind);
+            rig.plant.place(axis, 30);
+            rig.run(100);
+            rig.accepts(axis.id(), Body::SwitchLimits { new_state: 0 });
+            rig.move_to(axis, 30);
+            rig.run_while(300, |rig| rig.is_still());
+            if kind == DriveKind::Remote {
+                continue;
+            }
+            rig.move_to(axis, 31);
+            rig.run(500);
+            assert!(rig.speed(axis) > 0);
+            // While it runs it is not counted.
+            let said = rig.drive(axis).position;
+            rig.move_to(axis, said);
+            rig.run_while(300, |rig| rig.is_still());
+            let said = rig.drive(axis).position;
+            assert_eq!(i64::from(said), rig.plant.position(axis));
+            rig.move_to(axis, said);
+            rig.run_while(300, |rig| rig.is_still());
+        }
+    }
+}
+
 /// §3.17/2, §3.17/3, §3.17/5 Limits taken while limits are off come into force with On, are dropped by
 /// Reject; only the present position is taken, and only at rest.
 #[test]

@@ -245,3 +245,16 @@ fn a_sensor_that_has_lost_its_place() {
         }
     }
 }
+
+/// §D/7, §3.1/8 A Move to where a drive says it is leads nowhere, whether that is known or not.
+#[test]
+fn not_homed_it_stays_where_it_is() {
+    for (axis, up) in AIMING.into_iter().flat_map(|axis| [(axis, false), (axis, true)]) {
+        let mut rig = forgotten(axis, up, 20);
+        assert!(not_homed(&mut rig, axis), "{axis:?} {up}");
+        let said = rig.drive(axis).position;
+        rig.move_to(axis, said);
+        rig.run_while(500, |rig| rig.is_still());
+        assert_eq!(rig.plant.position(axis), 20);
+    }
+}

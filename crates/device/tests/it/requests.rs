@@ -589,3 +589,47 @@ fn records_of_any_length() {
     assert_eq!((taken, len), (100, 0));
     rig.run(100);
 }
+
+/// §C/3 A record that was cut short swallows nothing that comes a second later; one that comes in pieces is whole.
+#[test]
+fn a_record_cut_short() {
+    let stop = payload(&[Request::new(SubsystemId::ALL, Body::Stop)]);
+    let long = [0xD4, SubsystemId::GENERAL.0, 0, 255, 1, 2];
+    for cut in 1..long.len() {
+        for start_ms in [0, u32::MAX - 300] {
+            let mut rig = Rig::at(Composition::REMOTE, start_ms);
+            rig.move_to(Axis::Horizontal, 9000);
+            rig.run(300);
+            let mut port = RecordPort::new(Source::Radio);
+            let mut out = [0; 512];
+            port.receive(rig.now_ms, &mut rig.device, &long[..cut], &mut out);
+            rig.run(1000);
+            let (taken, len) = port.receive(rig.now_ms, &mut rig.device, &stop, &mut out);
+            assert!(taken == stop.len() && len > 0, "{cut}");
+            rig.run(20);
+            assert!(rig.is_still());
+            let (head, rest) = stop.split_at(2);
+            assert_eq!(port.receive(rig.now_ms, &mut rig.device, head, &mut out), (2, 0));
+            rig.run(900);
+            let (_, len) = port.receive(rig.now_ms, &mut rig.device, rest, &mut out);
+            assert!(len > 0);
+        }
+    }
+}
+
+/// §D/9 During a program a nozzle that rests within 1 mm of its position has arrived.
+#[test]
+fn the_nozzle_of_a_program_comes_to_rest() {
+    let mut rig = Rig::new(Composition::REMOTE);
+    let sector = Sector { centre_h: 0, centre_v: 0, nozzle: 40, width: 0, height: 0, step: 0 };
+    rig.accepts(CONTROL, Body::StartQuench(Quench::Full { sector, distance: 0 }));
+    rig.run_until(20_000, |rig| rig.drive(Axis::Nozzle).position == 40);
+    rig.run(500);
+    for at in [39, 41] {
+        rig.plant.place(Axis::Nozzle, at);
+        rig.run_while(2000, |rig| rig.speed(Axis::Nozzle) == 0);
+    }
+    rig.plant.place(Axis::Nozzle, 37);
+    rig.run_until(5000, |rig| rig.drive(Axis::Nozzle).position == 40);
+    assert!(rig.flags(CONTROL) & ControlFlags::QUENCH.bits() != 0);
+}

@@ -7,8 +7,10 @@ use lafet_proto::flags::ButtonState;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Track {
-    /// Released since power-up, lockout and the last stop of its drive.
+    /// Released since power-up, lockout and the last stop of its drive; Open, since it was last pressed.
     armed: bool,
+    /// For how long it has been released, ms; `None` while it is not.
+    released_ms: Option<u64>,
     held: bool,
     held_before: bool,
 }
@@ -17,19 +19,38 @@ struct Track {
 #[derive(Clone, Debug, Default)]
 pub struct Posts([[Track; 8]; 2]);
 
+/// A contact that opens for no longer than this has not been released, ms.
+const BLIP_MS: u64 = 30;
+
 impl Posts {
-    /// Under a lockout none counts; while the monitor waits for its reset, Close alone.
-    pub(super) fn sense(&mut self, posts: &[[ButtonState; 8]; 2], locked: bool, restarting: bool) {
+    /// A step of this length. Under a lockout none counts; while the monitor waits for its reset, Close alone.
+    pub(super) fn sense(
+        &mut self,
+        passed_ms: u64,
+        posts: &[[ButtonState; 8]; 2],
+        locked: bool,
+        restarting: bool,
+    ) {
         for (post, states) in self.0.iter_mut().zip(posts) {
             for (number, (track, state)) in post.iter_mut().zip(states).enumerate() {
-                let locked = locked || restarting && number != Button::Close as usize;
+                let closes = number == Button::Close as usize;
+                let locked = locked || restarting && !closes;
                 track.held_before = track.held;
+                // From the first sample on that shows it; a long step shows it as a whole.
+                track.released_ms = (*state == ButtonState::Released).then(|| {
+                    let since_ms = track.released_ms.map_or(0, |ms| ms + passed_ms);
+                    if closes || passed_ms > BLIP_MS { BLIP_MS.max(since_ms) } else { since_ms }
+                });
                 track.armed = match state {
-                    ButtonState::Released => true,
+                    ButtonState::Released => {
+                        track.armed || track.released_ms.is_some_and(|ms| ms >= BLIP_MS)
+                    }
                     ButtonState::Pressed => track.armed && !locked,
                     ButtonState::Short | ButtonState::Open => false,
                 };
                 track.held = track.armed && *state == ButtonState::Pressed;
+                // Open acts once.
+                track.armed &= !(track.held && number == Button::Open as usize);
             }
         }
     }
@@ -38,7 +59,9 @@ impl Posts {
     pub(super) fn disarm(&mut self, axis: Axis) {
         let Some((up, down)) = buttons_of(axis) else { return };
         for post in &mut self.0 {
-            (post[up].armed, post[down].armed) = (false, false);
+            for track in [up, down] {
+                (post[track].armed, post[track].released_ms) = (false, None);
+            }
         }
     }
 

@@ -341,7 +341,8 @@ impl Ledger {
             timeout_ms: self.move_timeout_ms,
             hold: self.holds[axis as usize].take(),
             limitless,
-            runs: runs.then_some(destination > self.positions[axis as usize]),
+            runs: (runs && destination != self.positions[axis as usize])
+                .then_some(destination > self.positions[axis as usize]),
         });
         if axis == Axis::Deployer {
             self.end(&[Program::Deploy, Program::Wrap]);
@@ -491,7 +492,9 @@ impl Ledger {
         }
         self.follow_valves(view);
         let restarting = self.restart_ms.is_some();
-        self.buttons.sense(&view.inputs.buttons, self.lock == Lock::On, restarting);
+        let passed_ms = view.now_ms - self.sensed_ms;
+        let locked = self.lock == Lock::On;
+        self.buttons.sense(passed_ms, &view.inputs.buttons, locked, restarting);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {
             self.note_early_buttons();
         }
@@ -514,7 +517,7 @@ impl Ledger {
                 let at = i32::from(view.told.positions[axis as usize]);
                 granted.limitless = true;
                 granted.target = granted.destination;
-                granted.runs = Some(granted.destination > at);
+                granted.runs = (granted.destination != at).then_some(granted.destination > at);
             }
         }
     }

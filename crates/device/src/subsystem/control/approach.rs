@@ -4,7 +4,7 @@ use crate::cause::{Cause, Program};
 use crate::image::{AXES, Axis};
 use crate::subsystem::drive::Drive;
 use crate::subsystem::{by_axis, of_axis};
-use crate::time::{Millis, Timer};
+use crate::time::Millis;
 
 /// How near is there, arc-minutes: a drive stops within 1', and rolls on a little.
 const TOLERANCE_ARCMIN: i32 = 3;
@@ -13,6 +13,8 @@ const TOLERANCE_ARCMIN: i32 = 3;
 pub(crate) const PATIENCE_MS: u32 = 10_000;
 /// What counts as nearer, arc-minutes.
 const NEARER_ARCMIN: i32 = 2;
+/// A way that a target may change by as it is reached, arc-minutes.
+const SHORT_ARCMIN: i32 = 30;
 
 /// The drives that aim.
 pub(crate) const AIMING: [Axis; 3] = [Axis::Vertical, Axis::Horizontal, Axis::Nozzle];
@@ -59,8 +61,39 @@ pub(crate) enum Progress {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Approach {
     target: Option<Direction>,
-    nearest: i32,
-    patience: Timer,
+    /// Horizontal, Vertical: each by itself, or one that moves would hide one that does not.
+    waits: [Wait; 2],
+}
+
+/// For how long a drive has come no nearer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wait {
+    /// How near it has come, arc-minutes.
+    nearest: u16,
+    /// When, ms: enough of the clock to tell some seconds.
+    since: u16,
+}
+
+impl Default for Wait {
+    fn default() -> Self {
+        Self { nearest: u16::MAX, since: 0 }
+    }
+}
+
+impl Wait {
+    /// A step with this way left, to a target that is new or not; true when it takes too long. A new target is
+    /// no progress: a pressure that fluctuates raises and lowers it for ever. One that is near may be passed
+    /// as often as it changes.
+    fn step(&mut self, now: Millis, way: i32, new: bool) -> bool {
+        let (way, now) = (way.saturating_abs().min(u16::MAX.into()), now.0 as u16);
+        let nearest = i32::from(self.nearest);
+        if way <= TOLERANCE_ARCMIN || new && way <= SHORT_ARCMIN {
+            *self = Self { since: now, ..Self::default() };
+        } else if new || way <= nearest.saturating_sub(NEARER_ARCMIN) {
+            *self = Self { nearest: way as u16, since: if new { self.since } else { now } };
+        }
+        u32::from(now.wrapping_sub(self.since)) >= PATIENCE_MS
+    }
 }
 
 impl Approach {
@@ -75,17 +108,19 @@ impl Approach {
         cause: Cause,
     ) -> Progress {
         let target = clamp(drives, wanted);
-        let anew = self.target != Some(target);
-        if anew {
-            *self = Self { target: Some(target), nearest: i32::MAX, patience: Timer::default() };
-            self.patience.start(now, PATIENCE_MS);
-        }
+        let before = self.target.replace(target);
+        let other = before != Some(target);
+        let change = target.minus(before.unwrap_or(target));
         let rest = target.minus(direction(drives));
         let ways = [(Axis::Horizontal, rest.horizontal), (Axis::Vertical, rest.vertical)];
+        let mut stuck = false;
+        let changes = [change.horizontal, change.vertical];
+        for ((wait, change), (_, way)) in self.waits.iter_mut().zip(changes).zip(ways) {
+            stuck |= wait.step(now, way, change != 0);
+        }
         let longest = ways.iter().map(|(_, way)| way.saturating_abs()).max().unwrap_or(0);
         if ways.iter().all(|(_, way)| way.saturating_abs() <= TOLERANCE_ARCMIN) {
-            self.patience.stop();
-            if anew {
+            if other {
                 // One that only passes here on the way to another goal must not go on to it.
                 stop(drives, &AIM, cause);
             }
@@ -94,23 +129,14 @@ impl Approach {
         for (axis, way) in ways {
             let drive = by_axis(drives, axis);
             let near = way.saturating_abs() <= TOLERANCE_ARCMIN;
-            if (anew || drive.is_idle()) && !near {
+            if (other || drive.is_idle()) && !near {
                 let speed = speed_tenths.map(|speed| in_proportion(speed, way, longest));
                 drive.go(drive.position().saturating_add(way), speed, cause);
-            } else if anew && matches!(drive.mover(), Some(Cause::Program(..))) {
+            } else if other && matches!(drive.mover(), Some(Cause::Program(..))) {
                 drive.stop(cause);
             }
         }
-        self.watch(now, rest)
-    }
-
-    fn watch(&mut self, now: Millis, rest: Direction) -> Progress {
-        let far = rest.horizontal.saturating_abs().saturating_add(rest.vertical.saturating_abs());
-        if far <= self.nearest.saturating_sub(NEARER_ARCMIN) || !self.patience.is_running() {
-            self.nearest = far;
-            self.patience.start(now, PATIENCE_MS);
-        }
-        if self.patience.poll(now) { Progress::Stuck } else { Progress::Going }
+        if stuck { Progress::Stuck } else { Progress::Going }
     }
 }
 
@@ -259,6 +285,37 @@ mod tests {
         }
         assert_eq!(run(&mut bench, &mut approach, here, 200), Progress::Going);
         assert_eq!(run(&mut bench, &mut approach, here, 15_000), Progress::There);
+    }
+
+    /// How long an approach goes on, 30 s at most, whose vertical target changes twice a second.
+    fn fluctuating(bench: &mut Bench, (low, high): (i32, i32), tenths: i32) -> u32 {
+        let mut approach = Approach::default();
+        for ms in (0..30_000).step_by(CYCLE_MS as usize) {
+            let wanted = to(9000, if ms / 500 % 2 == 0 { low } else { high });
+            bench.cycle();
+            let speed = Some(tenths);
+            if approach.step(bench.now, &mut bench.drives, wanted, speed, CAUSE) == Progress::Stuck
+            {
+                return ms;
+            }
+        }
+        30_000
+    }
+
+    /// §3.3.6/1 A target that fluctuates in one axis hides neither drive that does not come nearer, and is itself
+    /// no reason: a slow drive that follows it has not stopped.
+    #[test]
+    fn fluctuation_hides_nothing() {
+        for (end, bounds) in [(1, (0, 120)), (1, (0, 10)), (0, (3000, 3060))] {
+            let mut bench = Bench::new();
+            bench.inputs.drives[end].max_switch = true;
+            let ms = fluctuating(&mut bench, bounds, 50);
+            assert!((10_000..11_000).contains(&ms), "{end} {bounds:?}: {ms}");
+        }
+        for bounds in [(0, 8), (0, 300), (3000, 3100), (-3, 5)] {
+            let mut bench = Bench::new();
+            assert_eq!(fluctuating(&mut bench, bounds, 5), 30_000, "{bounds:?}");
+        }
     }
 
     #[test]

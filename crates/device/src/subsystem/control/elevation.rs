@@ -46,8 +46,8 @@ pub(super) enum Aim {
     Direct,
 }
 
-/// What ballistics depend on, besides the place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What ballistics depend on, besides the place; a table, on the pressure alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Basis {
     pressure_datm: u16,
     nozzle_mm: i32,
@@ -68,6 +68,8 @@ impl Basis {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Elevation {
     aim: Option<Aim>,
+    /// That is for the present point; otherwise it is how the barrel was last raised.
+    fresh: bool,
     /// What the last calculation, or that under way, is for.
     basis: Option<Basis>,
     solver: Option<Solver>,
@@ -82,20 +84,27 @@ pub(super) struct Elevation {
 }
 
 impl Elevation {
-    /// A program starts: nothing of the last one holds, but for how long the pressure has stood.
+    /// A program starts: nothing of the last one holds, but for how long the pressure has stood, and how it
+    /// has raised the barrel.
     pub(super) fn restart(&mut self) {
-        *self = Self { level: self.level, ..Self::default() };
+        *self = Self { level: self.level, aim: self.aim, ..Self::default() };
     }
 
-    /// Another point is to be hit: what is in force does not hold for it.
-    pub(super) fn renew(&mut self) {
+    /// The program ends: where the barrel points from now on is not its doing.
+    pub(super) fn forget(&mut self) {
         self.aim = None;
+    }
+
+    /// Another point is to be hit: what is in force does not hold for it. The barrel is still raised by it: who
+    /// corrects the aim now has that in view.
+    pub(super) fn renew(&mut self) {
+        self.fresh = false;
         self.basis = None;
         self.solver = None;
         self.interval.stop();
     }
 
-    /// The correction in force, arc-minutes.
+    /// The last correction, arc-minutes.
     pub(super) fn raised(&self) -> i32 {
         match self.aim {
             Some(Aim::Raised(raised)) => raised,
@@ -146,18 +155,22 @@ impl Elevation {
                 }
             }
         }
-        self.aim
+        self.aim.filter(|_| self.fresh)
+    }
+
+    fn put(&mut self, aim: Aim) {
+        (self.aim, self.fresh) = (Some(aim), true);
     }
 
     fn decide(&mut self, aim: Aim) {
-        self.aim = Some(aim);
+        self.put(aim);
         self.unsuited = false;
         self.rising = false;
     }
 
     /// §3.3.6/5, and note 4: the flag goes as soon as the pressure is back.
     fn lose_pressure(&mut self) {
-        self.aim = Some(Aim::Direct);
+        self.put(Aim::Direct);
         self.basis = None;
         self.solver = None;
         self.unsuited = true;
@@ -171,7 +184,12 @@ impl Elevation {
             return;
         }
         self.interval.start(now, INTERVAL_MS);
-        self.aim = Some(Aim::Raised(table(pressure).map_or(0, |degrees| i32::from(degrees) * 60)));
+        // The table is in whole degrees: at a step of it noise must not make the barrel nod. It may be replaced
+        // meanwhile, so it is asked again.
+        let held = self.basis.map(|basis| basis.pressure_datm);
+        let held = held.filter(|held| held.abs_diff(pressure) < DEADBAND_DATM).unwrap_or(pressure);
+        self.basis = Some(Basis { pressure_datm: held, ..Basis::default() });
+        self.put(Aim::Raised(table(held).map_or(0, |degrees| i32::from(degrees) * 60)));
     }
 
     fn calculate(

@@ -243,10 +243,10 @@ fn corrects_by_the_table_given() {
 #[test]
 fn corrects_by_the_stored_table() {
     let (mut bench, mut control) = started(&full(POINT, 0));
-    bench.params.set_corrections(79, Bytes(&[4, -2_i8 as u8]));
+    bench.params.set_corrections(79, Bytes(&[4, 4, -2_i8 as u8]));
     run(&mut bench, &mut control, 12_000);
     assert_near(bench.aim(), (1800, 120));
-    bench.pressure_datm = Some(80);
+    bench.pressure_datm = Some(81);
     run(&mut bench, &mut control, 5000);
     assert_near(bench.aim(), (1800, -240));
     assert_eq!(control.flags(), F::QUENCH);
@@ -602,4 +602,73 @@ fn stored_trajectories() {
     });
     assert_eq!(visits, [480, 240, 480, 240]);
     assert!(!control.is_active());
+}
+
+/// §3.1/3, §3.15/4 A correction by hand in the cycles in which the elevation for the next point is calculated
+/// is a correction of the raised barrel as any other.
+#[test]
+fn corrected_between_two_points() {
+    let points = [at(0, -60, 30, 5), at(0, -60, 30, 250)];
+    let request = trajectory(&points, true, false);
+    let raised = elevation(-60, 30, 60);
+    for later in 0..80 {
+        let (mut bench, mut control) = (Bench::new(), Control::default());
+        assert_eq!(control.start_trajectory(&request, BY, &bench.env()), Status::ACCEPTED);
+        while (bench.at(Axis::Vertical) - raised).abs() > 3 {
+            run(&mut bench, &mut control, CYCLE_MS);
+        }
+        run(&mut bench, &mut control, later * CYCLE_MS);
+        bench.move_to(Axis::Vertical, raised + 90);
+        control.note_manual(bench.now);
+        run(&mut bench, &mut control, 10_000);
+        assert_near(bench.aim(), (0, raised + 90));
+        assert_eq!(control.flags(), F::QUENCH | F::TRAJECTORY);
+    }
+}
+
+/// §3.1/3, §3.14/9 The same of the first cycles of a program that has replaced another; after Stop nothing is
+/// known of how the barrel was raised.
+#[test]
+fn corrected_as_the_next_program_begins() {
+    for stopped in [false, true] {
+        let (mut bench, mut control) = started(&full(POINT, 25));
+        run(&mut bench, &mut control, 15_000);
+        let (h, v) = bench.aim();
+        if stopped {
+            control.stop();
+        }
+        assert_eq!(quench(&mut bench, &mut control, &full(POINT, 25)), Status::ACCEPTED);
+        bench.move_to(Axis::Vertical, v + 120);
+        control.note_manual(bench.now);
+        run(&mut bench, &mut control, 10_000);
+        let raised = if stopped { v + 120 } else { 0 };
+        assert_near(bench.aim(), (h, v + 120 + raised));
+    }
+}
+
+/// §3.14/3, §3.6/1 Noise of one count at a step of a table, stored or given, does not make the barrel nod; a
+/// table that is replaced counts at once.
+#[test]
+fn noise_at_a_step_of_the_table() {
+    let corrections: Vec<u8> = (0..=81).map(|datm| if datm < 80 { 5 } else { 3 }).collect();
+    let given = Quench::Corrected { sector: POINT, corrections: Bytes(&corrections) };
+    for request in [full(POINT, 0), given] {
+        let (mut bench, mut control) = started(&request);
+        bench.params.set_corrections(79, Bytes(&[5, 3, 3]));
+        run(&mut bench, &mut control, 12_000);
+        assert_near(bench.aim(), (1800, 180));
+        for ms in (0..20_000).step_by(CYCLE_MS as usize) {
+            bench.pressure_datm = Some(if ms / 700 % 2 == 0 { 80 } else { 79 });
+            run(&mut bench, &mut control, CYCLE_MS);
+            assert_near(bench.aim(), (1800, 180));
+        }
+        bench.pressure_datm = Some(81);
+        run(&mut bench, &mut control, 5000);
+        assert_near(bench.aim(), (1800, 60));
+    }
+    let (mut bench, mut control) = started(&full(POINT, 0));
+    run(&mut bench, &mut control, 12_000);
+    bench.params.set_corrections(79, Bytes(&[2]));
+    run(&mut bench, &mut control, 5000);
+    assert_near(bench.aim(), (1800, 0));
 }

@@ -166,11 +166,9 @@ pub struct Session {
     outcomes: VecDeque<(Ticket, Outcome)>,
     traced: Option<VecDeque<Traced>>,
     stats: Stats,
-    /// Consecutive transmissions without answer.
-    silent_tries: u32,
     /// Consecutive frames that were not answered in all the time for it.
     silent_frames: u32,
-    /// When the latest of them were sent: as many as a request has tries.
+    /// When the latest of them were sent: as many as a request has tries, and two at least.
     silences: VecDeque<Now>,
     /// Consecutive frames without answer, even after a short wait.
     misses: u32,
@@ -203,7 +201,6 @@ impl Session {
             outcomes: VecDeque::new(),
             traced: None,
             stats: Stats::default(),
-            silent_tries: 0,
             silent_frames: 0,
             silences: VecDeque::new(),
             misses: 0,
@@ -226,9 +223,15 @@ impl Session {
         self.input.counted(Stats { crc32c, ..self.stats })
     }
 
-    /// Consecutive transmissions without answer: a TCP connection may be half open.
-    pub const fn silent_tries(&self) -> u32 {
-        self.silent_tries
+    /// When the monitor was heard last, if not before this time.
+    fn heard_since(&self, time: Now) -> Option<Now> {
+        self.answered_at.filter(|at| *at >= time)
+    }
+
+    /// How many of the latest frames were sent after this time and not answered in all the time for it.
+    fn silent_since(&self, time: Option<Now>) -> u32 {
+        let after = |sent: &&Now| time.is_none_or(|time| **sent > time);
+        self.silences.iter().filter(after).count() as u32
     }
 
     /// Whether no operation is waiting or outstanding.
@@ -314,7 +317,6 @@ impl Session {
     pub fn handle_connected(&mut self, now: Now) {
         self.stats.reconnects += u64::from(self.was_connected);
         (self.connected, self.was_connected) = (true, true);
-        self.silent_tries = 0;
         // What was lost with the last connection says nothing about this one.
         self.forget_silence();
         self.input.reset();

@@ -245,7 +245,6 @@ impl Session {
             self.check.probe = None;
             self.check.plan.clear();
             self.stats.note_rtt(now.saturating_sub(probe.sent));
-            self.silent_tries = 0;
             if self.config.duplicates {
                 self.suspicion.raise(None, probe.sent);
             }

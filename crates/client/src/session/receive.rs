@@ -81,7 +81,6 @@ impl Session {
             }
             self.outcomes.push_back((outstanding.operation.ticket, Outcome::Answered(slots)));
         }
-        self.silent_tries = 0;
         (Verdict::Believed, tagged, bytes)
     }
 

@@ -8,6 +8,8 @@ use super::{Config, Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
 /// Most frames without answer whose times are remembered: a read that may be sent more often has
 /// all its tries.
 const SILENCES_MAX: u32 = 32;
+/// So many show that a connection may be half open.
+const SILENCES_MIN: u32 = 2;
 /// A monitor is known to be silent when so many requests in a row had all their tries in vain. Two
 /// are too few: one may be a request that it never answers.
 const SILENT_REQUESTS: u32 = 3;
@@ -115,9 +117,8 @@ impl Session {
 
     /// Remembers a frame that was not answered in all the time for it.
     fn note_silence(&mut self, sent: Now) {
-        self.silent_tries += 1;
         self.silent_frames = self.silent_frames.saturating_add(1);
-        if self.silences.len() >= self.config.tries.clamp(1, SILENCES_MAX) as usize {
+        if self.silences.len() >= self.config.tries.clamp(SILENCES_MIN, SILENCES_MAX) as usize {
             self.silences.pop_front();
         }
         self.silences.push_back(sent);
@@ -135,7 +136,8 @@ impl Session {
         let tries = self.config.tries.max(1);
         let proof = tries.saturating_mul(SILENT_REQUESTS).max(SILENT_FRAMES_LEAST);
         let known = tries <= SILENCES_MAX && self.silent_frames >= proof;
-        self.silences.front().copied().filter(|_| known)
+        let first = self.silences.len().checked_sub(tries as usize)?;
+        self.silences.get(first).copied().filter(|_| known)
     }
 
     /// Whether a read need not be sent again: what its answer would show is known.

@@ -117,6 +117,41 @@ fn a_silent_monitor_does_not_take_the_line() {
     assert_eq!(line.silent_tries(), 0, "a monitor answers: the connection is sound");
 }
 
+/// A half-open connection shows by the monitors that were heard on it, though another is off, or was asked only once.
+#[test]
+fn a_connection_without_answers_shows_beside_monitors_that_are_off() {
+    for (other, answers) in [(2, false), (128, true)] {
+        let mut line = connected(Config::default());
+        let mut now = Now::ZERO;
+        for address in [1, other] {
+            ask(&mut line, now, address, read());
+        }
+        while now < 5 * SECOND {
+            match sent(&mut line, now) {
+                Some((to, payload)) if to == 1 || answers => {
+                    now += MS;
+                    reply(&mut line, now, to, &payload);
+                }
+                _ => {
+                    let next = line.poll_timeout(now).unwrap_or(5 * SECOND);
+                    now = next.max(now + MS);
+                    line.handle_timeout(now);
+                }
+            }
+        }
+        assert_eq!(line.silent_tries(), 0, "{other}");
+        let (mut most, from) = (0, now);
+        while most < 2 && now < from + 5 * SECOND {
+            ask(&mut line, now, 1, read());
+            while sent(&mut line, now).is_some() {}
+            now = line.poll_timeout(now).expect("an answer is waited for").max(now + MS);
+            line.handle_timeout(now);
+            most = most.max(line.silent_tries());
+        }
+        assert!(most >= 2 && now <= from + 2_500 * MS, "{other}: {most} after {:?}", now - from);
+    }
+}
+
 /// 31 of 32 monitors fall silent at once: the one that is heard has its turn after each of them.
 #[test]
 fn many_that_fall_silent_at_once_do_not_take_the_line() {

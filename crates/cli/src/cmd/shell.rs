@@ -29,7 +29,7 @@ use crate::out::{Out, complain};
 use crate::shell::ahead::Ahead;
 use crate::shell::complete::FIXED;
 use crate::shell::editor::{Editor, Input, Notices};
-use crate::shell::opening::{Lines, Opening, open, stop_all};
+use crate::shell::opening::{Lines, Opening, drop_lines, open, stop_all};
 use crate::shell::words::{is_stop, words};
 use crate::top::feed::Feed;
 use crate::top::scene::Seen;
@@ -293,6 +293,7 @@ impl Shell {
                     biased;
                     caught = self.interrupt.next() => {
                         self.ending = caught != Caught::CtrlC;
+                        drop_lines(&mut self.ahead);
                         let stop = async {
                             if acts || self.moves() {
                                 self.stop_all().await;
@@ -314,6 +315,7 @@ impl Shell {
                     }
                     line = ahead.next() => {
                         if is_stop(&line) {
+                            drop_lines(&mut self.ahead);
                             self.stop_all().await;
                         } else if watches {
                             // A line ends the command, and stops nothing.
@@ -407,6 +409,7 @@ const fn leaves_keyboard(command: &Command) -> bool {
             | Command::Justify(_)
             | Command::Quench(_)
             | Command::Trajectory(_)
+            | Command::Tune(_)
             | Command::Program(_)
     )
 }

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use lafet_client::Endpoint;
 use lafet_proto::request::Body;
 use lafet_proto::{Request, SubsystemId};
+use lafet_texts::{Text as _, cli as text};
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::ahead::Ahead;
@@ -77,6 +78,7 @@ pub async fn open(
                 _ = interrupt.next(), if listens => break true,
                 line = lines.next(), if listens => {
                     if is_stop(&line) {
+                        drop_lines(&mut ahead);
                         break false;
                     }
                     lines.keep();
@@ -94,6 +96,13 @@ pub async fn open(
             return Ok(Opening { connection, ahead, interrupted });
         }
         stop_all(&connection, matches!(lines, Lines::Typed(_))).await;
+    }
+}
+
+/// Lines that wait for their turn are revoked by what stops: they would move again, or open.
+pub fn drop_lines(ahead: &mut VecDeque<String>) {
+    for line in ahead.drain(..) {
+        complain(text::LineDropped { line }.of(current()));
     }
 }
 

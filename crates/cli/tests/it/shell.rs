@@ -279,4 +279,24 @@ mod terminal {
         typed.types("exit\r");
         assert_eq!(typed.shell.wait().unwrap().code(), Some(0));
     }
+
+    /// What was typed before a `stop` or Ctrl-C does not run after it: it would move again.
+    #[test]
+    fn a_stop_revokes_what_waits_for_its_turn() {
+        for stop in ["стоп\n", "\x03"] {
+            let sim = Sim::start(&[]);
+            let mut typed = Typed::start(&sim, "ru");
+            typed.sees("свёрнут");
+            typed.types("deploy\r");
+            typed.sees("Deploying");
+            typed.types("deploy --no-wait\n");
+            std::thread::sleep(Duration::from_millis(200));
+            typed.types(stop);
+            typed.sees("Не выполнено");
+            typed.sees("> ");
+            std::thread::sleep(Duration::from_millis(500));
+            let flags = sim.flags("deployer");
+            assert!(!flags.contains(&"Deploying".into()), "{stop:?} {flags:?}");
+        }
+    }
 }

@@ -262,6 +262,7 @@ crash-running = running
 
 # cmd/shell.rs
 motion-continues = The motion continues.
+line-dropped = Not run, as it was typed before the stop: { $line }
 script-line = Line { $number }: { $line }
 shell-in-shell = The shell is already running.
 monitor-lost = { $name } does not answer{ $why }

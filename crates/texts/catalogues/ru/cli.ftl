@@ -262,6 +262,7 @@ crash-running = исполнялось
 
 # cmd/shell.rs
 motion-continues = Движение продолжается.
+line-dropped = Не выполнено, так как введено до остановки: { $line }
 script-line = Строка { $number }: { $line }
 shell-in-shell = Оболочка уже запущена.
 monitor-lost = { $name } не отвечает{ $why }

@@ -4,10 +4,10 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{
-    Event, KeyEvent, KeyboardEnhancementFlags, PopKeyboardEnhancementFlags,
+    Event, KeyCode, KeyEvent, KeyModifiers, KeyboardEnhancementFlags, PopKeyboardEnhancementFlags,
     PushKeyboardEnhancementFlags, poll, read,
 };
 use ratatui::crossterm::{execute, terminal};
@@ -29,6 +29,7 @@ pub struct Keyboard {
 impl Keyboard {
     /// Takes over the keyboard.
     pub fn start() -> Result<Self, Failure> {
+        discard_typed();
         terminal::enable_raw_mode()?;
         let mut keyboard = Self { tells_release: false };
         if terminal::supports_keyboard_enhancement().unwrap_or(false) {
@@ -37,7 +38,25 @@ impl Keyboard {
             keyboard.tells_release =
                 execute!(io::stderr(), PushKeyboardEnhancementFlags(flags)).is_ok();
         }
+        // What was pressed meanwhile was not meant for what begins now, except to end it.
+        while poll(Duration::ZERO)? {
+            if let Event::Key(key) = read()?
+                && key.modifiers.contains(KeyModifiers::CONTROL)
+                && matches!(key.code, KeyCode::Char('c' | 'с'))
+            {
+                return Err(Failure::Interrupted);
+            }
+        }
         Ok(keyboard)
+    }
+}
+
+/// Discards what was typed before: it was not meant for what begins now.
+fn discard_typed() {
+    #[cfg(unix)]
+    {
+        // Without a terminal there is nothing to discard.
+        let _ = rustix::termios::tcflush(io::stdin(), rustix::termios::QueueSelector::IFlush);
     }
 }
 
@@ -51,9 +70,18 @@ impl Drop for Keyboard {
     }
 }
 
+/// A key, and when it was read.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// The key.
+    pub event: KeyEvent,
+    /// When it was read.
+    pub at: Instant,
+}
+
 /// The keys as they arrive; dropping it leaves later keys to others.
 pub struct Keys {
-    keys: mpsc::UnboundedReceiver<KeyEvent>,
+    keys: mpsc::UnboundedReceiver<Key>,
     over: Arc<AtomicBool>,
     /// Closed when the thread ends.
     ended: Receiver<()>,
@@ -75,8 +103,8 @@ impl Keys {
                     Err(_) => return,
                 }
                 let Ok(event) = read() else { return };
-                if let Event::Key(key) = event
-                    && sender.send(key).is_err()
+                if let Event::Key(event) = event
+                    && sender.send(Key { event, at: Instant::now() }).is_err()
                 {
                     return;
                 }
@@ -86,7 +114,7 @@ impl Keys {
     }
 
     /// The next key; `None` when the terminal is gone.
-    pub async fn next(&mut self) -> Option<KeyEvent> {
+    pub async fn next(&mut self) -> Option<Key> {
         self.keys.recv().await
     }
 }

@@ -13,8 +13,9 @@ use lafet_client::{Error, Hold, Jog, JogEnd, Monitor, MonitorStatus, StatusUpdat
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::DriveFlags;
 use lafet_texts::{Shown, Text as _, cli as text};
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{KeyCode, KeyEventKind, KeyModifiers};
 use serde_json::json;
+use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep};
 
 use crate::angle;
@@ -22,7 +23,7 @@ use crate::cli::{Global, seconds};
 use crate::connect::Connection;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::keyboard::{Keyboard, Keys};
+use crate::keyboard::{Key, Keyboard, Keys};
 use crate::lang::current;
 use crate::out::Out;
 use crate::undo::REACH;
@@ -72,6 +73,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     let hold = Hold { lease, first_lease, ..Hold::default() };
     let mut hands = Hands::new(connection.monitor.clone(), hold);
     let mut keys = Keys::listen();
+    let mut stops = JoinSet::new();
     note(out, help());
     loop {
         let mut shown = None;
@@ -81,12 +83,18 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
                 None | Some(Pressed::End) => break,
                 Some(Pressed::Nothing) => None,
                 Some(Pressed::Ended(text)) => Some(text),
-                Some(Pressed::Stop) => Some(stop_all(&connection.monitor).await),
+                // Keys are heard until it is answered.
+                Some(Pressed::Stop) => {
+                    let monitor = connection.monitor.clone();
+                    stops.spawn(async move { stop_all(&monitor).await });
+                    None
+                }
                 Some(Pressed::StopAndEnd) => {
                     note(out, &stop_all(&connection.monitor).await);
                     break;
                 }
             },
+            Some(stopped) = stops.join_next() => stopped.ok(),
             update = watch.next() => match update {
                 StatusUpdate::Value(sample) => {
                     shown = Some(state(&sample.status));
@@ -150,7 +158,7 @@ async fn let_go(
             () = &mut end => break,
             () = interrupt.give_up(since) => break,
             key = keys.next() => match key {
-                Some(key) if key.modifiers.contains(KeyModifiers::CONTROL) && told => break,
+                Some(key) if key.event.modifiers.contains(KeyModifiers::CONTROL) && told => break,
                 Some(_) => {}
                 // No key can arrive any more: Stop is repeated until the deadline.
                 None => sleep(SLOW).await,
@@ -202,8 +210,9 @@ impl Hands {
         Self { monitor, hold, held: HashMap::new(), refused: HashMap::new() }
     }
 
-    /// Starts, renews or ends motions for a key event.
-    pub fn key(&mut self, key: KeyEvent) -> Pressed {
+    /// Starts, renews or ends motions for a key event. A key that was pressed too long ago moves nothing: the hand
+    /// may have let go since.
+    pub fn key(&mut self, Key { event: key, at }: Key) -> Pressed {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         let let_go = key.kind == KeyEventKind::Release;
         let (drive, toward) = match key.code {
@@ -233,6 +242,9 @@ impl Hands {
         };
         if let_go {
             self.held.retain(|id, (way, _)| (*id, *way) != (drive, toward));
+            return Pressed::Nothing;
+        }
+        if at.elapsed() > self.hold.lease {
             return Pressed::Nothing;
         }
         self.press(drive, toward)
@@ -281,13 +293,13 @@ impl Hands {
         }
     }
 
-    /// Releases all motions and waits until the drives are at rest.
+    /// Releases all motions at once and waits until the drives are at rest.
     pub async fn release(self) -> Vec<(SubsystemId, JogEnd)> {
-        let mut ends = Vec::new();
+        let mut ends = JoinSet::new();
         for (drive, (_, jog)) in self.held {
-            ends.push((drive, jog.release().await));
+            ends.spawn(async move { (drive, jog.release().await) });
         }
-        ends
+        ends.join_all().await
     }
 }
 

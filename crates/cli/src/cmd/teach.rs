@@ -264,8 +264,8 @@ async fn wait_for_key(
         tokio::select! {
             key = keys.next() => {
                 let Some(key) = key else { break Word::Quit };
-                match key.code {
-                    KeyCode::Enter if key.kind == KeyEventKind::Press => break Word::Take,
+                match key.event.code {
+                    KeyCode::Enter if key.event.kind == KeyEventKind::Press => break Word::Take,
                     KeyCode::Char('s') => break Word::Skip,
                     _ => {}
                 }

@@ -188,7 +188,7 @@ impl Top {
                 () = interrupt.wait() => return Ok(()),
                 _ = draw.tick() => {}
                 Some(Ok(stopped)) = self.stops.join_next() => self.note(stopped.notice),
-                key = keys.next() => match key.map(|key| self.press(key)) {
+                key = keys.next() => match key.map(|key| self.press(key.event)) {
                     None | Some(Pressed::Quit) => return Ok(()),
                     Some(Pressed::Stop) => self.stop(),
                     Some(Pressed::Other) => {}

@@ -69,6 +69,9 @@ impl Follow<'_> {
         start: impl Future<Output = Result<T, Failure>>,
         judge: impl FnMut(&States) -> Step,
     ) -> Result<States, Failure> {
+        // A terminal that is held must not hold up what stops.
+        let mut aside = out.aside().ok();
+        let out = aside.as_mut().unwrap_or(out);
         let broken = tokio::select! {
             biased;
             () = interrupt.wait() => Broken::Off(Because::Interrupted),

@@ -129,7 +129,10 @@ impl Authority {
     /// Whether this seat may command; if so, it has.
     pub fn command(&mut self, now: Now, seat: &str) -> Result<(), Refusal> {
         match &mut self.holder {
-            Some(holder) if holder.seat.seat == seat => {
+            // One whose connection is lost comes back first: what it has sent before does not make it present.
+            Some(holder)
+                if holder.seat.seat == seat && !(holder.seat.live && holder.lost.is_some()) =>
+            {
                 (holder.commanded, holder.seen, holder.lost) = (now, now, None);
                 Ok(())
             }
@@ -158,9 +161,9 @@ impl Authority {
     }
 
     /// The holder releases it.
-    pub fn release(&mut self, seat: &str) -> Result<Vec<Notice>, Refusal> {
+    pub fn release(&mut self, now: Now, seat: &str) -> Result<Vec<Notice>, Refusal> {
         self.own(seat)?;
-        Ok(self.free(LossWord::Released))
+        Ok(self.free(now, LossWord::Released))
     }
 
     /// Asks the holder; what is free is taken.
@@ -245,7 +248,7 @@ impl Authority {
     pub fn handle_timeout(&mut self, now: Now) -> Vec<Notice> {
         let mut notices = Vec::new();
         if self.expires().is_some_and(|at| now >= at) {
-            notices.extend(self.free(LossWord::Expired));
+            notices.extend(self.free(now, LossWord::Expired));
         }
         if let Some((_, until)) = self.request
             && now >= until
@@ -286,12 +289,12 @@ impl Authority {
             Some(Holder { seat, since: now, commanded: Now::ZERO, seen: now, lost: None });
     }
 
-    fn free(&mut self, how: LossWord) -> Vec<Notice> {
+    fn free(&mut self, now: Now, how: LossWord) -> Vec<Notice> {
         let Some(holder) = self.holder.take() else { return Vec::new() };
         let next = self.request.take().map(|(seat, _)| seat);
         let lost = Notice::Lost { seat: holder.seat, how, by: next.clone(), reason: None };
         if let Some(seat) = next {
-            self.give(holder.seen, seat.clone());
+            self.give(now, seat.clone());
             return vec![lost, Notice::Granted(seat)];
         }
         vec![lost]
@@ -347,8 +350,8 @@ mod tests {
         let mut it = held();
         assert_eq!(it.take(s(101), seat("boris", true)), Err(Refusal::Held(seat("anna", true))));
         assert!(it.command(s(101), "boris").is_err() && it.command(s(101), "anna").is_ok());
-        assert!(it.release("boris").is_err());
-        assert_eq!(it.release("anna").unwrap().len(), 1);
+        assert!(it.release(s(101), "boris").is_err());
+        assert_eq!(it.release(s(101), "anna").unwrap().len(), 1);
         assert_eq!(it.state(), ControlWord::Free);
         assert_eq!(it.command(s(102), "anna"), Err(Refusal::NotHolder(None)));
         assert!(it.take(s(102), seat("boris", true)).is_ok());
@@ -436,8 +439,35 @@ mod tests {
     fn when_the_holder_goes_who_asked_gets_it() {
         let mut it = held();
         it.ask(s(110), seat("boris", true)).unwrap();
-        let told = it.release("anna").unwrap();
+        let told = it.release(s(110), "anna").unwrap();
         assert_eq!(told.last(), Some(&Notice::Granted(seat("boris", true))));
         assert!(it.command(s(111), "boris").is_ok());
+    }
+
+    /// Who asked over HTTP has its whole time, however long ago the holder was heard.
+    #[test]
+    fn who_gets_it_next_has_its_whole_time() {
+        for live in [true, false] {
+            let mut it = Authority::new(s(3));
+            it.take(s(100), seat("anna", live)).unwrap();
+            it.ask(s(105), seat("boris", false)).unwrap();
+            if live {
+                it.release(s(110), "anna").unwrap();
+            } else {
+                assert_eq!(it.handle_timeout(s(110)).len(), 2, "anna is gone");
+            }
+            assert_eq!(it.timeout(), Some(s(120)), "{live}");
+            assert!(it.handle_timeout(s(111)).is_empty() && it.command(s(112), "boris").is_ok());
+        }
+    }
+
+    /// A command that is judged after the connection of its sender was lost does not bring that back.
+    #[test]
+    fn a_command_of_a_lost_connection_does_not_renew_it() {
+        let mut it = held();
+        it.lost(s(110), "anna");
+        assert!(it.command(s(111), "anna").is_err());
+        assert_eq!(it.timeout(), Some(s(113)));
+        assert!(it.back(s(112), "anna") && it.command(s(112), "anna").is_ok());
     }
 }

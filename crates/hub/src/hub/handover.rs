@@ -47,7 +47,7 @@ impl Hub {
             let mut authority = lock(&station.authority);
             match action {
                 "take" => authority.take(now, seat),
-                "release" => authority.release(&seat.seat),
+                "release" => authority.release(now, &seat.seat),
                 "request" => authority.ask(now, seat),
                 "grant" => authority.grant(now, &seat.seat),
                 "deny" => authority.deny(&seat.seat),

@@ -20,6 +20,8 @@ use crate::monitor::station::Station;
 const LATE: Duration = Duration::from_secs(1);
 /// Nor one that may have been under way for so long: the console says by then that there is no answer.
 const OLD: Duration = Duration::from_secs(2);
+/// A client is ahead of the hub's time by less than this: what is rounded, and clocks that run apart.
+const AHEAD_MS: f64 = 200.0;
 
 impl Hub {
     /// For how long something was under way at most that was sent so long after the start of the hub.
@@ -32,6 +34,10 @@ impl Hub {
         let most_ms = self.up_ms() as f64 - up_ms;
         if most_ms.is_nan() || most_ms < -(OLD.as_millis() as f64) {
             return Err(ApiError::bad_request(text::SentInFuture.words()));
+        }
+        // A client is never ahead of this time: the one that it knows was when the hub stood still, asleep or paused.
+        if most_ms < -AHEAD_MS {
+            return Ok(Some(Duration::MAX));
         }
         // More than a duration has room for was under way for ever.
         let most = Duration::try_from_secs_f64(most_ms.max(0.0) / 1000.0);
@@ -97,5 +103,26 @@ impl Hub {
     /// Whether something has come that undoes a request which was under way for so long.
     fn is_undone(&self, station: &Station, request: &MonitorRequest, longest: Duration) -> bool {
         station.is_undone_since(request, self.ago(longest))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is sent is known to be older, or to be sent now; a client that is ahead of the hub has known its time from before
+    /// it stood still.
+    #[tokio::test]
+    async fn a_client_that_is_ahead_sent_it_before_the_hub_stood_still() {
+        let (hub, _) = Hub::of_one(None);
+        let sent = |ahead_ms: f64| hub.sent_at(Some(hub.up_ms() as f64 + ahead_ms));
+        assert!(sent(0.0).is_ok_and(|at| at.is_some()) && sent(100.0).is_ok());
+        for ahead_ms in [300.0, 1000.0, 1900.0] {
+            assert_eq!(sent(ahead_ms).unwrap_err().code, "late", "{ahead_ms}");
+        }
+        for ahead_ms in [2500.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(sent(ahead_ms).unwrap_err().code, "bad_request", "{ahead_ms}");
+        }
+        assert_eq!(hub.sent_at(None).unwrap(), None);
     }
 }

@@ -12,7 +12,7 @@ mod packed;
 #[cfg_attr(not(feature = "parquet"), path = "no_parquet.rs")]
 mod parquet;
 mod past;
-mod places;
+pub mod places;
 mod recordings;
 mod records;
 mod session;

@@ -13,6 +13,10 @@ use crate::server::allowances::{Allowance, Kept, Shared, Talk};
 /// Handshakes of TLS at a time, and of one address. One more, and the oldest gives way.
 const HANDSHAKES_MAX: usize = 256;
 const HANDSHAKES_OF_MAX: usize = 64;
+/// Connections at a time that have ended on this side while their clients still send, and of one address. One more,
+/// and the oldest is closed: each holds what was read of it, and waits for its turns.
+const ENDINGS_MAX: usize = 256;
+const ENDINGS_OF_MAX: usize = 64;
 
 /// One of the connections that the hub has room for.
 #[derive(Debug)]
@@ -36,6 +40,8 @@ pub struct Places {
     strangers: Queue,
     /// Those whose handshake is not done yet.
     handshakes: Queue,
+    /// Those that have ended on this side.
+    endings: Queue,
     /// What those have left that are closed.
     left: Kept<IpAddr, Allowance>,
     /// The same of WebSockets, by who talked from where.
@@ -138,15 +144,24 @@ impl Place {
 
     /// Its handshake begins, and lasts as long as what is returned.
     pub fn handshake(&self) -> Handshake<'_> {
-        let mut places = self.hub.places();
-        let handshakes = &mut places.handshakes;
-        if handshakes.count_of(self.address) >= HANDSHAKES_OF_MAX && !self.proxy {
-            handshakes.oldest_gives_way(|_, address| address == self.address);
-        } else if handshakes.all.len() >= HANDSHAKES_MAX {
-            handshakes.give_way();
-        }
-        handshakes.enter(self.number, self.address, self.end.clone());
+        self.enter(&mut self.hub.places().handshakes, HANDSHAKES_MAX, HANDSHAKES_OF_MAX);
         Handshake(self)
+    }
+
+    /// It has ended on this side, and is closed with what is returned at the latest.
+    pub fn ending(self: &Arc<Self>) -> Ending {
+        self.enter(&mut self.hub.places().endings, ENDINGS_MAX, ENDINGS_OF_MAX);
+        Ending(self.clone())
+    }
+
+    /// It is one of those that may have to give way: so many, and of one address.
+    fn enter(&self, queue: &mut Queue, most: usize, of_most: usize) {
+        if queue.count_of(self.address) >= of_most && !self.proxy {
+            queue.oldest_gives_way(|_, address| address == self.address);
+        } else if queue.all.len() >= most {
+            queue.give_way();
+        }
+        queue.enter(self.number, self.address, self.end.clone());
     }
 
     /// It has to give way to another one.
@@ -162,6 +177,16 @@ pub struct Handshake<'a>(&'a Place);
 impl Drop for Handshake<'_> {
     fn drop(&mut self) {
         self.0.hub.places().handshakes.leave(self.0.number);
+    }
+}
+
+/// A connection that has ended on this side.
+#[derive(Debug)]
+pub struct Ending(Arc<Place>);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        self.0.hub.places().endings.leave(self.0.number);
     }
 }
 
@@ -304,5 +329,36 @@ mod tests {
         assert!(!ended(&operator), "an operator's");
         drop((all, more, own));
         assert_eq!((under_way(&hub), hub.places().handshakes.of.len()), (0, 0));
+    }
+
+    /// A client that is refused and goes on sending, again and again, holds no more connections than this.
+    #[tokio::test]
+    async fn few_connections_are_kept_that_have_ended() {
+        let (hub, room) = hub(2048);
+        let mut clients = Vec::new();
+        let mut served = tokio::task::JoinSet::new();
+        for _ in 0..200 {
+            let place = Arc::new(take(&hub, &room, "10.0.0.1").unwrap());
+            let (client, stream) = duplex(64);
+            clients.push(client);
+            let mut stream = Paced::of(stream, &place, hub.start());
+            served.spawn(async move {
+                tokio::select! {
+                    _ = stream.shutdown() => {}
+                    () = place.given_up() => {}
+                }
+            });
+            tokio::task::yield_now().await;
+        }
+        for _ in 0..200 - ENDINGS_OF_MAX {
+            served.join_next().await.unwrap().unwrap();
+        }
+        assert_eq!(
+            (served.len(), hub.places().endings.all.len()),
+            (ENDINGS_OF_MAX, ENDINGS_OF_MAX)
+        );
+        drop(clients);
+        while served.join_next().await.is_some() {}
+        assert_eq!((hub.places().endings.all.len(), hub.places().addresses.len()), (0, 0));
     }
 }

@@ -17,7 +17,7 @@ use hyper::body::{Body, Frame, Incoming, SizeHint};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use rustls_pki_types::CertificateDer;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Semaphore;
 use tokio::time::{Instant, Sleep, sleep, timeout};
 use tokio_rustls::TlsAcceptor;
@@ -38,6 +38,8 @@ const BODY_RATE: f64 = 16384.0;
 const HANDSHAKE: f64 = 20.0;
 /// What is read and written at once.
 const BUFFER_MAX: usize = 64 * 1024;
+/// Connections that wait to be accepted.
+const WAITING_MAX: u32 = 4096;
 /// Rest after a connection that could not be taken, as when no file descriptor is left.
 const REST: Duration = Duration::from_millis(100);
 /// How long open requests have when the hub ends.
@@ -57,7 +59,7 @@ impl Server {
         let tls = hub.config().tls.as_ref().map(tls::Reloading::new).transpose();
         let tls = tls.map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
         let tls = tls.map(Arc::new);
-        let listener = TcpListener::bind(hub.config().listen).await?;
+        let listener = listener(hub.config().listen)?;
         Ok(Self { hub, listener, tls })
     }
 
@@ -135,6 +137,16 @@ impl Server {
     }
 }
 
+/// Listens, with more room for those who connect than by default: one for whom there is none tries again a second later.
+fn listener(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    // As the default: a restart does not wait for connections that have ended. Windows means another thing by it.
+    #[cfg(not(windows))]
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(WAITING_MAX)
+}
+
 async fn connection(
     stream: TcpStream,
     start: Instant,
@@ -144,7 +156,7 @@ async fn connection(
     shutdown: Shutdown,
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let stream = Paced::new(stream, peer.place.allowance.clone(), start);
+    let stream = Paced::of(stream, &peer.place, start);
     let Some(acceptor) = acceptor else {
         return requests(stream, start, peer, router, shutdown).await;
     };

@@ -11,12 +11,14 @@
 use std::io;
 use std::mem::MaybeUninit;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep};
 
+use crate::api::places::{Ending, Place};
 use crate::server::allowances::Allowance;
 use crate::sync::lock;
 
@@ -35,6 +37,8 @@ pub struct Paced<S> {
     /// The moment from which the time of its allowance is counted.
     start: Instant,
     allowance: Allowance,
+    /// Among which connections it counts.
+    place: Option<Arc<Place>>,
     /// Pause until it owes nothing.
     pause: Option<Pin<Box<Sleep>>>,
     stalled: Option<Pin<Box<Sleep>>>,
@@ -47,11 +51,13 @@ pub struct Paced<S> {
 struct Linger {
     due: Pin<Box<Sleep>>,
     latest: Instant,
+    #[expect(dead_code, reason = "held for its end")]
+    ending: Option<Ending>,
 }
 
 impl Linger {
-    fn new() -> Self {
-        Self { due: Box::pin(sleep(LINGERS)), latest: Instant::now() + LINGERS_MAX }
+    fn new(ending: Option<Ending>) -> Self {
+        Self { due: Box::pin(sleep(LINGERS)), latest: Instant::now() + LINGERS_MAX, ending }
     }
 
     /// Something has come.
@@ -63,9 +69,16 @@ impl Linger {
 impl<S> Paced<S> {
     /// Paces a connection. What an earlier one owes is waited for first.
     pub fn new(stream: S, allowance: Allowance, start: Instant) -> Self {
-        let mut paced = Self { stream, start, allowance, pause: None, stalled: None, linger: None };
+        let (place, pause, stalled, linger) = (None, None, None, None);
+        let mut paced = Self { stream, start, allowance, place, pause, stalled, linger };
         paced.owe(0.0);
         paced
+    }
+
+    /// Paces the connection of this place.
+    pub fn of(stream: S, place: &Arc<Place>, start: Instant) -> Self {
+        let paced = Self::new(stream, place.allowance.clone(), start);
+        Self { place: Some(place.clone()), ..paced }
     }
 
     /// The same, with so many readings taken before the first.
@@ -181,7 +194,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Paced<S> {
         if self.linger.is_none() {
             let shut = Pin::new(&mut self.stream).poll_shutdown(cx);
             ready!(self.watch(cx, shut))?;
-            self.linger = Some(Linger::new());
+            self.linger = Some(Linger::new(self.place.as_ref().map(Place::ending)));
         }
         self.poll_linger(cx).map(Ok)
     }

@@ -241,65 +241,68 @@ impl Oracle {
                 self.motors.iter_mut().for_each(|motor| motor.dry = 0);
             }
             Event::Monitor { monitor, report } => {
-                let index = monitor_of(monitor);
-                let barrel = &mut self.barrels[index];
-                let water = report.valve == Valve::Open || report.extinguishing;
-                let person = report.authority == Authority::Person;
-                let before = barrel.report;
-                let flowed = before.valve == Valve::Open || before.extinguishing;
-                if report.reachable && !water {
-                    barrel.hand = false;
-                } else if person && report.reachable && water && !(before.reachable && flowed) {
-                    barrel.hand = !barrel.given;
-                }
-                let locked = self.lockout.is_some() || report.lockout;
-                if barrel.opens(report) && person && !locked {
-                    barrel.closing = None;
-                }
-                if report.lockout && !before.lockout {
-                    let id = &config.monitors[index];
-                    let mut zones = config.zones.iter().zip(&self.areas);
-                    let under_way = zones.any(|(zone, area)| {
-                        zone.monitors.contains(id) && (area.force.is_some() || area.met.is_some())
-                    });
-                    if barrel.works_for.is_some() || under_way {
-                        barrel.refused = Some(0);
-                    }
-                    // Nor is the order carried out later that it works by.
-                    if (water || barrel.works_for.is_some()) && barrel.closing.is_none() {
-                        self.close.push(index);
-                        barrel.works_for = None;
-                    }
-                }
-                if water {
-                    barrel.coming = None;
-                }
-                if person {
-                    let ordered = barrel.works_for.is_some() && barrel.given;
-                    if ordered && !water && !flowed {
-                        barrel.coming = Some(0);
-                    }
-                    barrel.lent = barrel.works_for.take().or(barrel.lent);
-                } else if let Some(zone) = barrel.lent.take_if(|_| barrel.coming.is_none()) {
-                    let wet = self.areas[zone].force.is_some_and(|(_, _, wet)| wet);
-                    let free = barrel.closing.is_none() && barrel.refused.is_none();
-                    barrel.works_for = Some(zone).filter(|_| wet && free);
-                }
-                if report.reachable && !water {
-                    if barrel.coming.is_none() {
-                        (barrel.ours, barrel.lent) = (false, None);
-                    }
-                    // Before it flows for the first time it is ordered all the same.
-                    barrel.given &= !(before.reachable && flowed);
-                }
-                let works = barrel.works_for.is_some() || barrel.closing.is_some();
-                let found = water && !person && !works && barrel.ours;
-                barrel.found = found.then(|| barrel.found.unwrap_or(0));
-                barrel.report = *report;
+                self.reported(config, monitor_of(monitor), report);
             }
             Event::Hand { order, .. } => self.hand(config, order),
             _ => {}
         }
+    }
+
+    fn reported(&mut self, config: &Config, index: usize, report: &MonitorReport) {
+        let barrel = &mut self.barrels[index];
+        let water = report.valve == Valve::Open || report.extinguishing;
+        let person = report.authority == Authority::Person;
+        let before = barrel.report;
+        let flowed = before.valve == Valve::Open || before.extinguishing;
+        if report.reachable && !water {
+            barrel.hand = false;
+        } else if person && report.reachable && water && !(before.reachable && flowed) {
+            barrel.hand = !barrel.given;
+        }
+        let locked = self.lockout.is_some() || report.lockout;
+        if barrel.opens(report) && person && !locked {
+            barrel.closing = None;
+        }
+        if report.lockout && !before.lockout {
+            let id = &config.monitors[index];
+            let mut zones = config.zones.iter().zip(&self.areas);
+            let under_way = zones.any(|(zone, area)| {
+                zone.monitors.contains(id) && (area.force.is_some() || area.met.is_some())
+            });
+            if barrel.works_for.is_some() || under_way {
+                barrel.refused = Some(0);
+            }
+            // Nor is the order carried out later that it works by.
+            if (water || barrel.works_for.is_some()) && barrel.closing.is_none() {
+                self.close.push(index);
+                barrel.works_for = None;
+            }
+        }
+        if water {
+            barrel.coming = None;
+        }
+        if person {
+            let ordered = barrel.works_for.is_some() && barrel.given;
+            if ordered && !water && !flowed {
+                barrel.coming = Some(0);
+            }
+            barrel.lent = barrel.works_for.take().or(barrel.lent);
+        } else if let Some(zone) = barrel.lent.take_if(|_| barrel.coming.is_none()) {
+            let wet = self.areas[zone].force.is_some_and(|(_, _, wet)| wet);
+            let free = barrel.closing.is_none() && barrel.refused.is_none();
+            barrel.works_for = Some(zone).filter(|_| wet && free);
+        }
+        if report.reachable && !water {
+            if barrel.coming.is_none() {
+                (barrel.ours, barrel.lent) = (false, None);
+            }
+            // Before it flows for the first time it is ordered all the same.
+            barrel.given &= !(before.reachable && flowed);
+        }
+        let works = barrel.works_for.is_some() || barrel.closing.is_some();
+        let found = water && !person && !works && barrel.ours;
+        barrel.found = found.then(|| barrel.found.unwrap_or(0));
+        barrel.report = *report;
     }
 
     fn hand(&mut self, config: &Config, order: &Hand) {

@@ -12,7 +12,7 @@ use super::sight::{Holder, Seen, Sight};
 
 const SESSION: u32 = 0xCAFE_0001;
 const USUAL: u64 = 100_000;
-const BEAT: Duration = Duration::from_millis(140);
+const BEAT: Duration = Duration::from_millis(70);
 
 /// Numbers that look random and are the same in each run.
 struct Dice(u64);
@@ -65,11 +65,11 @@ fn command(sequence: u16, number: u16, key: u64) -> Vec<u8> {
 /// The frames of an opening by the rules, with the key that is offered for the first monitor.
 fn recording(key: u64) -> Vec<Vec<u8>> {
     let beats = |values: std::ops::Range<u16>| values.map(|it| write(HEARTBEAT, &[it]));
-    let mut frames: Vec<Vec<u8>> = beats(1..9).collect();
+    let mut frames: Vec<Vec<u8>> = beats(1..11).collect();
     frames.push(command(1, 1, 0));
-    frames.extend(beats(9..10));
+    frames.extend(beats(11..12));
     frames.push(command(2, 5, key));
-    frames.extend(beats(10..12));
+    frames.extend(beats(12..14));
     frames
 }
 

@@ -58,7 +58,7 @@ const LIMITS: [Limit; 5] = [
         board: firmware::EMULATED,
         of: Of::Flash(&[]),
         goal: None,
-        limit: 60 * 1024,
+        limit: 64 * 1024,
     },
     Limit {
         what: "with the emulator's plant and semihosting, RAM with the stack at most",

@@ -211,7 +211,7 @@ impl Hands {
     }
 
     /// Starts, renews or ends motions for a key event. A key that was pressed too long ago moves nothing: the hand
-    /// may have let go since.
+    /// may have gone since.
     pub fn key(&mut self, Key { event: key, at }: Key) -> Pressed {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         let let_go = key.kind == KeyEventKind::Release;

@@ -186,8 +186,8 @@ impl Site {
         }
     }
 
-    /// Stop and lockout of the site: the pumps stop at once. One that a person keeps off stays off: somebody may work
-    /// on it.
+    /// Stop and lockout of the site: the pumps stop at once. One that a person keeps off stays off: a mechanic may
+    /// work on it.
     pub(super) fn cut_pumps(&mut self, cause: &[Cause]) {
         self.cut_at = Some(self.now);
         for index in 0..self.pumps.len() {

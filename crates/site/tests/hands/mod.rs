@@ -73,7 +73,7 @@ fn a_monitor_that_is_locked_out_before_it_opens_is_closed_at_once() {
     assert!(of(&later, "Engage north").is_empty(), "{later:?}");
 }
 
-/// Somebody may work on it: it stays off until a reset of all zones.
+/// A mechanic may work on it: it stays off until a reset of all zones.
 #[test]
 fn a_pump_that_is_kept_off_stays_off_over_a_stop_a_lockout_and_a_restart() {
     let hand = |hall: &Hall| hall.site.state().pumps[0].hand;

@@ -145,7 +145,7 @@ fn a_terminal_that_is_gone_does_not_keep_a_valve_open() {
 mod terminal {
     use std::fs::File;
     use std::io::{Read, Write};
-    use std::process::Child;
+    use std::process::{Child, Command};
     use std::sync::mpsc::{Receiver, channel};
     use std::time::Duration;
 
@@ -283,20 +283,25 @@ mod terminal {
     /// What was typed before a `stop` or Ctrl-C does not run after it: it would move again.
     #[test]
     fn a_stop_revokes_what_waits_for_its_turn() {
-        for stop in ["стоп\n", "\x03"] {
+        for interrupts in [false, true] {
             let sim = Sim::start(&[]);
             let mut typed = Typed::start(&sim, "ru");
             typed.sees("свёрнут");
             typed.types("deploy\r");
             typed.sees("Deploying");
             typed.types("deploy --no-wait\n");
-            std::thread::sleep(Duration::from_millis(200));
-            typed.types(stop);
+            std::thread::park_timeout(Duration::from_millis(200));
+            if interrupts {
+                let shell = typed.shell.id().to_string();
+                assert!(Command::new("kill").args(["-INT", &shell]).status().unwrap().success());
+            } else {
+                typed.types("стоп\n");
+            }
             typed.sees("Не выполнено");
             typed.sees("> ");
-            std::thread::sleep(Duration::from_millis(500));
+            std::thread::park_timeout(Duration::from_millis(500));
             let flags = sim.flags("deployer");
-            assert!(!flags.contains(&"Deploying".into()), "{stop:?} {flags:?}");
+            assert!(!flags.contains(&"Deploying".into()), "{interrupts} {flags:?}");
         }
     }
 }

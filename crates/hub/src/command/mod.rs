@@ -33,6 +33,7 @@ use crate::hub::{Caller, Hub};
 use crate::monitor::program;
 use crate::monitor::station::Station;
 use crate::monitor::status::Subsystem;
+use crate::monitor::stored::may_change;
 use crate::plugs::is_plug;
 use crate::sync::lock;
 
@@ -227,7 +228,10 @@ impl Hub {
         }
         if matches!(
             request.id(),
-            RequestId::SET_PARAM | RequestId::SWITCH_LIMITS | RequestId::RESTART
+            RequestId::SET_PARAM
+                | RequestId::SWITCH_LIMITS
+                | RequestId::RESTART
+                | RequestId::CLEAN_FLASH
         ) {
             station.reread.notify_one();
         }
@@ -249,6 +253,7 @@ impl Hub {
         terms: &Terms,
     ) -> Result<(Option<keep_out::Passed>, Exchanged), ApiError> {
         let mut exchange = pin!(exchange(station, request, terms.save));
+        let changes = may_change(&request.buf().request());
         let mut passed = None;
         let first = poll_fn(|context| {
             let _one = lock(&station.sending);
@@ -257,6 +262,9 @@ impl Hub {
             let may = valid.then_some(()).ok_or_else(ApiError::void);
             Poll::Ready(may.and_then(|()| self.pass_keep_outs(station, request)).map(|it| {
                 passed = it;
+                if changes {
+                    lock(&station.stored).doubt();
+                }
                 // The first poll puts it into the queue of the client.
                 exchange.as_mut().poll(context)
             }))
@@ -265,6 +273,10 @@ impl Hub {
             Poll::Ready(exchanged) => exchanged,
             Poll::Pending => exchange.await,
         };
+        if changes {
+            // What was read meanwhile may be of before.
+            lock(&station.stored).doubt();
+        }
         Ok((passed, exchanged))
     }
 

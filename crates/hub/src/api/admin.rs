@@ -179,8 +179,13 @@ pub async fn change<T: Send + 'static>(
 ) -> Result<T, ApiError> {
     only_administrators(caller)?;
     hub.count_request(&caller.principal)?;
-    // It does not wait behind those who guess passwords.
-    let result = slowly(hub, 0, work).await;
+    // It does not wait behind those who guess passwords. Its right to it may be revoked meanwhile.
+    let by = caller.principal.clone();
+    let result = slowly(hub, 0, move |hub| match hub.is_still_good(&by) {
+        true => work(hub),
+        false => Err(AccessError::Ended),
+    });
+    let result = result.await;
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit().note(hub.record(caller, "", &what, outcome).about(&act)));
     // WebSockets of revoked users and tokens are closed.

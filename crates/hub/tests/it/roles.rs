@@ -236,3 +236,20 @@ async fn a_body_that_is_kept_back_keeps_no_rights() {
     let users = site.hub.access().users().unwrap();
     assert!(users.iter().all(|it| it.user != "eve"));
 }
+
+/// A token is revoked at once, though one who hashes a password waits for the disk.
+#[tokio::test]
+async fn a_revocation_waits_for_nothing_that_is_slow() {
+    let site = Site::open(1).await;
+    let (admin, (id, stolen)) = (
+        site.token(Role::Administrator),
+        site.hub.access().add_token(1, "stolen", Role::Operator).unwrap(),
+    );
+    let _turn = site.hub.hashing().take(0).await.unwrap();
+    let path = format!("/api/tokens/{id}");
+    let headers = [("Authorization", &*format!("Bearer {admin}"))];
+    let removed = site.http("DELETE", &path, &headers, "");
+    let removed = tokio::time::timeout(std::time::Duration::from_secs(5), removed).await;
+    assert_eq!(removed.unwrap().status, 204);
+    assert_eq!(site.get(&stolen, "/api/monitors").await.status, 401);
+}

@@ -58,9 +58,6 @@ const REASON_MAX: usize = 256;
 /// Bodies of this size or less are read at once; longer ones beside, as reading them takes milliseconds.
 const SHORT: usize = 4096;
 
-/// Who sends a body that takes so long is looked at again.
-const LATE_BODY: Duration = Duration::from_secs(1);
-
 /// The other side of a connection.
 #[derive(Clone, Debug)]
 pub struct Peer {
@@ -184,7 +181,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
         let len = len.and_then(|len| len.to_str().ok()?.parse::<usize>().ok());
         let (parts, body) = request.into_parts();
         let who = len.is_none_or(|len| len > SHORT).then(|| key(&parts, hub));
-        let (before, began) = (principal(&parts, hub).filter(Principal::is_good), Instant::now());
+        let before = principal(&parts, hub).filter(Principal::is_good);
         let request = Request::from_parts(parts, body);
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = text::BodyUnreadable { body_max: BODY_MAX }.words();
@@ -202,8 +199,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
             _ => read(&bytes),
         };
         // A body that is kept back does not keep the rights of its sender.
-        let is_late = began.elapsed() >= LATE_BODY;
-        if before.is_some_and(|it| is_late && !hub.is_still_good(&it)) {
+        if before.is_some_and(|it| !hub.is_still_good(&it)) {
             return Err(login_needed(hub, None));
         }
         read.map_err(|error| not_understood(&error))

@@ -504,6 +504,21 @@ fn program(station: &Station, request: &Request<'_>) -> Option<Option<Swept>> {
     }
 }
 
+/// The stored programs and trajectories that a request starts.
+pub(super) fn stored_of(request: &Request<'_>) -> Vec<Param> {
+    let named =
+        |of: &str, number: u8| Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"));
+    match request.body {
+        Body::StartQuench(Quench::Program { program, .. }) => {
+            u8::try_from(program).ok().and_then(|it| named("Program", it)).into_iter().collect()
+        }
+        Body::StartTrajectory(Trajectory { path: Path::Stored(numbers), .. }) => {
+            numbers.iter().filter_map(|it| named("Trajectory", *it)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
 fn of_sector(sector: &Sector) -> Swept {
     of_width(sector.centre_h.into(), sector.width.into())
 }

@@ -30,6 +30,7 @@ use crate::command::withdrawn::Accepted;
 use crate::control::tuning::TUNE;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::monitor::owner::read_ahead;
 use crate::monitor::program;
 use crate::monitor::station::Station;
 use crate::monitor::status::Subsystem;
@@ -37,6 +38,8 @@ use crate::monitor::stored::may_change;
 use crate::plugs::is_plug;
 use crate::sync::lock;
 
+/// Longest wait for what a stored program sweeps.
+const AHEAD: Duration = Duration::from_secs(1);
 /// Longest wait of a command for its entry to be on the disk; then it goes first.
 const NOTED: Duration = Duration::from_millis(50);
 /// Longest wait of an answer for the number of its entry.
@@ -195,6 +198,7 @@ impl Hub {
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
         let request = &request;
+        self.know_stored(station, request).await;
         let (passed, exchanged) = match self.pass_and_send(station, request, &terms).await {
             Ok(sent) => sent,
             Err(error) => {
@@ -242,6 +246,20 @@ impl Hub {
         drop(passed);
         let outcome = sent.result.map_err(|error| error.noted(audit))?;
         Ok(Outcome { audit, ..outcome })
+    }
+
+    /// Reads what a stored program sweeps, if that may have changed since: keep-outs let none pass that is not known.
+    async fn know_stored(&self, station: &Arc<Station>, request: &MonitorRequest) {
+        if self.keep_outs(station.id()).is_none() {
+            return;
+        }
+        let read = async {
+            for param in keep_out::stored_of(&request.buf().request()) {
+                read_ahead(self, station, param).await;
+            }
+        };
+        // What is not known then is refused, which says so.
+        _ = timeout(AHEAD, read).await;
     }
 
     /// Lets a request pass the keep-outs and hands it to the client, one at a time for each monitor: what was

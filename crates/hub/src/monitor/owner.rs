@@ -396,6 +396,10 @@ fn read_later(hub: &Hub, station: &Station) {
 pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     let Ok(_reading) = station.reading.try_lock() else {
         drop(station.reading.lock().await);
+        // What was read before a change is read again.
+        if lock(&station.stored).is_behind() {
+            station.reread.notify_one();
+        }
         return;
     };
     let status = station.status();

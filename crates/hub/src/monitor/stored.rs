@@ -27,9 +27,15 @@ impl Stored {
 
     /// A value was read: it counts if nothing may have changed it since then.
     pub fn put(&mut self, Since(changes): Since, param: Param, values: &[i32]) {
-        if is_program(param) {
+        let newer = self.read.get(param.name()).is_some_and(|(at, _)| *at > changes);
+        if is_program(param) && !newer {
             self.read.insert(param.name(), (changes, values.to_vec()));
         }
+    }
+
+    /// Whether one that was read is to be read again.
+    pub fn is_behind(&self) -> bool {
+        self.read.values().any(|(at, _)| *at != self.changes)
     }
 
     /// Something may have changed them: none is known until it was read again.
@@ -78,7 +84,11 @@ mod tests {
         stored.put(before, program, &[1, 2]);
         assert_eq!(stored.of(program), None);
         stored.put(stored.since(), program, &[3, 4]);
-        assert_eq!(stored.of(program), Some(&[3, 4][..]));
+        assert_eq!((stored.of(program), stored.is_behind()), (Some(&[3, 4][..]), false));
+        stored.put(before, program, &[1, 2]);
+        assert_eq!(stored.of(program), Some(&[3, 4][..]), "an older reading that comes later");
+        stored.doubt();
+        assert!(stored.is_behind());
     }
 
     #[test]

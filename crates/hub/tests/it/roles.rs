@@ -226,7 +226,7 @@ async fn a_body_that_is_kept_back_keeps_no_rights() {
         );
         let mut stream = TcpStream::connect(site.address).await.unwrap();
         stream.write_all(head.as_bytes()).await.unwrap();
-        tokio::time::sleep(std::time::Duration::from_millis(1200)).await;
+        tokio::time::sleep(std::time::Duration::from_millis(200)).await;
         site.hub.access().remove_token(id).unwrap();
         stream.write_all(body.as_bytes()).await.unwrap();
         let mut answer = String::new();

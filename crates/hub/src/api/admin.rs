@@ -208,10 +208,10 @@ fn may_change(hub: &Hub, caller: &Caller) -> Result<(), ApiError> {
 }
 
 /// This work, unless the rights of who asks for it are revoked until its turn comes.
-fn rightfully<T>(
+fn rightfully<T, W: FnOnce(&Hub) -> Result<T, AccessError>>(
     caller: &Caller,
-    work: impl FnOnce(&Hub) -> Result<T, AccessError>,
-) -> impl FnOnce(&Hub) -> Result<T, AccessError> {
+    work: W,
+) -> impl FnOnce(&Hub) -> Result<T, AccessError> + use<T, W> {
     let by = caller.principal.clone();
     move |hub| if hub.is_still_good(&by) { work(hub) } else { Err(AccessError::Ended) }
 }

@@ -3,7 +3,7 @@
 /** Two clocks run apart by less than this part of the time. */
 const DRIFT = 0.0002;
 /** What was learnt before the last so many ms is forgotten: a clock that has stood still is learnt again. */
-const WINDOW_MS = 15_000;
+const WINDOW_MS = 2500;
 
 /** Its time less ours, of the message that was under way for the shortest time; and when that came. */
 interface Best {

@@ -33,6 +33,8 @@ export function setSound(on: boolean): void {
 
 let audio: AudioContext | null = null;
 let blocked = false;
+/** It was asked to play since it played last: each question stays open in a page that is not pressed. */
+let asked = false;
 
 /** Called when the browser blocks the sound, or no longer does. */
 export const soundTurned = new EventTarget();
@@ -87,7 +89,12 @@ export function followFire(): void {
     // A context needs a moment until it plays: it is blocked if it does not at the next look.
     turnBlocked(soundWanted() && audio !== null && !plays());
     if (!soundWanted()) return;
-    if (!plays()) return void wake();
+    if (!plays()) {
+      if (!asked) void wake();
+      asked = true;
+      return;
+    }
+    asked = false;
     const waiting = firesNow().some(({ state }) => state === 'unack');
     if (waiting || zonesSound()) sound();
   };

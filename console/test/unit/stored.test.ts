@@ -173,6 +173,14 @@ describe('limits', () => {
     expect([known(step).max, known(step).lost?.max, step.error]).toEqual([600, undefined, '']);
   });
 
+  test('that are kept aside while limits are off count when they are stored', async () => {
+    says = { MaxLimit: ['unconfirmed', 'write_failed'] };
+    const step = made(new StepLimits());
+    await step.takeLimit('Horizontal', 'max');
+    await step.inForce('Horizontal');
+    expect([known(step).taught, known(step).lost?.max]).toEqual([undefined, 600]);
+  });
+
   test('of a set that becomes complete count when they are in force', async () => {
     says = { MaxLimit: ['incomplete', 'stored'] };
     const step = made(new StepLimits());

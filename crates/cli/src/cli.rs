@@ -146,7 +146,8 @@ fn timeout(text: &str) -> Result<f64, String> {
 
 /// Parses a time in seconds, `least`…3600.
 pub fn seconds(text: &str, least: f64) -> Result<f64, String> {
-    match text.parse::<f64>() {
+    // Texts of the other language have a comma.
+    match text.replace(',', ".").parse::<f64>() {
         Ok(seconds) if (least..=3600.0).contains(&seconds) => Ok(seconds),
         _ => Err(text::SecondsFrom { least }.of(current())),
     }

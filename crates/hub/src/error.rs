@@ -326,6 +326,7 @@ impl From<AccessError> for ApiError {
                 Self::new(StatusCode::CONFLICT, "held", text::AccessConflict.words())
             }
             AccessError::Missing => Self::not_found(),
+            AccessError::Ended => Self::ended(),
             AccessError::Name(what) => Self::bad_request(what).of("user"),
             AccessError::Weak(what) => Self::bad_request(what).of("password"),
             AccessError::Busy => Self::slow_down(std::time::Duration::from_secs(5)),

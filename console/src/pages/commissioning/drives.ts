@@ -149,6 +149,8 @@ interface Taught {
   min?: number;
   /** Ends that the monitor has taken and not stored. */
   lost?: { max?: number; min?: number };
+  /** Those that were not stored before this teaching: in force again when it is given up. */
+  was?: { max?: number; min?: number };
   seenMax?: boolean;
   seenMin?: boolean;
   taught?: boolean;
@@ -286,7 +288,7 @@ export class StepLimits extends Teaching {
   private async teach(drive: string): Promise<void> {
     if (!(await this.switchLimits(drive, 'off'))) return;
     const { lost } = this.taught(drive);
-    this.keep({ [drive]: lost ? { lost } : {} });
+    this.keep({ [drive]: lost ? { lost, was: lost } : {} });
   }
 
   private async takeLimit(drive: Limited, toward: Toward): Promise<void> {
@@ -317,6 +319,9 @@ export class StepLimits extends Teaching {
 
   private async inForce(drive: Limited): Promise<void> {
     if (!(await this.switchLimits(drive, 'on'))) return;
+    // While limits are off the monitor keeps them aside, and stores them now: only a plain value is known as stored.
+    const of = this.taught(drive);
+    this.note(drive, { lost: { max: of.lost?.max ?? of.max, min: of.lost?.min ?? of.min } });
     await this.storeLost(drive);
     if (this.error || this.failure) return this.keep({ [drive]: { lost: this.taught(drive).lost } });
     const { max, min } = this.taught(drive);
@@ -332,7 +337,8 @@ export class StepLimits extends Teaching {
   }
 
   private async giveUp(drive: string): Promise<void> {
-    if (await this.switchLimits(drive, 'reject')) this.keep({ [drive]: {} });
+    const { was } = this.taught(drive);
+    if (await this.switchLimits(drive, 'reject')) this.keep({ [drive]: was ? { lost: was } : {} });
   }
 }
 

@@ -30,6 +30,8 @@ use crate::undo::REACH;
 
 /// A drive that takes longer than this to come to rest after a release gets a message.
 const SLOW: Duration = Duration::from_secs(2);
+/// Stops under way at a time: more of them say nothing new.
+const STOPS_MAX: usize = 8;
 /// Interval at which the state is shown.
 const SHOW: Duration = Duration::from_millis(250);
 /// A refused motion is not requested again sooner than this, however often the key repeats.
@@ -73,7 +75,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
     let hold = Hold { lease, first_lease, ..Hold::default() };
     let mut hands = Hands::new(connection.monitor.clone(), hold);
     let mut keys = Keys::listen();
-    let mut stops = JoinSet::new();
+    let (mut stops, mut unanswered) = (JoinSet::new(), None);
     note(out, help());
     loop {
         let mut shown = None;
@@ -85,16 +87,21 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
                 Some(Pressed::Ended(text)) => Some(text),
                 // Keys are heard until it is answered.
                 Some(Pressed::Stop) => {
-                    let monitor = connection.monitor.clone();
-                    stops.spawn(async move { stop_all(&monitor).await });
+                    if stops.len() < STOPS_MAX {
+                        stops.spawn(stop_all(connection.monitor.clone()));
+                    }
                     None
                 }
                 Some(Pressed::StopAndEnd) => {
-                    note(out, &stop_all(&connection.monitor).await);
+                    stops.spawn(stop_all(connection.monitor.clone()));
                     break;
                 }
             },
-            Some(stopped) = stops.join_next() => stopped.ok(),
+            Some(stopped) = stops.join_next() => {
+                let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
+                unanswered = (!answered).then(|| text.clone());
+                Some(text)
+            }
             update = watch.next() => match update {
                 StatusUpdate::Value(sample) => {
                     shown = Some(state(&sample.status));
@@ -113,9 +120,18 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
         }
     }
     let ends = let_go(hands, &mut keys, &mut interrupt, out).await;
+    // Each has the time limits of a Stop.
+    while let Some(stopped) = stops.join_next().await {
+        let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
+        note(out, &text);
+        unanswered = (!answered).then_some(text);
+    }
     drop(keys);
     drop(keyboard);
-    report(&ends?, out)
+    match unanswered {
+        Some(text) => Err(Failure::NotAtRest(text)),
+        None => report(&ends?, out),
+    }
 }
 
 /// How what was held has ended.
@@ -173,11 +189,11 @@ fn stopping(drives: &str) -> String {
     text::DrivesStopNotAnswered { drives, seconds }.of(current())
 }
 
-/// Sends Stop All; returns the outcome as a text for the user.
-async fn stop_all(monitor: &Monitor) -> String {
+/// Sends Stop All; returns the outcome as a text for the user, and whether it was answered.
+async fn stop_all(monitor: Monitor) -> (String, bool) {
     match monitor.stop(SubsystemId::ALL).await {
-        Ok(_) => "Stop All".into(),
-        Err(error) => error.localized(current()),
+        Ok(_) => ("Stop All".into(), true),
+        Err(error) => (error.localized(current()), false),
     }
 }
 

@@ -10,7 +10,7 @@ use lafet_texts::{Text as _, cli as text};
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::ahead::Ahead;
-use super::words::is_stop;
+use super::words::{is_stop, only_ends};
 use crate::cli::Global;
 use crate::connect::{Connection, url_of};
 use crate::exchange;
@@ -99,11 +99,16 @@ pub async fn open(
     }
 }
 
-/// Lines that wait for their turn are revoked by what stops: they would move again, or open.
+/// Lines that wait for their turn are revoked by what stops: they would move again, or open. What only closes, locks out
+/// or leaves stays.
 pub fn drop_lines(ahead: &mut VecDeque<String>) {
-    for line in ahead.drain(..) {
-        complain(text::LineDropped { line }.of(current()));
-    }
+    ahead.retain(|line| {
+        let stays = only_ends(line);
+        if !stays {
+            complain(text::LineDropped { line }.of(current()));
+        }
+        stays
+    });
 }
 
 /// Sends Stop All once, and shows the outcome. `clear`: a command may have printed its progress on this

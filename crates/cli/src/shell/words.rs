@@ -56,8 +56,27 @@ pub fn is_stop(line: &str) -> bool {
     first.is_some_and(|word| ["stop", "стоп", "ыещз"].contains(&word.text.to_lowercase().as_str()))
 }
 
+/// Whether a line begins nothing that moves or opens: it closes, locks out, stops or leaves.
+pub fn only_ends(line: &str) -> bool {
+    let words: Vec<String> = split(line).into_iter().map(|word| word.text.to_lowercase()).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let ends =
+        matches!(words[..], [] | ["close" | "exit" | "quit" | "выход", ..] | ["lockout", "on", ..]);
+    ends || is_stop(line)
+}
+
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn what_only_ends() {
+        for line in ["close", "close valve2", "lockout on", "exit", "стоп", ""] {
+            assert!(super::only_ends(line), "{line}");
+        }
+        for line in ["open", "deploy", "lockout off", "send \"Close Valve1\"", "closed"] {
+            assert!(!super::only_ends(line), "{line}");
+        }
+    }
+
     use super::*;
 
     #[test]

@@ -485,6 +485,7 @@ impl Drive {
             Goal::Hold => return self.stop(cause),
             Goal::Run(up) => up,
             Goal::Position(target) if target == self.position && self.rests() => {
+                self.missed = false;
                 return self.stop(cause);
             }
             Goal::Position(target) => target > self.position,

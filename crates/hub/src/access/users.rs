@@ -134,6 +134,9 @@ pub enum AccessError {
     /// A password that is short or easily guessed.
     #[error("{}", .0.en)]
     Weak(Both),
+    /// The session or token has ended meanwhile.
+    #[error("the session has ended")]
+    Ended,
     /// Too much is being done at once.
     #[error("too much is being done at once")]
     Busy,

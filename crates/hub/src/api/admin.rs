@@ -73,7 +73,7 @@ async fn add_user(
     let what = format!("add user {} as {}", new.user, new.role.name());
     let act = Act::AddUser { user: new.user.clone(), role: new.role };
     let now_ms = hub.clock().now_ms();
-    change(&hub, &caller, (what, act), move |hub| {
+    change_slowly(&hub, &caller, (what, act), move |hub| {
         hub.access().add(now_ms, &new.user, new.role, &new.password)
     })
     .await?;
@@ -96,10 +96,18 @@ async fn change_user(
     let act =
         Act::ChangeUser { user: user.clone(), role: new.role, password: new.password.is_some() };
     let now_ms = hub.clock().steady_ms();
-    change(&hub, &caller, (what, act), move |hub| {
-        hub.access().change(now_ms, &user, new.role, new.password.as_deref(), None)
-    })
-    .await?;
+    let UserChange { role, password } = new;
+    match password {
+        Some(password) => {
+            let work =
+                move |hub: &Hub| hub.access().change(now_ms, &user, role, Some(&password), None);
+            change_slowly(&hub, &caller, (what, act), work).await?;
+        }
+        None => {
+            let work = move |hub: &Hub| hub.access().change(now_ms, &user, role, None, None);
+            change(&hub, &caller, (what, act), work).await?;
+        }
+    }
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -170,17 +178,51 @@ pub fn only_administrators(caller: &Caller) -> Result<(), ApiError> {
     }
 }
 
-/// Changes something, if the caller may, and notes it.
+/// Changes something, if the caller may, and notes it. It waits for no one who hashes: what is revoked is so at once.
 pub async fn change<T: Send + 'static>(
     hub: &Hub,
     caller: &Caller,
-    (what, act): (String, Act),
+    what: (String, Act),
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, ApiError> {
+    may_change(hub, caller)?;
+    let result = aside(hub, rightfully(caller, work)).await;
+    changed(hub, caller, what, result)
+}
+
+/// The same of what hashes a password. It does not wait behind those who guess passwords.
+async fn change_slowly<T: Send + 'static>(
+    hub: &Hub,
+    caller: &Caller,
+    what: (String, Act),
+    work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
+) -> Result<T, ApiError> {
+    may_change(hub, caller)?;
+    let result = slowly(hub, 0, rightfully(caller, work)).await;
+    changed(hub, caller, what, result)
+}
+
+fn may_change(hub: &Hub, caller: &Caller) -> Result<(), ApiError> {
     only_administrators(caller)?;
-    hub.count_request(&caller.principal)?;
-    // It does not wait behind those who guess passwords.
-    let result = slowly(hub, 0, work).await;
+    hub.count_request(&caller.principal)
+}
+
+/// This work, unless the rights of who asks for it are revoked until its turn comes.
+fn rightfully<T, W: FnOnce(&Hub) -> Result<T, AccessError>>(
+    caller: &Caller,
+    work: W,
+) -> impl FnOnce(&Hub) -> Result<T, AccessError> + use<T, W> {
+    let by = caller.principal.clone();
+    move |hub| if hub.is_still_good(&by) { work(hub) } else { Err(AccessError::Ended) }
+}
+
+/// Notes a change.
+fn changed<T>(
+    hub: &Hub,
+    caller: &Caller,
+    (what, act): (String, Act),
+    result: Result<T, AccessError>,
+) -> Result<T, ApiError> {
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit().note(hub.record(caller, "", &what, outcome).about(&act)));
     // WebSockets of revoked users and tokens are closed.

@@ -181,6 +181,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
         let len = len.and_then(|len| len.to_str().ok()?.parse::<usize>().ok());
         let (parts, body) = request.into_parts();
         let who = len.is_none_or(|len| len > SHORT).then(|| key(&parts, hub));
+        let before = principal(&parts, hub).filter(Principal::is_good);
         let request = Request::from_parts(parts, body);
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = text::BodyUnreadable { body_max: BODY_MAX }.words();
@@ -197,6 +198,10 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
             }
             _ => read(&bytes),
         };
+        // A body that is kept back does not keep the rights of its sender.
+        if before.is_some_and(|it| !hub.is_still_good(&it)) {
+            return Err(login_needed(hub, None));
+        }
         read.map_err(|error| not_understood(&error))
     }
 }

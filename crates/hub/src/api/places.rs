@@ -359,6 +359,7 @@ mod tests {
         );
         drop(clients);
         while served.join_next().await.is_some() {}
-        assert_eq!((hub.places().endings.all.len(), hub.places().addresses.len()), (0, 0));
+        let places = hub.places();
+        assert_eq!((places.endings.all.len(), places.addresses.len()), (0, 0));
     }
 }

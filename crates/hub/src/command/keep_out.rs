@@ -504,6 +504,21 @@ fn program(station: &Station, request: &Request<'_>) -> Option<Option<Swept>> {
     }
 }
 
+/// The stored programs and trajectories that a request starts.
+pub(super) fn stored_of(request: &Request<'_>) -> Vec<Param> {
+    let named =
+        |of: &str, number: u8| Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"));
+    match request.body {
+        Body::StartQuench(Quench::Program { program, .. }) => {
+            u8::try_from(program).ok().and_then(|it| named("Program", it)).into_iter().collect()
+        }
+        Body::StartTrajectory(Trajectory { path: Path::Stored(numbers), .. }) => {
+            numbers.iter().filter_map(|it| named("Trajectory", *it)).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
 fn of_sector(sector: &Sector) -> Swept {
     of_width(sector.centre_h.into(), sector.width.into())
 }
@@ -518,10 +533,10 @@ fn of_points(points: impl Iterator<Item = i32>) -> Option<Swept> {
     Some(Swept { horizontal, vertical: Span::WHOLE })
 }
 
-/// The values of a stored program or trajectory; none if they were not read.
+/// The values of a stored program or trajectory; none if they were not read since they may have changed.
 fn stored(station: &Station, of: &str, number: u8) -> Option<Vec<i32>> {
     let param = Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"))?;
-    lock(&station.params).of(param).map(<[i32]>::to_vec)
+    lock(&station.stored).of(param).map(<[i32]>::to_vec)
 }
 
 #[cfg(test)]
@@ -529,6 +544,7 @@ mod tests {
 
     use super::*;
     use crate::monitor::status::Subsystem;
+    use crate::monitor::stored::may_change;
     use crate::site::keep_out::KeptFor;
     use crate::site::{Place, Site};
 
@@ -613,6 +629,37 @@ mod tests {
         report(&hub, &station, CLOSED);
         settle(Duration::from_secs(20));
         drop(passes(&hub, &station, "Open Valve1"));
+    }
+
+    /// What a stored program sweeps is known until a request may change it, and again when it was read since.
+    #[tokio::test]
+    async fn a_stored_program_counts_as_it_was_read_since_its_change() {
+        const PROGRAM: &str = "StartQuench Control program=1 centre=-5400,0 nozzle=60";
+        let (hub, station) = stand();
+        assert!(is_kept_out(&hub, &station, PROGRAM), "not read yet");
+        let narrow = [0, 0, 60, 60, 0, 1, 25];
+        let read = |values: &[i32]| {
+            let since = lock(&station.stored).since();
+            lock(&station.stored).put(since, Param::ControlProgram1, values);
+        };
+        read(&narrow);
+        end(passes(&hub, &station, PROGRAM), End::Refused);
+        for (request, changes) in [
+            ("SetParam General WaterTimeout 60", false),
+            ("SetParam Control Program2 0 0 60 60 0 1 25", true),
+            ("Restart All", true),
+        ] {
+            let request = MonitorRequest::parse(request).unwrap();
+            assert_eq!(may_change(&request.buf().request()), changes, "{}", request.text());
+            if changes {
+                lock(&station.stored).doubt();
+                assert!(is_kept_out(&hub, &station, PROGRAM), "{}", request.text());
+                read(&narrow);
+            }
+            end(passes(&hub, &station, PROGRAM), End::Refused);
+        }
+        read(&[0, 0, 60, 7200, 0, 1, 25]);
+        assert!(is_kept_out(&hub, &station, PROGRAM), "it is wide");
     }
 
     /// However long the monitor takes to answer.

@@ -30,12 +30,16 @@ use crate::command::withdrawn::Accepted;
 use crate::control::tuning::TUNE;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::monitor::owner::read_ahead;
 use crate::monitor::program;
 use crate::monitor::station::Station;
 use crate::monitor::status::Subsystem;
+use crate::monitor::stored::may_change;
 use crate::plugs::is_plug;
 use crate::sync::lock;
 
+/// Longest wait for what a stored program sweeps.
+const AHEAD: Duration = Duration::from_secs(1);
 /// Longest wait of a command for its entry to be on the disk; then it goes first.
 const NOTED: Duration = Duration::from_millis(50);
 /// Longest wait of an answer for the number of its entry.
@@ -194,6 +198,7 @@ impl Hub {
             asked = timeout(NOTED.min(self.patience()), &mut note).await.ok().and_then(Result::ok);
         }
         let request = &request;
+        self.know_stored(station, request).await;
         let (passed, exchanged) = match self.pass_and_send(station, request, &terms).await {
             Ok(sent) => sent,
             Err(error) => {
@@ -227,7 +232,10 @@ impl Hub {
         }
         if matches!(
             request.id(),
-            RequestId::SET_PARAM | RequestId::SWITCH_LIMITS | RequestId::RESTART
+            RequestId::SET_PARAM
+                | RequestId::SWITCH_LIMITS
+                | RequestId::RESTART
+                | RequestId::CLEAN_FLASH
         ) {
             station.reread.notify_one();
         }
@@ -240,6 +248,20 @@ impl Hub {
         Ok(Outcome { audit, ..outcome })
     }
 
+    /// Reads what a stored program sweeps, if that may have changed since: keep-outs let none pass that is not known.
+    async fn know_stored(&self, station: &Arc<Station>, request: &MonitorRequest) {
+        if self.keep_outs(station.id()).is_none() {
+            return;
+        }
+        let read = async {
+            for param in keep_out::stored_of(&request.buf().request()) {
+                read_ahead(self, station, param).await;
+            }
+        };
+        // What is not known then is refused, which says so.
+        _ = timeout(AHEAD, read).await;
+    }
+
     /// Lets a request pass the keep-outs and hands it to the client, one at a time for each monitor: what was
     /// let pass later gets to the line later.
     async fn pass_and_send(
@@ -249,6 +271,7 @@ impl Hub {
         terms: &Terms,
     ) -> Result<(Option<keep_out::Passed>, Exchanged), ApiError> {
         let mut exchange = pin!(exchange(station, request, terms.save));
+        let changes = may_change(&request.buf().request());
         let mut passed = None;
         let first = poll_fn(|context| {
             let _one = lock(&station.sending);
@@ -257,6 +280,9 @@ impl Hub {
             let may = valid.then_some(()).ok_or_else(ApiError::void);
             Poll::Ready(may.and_then(|()| self.pass_keep_outs(station, request)).map(|it| {
                 passed = it;
+                if changes {
+                    lock(&station.stored).doubt();
+                }
                 // The first poll puts it into the queue of the client.
                 exchange.as_mut().poll(context)
             }))
@@ -265,6 +291,10 @@ impl Hub {
             Poll::Ready(exchanged) => exchanged,
             Poll::Pending => exchange.await,
         };
+        if changes {
+            // What was read meanwhile may be of before.
+            lock(&station.stored).doubt();
+        }
         Ok((passed, exchanged))
     }
 

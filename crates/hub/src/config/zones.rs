@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Quench, Sector};
 use lafet_proto::{Request, SubsystemId};
 use lafet_site::config::Zone;
@@ -110,11 +109,6 @@ impl Aim {
             }
         };
         MonitorRequest::new(&Request::new(SubsystemId::CONTROL, Body::StartQuench(quench)))
-    }
-
-    /// The parameter that has the stored program by which it extinguishes without a known fire.
-    pub fn stored(&self) -> Option<Param> {
-        Param::by_name(SubsystemId::CONTROL, &format!("Program{}", self.program))
     }
 
     /// The requests that turn there without water, for a monitor that is deployed.

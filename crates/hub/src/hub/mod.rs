@@ -23,7 +23,7 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 use utoipa::ToSchema;
 
-use crate::access::{Access, Logins, Turns};
+use crate::access::{Access, Logins, Principal, Turns};
 use crate::alarms::Alarms;
 use crate::api::{Answering, Lasting, Packing, Places};
 use crate::clock::Clock;
@@ -325,6 +325,11 @@ impl Hub {
     /// The same, ms.
     pub fn up_ms(&self) -> u64 {
         u64::try_from(self.now().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    /// Whether a client still has the rights with which it was identified.
+    pub fn is_still_good(&self, principal: &Principal) -> bool {
+        principal.is_good() && self.access().is_valid(self.clock().steady_ms(), principal)
     }
 
     /// The moment of the start.

@@ -6,5 +6,6 @@ pub mod owner;
 pub mod program;
 pub mod station;
 pub mod status;
+pub mod stored;
 mod summary;
 pub mod view;

@@ -50,6 +50,8 @@ const MOVE_HOLD: &str = "MoveHold";
 const PARAMS_AT_ONCE: usize = 8;
 /// Periods without an answer after which a state is stale.
 const STALE_PERIODS: u64 = 3;
+/// A monitor that was not heard for so long may be another one.
+const EXCHANGED: Duration = Duration::from_secs(10);
 /// The shortest time until then: an answer may take a retry.
 const STALE_MS: u64 = 600;
 /// What stays as it is goes into the history this often.
@@ -172,7 +174,7 @@ async fn follow_link(hub: Hub, station: Arc<Station>, client: Client) {
             Ok(LinkEvent::Up) => {
                 station.set_link(&hub, true, None);
                 hub.event(Some(station.id()), &text::LinkConnected.words());
-                station.reread.notify_one();
+                station.read_again();
             }
             Ok(LinkEvent::Down(error)) => {
                 let was_up = station.is_up();
@@ -195,6 +197,7 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
     let request = Request::new(SubsystemId::ALL, Body::GetStatus);
     let Ok(mut feed) = client.subscribe(&request, period) else { return };
     let (mut noted, mut observed, mut heard) = (Noted::default(), None, Exchanged::default());
+    let mut silent_since = None;
     let mut patience = stale + link_config().of(&station.config.endpoint).first_listen();
     loop {
         let before = station.status();
@@ -233,6 +236,11 @@ async fn poll(hub: Hub, station: Arc<Station>, client: Client) {
         if status.subsystems.is_empty() && !status.stale {
             // It answers, but not with its state: what it was before is not known any more.
             status.stale = true;
+        }
+        if status.stale {
+            silent_since.get_or_insert(hub.now());
+        } else if silent_since.take().is_some_and(|since| hub.now() - since >= EXCHANGED) {
+            station.read_again();
         }
         noted.note(&hub, station.id(), &status);
         station.set_status(&hub, status);
@@ -388,6 +396,10 @@ fn read_later(hub: &Hub, station: &Station) {
 pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
     let Ok(_reading) = station.reading.try_lock() else {
         drop(station.reading.lock().await);
+        // What was read before a change is read again.
+        if lock(&station.stored).is_behind() {
+            station.reread.notify_one();
+        }
         return;
     };
     let status = station.status();
@@ -405,7 +417,11 @@ pub async fn read_params(hub: &Hub, station: &Station, monitor: &Monitor) {
         if station.status().stale {
             return read_later(hub, station);
         }
+        let since = lock(&station.stored).since();
         for (param, values) in params.iter().zip(monitor.params(params).await) {
+            if let Ok(values) = &values {
+                lock(&station.stored).put(since, *param, values);
+            }
             if param.name() == MOVE_HOLD {
                 has_hold = knows(&values).or(has_hold);
             }
@@ -459,15 +475,21 @@ fn keep_values(read: &mut Params, before: &Params) {
     }
 }
 
-/// Reads a parameter that is needed now, if it was not read yet: reading all of them takes seconds on a slow line.
+/// Reads a stored program that is needed now, if it was not read since it may have changed: reading all parameters
+/// takes seconds on a slow line.
 pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
-    if lock(&station.params).of(param).is_some() {
-        return;
-    }
+    let since = {
+        let stored = lock(&station.stored);
+        if stored.of(param).is_some() {
+            return;
+        }
+        stored.since()
+    };
     let Ok(client) = station.client() else { return };
     let monitor = Monitor::new(client);
     let read = timeout(AHEAD, monitor.params(&[param])).await;
     let Some(Ok(values)) = read.unwrap_or_default().pop() else { return };
+    lock(&station.stored).put(since, param, &values);
     let mut params = lock(&station.params);
     if params.of(param).is_none() {
         let of = params.values.entry(param.spec().subsystem.to_string()).or_default();

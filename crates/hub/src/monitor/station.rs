@@ -24,6 +24,7 @@ use crate::hub::Hub;
 use crate::monitor::link_series;
 use crate::monitor::program::Programs;
 use crate::monitor::status::{self, Exchanged, Status};
+use crate::monitor::stored::Stored;
 use crate::monitor::summary::{self, Summary};
 use crate::monitor::view::{
     Asking, Bounds, Control, Holder, Hotbeds, Info, Link, LinkState, MonitorView,
@@ -65,6 +66,8 @@ pub struct Station {
     pub reread: Notify,
     /// Parameters as last read.
     pub params: Mutex<Params>,
+    /// The stored programs, for what they sweep.
+    pub stored: Mutex<Stored>,
     /// Held while they are being read.
     pub reading: tokio::sync::Mutex<()>,
     /// What it does by itself.
@@ -163,6 +166,7 @@ impl Station {
             authority: Mutex::new(Authority::new(lost)),
             reread: Notify::new(),
             params: Mutex::default(),
+            stored: Mutex::default(),
             reading: tokio::sync::Mutex::default(),
             programs: Mutex::default(),
             urgent: Lane::default(),
@@ -398,6 +402,12 @@ impl Station {
         let state = lock(&self.state);
         let readiness = status::readiness(&state.status, state.link_up, unheld);
         hub.topics().set(&self.topic("readiness"), &readiness);
+    }
+
+    /// Another monitor may have its address now: what is read seldom is read again.
+    pub fn read_again(&self) {
+        lock(&self.stored).doubt();
+        self.reread.notify_one();
     }
 
     /// Publishes the parameters.

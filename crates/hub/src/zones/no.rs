@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_site::config::ContactKind;
+use lafet_site::config::{ContactKind, Mode};
 use lafet_site::{Command, Event, Hand, PathFault, Scope};
 use tokio::time::Instant;
 
@@ -80,6 +80,15 @@ impl Zones {
     /// Whether a no has come since that undoes an order of a person: for its zone or the site, and any if the order is
     /// for the whole site.
     pub fn is_undone_since(&self, order: &Hand, since: Instant) -> bool {
+        // What ends or holds back is undone by no other no.
+        if matches!(
+            order,
+            Hand::Pump { on: false, .. }
+                | Hand::Hold { on: true, .. }
+                | Hand::Mode { mode: Mode::Off | Mode::Manual, .. }
+        ) {
+            return false;
+        }
         let zone = match order {
             Hand::Mode { zone, .. }
             | Hand::Hold { zone, .. }

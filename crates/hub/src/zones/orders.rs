@@ -24,7 +24,6 @@ use crate::control::authority::Seat;
 use crate::error::ApiError;
 use crate::field::drive;
 use crate::hub::{Caller, Hub};
-use crate::monitor::owner::read_ahead;
 use crate::monitor::station::Station;
 use crate::store::Act;
 use crate::sync::lock;
@@ -329,7 +328,6 @@ impl Opening {
             // A person holds it: the machine hears so.
             return;
         }
-        self.know_program().await;
         let accepted = match (self.opens, self.is_deployed()) {
             (true, _) => self.insist(self.aim.quench(self.fire), self.in_time()).await,
             (false, false) => {
@@ -357,16 +355,6 @@ impl Opening {
             if !self.insist(request, goes_on.clone()).await {
                 return;
             }
-        }
-    }
-
-    /// Keep-outs let no stored program pass of which it is not known what it sweeps.
-    async fn know_program(&self) {
-        let param = self.aim.stored().filter(|_| self.fire.is_none());
-        if let Some(param) = param
-            && self.hub.keep_outs(self.station.id()).is_some()
-        {
-            read_ahead(&self.hub, &self.station, param).await;
         }
     }
 

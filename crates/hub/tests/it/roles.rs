@@ -5,6 +5,8 @@ use crate::support::{self, Site};
 use lafet_hub::access::Role;
 use lafet_proto::dictionary::REQUESTS;
 use serde_json::{Value, json};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
 
 /// The least role of a request, and whether it needs authority; Stop, Close and Lockout on need
 /// neither. Written out once more, on purpose: the code must agree with this.
@@ -206,4 +208,48 @@ async fn addresses_of_the_api_have_their_roles() {
         let reply = site.http(method, path, &[], &body.to_string()).await;
         assert_eq!((reply.status, reply.code()), (401, "login_needed"), "{path}");
     }
+}
+
+/// Rights that were revoked before the body of a request has come are none.
+#[tokio::test]
+async fn a_body_that_is_kept_back_keeps_no_rights() {
+    let site = Site::open(1).await;
+    let user = json!({ "user": "eve", "role": "administrator", "password": "seven tall pines" });
+    let command = json!({ "request": "GetStatus All" });
+    for (path, body) in [("users", user), ("monitors/M1/requests", command)] {
+        let (id, secret) = site.hub.access().add_token(1, "late", Role::Administrator).unwrap();
+        let body = body.to_string();
+        let head = format!(
+            "POST /api/{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAuthorization: Bearer {secret}\r\n\
+             Content-Type: application/json\r\nContent-Length: {}\r\n\r\n",
+            body.len()
+        );
+        let mut stream = TcpStream::connect(site.address).await.unwrap();
+        stream.write_all(head.as_bytes()).await.unwrap();
+        tokio::time::sleep(std::time::Duration::from_millis(200)).await;
+        site.hub.access().remove_token(id).unwrap();
+        stream.write_all(body.as_bytes()).await.unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).await.unwrap();
+        assert!(answer.starts_with("HTTP/1.1 401 "), "{path}: {answer}");
+    }
+    let users = site.hub.access().users().unwrap();
+    assert!(users.iter().all(|it| it.user != "eve"));
+}
+
+/// A token is revoked at once, though one who hashes a password waits for the disk.
+#[tokio::test]
+async fn a_revocation_waits_for_nothing_that_is_slow() {
+    let site = Site::open(1).await;
+    let (admin, (id, stolen)) = (
+        site.token(Role::Administrator),
+        site.hub.access().add_token(1, "stolen", Role::Operator).unwrap(),
+    );
+    let _turn = site.hub.hashing().take(0).await.unwrap();
+    let path = format!("/api/tokens/{id}");
+    let headers = [("Authorization", &*format!("Bearer {admin}"))];
+    let removed = site.http("DELETE", &path, &headers, "");
+    let removed = tokio::time::timeout(std::time::Duration::from_secs(5), removed).await;
+    assert_eq!(removed.unwrap().status, 204);
+    assert_eq!(site.get(&stolen, "/api/monitors").await.status, 401);
 }

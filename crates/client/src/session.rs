@@ -51,6 +51,7 @@ use late_answers::{Suspicion, Tag, Tags};
 pub use matching::{Slot, Slots};
 use medium::Framing;
 use operation::{Echo, Operation, Outstanding, Recent};
+use unanswered::Unheard;
 
 /// Time since a fixed moment.
 pub type Now = Duration;
@@ -168,8 +169,10 @@ pub struct Session {
     stats: Stats,
     /// Consecutive frames that were not answered in all the time for it.
     silent_frames: u32,
-    /// When the latest of them were sent: as many as a request has tries, and two at least.
+    /// When the latest of them were sent: as many as a request has tries.
     silences: VecDeque<Now>,
+    /// For how long it was not heard.
+    unheard: Unheard,
     /// Consecutive frames without answer, even after a short wait.
     misses: u32,
     /// When the latest of them was sent.
@@ -203,6 +206,7 @@ impl Session {
             stats: Stats::default(),
             silent_frames: 0,
             silences: VecDeque::new(),
+            unheard: Unheard::default(),
             misses: 0,
             missed_at: None,
             answered_at: None,
@@ -226,12 +230,6 @@ impl Session {
     /// When the monitor was heard last, if not before this time.
     fn heard_since(&self, time: Now) -> Option<Now> {
         self.answered_at.filter(|at| *at >= time)
-    }
-
-    /// How many of the latest frames were sent after this time and not answered in all the time for it.
-    fn silent_since(&self, time: Option<Now>) -> u32 {
-        let after = |sent: &&Now| time.is_none_or(|time| **sent > time);
-        self.silences.iter().filter(after).count() as u32
     }
 
     /// Whether no operation is waiting or outstanding.

@@ -415,13 +415,13 @@ impl Line {
         self.sessions.iter().filter_map(|session| session.held_until(now)).max()
     }
 
-    /// Frames to one monitor that were not answered since any was heard: a TCP connection may be half open. Monitors
-    /// that were not heard on it say nothing of it while others were: they may be off.
+    /// Timeouts for which one monitor was not heard since any was: a TCP connection may be half open. Monitors that were
+    /// not heard on it say nothing of it while others were: they may be off.
     pub fn silent_tries(&self) -> u32 {
         let heard = |session: &Session| session.heard_since(self.connected_at);
         let latest = self.sessions.iter().filter_map(heard).max();
         let of = self.sessions.iter().filter(|it| latest.is_none() || heard(it).is_some());
-        of.map(|session| session.silent_since(latest)).max().unwrap_or(0)
+        of.map(|session| session.unheard.since(latest)).max().unwrap_or(0)
     }
 
     /// Earliest time of the next frame, which has this priority; `None` without a grant.

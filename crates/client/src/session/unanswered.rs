@@ -1,5 +1,7 @@
 //! Operations that end without an answer, and what is remembered of them.
 
+use std::time::Duration;
+
 use lafet_proto::RequestId;
 
 use super::operation::{Echo, Haste, Operation, Outstanding, Recent};
@@ -8,13 +10,37 @@ use super::{Config, Now, Outcome, RECENT_MAX, Session, Ticket, UNTAGGED_PROOF};
 /// Most frames without answer whose times are remembered: a read that may be sent more often has
 /// all its tries.
 const SILENCES_MAX: u32 = 32;
-/// So many show that a connection may be half open.
-const SILENCES_MIN: u32 = 2;
 /// A monitor is known to be silent when so many requests in a row had all their tries in vain. Two
 /// are too few: one may be a request that it never answers.
 const SILENT_REQUESTS: u32 = 3;
 /// The fewest frames in a row without answer that show it, if a request has few tries.
 const SILENT_FRAMES_LEAST: u32 = 9;
+
+/// For how long a monitor was not heard, in timeouts that were waited for, however short the wait for each frame was.
+#[derive(Debug, Default)]
+pub(super) struct Unheard {
+    /// When the first frame of the present one was sent.
+    from: Option<Now>,
+    /// The same of the latest two that are over.
+    over: [Option<Now>; 2],
+}
+
+impl Unheard {
+    /// A frame that was sent then has no answer by now.
+    fn note(&mut self, sent: Now, now: Now, timeout: Duration) {
+        let from = *self.from.get_or_insert(sent);
+        if now >= from + timeout {
+            self.over = [self.over[1], Some(from)];
+            self.from = None;
+        }
+    }
+
+    /// How many of them began after this time.
+    pub(super) fn since(&self, time: Option<Now>) -> u32 {
+        let after = |from: &&Now| time.is_none_or(|time| **from > time);
+        self.over.iter().flatten().filter(after).count() as u32
+    }
+}
 
 impl Session {
     pub(super) fn requeue(&mut self, operation: Operation) {
@@ -75,6 +101,7 @@ impl Session {
         self.misses = self.misses.saturating_add(1);
         self.missed_at = Some(outstanding.sent);
         self.count_silence(now, &mut outstanding);
+        self.unheard.note(outstanding.sent, now, self.config.timeout);
         self.check.silence(now);
         let again = self.may_try_again(now, &outstanding.operation);
         self.note_untagged(&mut outstanding, !again);
@@ -118,7 +145,7 @@ impl Session {
     /// Remembers a frame that was not answered in all the time for it.
     fn note_silence(&mut self, sent: Now) {
         self.silent_frames = self.silent_frames.saturating_add(1);
-        if self.silences.len() >= self.config.tries.clamp(SILENCES_MIN, SILENCES_MAX) as usize {
+        if self.silences.len() >= self.config.tries.clamp(1, SILENCES_MAX) as usize {
             self.silences.pop_front();
         }
         self.silences.push_back(sent);
@@ -128,6 +155,7 @@ impl Session {
     pub(super) fn forget_silence(&mut self) {
         (self.misses, self.missed_at, self.silent_frames) = (0, None, 0);
         self.silences.clear();
+        self.unheard = Unheard::default();
     }
 
     /// If the monitor is known to be silent: reads that wait since then have waited for as many
@@ -136,8 +164,7 @@ impl Session {
         let tries = self.config.tries.max(1);
         let proof = tries.saturating_mul(SILENT_REQUESTS).max(SILENT_FRAMES_LEAST);
         let known = tries <= SILENCES_MAX && self.silent_frames >= proof;
-        let first = self.silences.len().checked_sub(tries as usize)?;
-        self.silences.get(first).copied().filter(|_| known)
+        self.silences.front().copied().filter(|_| known)
     }
 
     /// Whether a read need not be sent again: what its answer would show is known.

@@ -120,7 +120,7 @@ fn a_silent_monitor_does_not_take_the_line() {
 /// A half-open connection shows by the monitors that were heard on it, though another is off, or was asked only once.
 #[test]
 fn a_connection_without_answers_shows_beside_monitors_that_are_off() {
-    for (other, answers) in [(2, false), (128, true)] {
+    for (other, answers) in [(2, false), (3, true)] {
         let mut line = connected(Config::default());
         let mut now = Now::ZERO;
         for address in [1, other] {
@@ -148,7 +148,7 @@ fn a_connection_without_answers_shows_beside_monitors_that_are_off() {
             line.handle_timeout(now);
             most = most.max(line.silent_tries());
         }
-        assert!(most >= 2 && now <= from + 2_500 * MS, "{other}: {most} after {:?}", now - from);
+        assert!(most >= 2 && now <= from + 3_500 * MS, "{other}: {most} after {:?}", now - from);
     }
 }
 

@@ -15,7 +15,9 @@ impl Bench {
     /// Powers a monitor up; it stays wrapped.
     pub(super) fn powered_up(config: Config) -> Self {
         let mut bench = Self(Sim::new(config));
-        bench.until("Deployer flags lacks Move", 30_000);
+        // What its contacts say counts once it has lasted.
+        bench.until("Deployer flags has AbsoluteMinLimitReached", 30_000);
+        bench.until("Valve1 flags has Closed", 30_000);
         bench
     }
 

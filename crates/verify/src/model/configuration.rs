@@ -404,7 +404,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: true,
         power_loss: false,
-        quick_states: 400_000,
+        quick_states: 900_000,
         witnesses: &[
             &[
                 on(Event::WaterOn),

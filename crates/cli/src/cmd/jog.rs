@@ -120,17 +120,25 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
         }
     }
     let ends = let_go(hands, &mut keys, &mut interrupt, out).await;
-    // Each has the time limits of a Stop.
-    while let Some(stopped) = stops.join_next().await {
-        let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
-        note(out, &text);
-        unanswered = (!answered).then_some(text);
-    }
+    see_through(&mut stops, &mut unanswered, out).await;
     drop(keys);
     drop(keyboard);
     match unanswered {
         Some(text) => Err(Failure::NotAtRest(text)),
         None => report(&ends?, out),
+    }
+}
+
+/// Waits for the Stops that are under way; each has the time limits of a Stop.
+async fn see_through(
+    stops: &mut JoinSet<(String, bool)>,
+    unanswered: &mut Option<String>,
+    out: &mut Out,
+) {
+    while let Some(stopped) = stops.join_next().await {
+        let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
+        note(out, &text);
+        *unanswered = (!answered).then_some(text);
     }
 }
 

@@ -15,7 +15,7 @@ pub struct Stored {
     read: BTreeMap<&'static str, (u64, Vec<i32>)>,
 }
 
-/// When a reading was begun.
+/// When a reading was started.
 #[derive(Clone, Copy, Debug)]
 pub struct Since(u64);
 
@@ -80,7 +80,7 @@ mod tests {
         assert_eq!((stored.of(program), stored.of(other)), (Some(&[1, 2][..]), None));
         stored.doubt();
         assert_eq!(stored.of(program), None);
-        // A reading that was begun before has the former value, perhaps.
+        // A reading that was started before has the former value, perhaps.
         stored.put(before, program, &[1, 2]);
         assert_eq!(stored.of(program), None);
         stored.put(stored.since(), program, &[3, 4]);

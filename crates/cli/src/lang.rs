@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 pub use lafet_client::Lang;
 use lafet_proto::dictionary::Key;
-use lafet_texts::Fixed;
+use lafet_texts::{Decimal, Fixed, Text as _};
 
 static CURRENT: OnceLock<Lang> = OnceLock::new();
 
@@ -60,7 +60,7 @@ pub fn decimals(text: String) -> String {
 
 /// A number with so many decimal digits, in the current language.
 pub fn decimal(value: f64, digits: usize) -> String {
-    decimals(format!("{value:.digits$}"))
+    Decimal(value, digits).of(current())
 }
 
 fn marked(text: &str, mark: &str) -> String {

@@ -19,7 +19,7 @@ use lafet_proto::flags::{DriveFlags, ValveFlags};
 use lafet_proto::request::Body;
 use lafet_proto::status::Limits;
 use lafet_proto::{Request, SubsystemId};
-use lafet_texts::{Argument, Lang, Shown, Text, client as text};
+use lafet_texts::{Argument, Decimal, Lang, Shown, Text, client as text};
 
 use crate::answers::AnswerBuf;
 use kept::Kept;
@@ -402,9 +402,7 @@ fn distance(drive: SubsystemId, value: i32, lang: Lang) -> String {
     if drive == SubsystemId::NOZZLE {
         return text::TuneMm { distance: value }.of(lang);
     }
-    let distance = format!("{:.1}", f64::from(value) / 60.0);
-    let distance = distance.replace('.', lafet_texts::decimal_mark(lang));
-    text::TuneDegrees { distance }.of(lang)
+    text::TuneDegrees { distance: Decimal(f64::from(value) / 60.0, 1) }.of(lang)
 }
 
 #[cfg(test)]

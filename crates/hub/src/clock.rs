@@ -8,13 +8,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use lafet_texts::{Text as _, hub as text};
+use lafet_texts::{Decimal, Text as _, hub as text};
 use tokio::time::Instant;
 
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
 use crate::sync::lock;
-use crate::text::Decimal;
 
 /// A difference between date and steady time that changes by this within a second is a step; what
 /// a time server slews is less.
@@ -118,8 +117,7 @@ impl Hub {
     /// Looks whether the date has stepped: it is recorded, and ages stay what they were.
     pub fn look_at_clock(&self, steps: &mut Steps) {
         let Some(by_ms) = steps.look(self.clock()) else { return };
-        let by_s = format!("{:.1}", by_ms as f64 / 1000.0);
-        let text = text::ClockStepped { by_s: Decimal(&by_s) }.words();
+        let text = text::ClockStepped { by_s: Decimal(by_ms as f64 / 1000.0, 1) }.words();
         let record = self.record(&Caller::hub(), "", "clock step", "Ok");
         drop(self.audit().note(record.about(&Act::ClockStep { by_ms })));
         self.event(None, &text);

@@ -113,7 +113,7 @@ macro_rules! same_in_all {
 same_in_all!(str, String, char, bool, Cow<'_, str>, fmt::Arguments<'_>);
 same_in_all!(u8, u16, u32, u64, usize, i8, i16, i32, i64, isize);
 
-/// Numbers with decimals.
+/// Numbers with the decimal digits that they need.
 macro_rules! with_mark {
     ($($type:ty),*) => {
         $(impl Argument for $type {
@@ -125,6 +125,19 @@ macro_rules! with_mark {
 }
 
 with_mark!(f32, f64);
+
+/// A number with so many decimal digits.
+#[derive(Clone, Copy, Debug)]
+pub struct Decimal(pub f64, pub usize);
+
+impl Argument for Decimal {
+    fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
+        let Self(value, digits) = *self;
+        out.write_str(&format!("{value:.digits$}").replace('.', decimal_mark(lang)))
+    }
+}
+
+impl Text for Decimal {}
 
 /// A part of a text.
 #[derive(Clone, Copy)]

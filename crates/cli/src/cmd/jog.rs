@@ -97,11 +97,7 @@ pub async fn run(args: JogArgs, global: &Global, out: &mut Out) -> Outcome {
                     break;
                 }
             },
-            Some(stopped) = stops.join_next() => {
-                let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
-                unanswered = (!answered).then(|| text.clone());
-                Some(text)
-            }
+            Some(stopped) = next_of(&mut stops, &mut unanswered) => Some(stopped),
             update = watch.next() => match update {
                 StatusUpdate::Value(sample) => {
                     shown = Some(state(&sample.status));
@@ -135,11 +131,20 @@ async fn see_through(
     unanswered: &mut Option<String>,
     out: &mut Out,
 ) {
-    while let Some(stopped) = stops.join_next().await {
-        let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
-        note(out, &text);
-        *unanswered = (!answered).then_some(text);
+    while let Some(stopped) = next_of(stops, unanswered).await {
+        note(out, &stopped);
     }
+}
+
+/// What has become of the next Stop; `None`: there is none under way. Notes whether it was answered.
+async fn next_of(
+    stops: &mut JoinSet<(String, bool)>,
+    unanswered: &mut Option<String>,
+) -> Option<String> {
+    let stopped = stops.join_next().await?;
+    let (text, answered) = stopped.unwrap_or_else(|error| (error.to_string(), false));
+    *unanswered = (!answered).then(|| text.clone());
+    Some(text)
 }
 
 /// How what was held has ended.

@@ -83,16 +83,17 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
         let name = args.file.display();
         return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
     }
-    let endpoint = Endpoint::from_str(url_of(global)?).map_err(Error::from)?;
+    let url = url_of(global)?;
+    let endpoint = &Endpoint::from_str(url).map_err(Error::from)?;
     let mut tape = Tape::new(&args.file, endpoint.framing())?;
     // Standard output and error must not hold up what a tap passes on.
     let mut aside = out.aside()?;
     let duration = args.duration.map_or(Duration::MAX, Duration::from_secs_f64);
     let recording = async {
         match args.tap {
-            Some(address) => tap(address, global, &mut tape, &mut aside).await,
-            None if args.listen => listen(global, &mut tape, &mut aside).await,
-            None => poll(args.interval, global, &mut tape, &mut aside).await,
+            Some(address) => tap(address, (url, endpoint), global, &mut tape, &mut aside).await,
+            None if args.listen => listen((url, endpoint), &mut tape, &mut aside).await,
+            None => poll(args.interval, (url, endpoint), global, &mut tape, &mut aside).await,
         }
     };
     let ended = tokio::select! {
@@ -113,16 +114,20 @@ pub async fn run(args: RecordArgs, global: &Global, out: &mut Out) -> Outcome {
 }
 
 /// Polls the state of all subsystems, as a console would.
-async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
-    let url = url_of(global)?;
-    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+async fn poll(
+    every_s: f64,
+    (url, endpoint): (&str, &Endpoint),
+    global: &Global,
+    tape: &mut Tape,
+    out: &mut Out,
+) -> Outcome {
     let answer = Duration::from_secs_f64(global.timeout);
     // Other clients may use this bus, behind a serial server too: listen first.
-    let config = Config { timeout: answer, listen: LISTEN, ..Config::default() }.of(&endpoint);
-    let (mut link, heard) = undisturbed(url, &endpoint, global).await?;
+    let config = Config { timeout: answer, listen: LISTEN, ..Config::default() }.of(endpoint);
+    let (mut link, heard) = undisturbed(url, endpoint, global).await?;
     if heard.has_controller() && endpoint.behaviour().role == Role::Direct {
         complain(controller_present());
-        return bridge_again::<DuplexStream>(url, &endpoint, &mut link, None, tape, out).await;
+        return bridge_again::<DuplexStream>(url, endpoint, &mut link, None, tape, out).await;
     }
     let (ours, theirs) = tokio::io::duplex(PIPE);
     let client = Client::over(url, ours, config);
@@ -144,7 +149,7 @@ async fn poll(every_s: f64, global: &Global, tape: &mut Tape, out: &mut Out) -> 
     };
     tokio::select! {
         never = asking => never,
-        ended = bridge_again(url, &endpoint, &mut link, Some(theirs), tape, out) => ended,
+        ended = bridge_again(url, endpoint, &mut link, Some(theirs), tape, out) => ended,
     }
 }
 
@@ -152,24 +157,26 @@ fn controller_present() -> &'static str {
     text::PollsWithheld.str(current())
 }
 
-async fn listen(global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
-    let url = url_of(global)?;
-    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
-    let mut link = link(url, &endpoint).await?;
-    bridge_again::<DuplexStream>(url, &endpoint, &mut link, None, tape, out).await
+async fn listen((url, endpoint): (&str, &Endpoint), tape: &mut Tape, out: &mut Out) -> Outcome {
+    let mut link = link(url, endpoint).await?;
+    bridge_again::<DuplexStream>(url, endpoint, &mut link, None, tape, out).await
 }
 
 /// Serves programs, one after another. A further one is disconnected at once: what it sent would
 /// wait, and reach the monitor when its sender expects it no more.
-async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Out) -> Outcome {
-    let url = url_of(global)?;
-    let endpoint = Endpoint::from_str(url).map_err(Error::from)?;
+async fn tap(
+    address: SocketAddr,
+    (url, endpoint): (&str, &Endpoint),
+    global: &Global,
+    tape: &mut Tape,
+    out: &mut Out,
+) -> Outcome {
     let framing = endpoint.framing();
     let what = || text::CannotListenTap { address: Shown(address) }.of(current());
     let listener = TcpListener::bind(address).await.map_err(|error| Failure::io(what(), error))?;
     // A program that comes meanwhile is disconnected, too: what it asks would be late.
     let (mut link, _) = tokio::select! {
-        heard = undisturbed(url, &endpoint, global) => heard?,
+        heard = undisturbed(url, endpoint, global) => heard?,
         never = turn_away(&listener) => never,
     };
     let bound = listener.local_addr()?;
@@ -198,7 +205,7 @@ async fn tap(address: SocketAddr, global: &Global, tape: &mut Tape, out: &mut Ou
             out.progress(text::Reconnecting { url, error: SystemError(&error) }.of(current()));
             link = tokio::select! {
                 biased;
-                again = redial(url, &endpoint) => again,
+                again = redial(url, endpoint) => again,
                 never = turn_away(&listener) => never,
             };
         }

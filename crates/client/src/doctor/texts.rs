@@ -1,7 +1,7 @@
 //! Texts of the findings.
 
 use lafet_proto::bus;
-use lafet_texts::{Fixed, Lang, Text, client as text};
+use lafet_texts::{Decimal, Fixed, Lang, Text, client as text};
 
 use super::{Evidence, Finding};
 use crate::os_text::os_text;
@@ -145,10 +145,7 @@ fn is_controller(evidence: &Evidence) -> bool {
 fn exchange(evidence: &Evidence, lang: Lang) -> String {
     let Some(exchange) = &evidence.exchange else { return String::new() };
     let (answered, sent) = (exchange.answered, exchange.sent);
-    let mark = lafet_texts::decimal_mark(lang);
-    let ms = |time: std::time::Duration| {
-        format!("{:.1}", time.as_secs_f64() * 1000.0).replace('.', mark)
-    };
+    let ms = |time: std::time::Duration| Decimal(time.as_secs_f64() * 1000.0, 1);
     let (mean, max) = (ms(exchange.rtt_mean), ms(exchange.rtt_max));
     text::ExchangeResult { answered, sent, mean, max }.of(lang)
 }

@@ -96,17 +96,13 @@ async fn change_user(
     let act =
         Act::ChangeUser { user: user.clone(), role: new.role, password: new.password.is_some() };
     let now_ms = hub.clock().steady_ms();
-    let UserChange { role, password } = new;
-    match password {
-        Some(password) => {
-            let work =
-                move |hub: &Hub| hub.access().change(now_ms, &user, role, Some(&password), None);
-            change_slowly(&hub, &caller, (what, act), work).await?;
-        }
-        None => {
-            let work = move |hub: &Hub| hub.access().change(now_ms, &user, role, None, None);
-            change(&hub, &caller, (what, act), work).await?;
-        }
+    let hashes = new.password.is_some();
+    let work = move |hub: &Hub| {
+        hub.access().change(now_ms, &user, new.role, new.password.as_deref(), None)
+    };
+    match hashes {
+        true => change_slowly(&hub, &caller, (what, act), work).await?,
+        false => change(&hub, &caller, (what, act), work).await?,
     }
     Ok(StatusCode::NO_CONTENT)
 }
@@ -185,9 +181,7 @@ pub async fn change<T: Send + 'static>(
     what: (String, Act),
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, ApiError> {
-    may_change(hub, caller)?;
-    let result = aside(hub, rightfully(caller, work)).await;
-    changed(hub, caller, what, result)
+    changed(hub, caller, what, aside(hub, rightfully(caller, work))).await
 }
 
 /// The same of what hashes a password. It does not wait behind those who guess passwords.
@@ -197,14 +191,7 @@ async fn change_slowly<T: Send + 'static>(
     what: (String, Act),
     work: impl FnOnce(&Hub) -> Result<T, AccessError> + Send + 'static,
 ) -> Result<T, ApiError> {
-    may_change(hub, caller)?;
-    let result = slowly(hub, 0, rightfully(caller, work)).await;
-    changed(hub, caller, what, result)
-}
-
-fn may_change(hub: &Hub, caller: &Caller) -> Result<(), ApiError> {
-    only_administrators(caller)?;
-    hub.count_request(&caller.principal)
+    changed(hub, caller, what, slowly(hub, 0, rightfully(caller, work))).await
 }
 
 /// This work, unless the rights of who asks for it are revoked until its turn comes.
@@ -216,13 +203,16 @@ fn rightfully<T, W: FnOnce(&Hub) -> Result<T, AccessError>>(
     move |hub| if hub.is_still_good(&by) { work(hub) } else { Err(AccessError::Ended) }
 }
 
-/// Notes a change.
-fn changed<T>(
+/// Has this done, if the caller may, and notes it.
+async fn changed<T>(
     hub: &Hub,
     caller: &Caller,
     (what, act): (String, Act),
-    result: Result<T, AccessError>,
+    work: impl Future<Output = Result<T, AccessError>>,
 ) -> Result<T, ApiError> {
+    only_administrators(caller)?;
+    hub.count_request(&caller.principal)?;
+    let result = work.await;
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit().note(hub.record(caller, "", &what, outcome).about(&act)));
     // WebSockets of revoked users and tokens are closed.

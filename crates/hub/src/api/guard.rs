@@ -132,6 +132,7 @@ impl FromRequestParts<Hub> for Caller {
                 return Err(ApiError::new(StatusCode::FORBIDDEN, "csrf", text));
             }
         }
+        parts.extensions.insert(principal.clone());
         Ok(Caller::http(principal, address(parts, hub)))
     }
 }
@@ -147,6 +148,9 @@ impl FromRequestParts<Hub> for Urgent {
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
         let principal = principal(parts, hub).ok_or_else(|| login_needed(hub, None))?;
+        if principal.is_good() {
+            parts.extensions.insert(principal.clone());
+        }
         Ok(Self(Caller::http(principal, address(parts, hub))))
     }
 }
@@ -181,7 +185,8 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
         let len = len.and_then(|len| len.to_str().ok()?.parse::<usize>().ok());
         let (parts, body) = request.into_parts();
         let who = len.is_none_or(|len| len > SHORT).then(|| key(&parts, hub));
-        let before = principal(&parts, hub).filter(Principal::is_good);
+        // Of who was identified by the head.
+        let before = parts.extensions.get::<Principal>().cloned();
         let request = Request::from_parts(parts, body);
         let bytes = Bytes::from_request(request, hub).await.map_err(|error| {
             let text = text::BodyUnreadable { body_max: BODY_MAX }.words();

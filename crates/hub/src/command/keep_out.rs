@@ -269,7 +269,7 @@ impl Hub {
             for request in closing(station).into_iter().chain(stops).flatten() {
                 match news {
                     true => drop(self.overtake(&Caller::hub(), station, &request)),
-                    false => self.overtake_again(station, &request),
+                    false => drop(self.overtake_again(station, &request)),
                 }
             }
         }
@@ -506,8 +506,6 @@ fn program(station: &Station, request: &Request<'_>) -> Option<Option<Swept>> {
 
 /// The stored programs and trajectories that a request starts.
 pub(super) fn stored_of(request: &Request<'_>) -> Vec<Param> {
-    let named =
-        |of: &str, number: u8| Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"));
     match request.body {
         Body::StartQuench(Quench::Program { program, .. }) => {
             u8::try_from(program).ok().and_then(|it| named("Program", it)).into_iter().collect()
@@ -535,8 +533,11 @@ fn of_points(points: impl Iterator<Item = i32>) -> Option<Swept> {
 
 /// The values of a stored program or trajectory; none if they were not read since they may have changed.
 fn stored(station: &Station, of: &str, number: u8) -> Option<Vec<i32>> {
-    let param = Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"))?;
-    lock(&station.stored).of(param).map(<[i32]>::to_vec)
+    lock(&station.stored).of(named(of, number)?).map(<[i32]>::to_vec)
+}
+
+fn named(of: &str, number: u8) -> Option<Param> {
+    Param::by_name(SubsystemId::CONTROL, &format!("{of}{number}"))
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ use crate::monitor::stored::may_change;
 use crate::plugs::is_plug;
 use crate::sync::lock;
 
-/// Longest wait for what a stored program sweeps.
+/// Longest wait for what a stored program sweeps: it is judged without it then.
 const AHEAD: Duration = Duration::from_secs(1);
 /// Longest wait of a command for its entry to be on the disk; then it goes first.
 const NOTED: Duration = Duration::from_millis(50);

@@ -248,12 +248,7 @@ impl Hub {
     }
 
     /// Sends an urgent request once more, without an entry of its own: its first one was noted.
-    pub fn overtake_again(&self, station: &Arc<Station>, request: &MonitorRequest) {
-        drop(self.overtake_silently(station, request));
-    }
-
-    /// The same, with its result.
-    pub fn overtake_silently(&self, station: &Arc<Station>, request: &MonitorRequest) -> Joined {
+    pub fn overtake_again(&self, station: &Arc<Station>, request: &MonitorRequest) -> Joined {
         station.withdraw(request);
         station.interrupt_tuning(&Caller::hub());
         let mut slots = lock(&station.urgent.0);

@@ -220,36 +220,25 @@ mod tests {
     #[test]
     fn a_clock_that_has_stood_still_is_learnt_anew_after_a_pause_and_lateness_is_said() {
         let mut jogs = Jogs::default();
-        let mut beat = |at, sent_ms| {
-            jogs.beat(
-                ms(at),
-                key("a"),
-                Toward::Max,
-                Heard { sent_ms: Some(sent_ms), late: false },
-                NONE,
-            )
+        let beat = |jogs: &mut Jogs, at, sent_ms| {
+            let heard = Heard { sent_ms: Some(sent_ms), late: false };
+            jogs.beat(ms(at), key("a"), Toward::Max, heard, NONE)
         };
-        assert!(matches!(beat(0, 0.0), Turn::Said(MotionWord::Armed)));
+        assert!(matches!(beat(&mut jogs, 0, 0.0), Turn::Said(MotionWord::Armed)));
         jogs.end(&key("a"));
-        let mut beat = |at, sent_ms| {
-            jogs.beat(
-                ms(at),
-                key("a"),
-                Toward::Max,
-                Heard { sent_ms: Some(sent_ms), late: false },
-                NONE,
-            )
-        };
         // It has slept for 5 s.
-        assert!(matches!(beat(20_000, 15_000.0), Turn::Late));
-        assert!(matches!(beat(79_900, 74_900.0), Turn::Late), "not heard for less than 60 s");
+        assert!(matches!(beat(&mut jogs, 20_000, 15_000.0), Turn::Late));
+        assert!(
+            matches!(beat(&mut jogs, 79_900, 74_900.0), Turn::Late),
+            "not heard for less than 60 s"
+        );
         assert!(matches!(
-            beat(139_900, 134_900.0),
+            beat(&mut jogs, 139_900, 134_900.0),
             Turn::Said(MotionWord::Ended | MotionWord::Armed)
         ));
-        let Turn::Start(_, held) = beat(139_960, 134_960.0) else { panic!("it begins") };
+        let Turn::Start(_, held) = beat(&mut jogs, 139_960, 134_960.0) else { panic!("it begins") };
         // While a motion is held nothing is learnt again, however long nothing was heard.
-        assert!(matches!(beat(239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
+        assert!(matches!(beat(&mut jogs, 239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
         drop(held);
     }
 

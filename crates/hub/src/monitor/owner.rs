@@ -38,8 +38,6 @@ const PAUSE_LAST: Duration = Duration::from_secs(2);
 const PAUSE_ASKED: Duration = Duration::from_millis(20);
 /// How often slow things are looked at.
 const SLOW: Duration = Duration::from_secs(1);
-/// Longest wait for a parameter that is read ahead: what needs it is tried without it then.
-const AHEAD: Duration = Duration::from_secs(1);
 /// Pause until the first state is there.
 const SOON: Duration = Duration::from_millis(250);
 /// Limits are read again this often, in rounds of [`SLOW`].
@@ -476,7 +474,7 @@ fn keep_values(read: &mut Params, before: &Params) {
 }
 
 /// Reads a stored program that is needed now, if it was not read since it may have changed: reading all parameters
-/// takes seconds on a slow line.
+/// takes seconds on a slow line. Who asks bounds the wait.
 pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
     let since = {
         let stored = lock(&station.stored);
@@ -487,8 +485,7 @@ pub async fn read_ahead(hub: &Hub, station: &Station, param: Param) {
     };
     let Ok(client) = station.client() else { return };
     let monitor = Monitor::new(client);
-    let read = timeout(AHEAD, monitor.params(&[param])).await;
-    let Some(Ok(values)) = read.unwrap_or_default().pop() else { return };
+    let Some(Ok(values)) = monitor.params(&[param]).await.pop() else { return };
     lock(&station.stored).put(since, param, &values);
     let mut params = lock(&station.params);
     if params.of(param).is_none() {

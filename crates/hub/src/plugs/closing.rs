@@ -124,7 +124,7 @@ impl Task {
             if !self.goes_on() {
                 break;
             }
-            sent = self.hub.overtake_silently(&self.station, &self.request);
+            sent = self.hub.overtake_again(&self.station, &self.request);
         }
         self.station.closing.done(self.valve, self.number);
     }

@@ -146,7 +146,7 @@ impl Hub {
         for request in requests.iter().flatten() {
             match command.cause.last() {
                 // Repeated each second until it is confirmed: the log has the first one.
-                Some(Cause::Repeated) => self.overtake_again(station, request),
+                Some(Cause::Repeated) => drop(self.overtake_again(station, request)),
                 _ => drop(self.overtake(&Caller::zones(), station, request)),
             }
         }

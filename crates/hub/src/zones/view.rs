@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lafet_place::reach::OF_THROW;
 use lafet_site::config::Kind;
 use lafet_site::{Condition, Signal, State};
-use lafet_texts::{Text as _, hub as text};
+use lafet_texts::{Decimal, Text as _, hub as text};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -13,7 +13,7 @@ use super::fires::FirePlace;
 use super::{Machine, WIND_COUNTS};
 use crate::config::ZonesConfig;
 use crate::control::authority::Now;
-use crate::text::{Both, Decimal};
+use crate::text::Both;
 
 /// The zones, their detectors and monitors. Times of `state` count from the start of the hub.
 #[derive(Clone, Debug, Serialize, ToSchema)]
@@ -67,8 +67,8 @@ impl PlannedWind {
             let text = text::ZonesWindUnknown { percent }.words();
             return Self { at_ms: None, from_deg: 0.0, speed_mps: 0.0, text };
         };
-        let (speed, from) = (format!("{speed_mps:.1}"), from_deg.round() as i64);
-        let text = text::ZonesWindKnown { speed: Decimal(&speed), from }.words();
+        let (speed, from) = (Decimal(*speed_mps, 1), from_deg.round() as i64);
+        let text = text::ZonesWindKnown { speed, from }.words();
         Self { at_ms: Some(*at_ms), from_deg: *from_deg, speed_mps: *speed_mps, text }
     }
 }

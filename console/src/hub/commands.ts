@@ -51,19 +51,12 @@ interface Silent {
   timer: ReturnType<typeof setTimeout>;
 }
 
-/** An urgent request that the hub has not settled. */
-interface Open {
-  /** It is older than a second. */
-  late: boolean;
-  /** Shows that it is not confirmed. */
-  show: () => void;
-}
-
 class Commands {
   private readonly outcomes = new Set<(outcome: Outcome) => void>();
   /** Monitors that an urgent request was sent to, and that have not answered. */
   private readonly silent = new Map<string, Silent>();
-  private readonly open = new Set<Open>();
+  /** Each shows again that an urgent request is not confirmed: of those without an answer after a second. */
+  private readonly late = new Set<() => void>();
   /** The last urgent request to each; '': to all. */
   private readonly asked = new Map<string, string>();
   /** Reports of monitors that have not answered, counted. */
@@ -81,9 +74,9 @@ class Commands {
     socket.on('frame', (frame) => this.watched.get(frame.monitor)?.forEach((fn) => fn(frame)));
   }
 
-  /** An urgent request is not settled, or a monitor has not answered one. */
+  /** A monitor has not answered an urgent request. */
   get pending(): boolean {
-    return this.open.size > 0 || this.silent.size > 0;
+    return this.silent.size > 0;
   }
 
   /** A request in the text form of `lafet send`. */
@@ -178,17 +171,16 @@ class Commands {
     const before = this.reports;
     const heard = () =>
       [...this.silent].some(([id, { report }]) => report > before && (monitor === undefined || id === monitor));
-    const open: Open = { late: false, show: () => this.tell({ ...about, unconfirmed: true }) };
-    this.open.add(open);
+    const show = () => this.tell({ ...about, unconfirmed: true });
     const unconfirmed = () => {
-      open.late = true;
-      if (!heard()) open.show();
+      this.late.add(show);
+      if (!heard()) show();
     };
     try {
       const results = await sendUrgent({ message, path, body, monitor, unconfirmed });
       const told = outcomeOf(results);
       this.answered(Object.keys(results).filter((id) => !told.waiting?.includes(id)));
-      const silent = open.late && told.waiting !== undefined && !told.failed;
+      const silent = this.late.has(show) && told.waiting !== undefined && !told.failed;
       this.tell({ ...about, ...told, ...(silent && { unconfirmed: true }) });
       return results;
     } catch (cause) {
@@ -197,7 +189,7 @@ class Commands {
       this.tell({ ...about, error });
       throw error;
     } finally {
-      this.open.delete(open);
+      this.late.delete(show);
     }
   }
 
@@ -206,7 +198,7 @@ class Commands {
    * confirmed is not confirmed now, either.
    */
   private cut(): void {
-    for (const one of this.open) if (one.late) one.show();
+    for (const show of this.late) show();
     this.answered([...this.silent.keys()]);
   }
 

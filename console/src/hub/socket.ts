@@ -235,8 +235,6 @@ class Socket {
   }
 
   private answered(message: Answered & { id: number; error?: ApiError }): void {
-    // Its time may be behind what is known here, as after its machine has slept: it is learnt again.
-    if (message.error?.code === 'late') this.clock.forget();
     const waiting = this.waiting.get(message.id);
     this.waiting.delete(message.id);
     if (message.error) waiting?.reject(new HubError(message.error));

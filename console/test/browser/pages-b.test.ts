@@ -3,8 +3,8 @@ import { readFileSync } from 'node:fs';
 import type { Download, Locator, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import type { Result } from '../../src/hub/types';
-import { STEPS, type StepId } from '../../src/pages/commissioning/model';
-import { able, drawn, heldUntil, holdUntil, passes, settled, take, until } from './page';
+import type { StepId } from '../../src/pages/commissioning/model';
+import { able, drawn, heldUntil, holdUntil, passes, passTo, settled, take, until } from './page';
 import { Site } from './site';
 
 let site: Site;
@@ -222,18 +222,7 @@ describe('commissioning', () => {
   /** With everything before this step passed. */
   async function openAt(step: StepId): Promise<void> {
     page = await site.open('#/m/M1/commissioning');
-    await page.evaluate(
-      (before) => {
-        const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
-        const steps = Object.fromEntries(before.map((id) => [id, done]));
-        localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
-      },
-      STEPS.slice(0, STEPS.indexOf(step)),
-    );
-    await page.reload();
-    await settled(page);
-    await take(page);
-    await page.locator(`lf-step-${step}`).waitFor();
+    await passTo(page, step);
   }
 
   test('refuses to go on before STOP is proved', async () => {

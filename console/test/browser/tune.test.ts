@@ -3,8 +3,7 @@
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
 import type { Tune } from '../../src/hub/types';
-import { STEPS } from '../../src/pages/commissioning/model';
-import { able, go, holdUntil, LATE_MS, passes, SOON, settled, take, until } from './page';
+import { able, go, holdUntil, LATE_MS, passes, passTo, SOON, until } from './page';
 import { Site } from './site';
 
 let site: Site;
@@ -21,18 +20,7 @@ const box = () => page.locator('#tune-Horizontal');
 async function open(before = async (_: Page): Promise<void> => {}): Promise<void> {
   page = await site.open('#/m/M1/commissioning');
   await before(page);
-  await page.evaluate(
-    (before) => {
-      const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
-      const steps = Object.fromEntries(before.map((id) => [id, done]));
-      localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
-    },
-    STEPS.slice(0, STEPS.indexOf('tune')),
-  );
-  await page.reload();
-  await settled(page);
-  await take(page);
-  await page.locator('lf-step-tune').waitFor();
+  await passTo(page, 'tune');
 }
 
 async function stored(name: string): Promise<number[]> {

@@ -1,8 +1,7 @@
 // Commissioning of a monitor whose memory cannot be written: nothing of it counts.
 import type { Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, test } from 'vitest';
-import { STEPS } from '../../src/pages/commissioning/model';
-import { able, holdUntil, settled, take, until } from './page';
+import { able, holdUntil, passTo, until } from './page';
 import { Site } from './site';
 
 let site: Site;
@@ -16,17 +15,7 @@ afterEach(() => page?.context().close());
 
 test('a zero point that is not stored is not taken, and cannot be confirmed', async () => {
   page = await site.open('#/m/M1/commissioning');
-  await page.evaluate(
-    (before) => {
-      const done = { state: 'passed', at_ms: 1, by: 'demo', facts: [] };
-      const steps = Object.fromEntries(before.map((id) => [id, done]));
-      localStorage.setItem('lafet.commissioning.M1', JSON.stringify({ begun_ms: 1, steps, work: {} }));
-    },
-    STEPS.slice(0, STEPS.indexOf('zero')),
-  );
-  await page.reload();
-  await settled(page);
-  await take(page);
+  await passTo(page, 'zero');
   // Where zero is not yet: the same value would not be written.
   await site.send('M1', 'Move Horizontal 300');
   await until(async () => (await site.position('M1')) > 200 && (await site.stands('M1')));

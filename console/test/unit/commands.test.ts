@@ -275,8 +275,8 @@ describe('a STOP that a monitor does not answer', () => {
       return [...shown.values()].filter((note) => note !== null);
     };
 
-    test('stays not confirmed until it is settled', async () => {
-      vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+    /** Sent by WebSocket, and without an answer until the link is cut. */
+    function hanging() {
       let cut = () => {};
       const ask = vi.spyOn(socket, 'ask').mockImplementationOnce(
         () =>
@@ -284,6 +284,12 @@ describe('a STOP that a monitor does not answer', () => {
             cut = () => reject(new HubError(OUTCOME_UNKNOWN));
           }),
       );
+      return { ask, cut: () => cut() };
+    }
+
+    test('stays not confirmed until it is settled', async () => {
+      vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+      const { ask, cut } = hanging();
       const result = commands.stop('M2');
       await vi.advanceTimersByTimeAsync(200);
       progress('M2', false);
@@ -303,13 +309,7 @@ describe('a STOP that a monitor does not answer', () => {
 
     test('stays not confirmed also where the other path has sent it', async () => {
       vi.spyOn(http, 'post').mockResolvedValue({ pending: true });
-      let cut = () => {};
-      vi.spyOn(socket, 'ask').mockImplementationOnce(
-        () =>
-          new Promise((_, reject) => {
-            cut = () => reject(new HubError(OUTCOME_UNKNOWN));
-          }),
-      );
+      const { cut } = hanging();
       const result = commands.stop('M2');
       await vi.advanceTimersByTimeAsync(500);
       progress('M2', false);

@@ -203,12 +203,17 @@ export class Step extends LitElement {
   }
 
   /** Sends the request of a step; a refusal is shown in the step as well. */
-  protected async send(text: string, confirm?: string): Promise<Result | null> {
+  protected send(text: string, confirm?: string): Promise<Result | null> {
+    return this.perform(() => commands.request(this.monitor, text, { quiet: true, confirm }));
+  }
+
+  /** The step is busy meanwhile; a refusal is shown in it, and gives null. */
+  protected async perform<T>(act: () => Promise<T>): Promise<T | null> {
     this.busy = true;
     this.failure = null;
     this.requestUpdate();
     try {
-      return await commands.request(this.monitor, text, { quiet: true, confirm });
+      return await act();
     } catch (cause) {
       this.failure = HubError.of(cause);
       return null;

@@ -2,7 +2,6 @@
 import { html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { param } from '../../hub/dictionary';
-import { HubError } from '../../hub/errors';
 import type { Toward } from '../../hub/types';
 import { t } from '../../i18n';
 import { waysTo } from '../params/save';
@@ -55,20 +54,10 @@ class Teaching extends Step {
   protected async write(drive: Limited, name: string, value: number): Promise<boolean | null> {
     const spec = param(drive, name);
     if (!spec) return null;
-    this.busy = true;
     this.error = '';
-    this.failure = null;
-    this.requestUpdate();
-    try {
-      this.error = await writeAll(waysTo(this.monitor), [{ param: spec, value }]);
-      return this.error === '';
-    } catch (cause) {
-      this.failure = HubError.of(cause);
-      return null;
-    } finally {
-      this.busy = false;
-      this.requestUpdate();
-    }
+    const unstored = await this.perform(() => writeAll(waysTo(this.monitor), [{ param: spec, value }]));
+    this.error = unstored ?? '';
+    return unstored === null ? null : unstored === '';
   }
 
   protected hold(drive: Limited) {
@@ -158,6 +147,11 @@ interface Taught {
 
 const TOWARDS = ['max', 'min'] as const satisfies readonly Toward[];
 
+/** Ends that were set, stored or not. */
+function setOf({ lost, max, min }: Taught) {
+  return { max: lost?.max ?? max, min: lost?.min ?? min };
+}
+
 function lostOf({ lost = {} }: Taught): Toward[] {
   return TOWARDS.filter((toward) => lost[toward] !== undefined);
 }
@@ -245,7 +239,7 @@ export class StepLimits extends Teaching {
         }
       </div>`;
     };
-    const set = { max: of.lost?.max ?? of.max, min: of.lost?.min ?? of.min };
+    const set = setOf(of);
     const bad = whyNotLimits(drive, set, this.limits(drive));
     const order = bad ? t(`commissioning.limits.why_${bad}`) : '';
     const none = set.max === undefined && set.min === undefined ? t('commissioning.limits.why_none') : '';
@@ -320,8 +314,7 @@ export class StepLimits extends Teaching {
   private async inForce(drive: Limited): Promise<void> {
     if (!(await this.switchLimits(drive, 'on'))) return;
     // While limits are off the monitor keeps them aside, and stores them now: only a plain value is known as stored.
-    const of = this.taught(drive);
-    this.note(drive, { lost: { max: of.lost?.max ?? of.max, min: of.lost?.min ?? of.min } });
+    this.note(drive, { lost: setOf(this.taught(drive)) });
     await this.storeLost(drive);
     if (this.error || this.failure) return this.keep({ [drive]: { lost: this.taught(drive).lost } });
     const { max, min } = this.taught(drive);

@@ -1,6 +1,7 @@
 //! Contacts bounce when they change, and blip when they are shaken or their wires are: for up to 30 ms, at
 //! power-up too. So at the start every one is off until it has lasted: what is not known to be closed is not.
 
+use super::outlasts;
 use crate::image::{AXES, Inputs, VALVES};
 
 /// A contact is believed when it has been in its new state for this long, ms.
@@ -83,14 +84,12 @@ impl Debounce {
         let mut bit = 1;
         for differs_ms in &mut self.differs_ms {
             let is_new = (self.judged.0 ^ sensed) & bit != 0;
-            let at_once = dt_ms > STABLE_MS || sensed & bit == 0 && OFF_AT_ONCE & bit != 0;
-            *differs_ms = match *differs_ms {
-                _ if !is_new => 0,
-                0 => 1,
-                before => before.saturating_add(dt_ms as u8),
-            };
-            if is_new && (at_once || u32::from(*differs_ms) > STABLE_MS) {
+            let at_once = sensed & bit == 0 && OFF_AT_ONCE & bit != 0;
+            let counts = is_new && (outlasts(differs_ms, dt_ms) || at_once);
+            if counts {
                 self.judged.0 ^= bit;
+            }
+            if counts || !is_new {
                 *differs_ms = 0;
             }
             bit <<= 1;

@@ -37,6 +37,17 @@ pub(crate) mod bit {
     pub const MISSED: i32 = 1 << 12;
 }
 
+/// A step of what has to last for longer than a contact may blip: whether it has. `ms` says for how long it has lasted,
+/// and 1; a step that is longer than any blip shows none.
+pub(crate) const fn outlasts(ms: &mut u8, dt_ms: u32) -> bool {
+    *ms = match *ms {
+        _ if dt_ms > STABLE_MS => u8::MAX,
+        0 => 1,
+        before => before.saturating_add(dt_ms as u8),
+    };
+    *ms as u32 > STABLE_MS
+}
+
 /// Whether a fault that is sensed now has been for longer than a contact may blip; `ms` says how long it has been. It
 /// is gone at once: what it has ended does not go on.
 pub(crate) fn lasted(ms: &mut u8, dt_ms: u32, now: bool) -> bool {

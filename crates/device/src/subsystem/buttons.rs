@@ -6,12 +6,11 @@
 //! that has acted. A release counts for that when it has lasted: a contact that is shaken blips.
 
 use crate::image::Axis;
+use crate::inputs::outlasts;
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState, ButtonsFlags};
 use lafet_proto::status::ButtonsStatus;
 
-/// A release counts when it has lasted for longer than this, ms: for so long a contact may blip (§D/6).
-const BLIP_MS: u32 = 30;
 /// A button that may act.
 const ARMED: u8 = u8::MAX;
 
@@ -134,14 +133,10 @@ impl ButtonPost {
     }
 }
 
-/// A step in which a button is released. One that is longer than any blip shows a release.
+/// A step in which a button is released; it counts when it has lasted (§D/6).
 const fn released(before_ms: u8, dt_ms: u32, at_once: bool) -> u8 {
-    if at_once || dt_ms > BLIP_MS || before_ms == ARMED {
-        return ARMED;
-    }
-    // Both are short: before it was armed it was less than the time that counts.
-    let ms = if before_ms == 0 { 1 } else { before_ms.saturating_add(dt_ms as u8) };
-    if ms as u32 > BLIP_MS { ARMED } else { ms }
+    let mut ms = before_ms;
+    if at_once || before_ms == ARMED || outlasts(&mut ms, dt_ms) { ARMED } else { ms }
 }
 
 /// By which post up/left/narrower and down/right/wider are held.

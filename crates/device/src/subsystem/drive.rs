@@ -173,7 +173,7 @@ impl Drive {
             return;
         }
         self.kind = DriveKind::from_param(params.drive(self.axis, DriveParam::DriveType));
-        self.homing = Homing::starting(self.axis, self.kind, params, &input);
+        self.homing = Homing::starting(self.axis, self.kind, params);
         self.input = input;
         self.position = self.sensed(params);
         self.sense(0, &input, unit, params);

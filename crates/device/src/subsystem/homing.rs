@@ -36,13 +36,13 @@ pub(crate) struct Homing {
 
 impl Homing {
     /// After a reset. A remote unit homes its drive itself, and a drive of limit switches has no position.
-    pub fn starting(axis: Axis, kind: DriveKind, params: &Params, input: &DriveInput) -> Self {
+    pub fn starting(axis: Axis, kind: DriveKind, params: &Params) -> Self {
         let end = match of_axis(axis).map(|(homing, _)| params.get(homing)) {
             Some(1) if kind == DriveKind::Encoder => Some(false),
             Some(2) if kind == DriveKind::Encoder => Some(true),
             _ => None,
         };
-        Self { end, used: end.is_some(), left: true, start: input.position, offset: 0 }
+        Self { end, used: end.is_some(), left: true, ..Self::default() }
     }
 
     /// Nothing moves while the inputs settle: where the drive is then, and that its switch counts as closed, is its start.

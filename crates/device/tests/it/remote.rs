@@ -187,40 +187,44 @@ fn a_lost_valve() {
     assert_eq!(rig.valve_output(0), ValveOutput::Off);
 }
 
+type Hinder = fn(&mut Rig, bool);
+
+/// The unit of a valve is gone; the valve is blocked.
+const HINDRANCES: [Hinder; 2] =
+    [|rig, on| rig.plant.units[4].offline = on, |rig, on| rig.plant.inputs.valves[0].blocked = on];
+
+/// Jammed and hindered for longer than a closing may take, the valve is closed when both are over, once; after a Stop it
+/// is not driven for so long, ms.
+fn is_closed_later_once(mut rig: Rig, hinder: Hinder, stopped_ms: u32) {
+    rig.run(60_000);
+    assert_eq!(rig.valve_output(0), ValveOutput::Off);
+    rig.plant.valves[0].jammed = false;
+    let mut stopped = rig.clone();
+    hinder(&mut rig, false);
+    rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+    // Once.
+    rig.plant.valves[0].opening_ms = 2000;
+    hinder(&mut rig, true);
+    rig.run(100);
+    hinder(&mut rig, false);
+    rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
+    stopped.ask(SubsystemId::VALVE1, Body::Stop);
+    hinder(&mut stopped, false);
+    stopped.run_while(stopped_ms, |rig| rig.valve_output(0) == ValveOutput::Off);
+}
+
 /// §D/1, §3.3.5 A unit that is back long after power-up, or a block that is gone then, finds the valve closed by the
 /// rule that had closed it in vain; once, and not after a request that says something else.
 #[test]
 fn a_valve_that_comes_late_is_closed() {
-    type Hinder = fn(&mut Rig, bool);
-    let hindrances: [Hinder; 2] = [
-        |rig, on| rig.plant.units[4].offline = on,
-        |rig, on| rig.plant.inputs.valves[0].blocked = on,
-    ];
-    let late = |hinder: Hinder| {
+    for hinder in HINDRANCES {
         let mut rig = rig();
         rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
         rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::OPEN);
         hinder(&mut rig, true);
         rig.plant.valves[0].jammed = true;
         rig.power_cycle();
-        rig.run(60_000);
-        assert_eq!(rig.valve_output(0), ValveOutput::Off);
-        rig.plant.valves[0].jammed = false;
-        rig
-    };
-    for hinder in hindrances {
-        let mut rig = late(hinder);
-        let mut stopped = rig.clone();
-        hinder(&mut rig, false);
-        rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
-        rig.plant.valves[0].opening_ms = 2000;
-        hinder(&mut rig, true);
-        rig.run(100);
-        hinder(&mut rig, false);
-        rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
-        stopped.ask(SubsystemId::VALVE1, Body::Stop);
-        hinder(&mut stopped, false);
-        stopped.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        is_closed_later_once(rig, hinder, 1000);
     }
 }
 
@@ -228,11 +232,6 @@ fn a_valve_that_comes_late_is_closed() {
 /// closing may take, or a block, only puts it off. A Stop or an Open that comes meanwhile ends that.
 #[test]
 fn a_close_is_owed() {
-    type Hinder = fn(&mut Rig, bool);
-    let hindrances: [Hinder; 2] = [
-        |rig, on| rig.plant.units[4].offline = on,
-        |rig, on| rig.plant.inputs.valves[0].blocked = on,
-    ];
     let close: fn(&mut Rig) =
         |rig| rig.accepts(SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
     let press: fn(&mut Rig) = |rig| {
@@ -241,7 +240,7 @@ fn a_close_is_owed() {
         rig.plant.inputs.buttons[0][Button::Close as usize] = ButtonState::Released;
     };
     for (hinder, ask) in
-        hindrances.into_iter().flat_map(|hinder| [(hinder, close), (hinder, press)])
+        HINDRANCES.into_iter().flat_map(|hinder| [(hinder, close), (hinder, press)])
     {
         let mut rig = rig();
         rig.accepts(SubsystemId::VALVE1, OPEN);
@@ -250,21 +249,7 @@ fn a_close_is_owed() {
         rig.plant.valves[0].jammed = true;
         rig.run(100);
         hinder(&mut rig, true);
-        rig.run(60_000);
-        assert_eq!(rig.valve_output(0), ValveOutput::Off);
-        rig.plant.valves[0].jammed = false;
-        let mut stopped = rig.clone();
-        hinder(&mut rig, false);
-        rig.run_until(6000, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
-        // Once.
-        rig.plant.valves[0].opening_ms = 2000;
-        hinder(&mut rig, true);
-        rig.run(100);
-        hinder(&mut rig, false);
-        rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Off);
-        stopped.ask(SubsystemId::VALVE1, Body::Stop);
-        hinder(&mut stopped, false);
-        stopped.run_while(40_000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        is_closed_later_once(rig, hinder, 40_000);
     }
 }
 

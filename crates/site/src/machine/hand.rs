@@ -220,10 +220,10 @@ impl Site {
         self.out.persist = true;
         let mut chain = cause.to_vec();
         chain.push(Cause::End(why));
-        // The end of a release closes its monitors.
         if why == Why::Lockout {
             self.locked_at = Some(self.now);
         }
+        // The end of a release closes its monitors.
         let ended: Vec<usize> = (0..self.monitors.len())
             .filter(|it| self.monitors[*it].owner.is_some_and(|zone| zones.contains(&zone)))
             .collect();

@@ -104,8 +104,8 @@ impl Site {
                 monitor.water_of = None;
             }
         }
-        let waits = self.monitors[index].lent.is_some();
-        if report.authority != Authority::Person && (old.authority == Authority::Person || waits) {
+        // Also when it was given back while its order was on its way.
+        if report.authority != Authority::Person {
             self.given_back(index);
         }
     }

@@ -5,6 +5,8 @@ use lafet_proto::SubsystemId;
 pub use lafet_proto::flags::Button;
 use lafet_proto::flags::ButtonState;
 
+use super::closing::STABLE_MS;
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Track {
     /// Released since power-up, lockout and the last stop of its drive; Open, since it was last pressed.
@@ -18,9 +20,6 @@ struct Track {
 /// Both posts.
 #[derive(Clone, Debug, Default)]
 pub struct Posts([[Track; 8]; 2]);
-
-/// A contact that opens for no longer than this has not been released, ms.
-const BLIP_MS: u64 = 30;
 
 impl Posts {
     /// A step of this length. Under a lockout none counts; while the monitor waits for its reset, Close alone.
@@ -39,11 +38,11 @@ impl Posts {
                 // From the first sample on that shows it; a long step shows it as a whole.
                 track.released_ms = (*state == ButtonState::Released).then(|| {
                     let since_ms = track.released_ms.map_or(0, |ms| ms + passed_ms);
-                    if closes || passed_ms > BLIP_MS { BLIP_MS.max(since_ms) } else { since_ms }
+                    if closes || passed_ms > STABLE_MS { STABLE_MS.max(since_ms) } else { since_ms }
                 });
                 track.armed = match state {
                     ButtonState::Released => {
-                        track.armed || track.released_ms.is_some_and(|ms| ms >= BLIP_MS)
+                        track.armed || track.released_ms.is_some_and(|ms| ms >= STABLE_MS)
                     }
                     ButtonState::Pressed => track.armed && !locked,
                     ButtonState::Short | ButtonState::Open => false,

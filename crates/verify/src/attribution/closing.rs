@@ -4,7 +4,7 @@
 use lafet_device::image::ValveInput;
 
 /// §D/6 A contact counts when it has lasted for longer than this, ms.
-const STABLE_MS: u64 = 30;
+pub(super) const STABLE_MS: u64 = 30;
 
 /// An attempt to close. What is repeated while it lasts is the same attempt.
 #[derive(Clone, Copy, Debug)]

@@ -60,8 +60,7 @@ impl Homings {
     pub(super) fn start(&mut self, view: &View<'_>) {
         let ends = self.ends.take();
         let ends = ends.unwrap_or_else(|| Axis::ALL.map(|axis| end_of(axis, view.params)));
-        self.drives = Axis::ALL
-            .map(|axis| Homing::starting(ends[axis as usize], &view.inputs.drives[axis as usize]));
+        self.drives = ends.map(Homing::starting);
     }
 
     /// Takes over what is sensed and reported; returns which drives claim to know their position and cannot.
@@ -124,8 +123,8 @@ impl Homings {
 }
 
 impl Homing {
-    fn starting(end: Option<bool>, input: &DriveInput) -> Self {
-        Self { end, start: input.position, left: true, ..Self::default() }
+    fn starting(end: Option<bool>) -> Self {
+        Self { end, left: true, ..Self::default() }
     }
 
     /// A switch that has lasted as closed while the inputs settle is where it has started.

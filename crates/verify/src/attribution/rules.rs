@@ -8,6 +8,7 @@ use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_sim::world::STEP_MS;
 
+use super::closing::STABLE_MS;
 use super::invariants::is_in_vain;
 use super::ledger::{Ledger, Lock, Move, Start, Work, is_cut_off, is_running, valve_button};
 use super::view::axis_of;
@@ -22,8 +23,6 @@ const BEYOND: i32 = 2;
 /// A drive and a valve stop when they have drawn too much for longer than this, ms.
 const OVERLOAD_MS: u64 = 200;
 const VALVE_OVERLOAD_MS: u64 = 300;
-/// §D/6 What is sensed as faulty counts when it has lasted for longer than this, ms.
-const STABLE_MS: u64 = 30;
 /// A driven valve has to leave its switch within this part of TravelTime, and this time at least.
 const LEAVING_PART: u64 = 15;
 const LEAVING_MIN_MS: u64 = 400;

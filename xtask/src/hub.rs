@@ -16,17 +16,19 @@ pub fn load(arguments: &[String]) -> TaskResult {
     let size = match words[..] {
         [] => None,
         ["--quick"] => Some("--quick"),
-        [only @ ("--long" | "--large")] | ["--flood", only] => {
-            let mut floods = command("floods", &demo::optimised()?, &optimised()?)?;
-            show(floods.arg(only))?;
-            return Ok(ExitCode::SUCCESS);
-        }
+        [size @ ("--long" | "--large")] => return floods(&[size]),
+        ["--flood", kind] => return floods(&["--apart", kind]),
         _ => {
             return Err("usage: cargo xtask hub-load [--quick | --long | --large | --flood KIND]"
                 .to_owned());
         }
     };
     loads(&demo::optimised()?, &optimised()?, size)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn floods(what: &[&str]) -> TaskResult {
+    show(command("floods", &demo::optimised()?, &optimised()?)?.args(what))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -15,7 +15,7 @@ impl Figures {
 
     /// What so many of a hundred do not exceed.
     pub fn percentile(&self, percent: usize) -> f64 {
-        let index = (self.0.len() * percent / 100).min(self.0.len().saturating_sub(1));
+        let index = (self.0.len() * percent).div_ceil(100).saturating_sub(1);
         self.0.get(index).copied().unwrap_or(f64::NAN)
     }
 

@@ -59,24 +59,24 @@ struct Bounds {
     most: f64,
 }
 
-pub const WHOLE: Size = Size {
+const WHOLE: Size = Size {
     site: Scale { monitors: 3, zones: 1, of_zone: 1, poll_ms: 100 },
-    connections: &[(1, Duration::from_secs(2)), (200, Duration::from_secs(6))],
+    connections: &[(1, Duration::from_millis(2500)), (200, Duration::from_secs(6))],
     apart: false,
     bounds: Bounds { p50: 50.0, p99: 50.0, most: 250.0 },
     tries: 1,
 };
 /// Each kind for a minute from one connection, in four manners, and a minute from many.
-pub const LONG: Size =
+const LONG: Size =
     Size { connections: &[(1, Duration::from_secs(15)), (200, Duration::from_secs(60))], ..WHOLE };
 /// Of a few kinds.
-pub const APART: Size = Size {
+const APART: Size = Size {
     connections: &[(1, Duration::from_secs(60)), (200, Duration::from_secs(60))],
     apart: true,
     ..WHOLE
 };
 /// Of a program without optimization, as CI has it, on a machine that does other things, too.
-pub const QUICK: Size = Size {
+const QUICK: Size = Size {
     connections: &[(48, Duration::from_millis(400))],
     bounds: Bounds { p50: 1000.0, p99: 2000.0, most: 2000.0 },
     tries: 3,
@@ -84,12 +84,30 @@ pub const QUICK: Size = Size {
 };
 /// Of a large site: what costs time for each monitor or zone shows. The simulated monitors take the processors, too, and
 /// a flood has too few requests of others for a 99th part of them.
-pub const LARGE: Size = Size {
+const LARGE: Size = Size {
     site: Scale { monitors: 240, zones: 64, of_zone: 3, poll_ms: 500 },
     connections: &[(48, Duration::from_secs(2))],
     bounds: Bounds { p50: 50.0, p99: 250.0, most: 250.0 },
     ..WHOLE
 };
+
+impl Size {
+    /// The size of this name, if one is given, and what the names of the kinds hold.
+    pub fn named<'a>(words: &[&'a str]) -> Option<(&'static Self, &'a str)> {
+        let (size, rest) = match words {
+            ["--quick", rest @ ..] => (&QUICK, rest),
+            ["--long", rest @ ..] => (&LONG, rest),
+            ["--large", rest @ ..] => (&LARGE, rest),
+            ["--apart", rest @ ..] => (&APART, rest),
+            ["--whole", rest @ ..] | rest => (&WHOLE, rest),
+        };
+        match rest {
+            [] => Some((size, "")),
+            [only] if !only.starts_with('-') => Some((size, only)),
+            _ => None,
+        }
+    }
+}
 
 /// Floods a hub with the kinds whose names hold `only`, first in the clear, then over TLS.
 pub async fn run(lafet: &Path, folder: &Path, size: &Size, only: &str) -> Fallible<()> {

@@ -28,7 +28,7 @@ use std::process::ExitCode;
 /// What goes wrong is reported, and ends the program.
 pub type Fallible<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--long|--large|[--quick] KIND], hub_load bench PROGRAM FOLDER";
+const USAGE: &str = "hub_load robust PROGRAM FOLDER [--quick], hub_load floods PROGRAM FOLDER [--quick|--whole|--long|--large|--apart] [KIND], hub_load bench PROGRAM FOLDER";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -43,24 +43,12 @@ fn main() -> ExitCode {
         ["robust", lafet, folder, "--quick"] => {
             runtime.block_on(robust::run(PathBuf::from(lafet), folder.into(), &robust::QUICK))
         }
-        ["floods", lafet, folder] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::WHOLE, ""))
-        }
-        ["floods", lafet, folder, "--quick"] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::QUICK, ""))
-        }
-        ["floods", lafet, folder, "--quick", kind] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::QUICK, kind))
-        }
-        ["floods", lafet, folder, "--large"] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LARGE, ""))
-        }
-        ["floods", lafet, folder, "--long"] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::LONG, ""))
-        }
-        ["floods", lafet, folder, kind] => {
-            runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), &floods::APART, kind))
-        }
+        ["floods", lafet, folder, ref what @ ..] => match floods::Size::named(what) {
+            Some((size, only)) => {
+                runtime.block_on(floods::run(lafet.as_ref(), folder.as_ref(), size, only))
+            }
+            None => Err(USAGE.into()),
+        },
         ["others", place, token] => runtime.block_on(others::run(place, token, None)),
         ["others", place, token, certificate] => {
             runtime.block_on(others::run(place, token, Some(certificate.as_ref())))

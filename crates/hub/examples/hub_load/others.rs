@@ -18,8 +18,8 @@ use crate::link::{self, Socket};
 
 /// How often they stop, close and lock out.
 const EVERY: Duration = Duration::from_millis(20);
-/// How often they stop over a new connection.
-const FRESH: Duration = Duration::from_millis(60);
+/// How often they stop over a new connection: 100 times in a flood, so that one of them may be later than 99 of 100.
+const FRESH: Duration = Duration::from_millis(18);
 /// Where they are: what the hub counts by address is not that of the floods.
 const ADDRESS: &str = "127.0.0.2";
 /// Requests of which the figures are some of the hub, not of one pause of the machine.

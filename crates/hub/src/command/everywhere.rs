@@ -2,45 +2,23 @@
 //! however many monitors there are.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::sync::Arc;
 
 use futures_util::future::join_all;
-use lafet_client::RequestBuf;
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
-use tokio::time::{Instant, sleep};
+use tokio::time::Instant;
 
 use super::millis;
 use super::outcome::{OfAll, OfOne};
 use super::request::MonitorRequest;
-use super::urgent::{CALLERS_MAX, Entry, Joined, REPEATS_NOTED, Repeats, may_not};
+use super::urgent::{Entry, Joined, may_not};
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::store::Record;
-use crate::sync::lock;
 
 /// Every monitor, in an entry of the audit log.
 pub const EVERY_MONITOR: &str = "*";
-/// A series of repetitions ends when none has come for this time.
-const QUIET: Duration = Duration::from_millis(250);
-
-/// The requests to every monitor that may be repeated, by request and session.
-#[derive(Debug, Default)]
-pub struct Series(Mutex<BTreeMap<Key, Repeated>>);
-
-type Key = (RequestBuf, String);
-
-/// A request and its repetitions so far.
-#[derive(Debug)]
-struct Repeated {
-    caller: Caller,
-    request: MonitorRequest,
-    since: Instant,
-    last: Instant,
-    repeats: Repeats,
-}
-
 /// Details of the entry of the answers.
 #[derive(Debug, Serialize)]
 struct Answered {
@@ -60,71 +38,6 @@ struct Effect {
     moving: Vec<String>,
     /// The monitors of which nothing new is known.
     silent: Vec<String>,
-}
-
-impl Series {
-    /// Takes a request; whether it is the first one of its session.
-    fn take(&self, hub: &Hub, caller: &Caller, request: &MonitorRequest) -> bool {
-        let (now_ms, now) = (hub.clock().now_ms(), Instant::now());
-        let of = |session: &str| (request.buf().clone(), session.to_owned());
-        let mut all = lock(&self.0);
-        let mut key = of(&caller.seat.seat);
-        let full = all.len() >= CALLERS_MAX && !all.contains_key(&key);
-        let mut caller = caller.clone();
-        if full {
-            (key, caller) = (of(""), Caller::hub());
-        }
-        if let Some(known) = all.get_mut(&key) {
-            known.last = now;
-            known.repeats.again(now_ms);
-            return false;
-        }
-        let (request, mut repeats) = (request.clone(), Repeats::default());
-        if full {
-            repeats.again(now_ms);
-        }
-        let known = Repeated { caller, request, since: now, last: now, repeats };
-        all.insert(key.clone(), known);
-        tokio::spawn(watch_over(hub.clone(), key, now));
-        !full
-    }
-
-    /// Ends all of them: a request that comes next is no repetition.
-    pub fn end(&self, hub: &Hub) {
-        let all = std::mem::take(&mut *lock(&self.0));
-        all.values().for_each(|known| known.note(hub));
-    }
-}
-
-impl Repeated {
-    /// Writes the repetitions into the audit log.
-    fn note(&self, hub: &Hub) {
-        if self.repeats.count > 0 {
-            let record = hub.record_everywhere(&self.caller, &self.request, "repeated");
-            drop(hub.audit().note(record.with(&self.repeats)));
-        }
-    }
-
-    fn is_over(&self) -> bool {
-        self.last.elapsed() >= QUIET || self.since.elapsed() >= REPEATS_NOTED
-    }
-}
-
-/// Notes the repetitions of a series when it is over.
-async fn watch_over(hub: Hub, key: Key, since: Instant) {
-    loop {
-        sleep(QUIET).await;
-        let mut all = lock(&hub.urgent_series().0);
-        match all.get(&key).filter(|known| known.since == since) {
-            None => return,
-            Some(known) if known.is_over() => {
-                known.note(&hub);
-                all.remove(&key);
-                return;
-            }
-            Some(_) => {}
-        }
-    }
 }
 
 impl Hub {
@@ -153,7 +66,9 @@ impl Hub {
             drop(self.audit().note(self.record_everywhere(caller, request, "not allowed")));
             return stations.iter().map(|it| named(Joined::refused_as_ended(), it)).collect();
         }
-        let first = self.urgent_series().take(self, caller, request);
+        let first = self
+            .urgent_series()
+            .take(self, caller, &|by| self.record_everywhere(by, request, "repeated"));
         let (number, numbered) = watch::channel(None);
         let asked = || self.audit().note(self.record_everywhere(caller, request, "asked"));
         let asked = first.then(asked);

@@ -4,6 +4,7 @@ pub mod everywhere;
 pub mod keep_out;
 pub mod outcome;
 pub mod request;
+pub mod series;
 pub mod under_way;
 pub mod urgent;
 pub mod withdrawn;

@@ -27,7 +27,7 @@ use crate::access::{Access, Logins, Principal, Turns};
 use crate::alarms::Alarms;
 use crate::api::{Answering, Lasting, Packing, Places};
 use crate::clock::Clock;
-use crate::command::everywhere::Series;
+use crate::command::series::Series;
 use crate::config::{Config, MonitorConfig};
 use crate::control::authority::Now;
 use crate::error::ApiError;

@@ -319,8 +319,13 @@ impl Hub {
         };
         let by = caller.principal.user.clone();
         let no = zones.void_by_hand(&order);
+        let event = Event::Hand { by, order };
+        let is_repeated = self.is_repeated_no(caller, &event);
         let mut machine = zones.machine();
-        let records = self.take(zones, &mut machine, caller, &Event::Hand { by, order });
+        let records = match is_repeated {
+            true => self.take_again(zones, &mut machine, caller, &event),
+            false => self.take(zones, &mut machine, caller, &event),
+        };
         self.no_is_over(zones, &mut machine, no);
         let refused = records.into_iter().find_map(|record| match record.entry {
             Entry::Refused { why, .. } => Some(why),

@@ -9,10 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_site::config::{ContactKind, Mode};
-use lafet_site::{Command, Event, Hand, PathFault, Scope};
+use lafet_site::{Cause, Command, Entry, Event, Hand, PathFault, Record, Scope, Why};
 use tokio::time::Instant;
 
 use super::{Machine, ZONES, Zones};
+use crate::clock::ms;
 use crate::command::request::MonitorRequest;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
@@ -201,6 +202,41 @@ impl Hub {
         caller.principal.user = KEEP_OUTS.into();
         let order = Hand::Close(Scope::Monitor(station.id().to_owned()));
         self.refuse(zones, &caller, order, news);
+    }
+
+    /// Whether a client says the no that it has just said. Any other order ends the series.
+    pub(super) fn is_repeated_no(&self, caller: &Caller, event: &Event) -> bool {
+        let Event::Hand { order, .. } = event else { return false };
+        let (scope, why) = match order {
+            Hand::Abort { zone } => (Scope::Zone(zone.clone()), Why::Abort),
+            Hand::Lockout { on: true } => (Scope::Site, Why::Lockout),
+            _ => {
+                self.urgent_series().end(self);
+                return false;
+            }
+        };
+        let entry = Entry::No { scope, why };
+        let cause = vec![Cause::Hand { by: caller.principal.user.clone() }];
+        let said = Record { number: 0, at_ms: ms(self.now()), entry, cause };
+        let of = |by: &Caller| self.record_of(by, &said, "repeated");
+        !self.urgent_series().take(self, caller, &of)
+    }
+
+    /// Gives a no that is repeated to the machine. It is carried out, and noted if more comes of it than that it was said.
+    pub(super) fn take_again(
+        &self,
+        zones: &Zones,
+        machine: &mut Machine,
+        caller: &Caller,
+        event: &Event,
+    ) -> Vec<Record> {
+        let mut reaction = machine.site.handle(ms(self.now()), event);
+        zones.wake.notify_one();
+        let said = |it: &Record| matches!(it.entry, Entry::No { .. } | Entry::Lockout { .. });
+        if reaction.records.iter().all(said) {
+            reaction.records.clear();
+        }
+        self.carry(zones, machine, caller, reaction)
     }
 
     /// The zones, if a monitor is one of theirs.

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
-use crate::store::Act;
+use crate::store::{Act, Record as Noted};
 use crate::text::Both;
 
 impl Hub {
@@ -28,11 +28,16 @@ impl Hub {
         let by_hand = record.cause.iter().any(|it| matches!(it, Cause::Hand { .. }));
         let zones = Caller::zones();
         let by = if by_hand { caller } else { &zones };
-        let what = format!("zones: {}", word_of(&record.entry));
         let outcome = if matches!(record.entry, Entry::Refused { .. }) { "refused" } else { "Ok" };
+        drop(self.audit().note(self.record_of(by, record, outcome)));
+    }
+
+    /// What the machine records, as the audit log has it.
+    pub(super) fn record_of(&self, by: &Caller, record: &Record, outcome: &str) -> Noted {
+        let what = format!("zones: {}", word_of(&record.entry));
         let act = Act::Zone { entry: record.entry.clone(), cause: record.cause.clone() };
         let monitor = monitor_of(&record.entry).unwrap_or_default();
-        drop(self.audit().note(self.record(by, monitor, &what, outcome).about(&act)));
+        self.record(by, monitor, &what, outcome).about(&act)
     }
 }
 

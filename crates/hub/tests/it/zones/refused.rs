@@ -55,9 +55,8 @@ async fn a_release_right_after_the_start_opens_past_keep_outs_on_a_slow_line() {
     until("the valve opens", || is_open(&site, "M1")).await;
 }
 
-/// `hall` is aborted while `store`, which shares its monitor, is opening it.
-#[tokio::test]
-async fn the_abort_of_one_zone_does_not_stop_the_water_of_another() {
+/// Two zones that share a monitor and their detectors.
+async fn hall_and_store() -> Site {
     let mut zones = hall(1, "");
     let mut store = zones.site.zones[0].clone();
     store.id = "store".into();
@@ -67,10 +66,16 @@ async fn the_abort_of_one_zone_does_not_stop_the_water_of_another() {
     for detector in &mut zones.site.detectors {
         detector.zones.push("store".into());
     }
-    let site = Site::with(1, |config| {
+    Site::with(1, |config| {
         (config.login, config.zones) = (false, Some(zones));
     })
-    .await;
+    .await
+}
+
+/// `hall` is aborted while `store`, which shares its monitor, is opening it.
+#[tokio::test]
+async fn the_abort_of_one_zone_does_not_stop_the_water_of_another() {
+    let site = hall_and_store().await;
     site.bus.keep_back(RequestId::START_QUENCH);
     let released = order(&site, "store/release", json!({ "confirm": "store" })).await;
     assert_eq!(released.status, 200, "{released:?}");
@@ -147,4 +152,39 @@ async fn an_order_that_is_not_on_the_disk_says_so() {
     kept().await;
     drop(site);
     _ = fs::remove_dir_all(&folder);
+}
+
+/// A client says the same no again and again, and another one opens the valve meanwhile.
+#[tokio::test]
+async fn a_no_that_is_repeated_is_counted_and_shuts_all_the_same() {
+    let site = hall_and_store().await;
+    let outcomes = async |zone: &str| {
+        let log = site.hub.audit().latest(None, 1000, None, None).await.unwrap();
+        let of = |act: &Value| act["entry"]["no"]["scope"]["zone"] == zone;
+        let all = log.into_iter().map(|entry| entry.record);
+        let all = all.filter(|record| record.act.as_ref().is_some_and(of));
+        all.map(|record| (record.outcome, record.details["count"].clone())).collect::<Vec<_>>()
+    };
+    let abort = async |zone: &str| {
+        assert_eq!(order(&site, &format!("{zone}/abort"), json!({})).await.status, 200);
+    };
+    abort("hall").await;
+    abort("store").await;
+    let endpoint: Endpoint = site.hub.config().monitors[0].endpoint.clone();
+    let other = Client::connect(&endpoint).await.unwrap();
+    other.request(&Request::open(SubsystemId::VALVE1)).await.unwrap().accepted().unwrap();
+    let (began, mut aborts) = (Instant::now(), 0_u64);
+    while !is_closed(&site, "M1") || aborts < 20 {
+        abort("hall").await;
+        aborts += 1;
+        assert!(began.elapsed() < Duration::from_secs(8), "it stays open");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    let mut hall = outcomes("hall").await;
+    while hall.len() < 2 && began.elapsed() < Duration::from_secs(20) {
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        hall = outcomes("hall").await;
+    }
+    assert_eq!(hall, [("repeated".to_owned(), json!(aborts)), ("Ok".to_owned(), Value::Null)]);
+    assert_eq!(outcomes("store").await, [("Ok".to_owned(), Value::Null)]);
 }

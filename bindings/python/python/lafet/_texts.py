@@ -24,7 +24,7 @@ _TEXTS = {
     "no-hold": (
         "{drive} does not move: its limits are off, and nothing in the monitor would end the motion if this "
         "program did not",
-        "{drive} не движется: ограничения выключены, и ничто в стволе не прекратило бы движение вместо программы",
+        "{drive} не движется: пределы выключены, и ничто в стволе не прекратило бы движение вместо программы",
     ),
     "no-state": (
         "{subsystem} does not say its state",

@@ -32,7 +32,7 @@ export default {
   'inspector.verdict_unmatched': 'без запроса',
   'inspector.about_late': 'Ответ пришёл после срока ожидания.',
   'inspector.about_duplicate': 'Тот же ответ пришёл второй раз.',
-  'inspector.about_foreign': 'От другого участника этой линии или ему.',
+  'inspector.about_foreign': 'От другого устройства этой линии или для него.',
   'inspector.about_unmatched': 'От ствола, но не ответ на заданный запрос.',
   'inspector.decoded': 'Разбор',
   'inspector.choose': 'Выберите кадр',

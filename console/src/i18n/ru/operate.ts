@@ -119,7 +119,7 @@ export default {
   'operate.why_searching': 'Идёт поиск очага: сначала прекратите его',
   'operate.why_justifying': 'Идёт юстировка: подождите',
   'operate.why_quenching': 'Идёт тушение: сначала прекратите его',
-  'operate.why_valve_open': 'Сначала закройте затворы: вода разрушит складываемый ствол',
+  'operate.why_valve_open': 'Сначала закройте затворы: вода разрушит сворачиваемый ствол',
   'operate.no_data': 'Данных ещё нет',
   'operate.old': 'Данным {age}',
   'operate.posture_deployed': 'В рабочем положении',

@@ -64,7 +64,7 @@ fn a_program_that_does_not_lock_is_noticed() {
 /// Who keeps the port is named, with what to do; a Stop is sent as soon as it has ended.
 #[test]
 fn who_keeps_the_port_is_named() {
-    for (lang, word) in [("en", "emergency stop"), ("ru", "аварийный стоп")] {
+    for (lang, word) in [("en", "emergency stop"), ("ru", "аварийный останов")] {
         let (_sim, url, path) = line();
         let watch = Running::stdout(lafet().args(["-c", &url, "--insist", "watch"]));
         has(&watch, &path);

@@ -45,7 +45,7 @@ alarm-recordings-cause = It cannot be made, read or written: a path that is wron
 alarm-recordings-consequence = Nothing is recorded around alarms and on demand; everything else goes on.
 alarm-recordings-remedy = Correct folder in [recording], or its rights, mount or free its disk; it is tried again each minute and for each recording.
 alarm-disk = The disk of the hub's state is almost full.
-alarm-disk-low-cause = Less than 500 MB are free, or less than 5 % of a disk of up to 100 GB; the page System shows what takes room.
+alarm-disk-low-cause = Less than 500 MB are free, or less than 5 % of a disk of up to 100 GB; Users → Hub shows what takes room.
 alarm-disk-consequence = When it is full, the audit log, events and history wait in memory and are lost if the hub ends.
 alarm-disk-remedy = Make room: remove recordings or what other programs have left, or shorten what is kept in hub.toml.
 alarm-certificate = The certificate of the hub ends within 30 days, or has ended.
@@ -80,6 +80,10 @@ alarm-history = The history is not being stored.
 alarm-history-cause = The disk is full or faulty; or PostgreSQL, if it is used, does not answer or refuses the hub.
 alarm-history-consequence = Control is not affected. Values of this time are missing; PostgreSQL's wait in memory until there are too many.
 alarm-history-remedy = Make room on the disk, or correct the server or url in [history].
+alarm-events = The event log is not being stored.
+alarm-events-cause = The disk is full, faulty or does not answer, or events.db is damaged; the hub's log says which.
+alarm-events-consequence = Control is not affected. 10,000 events wait in memory; after a restart those are missing, and alarms may be as they were stored last.
+alarm-events-remedy = Make room on the disk, or replace it. If events.db is damaged, stop the hub, move the file to another folder and start the hub again.
 
 # Alarms of the zones.
 alarm-trouble = { $subject }: { $trouble }.
@@ -139,6 +143,7 @@ recording-not-frames = This is no recording of frames: { $error }.
 upload-broken = The file has not arrived: { $error }.
 upload-too-large = The file is too large; at most { $megabytes } MiB.
 shelve-range = It takes a reason of 1…{ $reason_max } characters and 1…{ $shelve_max_min } minutes.
+reason-control = A reason has no line breaks and no other control characters.
 times-wrong = from_ms must not be after to_ms, nor either after { $time_max_ms }.
 no-password = Only who has logged in with a password has one.
 sim-at-or-name = Give at or name.

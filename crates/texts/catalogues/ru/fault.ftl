@@ -36,15 +36,15 @@ valve-open-bounce = выключатель «открыт» дребезжит
 valve-close-bounce = выключатель «закрыт» дребезжит
 valve-blocked-bounce = контакт аппаратной блокировки дребезжит
 
-unit-offline = удалённый узел не отвечает
-unit-lossy = половина обменов с удалённым узлом теряется
-unit-protocol = удалённый узел нарушает протокол внутренней магистрали
-unit-watchdog = удалённый узел перезапущен сторожевым таймером
-unit-param-silent = удалённый узел не отвечает на обращения к параметрам
-unit-param-incomplete = обращения к параметрам удалённого узла: RemotePaIncomplete
-unit-param-bad-id = обращения к параметрам удалённого узла: RemotePaBadId
-unit-param-bad-value = обращения к параметрам удалённого узла: RemotePaBadVal
-unit-param-error = обращения к параметрам удалённого узла: RemotePaError
+unit-offline = удалённый блок не отвечает
+unit-lossy = половина обменов с удалённым блоком теряется
+unit-protocol = удалённый блок нарушает протокол внутренней магистрали
+unit-watchdog = удалённый блок перезапущен сторожевым таймером
+unit-param-silent = удалённый блок не отвечает на обращения к параметрам
+unit-param-incomplete = обращения к параметрам удалённого блока: RemotePaIncomplete
+unit-param-bad-id = обращения к параметрам удалённого блока: RemotePaBadId
+unit-param-bad-value = обращения к параметрам удалённого блока: RemotePaBadVal
+unit-param-error = обращения к параметрам удалённого блока: RemotePaError
 
 place-temperature = датчик температуры не отвечает
 place-temperature-frozen = показания датчика температуры не меняются

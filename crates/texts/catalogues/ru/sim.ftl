@@ -103,7 +103,7 @@ fire-figures = {" "} { $fire }: горел с { $lit }, вода достигл�
 
 jet-begins = струя пошла
 jet-ends = струя прекратилась
-water-in-folded-barrel = ВОДА В СЛОЖЕННОМ СТВОЛЕ
+water-in-folded-barrel = ВОДА В СВЁРНУТОМ СТВОЛЕ
 program-starts = программа запускается
 request-without-answer = { $monitor }: { $request } → нет ответа
 turn-never-came = до неё не дошла очередь

@@ -4,13 +4,37 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::{Arch, Built, epoch, read, tools, work};
+use crate::console;
 use crate::run::{self, StepResult, output, show};
 
-/// Builds it in this folder.
-pub fn build(arch: &Arch, profile: &str) -> Result<PathBuf, String> {
+/// Builds it in this folder, for all processors at the same time.
+pub fn build(arches: &[&'static Arch], profile: &str) -> Result<Vec<PathBuf>, String> {
+    build_all(&run::root(), &run::target().join("dist-build"), arches, profile)
+}
+
+/// Most of a build's time one processor of this machine links.
+fn build_all(
+    root: &Path,
+    target: &Path,
+    arches: &[&'static Arch],
+    profile: &str,
+) -> Result<Vec<PathBuf>, String> {
     let commit = output(run::git().args(["rev-parse", "HEAD"]))?;
-    let target = run::target().join("dist-build");
-    build_in(&run::root(), &target, commit.trim(), (arch, profile))
+    tools::zig()?;
+    for arch in arches {
+        let add = ["target", "add", arch.triple];
+        show(Command::new("rustup").args(add).current_dir(root))?;
+    }
+    std::thread::scope(|scope| {
+        let build = |arch: &'static Arch| {
+            let (commit, target) = (commit.trim(), target.join(arch.name));
+            scope.spawn(move || build_in(root, &target, commit, (arch, profile)))
+        };
+        let all: Vec<_> = arches.iter().copied().map(build).collect();
+        let joined =
+            all.into_iter().map(|it| it.join().map_err(|_| "a build has panicked".to_owned())?);
+        joined.collect()
+    })
 }
 
 fn build_in(
@@ -20,13 +44,13 @@ fn build_in(
     (arch, profile): (&Arch, &str),
 ) -> Result<PathBuf, String> {
     let programs = tools::zig()?;
-    let add = ["target", "add", arch.triple];
-    show(Command::new("rustup").args(add).current_dir(root))?;
     let mut cargo = Command::new(programs.join("cargo-zigbuild"));
     cargo.args(["zigbuild", "--locked", "--package", "lafet", "--target", arch.triple]);
     cargo.args(["--profile", profile, "--target-dir"]).arg(target).current_dir(root);
     let path = std::env::var("PATH").unwrap_or_default();
     cargo.env("PATH", format!("{}:{path}", programs.display()));
+    // Builds at the same time do not write each other's scripts.
+    cargo.env("CARGO_ZIGBUILD_CACHE_DIR", target.join("zigbuild"));
     // cargo sets these for us, and they would count as changes for packages.
     for name in ["CARGO_MANIFEST_DIR", "CARGO_TARGET_DIR", "RUSTC_WRAPPER"] {
         cargo.env_remove(name);
@@ -81,30 +105,24 @@ fn without_paths(program: &Path, folders: &[&Path]) -> StepResult {
     Ok(())
 }
 
-/// Builds it again from the last commit in another folder, its console too, and compares.
+/// Builds it again from the last commit in another folder, its console too, and compares with the program of this folder.
 pub fn twice(arches: &[&'static Arch], profile: &str) -> StepResult {
-    let commit = output(run::git().args(["rev-parse", "HEAD"]))?;
-    let mut sums = Vec::new();
-    for name in ["first", "the-second-folder"] {
-        let folder = work(&format!("twice/{name}"))?;
-        let pack = "git archive HEAD | tar -x -C \"$0\"";
-        show(Command::new("sh").args(["-c", pack]).arg(&folder).current_dir(run::root()))?;
-        let console = folder.join("console");
-        show(Command::new("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(&console))?;
-        show(Command::new("npm").args(["run", "build"]).current_dir(&console))?;
-        for arch in arches {
-            let target = folder.join("target");
-            let program = build_in(&folder, &target, commit.trim(), (arch, profile))?;
-            sums.push((arch.name, super::sums::of(&program)?));
+    super::without_changes()?;
+    console::build()?;
+    let first = build(arches, profile)?;
+    let folder = work("the-second-folder")?;
+    let pack = "git archive HEAD | tar -x -C \"$0\"";
+    show(Command::new("sh").args(["-c", pack]).arg(&folder).current_dir(run::root()))?;
+    let console = folder.join("console");
+    show(Command::new("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(&console))?;
+    show(Command::new("npm").args(["run", "build"]).current_dir(&console))?;
+    let second = build_all(&folder, &folder.join("target"), arches, profile)?;
+    for (arch, (first, second)) in arches.iter().zip(first.iter().zip(&second)) {
+        let sums = [super::sums::of(first)?, super::sums::of(second)?];
+        if sums[0] != sums[1] {
+            return Err(format!("{}: the two builds differ: {sums:?}", arch.name));
         }
-    }
-    for arch in arches {
-        let of: Vec<&String> =
-            sums.iter().filter(|(name, _)| *name == arch.name).map(|(_, sum)| sum).collect();
-        match of[..] {
-            [first, second] if first == second => println!("   {} {first}, both times", arch.name),
-            _ => return Err(format!("{}: the two builds differ: {of:?}", arch.name)),
-        }
+        println!("   {} {}, both times", arch.name, sums[0]);
     }
     Ok(())
 }

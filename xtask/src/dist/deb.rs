@@ -9,6 +9,7 @@ use crate::run::{self, StepResult, output};
 const POSTINST: &str = include_str!("debian/postinst");
 const PRERM: &str = include_str!("debian/prerm");
 const POSTRM: &str = include_str!("debian/postrm");
+const NEEDRESTART: &str = include_str!("debian/needrestart.conf");
 const OVERRIDES: &str = include_str!("debian/lintian-overrides");
 /// Characters of a line of the changelog.
 const LINE_MAX: usize = 80;
@@ -29,7 +30,7 @@ pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
     lay(&files, &root)?;
     let size: usize = files.iter().map(|it| it.bytes.len().div_ceil(1024).max(1)).sum();
     write(&root.join("DEBIAN/control"), control(built, size)?)?;
-    write(&root.join("DEBIAN/conffiles"), "/etc/lafet/hub.toml\n")?;
+    write(&root.join("DEBIAN/conffiles"), "/etc/needrestart/conf.d/lafet.conf\n")?;
     write(&root.join("DEBIAN/md5sums"), sums(&root, &files)?)?;
     for (name, script) in [("postinst", POSTINST), ("prerm", PRERM), ("postrm", POSTRM)] {
         let path = root.join("DEBIAN").join(name);
@@ -50,10 +51,16 @@ pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
 
 fn all(built: &Built) -> Result<Vec<File>, String> {
     let mut files = files::all(built)?;
+    // The site's own file is made from it once: one of dpkg's would stop upgrades with questions, and be overwritten by
+    // a yes.
+    for file in files.iter_mut().filter(|it| it.path == files::CONFIG_PATH) {
+        (file.path, file.mode) = ("usr/share/lafet/hub.toml".into(), 0o644);
+    }
     let mut file = |path: &str, bytes: Vec<u8>| {
         files.push(File { path: path.into(), bytes, mode: 0o644 });
     };
     file("usr/share/lintian/overrides/lafet", OVERRIDES.into());
+    file("etc/needrestart/conf.d/lafet.conf", NEEDRESTART.into());
     let changes = changelog(built)?;
     file("usr/share/doc/lafet/changelog.gz", packed(changes.as_bytes(), "changelog")?);
     files.sort_by(|a, b| a.path.cmp(&b.path));
@@ -148,64 +155,113 @@ mod tests {
         assert!(own.iter().all(|line| line.starts_with("  * ") || line.starts_with("    ")));
     }
 
-    /// Runs the script of an upgrade on a machine of stubs: what was called, and what was said.
-    fn upgrade(name: &str, active: bool, fits: bool, busy: bool, starts: bool) -> (String, String) {
-        let root = format!("lafet-postinst-{name}-{}", std::process::id());
-        let root = std::env::temp_dir().join(root);
-        _ = fs::remove_dir_all(&root);
-        let (bin, calls) = (root.join("bin"), root.join("calls"));
-        for folder in [&bin, &root.join("run/systemd/system"), &root.join("run/lafet")] {
-            fs::create_dir_all(folder).unwrap();
+    /// A machine of stubs, on which the script is run.
+    struct Stubs<'a> {
+        /// What systemd says of the hub.
+        active: &'a str,
+        /// The new program takes configuration and state.
+        fits: bool,
+        busy: bool,
+        starts: bool,
+        /// The package was removed before.
+        removed: bool,
+    }
+
+    const GOOD: Stubs<'_> =
+        Stubs { active: "active", fits: true, busy: false, starts: true, removed: false };
+    const RESTART: &str = "deb-systemd-invoke restart lafet-hub.service";
+    const START: &str = "deb-systemd-invoke start lafet-hub.service";
+
+    impl Stubs<'_> {
+        /// What was called, and what was said.
+        fn run(&self, name: &str, arguments: &[&str]) -> (String, String) {
+            let root = format!("lafet-postinst-{name}-{}", std::process::id());
+            let root = std::env::temp_dir().join(root);
+            _ = fs::remove_dir_all(&root);
+            let (bin, calls) = (root.join("bin"), root.join("calls"));
+            let units = root.join("etc/systemd/system");
+            for folder in [&bin, &units, &root.join("run/systemd/system"), &root.join("run/lafet")]
+            {
+                fs::create_dir_all(folder).unwrap();
+            }
+            if self.busy {
+                fs::write(root.join("run/lafet/busy"), "").unwrap();
+            }
+            if self.removed {
+                std::os::unix::fs::symlink("/dev/null", units.join("lafet-hub.service")).unwrap();
+            }
+            let code = |good: bool| i32::from(!good);
+            for (name, then) in [
+                ("systemctl", format!("case \"$*\" in *ActiveState*) echo {};; esac", self.active)),
+                ("runuser", format!("exit {}", code(self.fits))),
+                ("deb-systemd-invoke", format!("exit {}", code(self.starts))),
+                ("deb-systemd-helper", String::new()),
+                ("getent", "echo lafet:x:105:110::/var/lib/lafet:/usr/sbin/nologin".into()),
+                ("adduser", String::new()),
+                ("install", String::new()),
+            ] {
+                let (path, calls) = (bin.join(name), calls.display());
+                let text = format!("#!/bin/sh\necho {name} \"$@\" >>{calls}\n{then}\n");
+                fs::write(&path, text).unwrap();
+                fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+            }
+            let script = root.join("postinst");
+            fs::write(&script, POSTINST).unwrap();
+            let mut command = Command::new("/bin/sh");
+            command.arg(&script).args(arguments).env("PATH", &bin).env("DPKG_ROOT", &root);
+            let output = command.output().unwrap();
+            assert!(output.status.success(), "{output:?}");
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            let called = fs::read_to_string(&calls).unwrap();
+            fs::remove_dir_all(&root).unwrap();
+            (called, said)
         }
-        if busy {
-            fs::write(root.join("run/lafet/busy"), "").unwrap();
+
+        fn upgrade(&self, name: &str) -> (String, String) {
+            self.run(name, &["configure", "1.0"])
         }
-        let code = |good: bool| i32::from(!good);
-        for (name, exit) in [
-            ("systemctl", format!("case \"$*\" in *is-active*) exit {};; esac", code(active))),
-            ("runuser", format!("exit {}", code(fits))),
-            ("deb-systemd-invoke", format!("exit {}", code(starts))),
-            ("deb-systemd-helper", String::new()),
-            ("getent", String::new()),
-            ("adduser", String::new()),
-            ("install", String::new()),
-        ] {
-            let (path, calls) = (bin.join(name), calls.display());
-            let text = format!("#!/bin/sh\necho {name} \"$@\" >>{calls}\n{exit}\n");
-            fs::write(&path, text).unwrap();
-            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
-        }
-        let script = root.join("postinst");
-        fs::write(&script, POSTINST).unwrap();
-        let mut command = Command::new("/bin/sh");
-        command.arg(&script).args(["configure", "1.0"]).env("PATH", &bin).env("DPKG_ROOT", &root);
-        let output = command.output().unwrap();
-        assert!(output.status.success(), "{output:?}");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        let called = fs::read_to_string(&calls).unwrap();
-        fs::remove_dir_all(&root).unwrap();
-        (called, said)
     }
 
     #[test]
     fn an_upgrade_restarts_no_hub_that_would_be_missed() {
-        const RESTART: &str = "deb-systemd-invoke restart lafet-hub.service";
-        let (called, said) = upgrade("good", true, true, false, true);
+        let (called, said) = GOOD.upgrade("good");
         assert!(called.contains(RESTART) && said.is_empty(), "{called}{said}");
         assert!(called.contains("serve --check --config /etc/lafet/hub.toml"), "{called}");
-        let refused = "refuses /etc/lafet/hub.toml";
+        let refused = "refuses /etc/lafet/hub.toml or the state";
         for (name, fits, busy, why) in
             [("wrong", false, false, refused), ("busy", true, true, "water flows")]
         {
-            let (called, said) = upgrade(name, true, fits, busy, true);
+            let (called, said) = Stubs { fits, busy, ..GOOD }.upgrade(name);
             assert!(!called.contains(RESTART), "{called}");
             for words in ["NOT RESTARTED", why, "НЕ ПЕРЕЗАПУЩЕН", "systemctl restart lafet-hub"]
             {
                 assert!(said.contains(words), "{said}");
             }
         }
-        // One that does not run has nothing to lose.
-        let (called, said) = upgrade("ended", false, false, false, false);
+        // One that has failed has nothing to lose.
+        let failed = Stubs { active: "failed", fits: false, starts: false, ..GOOD };
+        let (called, said) = failed.upgrade("failed");
         assert!(called.contains(RESTART) && said.contains("DOES NOT RUN"), "{called}{said}");
+    }
+
+    #[test]
+    fn an_upgrade_starts_no_hub_that_a_person_has_stopped() {
+        let stopped = Stubs { active: "inactive", ..GOOD };
+        let (called, said) = stopped.upgrade("stopped");
+        assert!(!called.contains(RESTART) && !called.contains(START), "{called}");
+        assert!(said.contains("stays so") && said.contains("остаётся"), "{said}");
+        // Removed and installed again, or for the first time.
+        let (called, said) = Stubs { removed: true, ..stopped }.upgrade("removed");
+        assert!(called.contains(RESTART) && said.is_empty(), "{called}{said}");
+        let (called, _) = stopped.run("aborted", &["abort-remove"]);
+        assert!(called.contains(START), "{called}");
+    }
+
+    /// The disk was full: the old program has run all the while.
+    #[test]
+    fn an_upgrade_that_fails_leaves_the_hub_alone() {
+        let (called, said) = GOOD.run("full", &["abort-upgrade", "2.0"]);
+        assert!(!called.contains(RESTART) && !called.contains(START), "{called}");
+        assert!(said.is_empty(), "{said}");
     }
 }

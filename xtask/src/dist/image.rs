@@ -101,7 +101,7 @@ fn config(built: &Built, layer: &str) -> Result<Value, String> {
         "config": {
             "User": USER,
             "ExposedPorts": { "8480/tcp": {} },
-            "Env": [format!("LAFET_HUB_DATA={STATE}"), "PATH=/usr/bin"],
+            "Env": [format!("STATE_DIRECTORY={STATE}"), "PATH=/usr/bin"],
             "Entrypoint": ["/usr/bin/lafet"],
             "Cmd": ["serve", "--no-browser", "--json", "--config", "/etc/lafet/hub.toml"],
             "Volumes": { STATE: {} },

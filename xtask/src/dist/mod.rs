@@ -152,8 +152,7 @@ fn files(arches: &[&'static Arch], profile: &str, key: Option<&Path>) -> StepRes
     console::build()?;
     let out = out()?;
     clear(&out)?;
-    for &arch in arches {
-        let program = binary::build(arch, profile)?;
+    for (arch, program) in arches.iter().zip(binary::build(arches, profile)?) {
         let built = built(&program, arch, true)?;
         let plain = out.join(format!("lafet-{}-linux-{}", built.version, arch.name));
         copy(&program, &plain)?;
@@ -170,10 +169,7 @@ fn files(arches: &[&'static Arch], profile: &str, key: Option<&Path>) -> StepRes
 
 /// From a commit without changes, with a changelog, tested.
 fn release(arches: &[&'static Arch], profile: &str, key: Option<&Path>) -> StepResult {
-    let changed = output(run::git().args(["status", "--porcelain"]))?;
-    if !changed.trim().is_empty() {
-        return Err(format!("these files are not committed:\n{changed}"));
-    }
+    without_changes()?;
     let (version, changes) = (version()?, run::read("CHANGELOG.md")?);
     if !changes.lines().any(|line| line.starts_with(&format!("## {version}"))) {
         return Err(format!("CHANGELOG.md has no section `## {version}`"));
@@ -182,6 +178,15 @@ fn release(arches: &[&'static Arch], profile: &str, key: Option<&Path>) -> StepR
     trial::run(&out()?, arches)?;
     println!("   to publish: git tag v{version}, then the files of {}", out()?.display());
     Ok(())
+}
+
+/// What is built is the last commit.
+fn without_changes() -> StepResult {
+    let changed = output(run::git().args(["status", "--porcelain"]))?;
+    match changed.trim() {
+        "" => Ok(()),
+        _ => Err(format!("these files are not committed:\n{changed}")),
+    }
 }
 
 /// The version of the workspace.

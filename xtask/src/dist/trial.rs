@@ -22,6 +22,7 @@ const GOAL: Duration = Duration::from_secs(60);
 const PATIENCE: Duration = Duration::from_secs(60);
 const ADDRESS: &str = "http://127.0.0.1:8480";
 const UNIT: &str = "lafet-hub.service";
+const UNIT_FILE: &str = "/usr/lib/systemd/system/lafet-hub.service";
 const STATE: &str = "/var/lib/lafet";
 const CONFIG: &str = "/etc/lafet/hub.toml";
 /// Lines of the site in the configuration, which an upgrade must keep.
@@ -90,6 +91,7 @@ impl Trial {
     fn all(&self, upgraded: &str) -> StepResult {
         self.install_and_look()?;
         self.upgrade(upgraded)?;
+        self.stays_stopped()?;
         self.remove_and_purge()?;
         self.by_hand()
     }
@@ -106,6 +108,7 @@ impl Trial {
         }
         self.rights()?;
         println!("{}", self.machine.said(&["lafet", "doctor", "--install"])?.trim_end());
+        self.there("/etc/needrestart/conf.d/lafet.conf", true)?;
         for page in ["man/man1/lafet-serve.1.gz", "bash-completion/completions/lafet"] {
             self.there(&format!("/usr/share/{page}"), true)?;
         }
@@ -136,6 +139,22 @@ impl Trial {
         Ok(())
     }
 
+    /// What a person has stopped is not started by a package.
+    fn stays_stopped(&self) -> StepResult {
+        self.machine.said(&["systemctl", "stop", UNIT])?;
+        let again = ["apt-get", "install", "-qq", "-y", "--reinstall", "/packages/2.deb"];
+        self.machine.said(&again)?;
+        let shown =
+            self.machine.said(&["systemctl", "show", UNIT, "-p", "ActiveState", "--value"])?;
+        if shown.trim() != "inactive" {
+            return Err(format!("a hub that was stopped is {} after an upgrade", shown.trim()));
+        }
+        self.machine.said(&["systemctl", "start", UNIT])?;
+        self.known()?;
+        self.note("upgraded while it was stopped, and started by hand");
+        Ok(())
+    }
+
     fn remove_and_purge(&self) -> StepResult {
         self.machine.said(&["apt-get", "remove", "-qq", "-y", "lafet"])?;
         self.there("/usr/bin/lafet", false)?;
@@ -156,7 +175,8 @@ impl Trial {
 
     fn purge(&self) -> StepResult {
         self.machine.said(&["apt-get", "purge", "-qq", "-y", "lafet"])?;
-        for gone in [STATE, "/etc/lafet", "/usr/lib/systemd/system/lafet-hub.service"] {
+        let all = [STATE, "/etc/lafet", "/etc/needrestart/conf.d/lafet.conf", UNIT_FILE];
+        for gone in all {
             self.there(gone, false)?;
         }
         match self.machine.said(&["getent", "passwd", "lafet"]) {
@@ -300,7 +320,7 @@ fn emulated(built: &Built) -> StepResult {
 /// `lafet serve` as the user of an image. Nothing of our environment is left, so that `chroot` is not searched for.
 fn in_image(root: &Path) -> Command {
     let mut serve = Command::new("/usr/sbin/chroot");
-    serve.arg("--userspec=10001:10001").arg(root).env_clear().env("LAFET_HUB_DATA", STATE);
+    serve.arg("--userspec=10001:10001").arg(root).env_clear().env("STATE_DIRECTORY", STATE);
     serve.args(["/usr/bin/lafet", "serve", "--config", "/etc/lafet/hub.toml"]);
     serve
 }

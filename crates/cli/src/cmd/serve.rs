@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use lafet_hub::store::StateFile;
+use lafet_hub::store::{StateFile, newer};
 use lafet_hub::{Config, EXAMPLES, Overrides, UNIT};
 use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::json;
@@ -73,6 +73,7 @@ pub async fn run(args: ServeArgs, out: &mut Out) -> Outcome {
     let (file, mut config) = read(&args)?;
     config.accept_lost.clone_from(&args.accept_lost);
     if args.check {
+        refuse_newer(&config)?;
         let count = config.monitors.len();
         let text =
             text::ConfigGood { file: &file, count, listen: Shown(config.listen) }.of(current());
@@ -153,6 +154,13 @@ fn read(args: &ServeArgs) -> Result<(String, Config), Failure> {
     let environment = Overrides::of_environment(|name| std::env::var(name).ok());
     let overrides = Overrides { port: args.port, ..environment };
     Ok((path.display().to_string(), config(&path, &overrides)?))
+}
+
+/// A state that a later program wrote is refused by the check as well: an upgrade asks it before it restarts a hub.
+fn refuse_newer(config: &Config) -> Outcome {
+    // What this user may not look into is seen at the start.
+    let newer = config.data.as_deref().and_then(|folder| newer(folder).ok().flatten());
+    newer.map_or(Ok(()), |newer| Err(Failure::Usage(newer.words().of(current()).to_owned())))
 }
 
 /// Reads the file of a hub.

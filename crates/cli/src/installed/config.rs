@@ -1,14 +1,14 @@
 //! The configuration: whether it is there, can be read, is right, and is safe from other users.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lafet_client::os_text;
 use lafet_hub::Config;
 use lafet_texts::{Shown, Text as _, cli as text};
 
 use super::Finding;
-use super::people::{READ, User};
+use super::people::{READ, User, WRITE};
 use crate::lang::current;
 
 /// What can be said of the file without its contents.
@@ -63,6 +63,32 @@ pub fn read(file: &Path, config: &Config) -> Vec<Finding> {
         Finding::warning("config-warning", seen, it.remedy.of(current()).into())
     }));
     findings
+}
+
+/// What the configuration names and the hub's user may not read or write; who asks may be another one.
+pub fn of_named(config: &Config, user: &User) -> Vec<Finding> {
+    let tls = config.tls.iter().flat_map(|tls| {
+        [Some(&tls.cert), Some(&tls.key), tls.client_ca.as_ref()].into_iter().flatten()
+    });
+    let closed = |path: &&PathBuf| path.exists() && !user.may(path, READ);
+    let files = tls.filter(closed).map(|path| {
+        let file = path.display().to_string();
+        Finding::fault(
+            "file-denied",
+            text::InstallConfigDenied { user: &user.name, file: &file }.of(current()),
+            text::InstallConfigDeniedRemedy { user: &user.name, file: &file }.of(current()),
+        )
+    });
+    let folder = config.recording.folder.iter().filter(|it| it.exists());
+    let folders = folder.filter(|it| !user.may(it, READ | WRITE)).map(|path| {
+        let folder = path.display().to_string();
+        Finding::fault(
+            "recordings-denied",
+            text::InstallRecordingsDenied { user: &user.name, folder: &folder }.of(current()),
+            format!("chown {} {folder}", user.name),
+        )
+    });
+    files.chain(folders).collect()
 }
 
 #[cfg(test)]

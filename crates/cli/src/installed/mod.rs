@@ -24,6 +24,8 @@ use people::User;
 
 /// What the package calls the hub's user.
 const USER: &str = "lafet";
+/// Where the unit has the state, unless the configuration names a folder.
+const STATE: &str = "/var/lib/lafet";
 
 /// Something about the installation.
 #[derive(Debug)]
@@ -98,7 +100,11 @@ pub fn run(file: Option<&Path>, user: Option<&str>, out: &mut Out) -> Outcome {
 
 fn examine(file: &Path, user: &User) -> Vec<Finding> {
     let mut findings = config::of_file(file, user);
-    let overrides = Overrides::of_environment(|name| std::env::var(name).ok());
+    let mut overrides = Overrides::of_environment(|name| std::env::var(name).ok());
+    // As the unit runs it.
+    if file == Path::new(FILES[1]) {
+        overrides.state.get_or_insert_with(|| STATE.into());
+    }
     let config: Option<Config> = match read_config(file, &overrides) {
         Ok(config) => Some(config),
         // A file that cannot be read has been reported.
@@ -110,6 +116,7 @@ fn examine(file: &Path, user: &User) -> Vec<Finding> {
     };
     if let Some(config) = config {
         findings.extend(config::read(file, &config));
+        findings.extend(config::of_named(&config, user));
         let state = config.data.clone().unwrap_or_default();
         let running = state::is_running(&state);
         findings.extend(state::examine(&state, user));

@@ -16,7 +16,7 @@ pub fn examine() -> Vec<Finding> {
     if system.is_empty() || system == "offline" {
         return Vec::new();
     }
-    let properties = ["show", UNIT, "-p", "LoadState,UnitFileState,ActiveState"];
+    let properties = ["show", UNIT, "-p", "LoadState,UnitFileState,ActiveState,MainPID"];
     let shown = said("systemctl", &properties).unwrap_or_default();
     let mut findings = unit(&shown);
     // Other programs than systemd's may set the clock; they report to the kernel, as this asks.
@@ -36,6 +36,13 @@ fn unit(shown: &str) -> Vec<Finding> {
         let of = |line: &'_ str| Some(line.strip_prefix(name)?.strip_prefix('=')?.to_owned());
         shown.lines().find_map(of).unwrap_or_default()
     };
+    if property("LoadState") == "masked" {
+        return vec![Finding::warning(
+            "unit-masked",
+            text::InstallUnitMasked { unit: UNIT }.of(current()),
+            format!("systemctl unmask {UNIT}"),
+        )];
+    }
     if property("LoadState") != "loaded" {
         return vec![Finding::warning(
             "unit-missing",
@@ -59,7 +66,14 @@ fn unit(shown: &str) -> Vec<Finding> {
         )),
         "active" | "reloading" => {
             let seen = text::InstallUnitActive { unit: UNIT }.of(current());
-            findings.push(Finding::good("unit", seen));
+            findings.push(match is_replaced(&property("MainPID")) {
+                true => Finding::warning(
+                    "program-old",
+                    text::InstallProgramOld { unit: UNIT }.of(current()),
+                    format!("systemctl restart {UNIT}"),
+                ),
+                false => Finding::good("unit", seen),
+            });
         }
         _ => findings.push(Finding::warning(
             "unit-stopped",
@@ -68,6 +82,12 @@ fn unit(shown: &str) -> Vec<Finding> {
         )),
     }
     findings
+}
+
+/// Whether the program of a process is not the file of its name any more.
+fn is_replaced(process: &str) -> bool {
+    let program = std::fs::read_link(format!("/proc/{process}/exe"));
+    program.is_ok_and(|it| it.as_os_str().as_encoded_bytes().ends_with(b" (deleted)"))
 }
 
 /// The first output of a program, without the blanks around it; whatever its exit code.

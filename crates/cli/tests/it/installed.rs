@@ -144,6 +144,38 @@ fn the_configuration() {
     mode(&place.config(), 0o600);
     place.finds("config-denied", &["--user", STRANGER]);
     place.finds("user-missing", &["--user", "lafet-of-no-machine"]);
+    let recordings = place.folder.join("recordings");
+    fs::create_dir(&recordings).unwrap();
+    mode(&recordings, 0o755);
+    place.write(&format!(
+        "[[monitor]]\nid = \"M1\"\nurl = \"{TCP}\"\n[recording]\nfolder = \"{}\"\n",
+        recordings.display()
+    ));
+    place.finds("recordings-denied", &["--user", STRANGER]);
+    let key = place.folder.join("key.pem");
+    let cert = place.folder.join("cert.pem");
+    let made = Command::new("openssl")
+        .args([
+            "req",
+            "-x509",
+            "-newkey",
+            "rsa:2048",
+            "-nodes",
+            "-subj",
+            "/CN=localhost",
+            "-keyout",
+        ])
+        .arg(&key)
+        .arg("-out")
+        .arg(&cert)
+        .output()
+        .expect("openssl is there");
+    assert!(made.status.success(), "{made:?}");
+    mode(&key, 0o600);
+    place.write(&format!(
+        "[tls]\ncert = \"cert.pem\"\nkey = \"key.pem\"\n[[monitor]]\nid = \"M1\"\nurl = \"{TCP}\"\n"
+    ));
+    place.finds("file-denied", &["--user", STRANGER]);
     fs::remove_file(place.config()).unwrap();
     place.finds("config-missing", &mine);
 }
@@ -171,11 +203,14 @@ fn a_later_state_is_refused_in_words() {
     fs::write(&site, r#"{"version": 9, "program": "9.9.9"}"#).unwrap();
     for (lang, word) in [("en", "Install lafet 9.9.9"), ("ru", "Установите снова lafet 9.9.9")]
     {
-        let run = Run::of_command(
-            lafet().args(["--lang", lang, "serve", "--no-browser", "--config"]).arg(place.config()),
-        );
-        assert_eq!(run.code, 2, "{run:?}");
-        assert!(run.err.contains(word) && run.err.contains(env!("CARGO_PKG_VERSION")), "{run:?}");
+        // An upgrade asks the check before it ends the hub that runs.
+        for what in ["--no-browser", "--check"] {
+            let run = Run::of_command(
+                lafet().args(["--lang", lang, "serve", what, "--config"]).arg(place.config()),
+            );
+            let own = env!("CARGO_PKG_VERSION");
+            assert!(run.code == 2 && run.err.contains(word) && run.err.contains(own), "{run:?}");
+        }
     }
     let names: Vec<_> = fs::read_dir(place.state()).unwrap().map(|it| it.unwrap().path()).collect();
     assert_eq!(names, [site], "nothing was written");
@@ -240,6 +275,7 @@ fn the_unit_and_the_clock() {
     let mine = ["--user", &mine[..]];
     for (finding, unit) in [
         ("unit-missing", "LoadState=not-found\\n"),
+        ("unit-masked", "LoadState=masked\\nUnitFileState=masked\\nActiveState=inactive\\n"),
         ("unit-disabled", "LoadState=loaded\\nUnitFileState=disabled\\nActiveState=active\\n"),
         ("unit-failed", "LoadState=loaded\\nUnitFileState=enabled\\nActiveState=failed\\n"),
         ("unit-stopped", "LoadState=loaded\\nUnitFileState=enabled\\nActiveState=inactive\\n"),
@@ -249,6 +285,21 @@ fn the_unit_and_the_clock() {
         let (_, findings) = place.examine(&mine);
         assert!(findings.iter().all(|it| it["finding"] != "clock"), "{findings:#?}");
     }
+    // The program of this process was replaced, as by an upgrade that did not restart the hub.
+    let old = place.folder.join("old");
+    fs::copy("/bin/sleep", &old).unwrap();
+    let mut running = Command::new(&old).arg("60").spawn().unwrap();
+    let active = format!(
+        "LoadState=loaded\\nUnitFileState=enabled\\nActiveState=active\\nMainPID={}\\n",
+        running.id()
+    );
+    place.systemd("running", &active, "yes");
+    let (_, findings) = place.examine(&mine);
+    assert!(findings.iter().any(|it| it["finding"] == "unit"), "{findings:#?}");
+    fs::remove_file(&old).unwrap();
+    place.finds("program-old", &mine);
+    running.kill().unwrap();
+    running.wait().unwrap();
     place.systemd("running", "LoadState=loaded\\n", "no");
     place.finds("clock", &mine);
     // Without systemd something else starts the hub.

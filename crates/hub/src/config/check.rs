@@ -89,6 +89,7 @@ pub fn check(
     let names = check.names(read.server.names);
     let origins = check.origins(read.server.origins);
     let data = overrides.data.clone().or(read.server.data).map(|path| folder.join(path));
+    let data = data.or_else(|| overrides.state.clone());
     let data = data.unwrap_or_else(|| folder.join("lafet-data"));
     let recording = recording(read.recording, folder, &data);
     let config = Config {
@@ -542,12 +543,19 @@ mod tests {
         let environment = |name: &str| match name {
             "LAFET_HUB_LISTEN" => Some("127.0.0.1:1".to_owned()),
             "LAFET_HUB_DATA" => Some("/d".to_owned()),
+            "STATE_DIRECTORY" => Some("/s".to_owned()),
             _ => None,
         };
         let overrides = Overrides { port: Some(0), ..Overrides::of_environment(environment) };
         let config = Config::parse("f", text, Path::new("/"), &overrides).unwrap();
         assert_eq!(config.listen.to_string(), "127.0.0.1:0");
         assert_eq!(config.data.as_deref(), Some(Path::new("/d")));
+        // What systemd has made is used where nothing else is named: the file is not overruled by the unit.
+        let overrides = Overrides { data: None, ..overrides };
+        let data = |text: &str| Config::parse("f", text, Path::new("/"), &overrides).unwrap().data;
+        assert_eq!(data(text).as_deref(), Some(Path::new("/s")));
+        let own = format!("[server]\ndata = \"/own\"\n{text}");
+        assert_eq!(data(&own).as_deref(), Some(Path::new("/own")));
         let overrides = Overrides { listen: Some("here".into()), ..Overrides::default() };
         let problems = Config::parse("f", text, Path::new("/"), &overrides).unwrap_err();
         assert_eq!(problems[0].place, "LAFET_HUB_LISTEN");

@@ -32,6 +32,8 @@ pub(crate) use check::is_name;
 pub use plan::{Area, PlanConfig};
 pub use zones::{Aim, Outlet, Station, Target, ZonesConfig};
 
+/// Environment: the folder that systemd has made for the state.
+const STATE: &str = "STATE_DIRECTORY";
 /// Default address of the listener.
 pub const LISTEN: &str = "127.0.0.1:8480";
 /// Environment: the file, the place to listen, the folder of the state.
@@ -182,13 +184,16 @@ pub struct Overrides {
     pub data: Option<PathBuf>,
     /// Option `--port`.
     pub port: Option<u16>,
+    /// Environment variable `STATE_DIRECTORY`, which systemd sets: where the state is unless the file says it.
+    pub state: Option<PathBuf>,
 }
 
 impl Overrides {
     /// What the environment says, read by `var`.
     pub fn of_environment(var: impl Fn(&str) -> Option<String>) -> Self {
         let set = |name| var(name).filter(|value| !value.is_empty());
-        Self { listen: set(ENV[1]), data: set(ENV[2]).map(PathBuf::from), port: None }
+        let path = |name| set(name).map(PathBuf::from);
+        Self { listen: set(ENV[1]), data: path(ENV[2]), port: None, state: path(STATE) }
     }
 }
 

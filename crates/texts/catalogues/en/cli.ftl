@@ -785,6 +785,9 @@ install-unit-missing = systemd does not know { $unit }: nothing starts the hub a
 install-unit-disabled = { $unit } is not enabled: nothing starts the hub after a power cut.
 install-unit-failed = { $unit } has failed.
 install-unit-stopped = { $unit } does not run.
+install-unit-masked = { $unit } is masked: it cannot be started, and nothing starts the hub after a power cut.
+install-program-old = { $unit } runs the program from before an upgrade; the new one is used from the next start on.
+install-recordings-denied = { $user } may not write { $folder }, where recordings are to be.
 install-clock = The clock of this machine is not synchronized: times in the audit log and the history are only as good as it is.
 install-clock-remedy = timedatectl set-ntp true, with a time server that this machine can reach.
 

@@ -106,9 +106,11 @@ fn answer(name: &str) -> Answered {
         "POST /api/password" => Refused(400),
         // No client has sessions of these numbers, and no pump is configured.
         "DELETE /api/sessions/{id}" | "POST /api/pumps/{id}" => Refused(404),
-        // A client that does not read has made the user, or removed it, already.
+        // A client that does not read, or a flood before this one, has made the user, or removed it, already.
         "POST /api/users" => DoneOr(409),
-        "DELETE /api/users/{user}" | "DELETE /api/recordings/{name}" => DoneOr(404),
+        "DELETE /api/users/{user}"
+        | "DELETE /api/recordings/{name}"
+        | "DELETE /api/tokens/{id}" => DoneOr(404),
         // A program may be built without it.
         "GET /api/history.parquet" => DoneOr(501),
         // What is shelved or released is so for the next request, too.

@@ -222,7 +222,8 @@ impl Hub {
         !self.urgent_series().take(self, caller, &of)
     }
 
-    /// Gives a no that is repeated to the machine. It is carried out, and noted if more comes of it than that it was said.
+    /// Gives a no that is repeated to the machine. It is carried out, and noted if more comes of it than that it was said
+    /// while it lasts.
     pub(super) fn take_again(
         &self,
         zones: &Zones,
@@ -230,10 +231,16 @@ impl Hub {
         caller: &Caller,
         event: &Event,
     ) -> Vec<Record> {
+        let lasted = match event {
+            Event::Hand { order: Hand::Abort { zone }, .. } => {
+                machine.site.is_refused(&Scope::Zone(zone.clone()))
+            }
+            _ => machine.site.is_locked(),
+        };
         let mut reaction = machine.site.handle(ms(self.now()), event);
         zones.wake.notify_one();
         let said = |it: &Record| matches!(it.entry, Entry::No { .. } | Entry::Lockout { .. });
-        if reaction.records.iter().all(said) {
+        if lasted && reaction.records.iter().all(said) {
             reaction.records.clear();
         }
         self.carry(zones, machine, caller, reaction)

@@ -173,7 +173,7 @@ impl Site {
     }
 
     /// Lockout of the site, by command or key.
-    pub(super) fn is_locked(&self) -> bool {
+    pub fn is_locked(&self) -> bool {
         self.lockout || self.plan.contacts(ContactKind::Lockout).any(|it| self.contacts[it].level)
     }
 }

@@ -1,10 +1,16 @@
 // HTTP to the hub: JSON, CSRF, errors as HubError.
-import { HubError, NOT_LINKED, ofStatus } from './errors';
+import { HubError, NOT_LINKED, OUTCOME_UNKNOWN, ofStatus } from './errors';
 import type { ApiError, Session } from './types';
 
 /** A query without an answer after this time, ms, gets none: the network is dead. Its content may take longer. */
 const READ_MOST_MS = 10_000;
 const CONTENT_MOST_MS = 60_000;
+/**
+ * Orders that end something may be given any number of times: one without an answer after this time, ms, is ended, and its
+ * connection with it. That may have died unseen; of the six that a browser has, orders every 2 s then hold three.
+ */
+const ENDS = /\/(stop|close|lockout|abort|lock)$/;
+const ENDS_MOST_MS = 6000;
 
 type Method = 'GET' | 'POST' | 'PUT' | 'PATCH' | 'DELETE';
 
@@ -80,8 +86,11 @@ class Http {
       headers['content-type'] = body instanceof Blob ? 'application/octet-stream' : 'application/json';
     }
     if (method !== 'GET' && this.csrf) headers['x-csrf-token'] = this.csrf;
-    const dead = method === 'GET' ? new AbortController() : null;
-    let timer = dead && setTimeout(() => dead.abort(), READ_MOST_MS);
+    const ends = method === 'POST' && ENDS.test(path);
+    const dead = method === 'GET' || ends ? new AbortController() : null;
+    let timer = dead && setTimeout(() => dead.abort(), ends ? ENDS_MOST_MS : READ_MOST_MS);
+    // Sent, it may have been carried out.
+    const unanswered = ends ? OUTCOME_UNKNOWN : NOT_LINKED;
     let answer: Response;
     try {
       answer = await fetch(path, {
@@ -89,11 +98,11 @@ class Http {
         headers,
         body: body === undefined || body instanceof Blob ? body : JSON.stringify(body),
         // A Stop in flight survives the end of the page.
-        keepalive: /\/(stop|close|lockout|abort|lock)$/.test(path),
+        keepalive: ends,
         signal: dead?.signal,
       });
     } catch {
-      throw new HubError(NOT_LINKED);
+      throw new HubError(dead?.signal.aborted ? unanswered : NOT_LINKED);
     } finally {
       clearTimeout(timer ?? 0);
     }
@@ -102,7 +111,7 @@ class Http {
     const content = await parsed(answer)
       .catch((cause) => {
         if (cause instanceof SyntaxError) throw cause;
-        throw new HubError(NOT_LINKED);
+        throw new HubError(unanswered);
       })
       .finally(() => clearTimeout(timer ?? 0));
     if (answer.ok) return (answer.status === 204 ? undefined : content) as T;

@@ -3,6 +3,7 @@
 import { HubClock } from './clock';
 import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from './errors';
 import { guarded } from './faults';
+import { http } from './http';
 import { store } from './store';
 import type { ApiError, Authority, Hello, Messages, Result } from './types';
 
@@ -45,6 +46,9 @@ class Socket {
   private heard_ms = 0;
   private heardAt_ms = 0;
   private watched = false;
+  /** The hub has taken this connection: it has said `hello`. */
+  private greeted = false;
+  private asking = false;
   private nextId = 1;
   private readonly waiting = new Map<number, Waiting>();
   private readonly listeners = new Map<string, Set<(message: never) => void>>();
@@ -74,6 +78,8 @@ class Socket {
 
   start(): void {
     if (this.wanted) return;
+    // Another session has another connection.
+    if (this.ws) this.drop();
     this.wanted = true;
     this.open();
     if (this.watched) return;
@@ -88,13 +94,22 @@ class Socket {
   stop(): void {
     sessionStorage.removeItem(RESUME_KEY);
     this.rest();
+    this.ws?.close();
   }
 
-  /** Without a session there is nothing to connect with, until `start`. */
+  /**
+   * Without a session there is nothing to connect with, until `start`. A connection that is heard remains, for STOP: only the
+   * hub knows whether its session has ended, and closes it then. The cookie may be that of another hub on the same host.
+   */
   rest(): void {
     this.wanted = false;
     clearTimeout(this.retryTimer);
-    this.ws?.close();
+    if (!this.alive) this.ws?.close();
+  }
+
+  /** Whether the hub is heard now: what is sent reaches it. */
+  get alive(): boolean {
+    return this.ws?.readyState === WebSocket.OPEN && store.linked && this.silence() < SILENT_MS;
   }
 
   /** Whether this tab was connected before, without a logout since. */
@@ -104,13 +119,7 @@ class Socket {
 
   /** Breaks the connection for this time, to demonstrate a lost link. */
   interrupt(for_ms: number): void {
-    const dead = this.ws;
-    this.ws = null;
-    if (dead) {
-      dead.onmessage = null;
-      dead.close();
-    }
-    this.closed(0);
+    this.drop();
     clearTimeout(this.retryTimer);
     this.retryTimer = window.setTimeout(() => this.open(), for_ms);
   }
@@ -152,6 +161,7 @@ class Socket {
     const query = resume ? `?resume=${encodeURIComponent(resume)}` : '';
     const ws = new WebSocket(`${location.origin.replace(/^http/, 'ws')}/api/ws${query}`);
     this.ws = ws;
+    this.greeted = false;
     this.heard();
     ws.onmessage = (event) => this.hear(String(event.data));
     ws.onclose = (event) => {
@@ -168,11 +178,17 @@ class Socket {
   /** A silent connection is closed before the browser would close it. */
   private listen(): void {
     store.tick();
-    if (!this.ws || this.silence() < SILENT_MS) return;
+    if (this.ws && this.silence() >= SILENT_MS) this.drop();
+  }
+
+  /** Closes it here: that the browser has closed it may be reported much later. */
+  private drop(): void {
     const dead = this.ws;
     this.ws = null;
-    dead.onmessage = null;
-    dead.close();
+    if (dead) {
+      dead.onmessage = null;
+      dead.close();
+    }
     this.closed(0);
   }
 
@@ -200,9 +216,18 @@ class Socket {
       this.onSeatTaken();
     }
     if (!this.wanted) return;
+    if (!this.greeted) void this.askSession();
     const wait = this.retry_ms * (0.75 + Math.random() / 2);
     this.retry_ms = Math.min(this.retry_ms * 2, RETRY_MOST_MS);
     this.retryTimer = window.setTimeout(() => this.open(), wait);
+  }
+
+  /** A browser does not say why it got no connection. If it is for want of a session, `http` calls for a login. */
+  private async askSession(): Promise<void> {
+    if (this.asking) return;
+    this.asking = true;
+    await http.get('/api/session').catch(() => {});
+    this.asking = false;
   }
 
   private hear(text: string): void {
@@ -212,6 +237,7 @@ class Socket {
     if (message.up_ms !== undefined) this.clock.heard(message.up_ms);
     switch (message.type) {
       case 'hello': {
+        this.greeted = true;
         const hello = message as unknown as Hello;
         if (hello.resume === null) sessionStorage.removeItem(RESUME_KEY);
         else sessionStorage.setItem(RESUME_KEY, hello.resume);

@@ -1,7 +1,7 @@
 // A Stop, Close or Lockout on its way: by WebSocket, and by HTTP as well when that is down or slow. Where neither brings an
 // answer it is not given up: it is sent again and again, and at once when the hub is back, and the operator sees that it is
 // not confirmed.
-import { HubError, NOT_LINKED } from './errors';
+import { HubError, NOT_LINKED, OUTCOME_UNKNOWN } from './errors';
 import { http } from './http';
 import { type Answered, type Said, socket } from './socket';
 import { LINKED, store } from './store';
@@ -21,7 +21,10 @@ export interface Urgent {
 /** A Stop without an answer after this time, ms, is also sent by the other path. */
 const AGAIN_MS = 400;
 const CONFIRMED_MS = 1000;
-/** A lost one is sent again after this time, ms: a page that asks to log in has no link that could come back. */
+/**
+ * One without an answer is sent again after this time, ms: a page that asks to log in has no link that could come back, and
+ * a connection that has died unseen refuses nothing.
+ */
 const RETRY_MS = 2000;
 /** After this time, ms, it is no longer what the operator meant: it fails, and says so. */
 const GIVEN_UP_MS = 60_000;
@@ -34,14 +37,30 @@ export function isInsisting(): boolean {
 }
 
 export function sendUrgent(urgent: Urgent): Promise<Results> {
-  return insist(() => once(urgent), urgent.unconfirmed);
+  let asked = 0;
+  const ask = () => {
+    asked += 1;
+    return socket.ask(urgent.message).finally(() => {
+      asked -= 1;
+    });
+  };
+  return insist(
+    () => once(urgent, ask),
+    urgent.unconfirmed,
+    () => asked > 0,
+  );
 }
 
-/** Gives an order, and again every 2 s and whenever the hub is back, until it is answered. */
-export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Promise<T> {
+/**
+ * Gives an order, and again every 2 s and whenever the hub is back, until it is answered. The tries before go on meanwhile:
+ * the answer to any of them counts. `hasIt`: the hub has it, waits for a monitor, and will answer; it is not given again.
+ */
+export function insist<T>(give: () => Promise<T>, unconfirmed: () => void, hasIt = () => false): Promise<T> {
   return new Promise((resolve, reject) => {
     const late = setTimeout(unconfirmed, CONFIRMED_MS);
-    const give_up = () => over(() => reject(new HubError(NOT_LINKED)));
+    // A try that has left this page may have been carried out.
+    let [given, unsent] = [0, 0];
+    const give_up = () => over(() => reject(new HubError(unsent === given ? NOT_LINKED : OUTCOME_UNKNOWN)));
     const end = setTimeout(give_up, GIVEN_UP_MS);
     // One of them goes on while the machine sleeps, when timers do not.
     const began = [Date.now(), performance.now()] as const;
@@ -65,16 +84,21 @@ export function insist<T>(give: () => Promise<T>, unconfirmed: () => void): Prom
       if (isOld()) give_up();
       else void attempt();
     };
-    const attempt = () =>
-      give().then(
+    const wait = () => {
+      retry = setTimeout(() => (hasIt() ? wait() : again()), RETRY_MS);
+    };
+    const attempt = () => {
+      given += 1;
+      wait();
+      return give().then(
         (value) => over(() => resolve(value)),
         (cause) => {
           const error = HubError.of(cause);
           if (!isLost(error)) return over(() => reject(error));
-          clearTimeout(retry);
-          if (!settled) retry = setTimeout(again, RETRY_MS);
+          if (error.code === NOT_LINKED.code) unsent += 1;
         },
       );
+    };
     unfollow = store.subscribe(LINKED, () => {
       if (store.linked && !settled) again();
     });
@@ -87,7 +111,7 @@ function isLost({ code, details }: HubError): boolean {
   return code === NOT_LINKED.code || details.cut === true || code.startsWith('HTTP 5');
 }
 
-function once({ message, path, body, monitor }: Urgent): Promise<Results> {
+function once({ path, body, monitor }: Urgent, ask: () => Promise<Answered>): Promise<Results> {
   const overHttp = () =>
     http
       .post<Result | Results>(path, body)
@@ -98,11 +122,15 @@ function once({ message, path, body, monitor }: Urgent): Promise<Results> {
     let sentAgain = false;
     // By HTTP it is only known that it was sent; what comes of it is reported by WebSocket, if that is there.
     let sent: Results | null = null;
-    const fail = (error: unknown) => {
+    // That one path has not sent it says nothing of the other.
+    let unsure: HubError | null = null;
+    const fail = (cause: unknown) => {
+      const error = HubError.of(cause);
       failed += 1;
-      if (sent && isLost(HubError.of(error))) return resolve(sent);
-      if (sent) return reject(HubError.of(error));
-      if (failed === tries && sentAgain) reject(HubError.of(error));
+      if (error.details.cut) unsure = error;
+      if (sent && isLost(error)) return resolve(sent);
+      if (sent) return reject(error);
+      if (failed === tries && sentAgain) reject(unsure && isLost(error) ? unsure : error);
       else again();
     };
     const again = () => {
@@ -115,8 +143,7 @@ function once({ message, path, body, monitor }: Urgent): Promise<Results> {
       }, fail);
     };
     const timer = setTimeout(again, AGAIN_MS);
-    socket
-      .ask(message)
+    ask()
       .then((answer) => resolve(resultsOf(answer, monitor)))
       .catch((error: unknown) => {
         const told = HubError.of(error);

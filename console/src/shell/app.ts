@@ -10,10 +10,10 @@ import { followFaults } from '../hub/faults';
 import { followHalts } from '../hub/halts';
 import { http } from '../hub/http';
 import { guardJog, jog } from '../hub/jog';
-import { type Left, leftOf, UNKNOWN } from '../hub/left';
+import { type Left, UNKNOWN, whatIsLeft } from '../hub/left';
 import { session, setSession } from '../hub/me';
 import { socket } from '../hub/socket';
-import { store, TopicController } from '../hub/store';
+import { LINKED, store, TopicController } from '../hub/store';
 import { guardTuning, tuning } from '../hub/tuning';
 import type { Session } from '../hub/types';
 import { type Key, lang, langChanged, t } from '../i18n';
@@ -222,6 +222,7 @@ export class LfApp extends LitElement {
     window.setInterval(() => this.renew(), RETRY_MS);
     socket.on('hello', () => this.requestUpdate());
     socket.onSessionEnded = () => this.leave('login');
+    store.subscribe(LINKED, () => void this.lookWhatIsLeft());
     commands.onOutcome(({ error }) => {
       if (error?.code === 'login_needed') void this.lookWhatIsLeft();
     });
@@ -341,14 +342,14 @@ export class LfApp extends LitElement {
     dialog.closeAll();
   }
 
-  /** Asks the hub what still works, now and from time to time: it ends. */
+  /** Looks what still works, now and from time to time: it ends. */
   private async lookWhatIsLeft(): Promise<void> {
     clearTimeout(this.leftTimer);
     if (this.phase !== 'login' || !this.left) return;
-    this.left = await http.get('/api/session').then(
-      () => UNKNOWN,
-      (cause) => leftOf(HubError.of(cause)),
-    );
+    const left = await whatIsLeft();
+    // A login meanwhile has everything.
+    if (this.phase !== 'login') return;
+    this.left = left;
     this.leftTimer = window.setTimeout(() => void this.lookWhatIsLeft(), LOOK_MS);
   }
 

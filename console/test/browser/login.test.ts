@@ -2,10 +2,10 @@
 
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import type { Page } from 'playwright-core';
+import type { Page, Route } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, describe, expect, test } from 'vitest';
 import { Guarded } from './guarded';
-import { LATE_MS, placed, SOON, until } from './page';
+import { LATE_MS, placed, SOON, shown, until } from './page';
 import { Site } from './site';
 
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
@@ -112,10 +112,17 @@ describe('login', () => {
 });
 
 describe('a session that ends during work', () => {
-  /** M1 turns, and the page asks to log in again. */
-  async function expired(): Promise<Page> {
-    const page = await site.open('#/m/M1/operate');
+  /** M1 turns, and the page asks to log in again; `end` ends its connection, as the hub does then. */
+  async function expired(): Promise<{ page: Page; end: () => Promise<void> }> {
+    const page = await site.open('#/overview');
     pages.push(page);
+    let end = async () => {};
+    await page.routeWebSocket(/api\/ws/, (ws) => {
+      ws.connectToServer();
+      end = () => ws.close({ code: 4401, reason: 'session ended' });
+    });
+    await page.goto(`${site.url}/?again#/m/M1/operate`);
+    await shown(page);
     await site.send('M1', 'Move Horizontal -1800');
     await until(async () => (await site.position('M1')) === -1800 && (await site.stands('M1')), LATE_MS);
     const expired = {
@@ -128,24 +135,42 @@ describe('a session that ends during work', () => {
     await page.getByText('Your session has ended').waitFor();
     await site.send('M1', 'Move Horizontal 10000');
     await until(() => site.moves('M1'));
-    return page;
+    return { page, end: () => end() };
   }
 
   test('keeps STOP: a motion is stopped from the login page', async () => {
-    const page = await expired();
+    const { page } = await expired();
+    await page.getByText('STOP and LOCKOUT still work here as long as there is a connection').waitFor();
     await page.locator('#stop').click();
     expect(await site.stands('M1')).toBe(true);
     expect(await site.position('M1')).toBeLessThan(9600);
   });
 
-  test('sends a STOP again that was lost there', async () => {
-    const page = await expired();
+  test.each(['breaks', 'answers nothing'])('sends a STOP again there, whose connection %s', async (what) => {
+    const { page, end } = await expired();
+    await end();
+    await page.getByText('Your session has ended. Log in again').waitFor();
     let sent = 0;
-    await page.route('**/api/stop', (route) => (++sent === 1 ? route.abort() : route.continue()));
+    const lose = (route: Route) => (what === 'breaks' ? route.abort() : undefined);
+    await page.route('**/api/stop', (route) => (++sent === 1 ? lose(route) : route.continue()));
     await page.locator('#stop').click();
     await until(() => sent > 1, LATE_MS);
     expect(await site.stands('M1')).toBe(true);
     expect(await site.position('M1')).toBeLessThan(9600);
+  });
+
+  test('while the page sleeps: a connection that is refused leads to the login', async () => {
+    const page = await site.open('#/overview');
+    pages.push(page);
+    let wake = async () => {};
+    await page.routeWebSocket(/api\/ws/, (ws) => {
+      ws.connectToServer();
+      wake = () => ws.close({ code: 4408, reason: 'silent' });
+    });
+    await guarded.enter(page, 'olga');
+    await page.context().clearCookies();
+    await wake();
+    await page.getByText('Your session has ended').waitFor();
   });
 
   test('by an administrator: STOP still works, LOCKOUT is not offered, and the page says so', async () => {

@@ -99,12 +99,12 @@ describe('a STOP into a dead network', () => {
     await vi.advanceTimersByTimeAsync(200);
     expect(notes()).toEqual(['unconfirmed']);
     const { key } = told[0]!;
-    ask.mockResolvedValue({ result: done } as Answered);
     await vi.advanceTimersByTimeAsync(20_000);
-    expect(ask).toHaveBeenCalledTimes(1);
+    const before = ask.mock.calls.length;
+    ask.mockResolvedValue({ result: done } as Answered);
     store.setLinked(true);
     expect(await result).toEqual({ M1: done });
-    expect(ask).toHaveBeenCalledTimes(2);
+    expect(ask).toHaveBeenCalledTimes(before + 1);
     expect(notes()).toEqual(['unconfirmed', 'done']);
     expect(told[1]!.key, 'in the place of what was said before').toBe(key);
     await vi.advanceTimersByTimeAsync(100_000);
@@ -190,6 +190,72 @@ describe('a STOP into a dead network', () => {
     await vi.advanceTimersByTimeAsync(5000);
     expect(await result).toBe(true);
     expect(post).toHaveBeenCalledTimes(2);
+  });
+
+  test.each([
+    ['STOP', () => commands.stop('M1')],
+    ['an abort of a zone', () => abortZone('hall')],
+    ['a lockout of the zones', () => lockZones(true)],
+  ])('is sent again though connections that died unseen take it and refuse nothing: %s', async (_, order) => {
+    const post = vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = order();
+    await vi.advanceTimersByTimeAsync(1900);
+    expect(post).toHaveBeenCalledTimes(1);
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(post).toHaveBeenCalledTimes(2);
+    post.mockResolvedValue(done);
+    await vi.advanceTimersByTimeAsync(200);
+    expect(await result).toBeTruthy();
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(post, 'what is answered is not sent again').toHaveBeenCalledTimes(3);
+  });
+
+  test('is answered, though late, by a try after which it was sent again', async () => {
+    let late = () => {};
+    vi.spyOn(http, 'post')
+      .mockImplementationOnce(
+        () =>
+          new Promise((resolve) => {
+            late = () => resolve(done as never);
+          }),
+      )
+      .mockRejectedValue(new HubError(NOT_LINKED));
+    vi.spyOn(socket, 'ask').mockRejectedValue(new HubError(NOT_LINKED));
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(5000);
+    late();
+    expect(await result).toEqual({ M1: done });
+  });
+
+  test.each<[string, Error | null, Error]>([
+    ['has no answer to a try', null, new HubError(NOT_LINKED)],
+    ['has ended a try without an answer', new HubError(OUTCOME_UNKNOWN), new HubError(NOT_LINKED)],
+    ['was cut off while it was asked', new HubError(NOT_LINKED), new HubError(OUTCOME_UNKNOWN)],
+  ])('may have been carried out, where the page %s', async (_, posted, asked) => {
+    const hangs = () => new Promise<never>(() => {});
+    vi.spyOn(http, 'post').mockImplementation(() => (posted ? Promise.reject(posted) : hangs()));
+    vi.spyOn(socket, 'ask').mockRejectedValue(asked);
+    const result = commands.stop('M1').catch((error: HubError) => error.code);
+    await vi.advanceTimersByTimeAsync(61_000);
+    expect(await result).toBe('outcome_unknown');
+    expect(notes()).toEqual(['unconfirmed', 'failed']);
+  });
+
+  test('is not sent again while the hub has it and waits for the monitor', async () => {
+    const post = vi.spyOn(http, 'post').mockImplementation(() => new Promise(() => {}));
+    let answer = () => {};
+    const ask = vi.spyOn(socket, 'ask').mockImplementation(
+      () =>
+        new Promise((resolve) => {
+          answer = () => resolve({ result: done } as Answered);
+        }),
+    );
+    const result = commands.stop('M1');
+    await vi.advanceTimersByTimeAsync(15_000);
+    answer();
+    expect(await result).toEqual({ M1: done });
+    expect([ask.mock.calls.length, post.mock.calls.length]).toEqual([1, 1]);
   });
 
   test('is not given up because a proxy says that it cannot reach the hub', async () => {

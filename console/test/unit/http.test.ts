@@ -62,18 +62,23 @@ test.each(['stop', 'close', 'lockout', 'abort'])('a %s in flight survives the en
   expect(sent.at(-1)!.keepalive).toBe(true);
 });
 
-test('a query into a dead network ends, an order does not', async () => {
+test('a query into a dead network ends, and an order that ends something; another order does not', async () => {
   vi.useFakeTimers();
   vi.stubGlobal('fetch', (_: string, { signal }: RequestInit) => {
     return new Promise((_, reject) => signal?.addEventListener('abort', () => reject(signal.reason)));
   });
   const ended: string[] = [];
   void http.get('/api/hub').catch(({ code }) => ended.push(`get ${code}`));
-  void http.post('/api/stop').catch(({ code }) => ended.push(`post ${code}`));
-  await vi.advanceTimersByTimeAsync(9900);
+  void http.post('/api/zones/a/abort').catch(({ code, details }) => ended.push(`abort ${code} ${details.cut}`));
+  void http.post('/api/zones/a/release').catch(({ code }) => ended.push(`release ${code}`));
+  await vi.advanceTimersByTimeAsync(5900);
   expect(ended).toEqual([]);
   await vi.advanceTimersByTimeAsync(200);
-  expect(ended).toEqual(['get not_linked']);
+  expect(ended, 'it may have been carried out').toEqual(['abort outcome_unknown true']);
+  await vi.advanceTimersByTimeAsync(3800);
+  expect(ended).toHaveLength(1);
+  await vi.advanceTimersByTimeAsync(200);
+  expect(ended.slice(1)).toEqual(['get not_linked']);
   await vi.advanceTimersByTimeAsync(600_000);
-  expect(ended).toEqual(['get not_linked']);
+  expect(ended).toHaveLength(2);
 });

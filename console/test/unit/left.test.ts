@@ -1,6 +1,8 @@
-import { expect, test } from 'vitest';
+import { afterEach, expect, test, vi } from 'vitest';
 import { HubError } from '../../src/hub/errors';
-import { type Left, leftInWords, leftOf, UNKNOWN } from '../../src/hub/left';
+import { http } from '../../src/hub/http';
+import { CONNECTED, type Left, leftInWords, leftOf, UNKNOWN, whatIsLeft } from '../../src/hub/left';
+import { socket } from '../../src/hub/socket';
 import en from '../../src/i18n/en/login';
 import ru from '../../src/i18n/ru/login';
 
@@ -12,6 +14,8 @@ const said = (left: Left) => {
   const key = leftInWords(left) as keyof typeof en;
   return { en: en[key], ru: ru[key] };
 };
+
+afterEach(() => void vi.restoreAllMocks());
 
 test('the page offers what the hub accepts, and no more', () => {
   const expired = refused({ standing: 'expired', left_ms: 23.5 * 3_600_000 });
@@ -28,4 +32,15 @@ test('the page offers what the hub accepts, and no more', () => {
   }
   expect(leftOf(new HubError({ code: 'not_linked', en: '', ru: '' } as never))).toBe(UNKNOWN);
   expect(said(UNKNOWN).en).not.toContain('STOP');
+});
+
+test('a connection that is heard takes STOP and LOCKOUT, whatever becomes of the session', async () => {
+  const nothing = new HubError({ code: 'login_needed', en: '', ru: '' });
+  vi.spyOn(http, 'get').mockRejectedValue(nothing);
+  const heard = vi.spyOn(socket, 'alive', 'get').mockReturnValue(true);
+  expect(await whatIsLeft()).toBe(CONNECTED);
+  expect(said(CONNECTED).en).toContain('STOP and LOCKOUT still work here as long as there is a connection');
+  expect(said(CONNECTED).ru).toContain('СТОП и БЛОКИРОВКА здесь работают, пока есть связь');
+  heard.mockReturnValue(false);
+  expect(await whatIsLeft()).toEqual(leftOf(nothing));
 });

@@ -28,6 +28,7 @@ test('subscribes to the monitors shown in full, also after a reconnection', asyn
   vi.stubGlobal('window', { setInterval: () => 0, setTimeout: () => 0, addEventListener: () => {} });
   vi.stubGlobal('document', { addEventListener: () => {} });
   vi.stubGlobal('WebSocket', Wire);
+  vi.stubGlobal('fetch', () => Promise.reject(new TypeError('Failed to fetch')));
   const { socket } = await import('../../src/hub/socket');
   const state = JSON.stringify({ type: 'state', now_ms: 1, set: { 'monitors/M1/info': {}, 'monitors/M2/info': {} } });
 
@@ -97,4 +98,77 @@ test('after a sleep the link is silent by the clock of the day, though the page 
   listen();
   vi.useRealTimers();
   expect(store.linked).toBe(false);
+});
+
+/** A connection that the hub has taken, and that is heard. */
+function taken(socket: unknown): { end: (code: number) => void; close: () => void } {
+  (socket as { open(): void }).open();
+  const wire = wires.at(-1)!;
+  const hear = (message: object) => wire.onmessage!({ data: JSON.stringify(message) });
+  hear({ type: 'hello', resume: 'secret', now_ms: 1, hub: { version: '1' } });
+  hear({ type: 'state', now_ms: 1, set: {} });
+  return { end: (code) => closed(wire, code), close: vi.spyOn(wire, 'close') };
+}
+
+function closed(wire: unknown, code: number): void {
+  (wire as { onclose: (event: { code: number }) => void }).onclose({ code });
+}
+
+test('a connection that is refused: the session is queried, one query at a time, and a login follows', async () => {
+  const { socket } = await import('../../src/hub/socket');
+  const { http } = await import('../../src/hub/http');
+  const [queries, logins] = [vi.fn(), vi.fn()];
+  http.onLoginNeeded = logins;
+  const refused = () => {
+    (socket as unknown as { open(): void }).open();
+    closed(wires.at(-1), 1006);
+  };
+  let answer = (_: Response) => {};
+  vi.stubGlobal('fetch', (path: string) => {
+    queries(path);
+    return new Promise((resolve) => {
+      answer = resolve;
+    });
+  });
+  refused();
+  refused();
+  expect(queries.mock.calls).toEqual([['/api/session']]);
+  const error = { code: 'login_needed', en: '', ru: '' };
+  answer(new Response(JSON.stringify({ error }), { status: 401, headers: { 'content-type': 'application/json' } }));
+  await vi.waitFor(() => expect(logins).toHaveBeenCalledTimes(1));
+  await vi.waitFor(() => {
+    refused();
+    expect(queries).toHaveBeenCalledTimes(2);
+  });
+  answer(new Response(null, { status: 204 }));
+  await new Promise((done) => setTimeout(done, 10));
+  taken(socket).end(1006);
+  expect(queries, 'not for one that the hub had taken').toHaveBeenCalledTimes(2);
+});
+
+test('where a login is asked for, the connection that is heard remains for STOP', async () => {
+  const { socket } = await import('../../src/hub/socket');
+  const kept = taken(socket);
+  socket.rest();
+  expect([socket.alive, vi.mocked(kept.close).mock.calls.length]).toEqual([true, 0]);
+  sent.length = 0;
+  const asked = socket.ask({ type: 'stop' }).catch(({ code }) => code);
+  expect(sent).toEqual([{ type: 'stop', id: expect.any(Number) }]);
+
+  const before = wires.length;
+  socket.start();
+  expect(kept.close, 'another session has another connection').toHaveBeenCalledTimes(1);
+  expect(wires).toHaveLength(before + 1);
+  expect(await asked).toBe('outcome_unknown');
+
+  const last = taken(socket);
+  vi.setSystemTime(Date.now() + 60_000);
+  socket.rest();
+  vi.useRealTimers();
+  expect(last.close, 'one that is silent does not').toHaveBeenCalledTimes(1);
+
+  socket.start();
+  const left = taken(socket);
+  socket.stop();
+  expect(left.close, 'nor after a logout').toHaveBeenCalledTimes(1);
 });

@@ -18,6 +18,8 @@ export default {
     'Your session has ended. STOP and LOCKOUT still work here for {n} min; for everything else log in again: the same page will open.',
   'login.ended_all_hours':
     'Your session has ended. STOP and LOCKOUT still work here for {n} h; for everything else log in again: the same page will open.',
+  'login.ended_linked':
+    'Your session has ended. STOP and LOCKOUT still work here as long as there is a connection to the hub; for everything else log in again: the same page will open.',
   'login.ended_stop':
     'Your session was ended by an administrator or by a new password. Only STOP still works here, for {n} min. For LOCKOUT and everything else log in again.',
   'login.ended_nothing':

@@ -125,7 +125,7 @@ impl Hub {
         for station in self.stations() {
             lock(&station.programs).stepped(by_ms);
         }
-        let changes = self.alarms().stepped(by_ms);
+        let changes = self.alarms().stepped(self.clock().now_ms(), by_ms);
         self.publish_alarms(changes);
         let own = self.clone();
         // The disk is waited for elsewhere.

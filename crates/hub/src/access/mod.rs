@@ -19,7 +19,7 @@ use utoipa::ToSchema;
 use crate::text::Both;
 pub(crate) use keys::digest;
 pub use keys::secret;
-pub use known::{Entry, STALE_MS};
+pub use known::{Entry, SESSION_MS, STALE_MS};
 pub use rules::{Need, need};
 pub use throttle::{Bucket, Logins, Place};
 pub use turns::{Turn, Turns};
@@ -146,5 +146,13 @@ impl Principal {
     /// Whether the session is valid.
     pub fn is_good(&self) -> bool {
         self.standing == Standing::Good
+    }
+
+    /// What a connection has left that outlasts the certificate of its client: it is as good as a session that has run
+    /// out.
+    pub fn outlasted(&self, now_ms: u64) -> Option<Self> {
+        let until_ms = self.expires_ms.saturating_add(STALE_MS);
+        let outlasts = self.kind == Kind::Certificate && now_ms < until_ms;
+        outlasts.then(|| Self { standing: Standing::Expired, expires_ms: until_ms, ..self.clone() })
     }
 }

@@ -209,6 +209,17 @@ pub fn history() -> Texts {
     }
 }
 
+/// The disk does not take the event log.
+pub fn events() -> Texts {
+    Texts {
+        priority: Priority::Low,
+        what: text::AlarmEvents.words(),
+        cause: text::AlarmEventsCause.words(),
+        consequence: text::AlarmEventsConsequence.words(),
+        remedy: text::AlarmEventsRemedy.words(),
+    }
+}
+
 /// What a flag leads to.
 type Consequence = &'static dyn Text;
 

@@ -27,6 +27,8 @@ use crate::monitor::status::{Status, Withheld};
 
 /// A condition has to be gone for this time before its alarm returns: no chattering.
 const OFF_DELAY_MS: u64 = 2_000;
+/// Longest time on the shelf, minutes.
+pub const SHELVE_MAX_MIN: u64 = 480;
 
 /// Conditions of the hub itself: each one that is `true` is an alarm.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,6 +37,8 @@ pub struct Conditions {
     pub audit: bool,
     /// The history cannot be stored.
     pub history: bool,
+    /// The event log and the states of alarms cannot be stored.
+    pub events: bool,
     /// The audit log was changed.
     pub chain: bool,
     /// Files of the state were lost before the start.
@@ -70,6 +74,14 @@ pub struct Change {
     pub reason: Option<String>,
 }
 
+impl Change {
+    /// The condition has come, or come again, and waits to be acknowledged. What leaves the shelf has not
+    /// come just now.
+    pub const fn begins(&self) -> bool {
+        matches!((self.before, self.after), (None | Some(State::RtnUnack), Some(State::Unack)))
+    }
+}
+
 /// The alarms that are not normal.
 #[derive(Debug, Default)]
 pub struct Alarms {
@@ -96,10 +108,14 @@ pub(super) struct Condition {
 impl Alarms {
     /// As they were when the hub ended: those of monitors that are still there. Whether their
     /// conditions hold shows soon.
-    pub fn restored(written: &[String], monitors: &BTreeSet<String>) -> Self {
+    pub fn restored(now_ms: u64, written: &[String], monitors: &BTreeSet<String>) -> Self {
         let read = |text: &String| serde_json::from_str::<Alarm>(text).ok();
         let known = |it: &Alarm| it.monitor.is_empty() || monitors.contains(&it.monitor);
-        let all = written.iter().filter_map(read).filter(known);
+        let all = written.iter().filter_map(read).filter(known).map(|mut alarm| {
+            // A computer may start with an old date, which steps forward later.
+            alarm.shelved.iter_mut().for_each(|shelf| bound(shelf, now_ms));
+            alarm
+        });
         Self { all: all.map(|alarm| (alarm.id.clone(), alarm)).collect(), ..Self::default() }
     }
 
@@ -243,6 +259,7 @@ impl Alarms {
         for (holds, flag, texts) in [
             (hub.audit, "Audit", catalogue::audit as fn() -> Texts),
             (hub.history, "History", catalogue::history),
+            (hub.events, "Events", catalogue::events),
             (hub.chain, "AuditChain", catalogue::chain),
             (hub.state, "State", catalogue::state),
             (hub.logins, "Logins", catalogue::logins),
@@ -276,12 +293,13 @@ impl Alarms {
     }
 
     /// The date has stepped: what is shelved stays so for the time that is left.
-    pub fn stepped(&mut self, by_ms: i64) -> Vec<Change> {
+    pub fn stepped(&mut self, now_ms: u64, by_ms: i64) -> Vec<Change> {
         let mut changes = Vec::new();
         for alarm in self.all.values_mut() {
             alarm.gone_ms = alarm.gone_ms.map(|it| shifted(it, by_ms));
             if let Some(shelf) = &mut alarm.shelved {
                 shelf.until_ms = shifted(shelf.until_ms, by_ms);
+                bound(shelf, now_ms);
                 let (id, monitor) = (alarm.id.clone(), alarm.monitor.clone());
                 let (before, after) = (Some(alarm.state), Some(alarm.state));
                 changes.push(Change { id, monitor, before, after, user: None, reason: None });
@@ -408,6 +426,11 @@ impl Alarms {
     }
 }
 
+/// Whatever the date was, nothing is shelved for longer than a user may shelve it.
+fn bound(shelf: &mut Shelf, now_ms: u64) {
+    shelf.until_ms = shelf.until_ms.min(now_ms.saturating_add(SHELVE_MAX_MIN * 60_000));
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -478,7 +501,9 @@ mod tests {
         see(&mut alarms, 0, OVERLOAD);
         see(&mut alarms, 10, 0);
         assert_eq!(see(&mut alarms, 3000, 0), [(Some(State::Unack), Some(State::RtnUnack))]);
-        assert_eq!(see(&mut alarms, 4000, OVERLOAD), [(Some(State::RtnUnack), Some(State::Unack))]);
+        let again = alarms.observe(4000, "M1", &status(OVERLOAD), true);
+        assert_eq!((again[0].before, again[0].after), (Some(State::RtnUnack), Some(State::Unack)));
+        assert!(again[0].begins(), "it is recorded as the first time");
         assert_eq!(alarms.get(ID).unwrap().count, 2);
         see(&mut alarms, 5000, 0);
         see(&mut alarms, 8000, 0);
@@ -501,7 +526,8 @@ mod tests {
         assert_eq!(alarms.shelve(ID, "anna", 10_000, "known").unwrap().after, Some(State::Shelved));
         assert!(alarms.unacknowledged().is_empty());
         assert!(alarms.handle_time(9_999, Conditions::default()).is_empty());
-        assert_eq!(alarms.handle_time(10_000, Conditions::default())[0].after, Some(State::Unack));
+        let over = alarms.handle_time(10_000, Conditions::default());
+        assert_eq!((over[0].after, over[0].begins()), (Some(State::Unack), false));
         alarms.shelve(ID, "anna", 90_000, "known");
         see(&mut alarms, 11_000, 0);
         assert_eq!(see(&mut alarms, 14_000, 0), [(Some(State::Shelved), Some(State::Shelved))]);
@@ -513,11 +539,29 @@ mod tests {
         let mut alarms = Alarms::default();
         see(&mut alarms, 0, OVERLOAD);
         alarms.shelve(ID, "anna", 10_000, "known");
-        assert_eq!(alarms.stepped(-5000).len(), 1);
+        assert_eq!(alarms.stepped(4000, -5000).len(), 1);
         assert_eq!(alarms.get(ID).unwrap().shelved.as_ref().unwrap().until_ms, 5000);
-        alarms.stepped(1_000_000);
+        alarms.stepped(1_004_000, 1_000_000);
         assert!(alarms.handle_time(1_004_999, Conditions::default()).is_empty());
         assert_eq!(alarms.handle_time(1_005_000, Conditions::default()).len(), 1);
+    }
+
+    /// Assumed: a computer without a battery starts in 1970, and the time server comes later.
+    #[test]
+    fn an_old_date_at_the_start_shelves_nothing_for_longer() {
+        let (now_ms, most_ms) = (1_795_000_000_000_u64, SHELVE_MAX_MIN * 60_000);
+        let mut alarms = Alarms::default();
+        see(&mut alarms, now_ms, OVERLOAD);
+        alarms.shelve(ID, "anna", now_ms + 60_000, "known");
+        let written = [serde_json::to_string(alarms.get(ID).unwrap()).unwrap()];
+        let until = |it: &Alarms| it.get(ID).unwrap().shelved.as_ref().unwrap().until_ms;
+        let mut again = Alarms::restored(5000, &written, &["M1".to_owned()].into());
+        assert_eq!(until(&again), 5000 + most_ms);
+        again.stepped(now_ms, i64::try_from(now_ms - 5000).unwrap());
+        assert_eq!(until(&again), now_ms + most_ms);
+        // Nor does a step that is longer than the time that has passed.
+        alarms.stepped(now_ms, i64::try_from(most_ms * 100).unwrap());
+        assert_eq!(until(&alarms), now_ms + most_ms);
     }
 
     #[test]
@@ -560,7 +604,7 @@ mod tests {
         assert!(alarm.remedy.en.contains("MoveHold") && alarm.remedy.ru.contains("MoveHold"));
         // After a restart it stays until it is known whether it holds.
         let written = [serde_json::to_string(alarms.get(id).unwrap()).unwrap()];
-        let mut again = Alarms::restored(&written, &["M1".to_owned()].into());
+        let mut again = Alarms::restored(1000, &written, &["M1".to_owned()].into());
         let seen = [5000, 9000].map(|at| see(&mut again, at, 0).len());
         assert_eq!((seen, again.get(id).unwrap().active), ([0, 0], true));
         again.holding("M1").set_hold(true);
@@ -585,6 +629,14 @@ mod tests {
     }
 
     #[test]
+    fn events_that_are_not_stored_are_an_alarm() {
+        let mut alarms = Alarms::default();
+        alarms.handle_time(0, Conditions { events: true, ..Conditions::default() });
+        let alarm = alarms.get("hub/Events").unwrap();
+        assert!(alarm.what.ru.contains("событий") && alarm.remedy.en.contains("events.db"));
+    }
+
+    #[test]
     fn a_restart_forgets_nothing() {
         let both = Conditions { audit: true, history: true, ..Conditions::default() };
         let mut alarms = Alarms::default();
@@ -595,7 +647,7 @@ mod tests {
             alarms.list().iter().map(|it| serde_json::to_string(it).unwrap()).collect()
         };
         let before = written(&alarms);
-        let mut again = Alarms::restored(&before, &BTreeSet::new());
+        let mut again = Alarms::restored(6, &before, &BTreeSet::new());
         assert_eq!(written(&again), before);
         assert!(again.handle_time(7, both).is_empty(), "nothing is new");
         assert_eq!(again.get("hub/History").unwrap().state, State::Shelved);
@@ -604,6 +656,7 @@ mod tests {
 
         let gone = before[0].replace(r#""monitor":"""#, r#""monitor":"M9""#);
         let junk = ["{}".into(), gone];
-        assert!(Alarms::restored(&junk, &BTreeSet::from(["M1".into()])).list().is_empty());
+        let monitors = BTreeSet::from(["M1".into()]);
+        assert!(Alarms::restored(6, &junk, &monitors).list().is_empty());
     }
 }

@@ -7,7 +7,7 @@ mod machine;
 mod zones;
 
 pub use alarm::{Alarm, Fire, Priority, State};
-pub use machine::{Alarms, Change, Conditions};
+pub use machine::{Alarms, Change, Conditions, SHELVE_MAX_MIN};
 
 use crate::hub::Hub;
 use crate::monitor::station::Station;
@@ -23,6 +23,7 @@ impl Hub {
         let conditions = Conditions {
             audit: self.audit().is_failing(),
             history: self.history().is_failing(),
+            events: self.events().is_failing(),
             chain: self.integrity().chain().state == ChainWord::Broken,
             state: !self.integrity().losses().is_empty(),
             logins: self.logins().attack(self.now()),
@@ -73,7 +74,7 @@ impl Hub {
             let Change { id, monitor, user, .. } = change;
             let (from, to) = (State::word(change.before), State::word(change.after));
             tracing::info!(alarm = %id, before = from, after = to, user, "alarm");
-            if change.before.is_none() && change.after == Some(State::Unack) {
+            if change.begins() {
                 self.recordings().alarm(now_ms, monitor, id);
             }
         }

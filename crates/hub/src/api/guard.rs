@@ -45,7 +45,7 @@ impl Cookie {
     }
 
     /// The header that sets it.
-    pub fn set(self, value: &str, age_s: u32, encrypted: bool) -> String {
+    pub fn set(self, value: &str, age_s: u64, encrypted: bool) -> String {
         let (name, secure) = (self.name(encrypted), if encrypted { "; Secure" } else { "" });
         format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict; Max-Age={age_s}{secure}")
     }
@@ -77,6 +77,10 @@ pub struct Peer {
 #[derive(Debug)]
 pub struct Urgent(pub Caller);
 
+/// Who may send a Stop as often as wanted.
+#[derive(Clone, Debug)]
+struct Uncounted(Principal);
+
 /// A body of JSON.
 #[derive(Debug)]
 pub struct Body<T>(pub T);
@@ -89,12 +93,23 @@ pub struct Path<T>(pub T);
 #[derive(Debug)]
 pub struct Lenient(pub Bytes);
 
-/// A caller whose order has come in time: a network that was dead delivers what was sent meanwhile.
+/// A caller whose order has to come in time, and whole: a network that was dead delivers what was sent meanwhile.
 pub struct InTime {
     /// Who gives it.
     pub caller: Caller,
-    /// When it was sent, at the earliest.
-    pub sent: Option<Instant>,
+    up_ms: Option<f64>,
+}
+
+impl InTime {
+    /// When it was sent, at the earliest. To be asked once its body is there, which may be under way for longer than
+    /// its head.
+    ///
+    /// # Errors
+    ///
+    /// 409, `late`; 400: it says that it was sent in the future.
+    pub fn sent(&self, hub: &Hub) -> Result<Option<Instant>, ApiError> {
+        hub.sent_at(self.up_ms)
+    }
 }
 
 /// When an order was sent.
@@ -151,6 +166,7 @@ impl FromRequestParts<Hub> for Urgent {
         if principal.is_good() {
             parts.extensions.insert(principal.clone());
         }
+        parts.extensions.insert(Uncounted(principal.clone()));
         Ok(Self(Caller::http(principal, address(parts, hub))))
     }
 }
@@ -160,10 +176,9 @@ impl FromRequestParts<Hub> for InTime {
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, ApiError> {
         let caller = Caller::from_request_parts(parts, hub).await?;
-        let Query(sent) =
-            Query::<Sent>::try_from_uri(&parts.uri).map_err(|error| not_understood(&error))?;
-        let sent = hub.sent_at(sent.up_ms)?;
-        Ok(Self { caller, sent })
+        let Query(Sent { up_ms }) =
+            Query::try_from_uri(&parts.uri).map_err(|error| not_understood(&error))?;
+        Ok(Self { caller, up_ms })
     }
 }
 
@@ -185,6 +200,10 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
         let len = len.and_then(|len| len.to_str().ok()?.parse::<usize>().ok());
         let (parts, body) = request.into_parts();
         let who = len.is_none_or(|len| len > SHORT).then(|| key(&parts, hub));
+        // What stops is short.
+        if let Some(Uncounted(sender)) = parts.extensions.get().filter(|_| who.is_some()) {
+            hub.count_change(sender)?;
+        }
         // Of who was identified by the head.
         let before = parts.extensions.get::<Principal>().cloned();
         let request = Request::from_parts(parts, body);
@@ -203,9 +222,8 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Hub> for Body<T> {
             }
             _ => read(&bytes),
         };
-        // A body that is kept back does not keep the rights of its sender.
-        if before.is_some_and(|it| !hub.is_still_good(&it)) {
-            return Err(login_needed(hub, None));
+        if let Some(before) = before {
+            still_good(hub, &before)?;
         }
         read.map_err(|error| not_understood(&error))
     }
@@ -345,6 +363,15 @@ pub fn login_needed(hub: &Hub, left: Option<&Principal>) -> ApiError {
         ..Details::default()
     };
     ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with(details)
+}
+
+/// A body that is kept back does not keep the rights of its sender.
+///
+/// # Errors
+///
+/// 401: they were revoked, or have ended.
+pub fn still_good(hub: &Hub, sender: &Principal) -> Result<(), ApiError> {
+    if hub.is_still_good(sender) { Ok(()) } else { Err(login_needed(hub, None)) }
 }
 
 /// Turns away what another page asks in the name of its visitor, and names that are not ours (a

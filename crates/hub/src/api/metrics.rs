@@ -41,10 +41,11 @@ pub async fn health(State(hub): State<Hub>) -> (StatusCode, Json<Health>) {
     let failing = hub.audit().is_failing();
     let monitors: BTreeMap<String, &str> =
         hub.stations().iter().map(|it| (it.id().to_owned(), it.health())).collect();
-    let history = hub.history().is_failing();
+    let (history, events) = (hub.history().is_failing(), hub.events().is_failing());
     let (chain, losses) = (hub.integrity().chain(), hub.integrity().losses());
     let doubt = chain.state == ChainWord::Broken || !losses.is_empty();
-    let degraded = failing || history || doubt || monitors.values().any(|state| *state != "up");
+    let degraded =
+        failing || history || events || doubt || monitors.values().any(|state| *state != "up");
     let status = if failing { StatusCode::SERVICE_UNAVAILABLE } else { StatusCode::OK };
     let word = |failing| if failing { "failing" } else { "ok" };
     let body = Health {

@@ -122,7 +122,7 @@ impl Past {
     ) {
         let mut chunk = self.player.everything(from_ms);
         let (mut part_ms, mut count) = (from_ms, 0);
-        while part_ms < to_ms && count < LINES_MAX {
+        while part_ms < to_ms && count < LINES_MAX && !to.is_closed() {
             let end_ms = to_ms.min(part_ms + PART_MS);
             let mut all: Vec<(u64, usize, Change)> = Vec::new();
             for (index, monitor) in self.monitors.iter().enumerate() {
@@ -138,7 +138,7 @@ impl Past {
             all.sort_by_key(|(at_ms, index, _)| (*at_ms, *index));
             let groups = all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
             for group in groups {
-                if count >= LINES_MAX {
+                if count >= LINES_MAX || to.is_closed() {
                     break;
                 }
                 if let Some(line) = self.moment(group) {

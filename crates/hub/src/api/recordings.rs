@@ -18,7 +18,7 @@ use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, Path, not_understood};
+use super::guard::{Body, Path, not_understood, still_good};
 use super::packed::refuse_packed;
 use super::records::{Asked, between, needs};
 use crate::access::Role;
@@ -221,7 +221,8 @@ async fn upload(
     let own = hub.clone();
     let (path, file) = blocking(&hub, move || own.recordings().folder.sent()).await?;
     let sent = Sent(path.clone());
-    store(&hub, body, file).await?;
+    store(&hub, &caller, body, file).await?;
+    still_good(&hub, &caller.principal)?;
     let known = whose(&hub);
     let (by, now_ms) = (caller.principal.user.clone(), hub.clock().now_ms());
     let own = hub.clone();
@@ -259,13 +260,19 @@ impl Drop for Sent {
     }
 }
 
-/// Writes a body to the disk as it comes.
-async fn store(hub: &Hub, body: HttpBody, mut file: std::fs::File) -> Result<(), ApiError> {
+/// Writes a body to the disk as it comes, as long as its sender may send it: others wait for the turn.
+async fn store(
+    hub: &Hub,
+    caller: &Caller,
+    body: HttpBody,
+    mut file: std::fs::File,
+) -> Result<(), ApiError> {
     let (mut body, mut size) = (body.into_data_stream(), 0);
     while let Some(part) = body.next().await {
         let part = part.map_err(|error| {
             ApiError::bad_request(text::UploadBroken { error: Shown(error) }.words())
         })?;
+        still_good(hub, &caller.principal)?;
         size += part.len();
         if size > UPLOAD_MAX {
             let megabytes = UPLOAD_MAX >> 20;
@@ -305,19 +312,22 @@ async fn recording_changes(
     let mut player = Player::new(addresses, names(&hub));
     player.frames = part.frames.unwrap_or(false);
     let (to, lines) = mpsc::channel(4);
-    tokio::task::spawn_blocking(move || play(player, &path, &part, &Sender::new(to)));
+    tokio::task::spawn_blocking(move || _ = play(player, &path, &part, &Sender::new(to)));
     Ok(lines_of(lines))
 }
 
-fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) {
+/// Plays a file, as long as the client takes it; how many pieces of it were looked at.
+fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) -> usize {
     let to_ms = part.to_ms.unwrap_or(u64::MAX);
     let mut from_ms = None;
-    let mut begun = false;
+    let (mut begun, mut looked_at) = (false, 0);
     let (mut chunk, mut count) = (String::new(), 0);
     let read = lafet_capture::read_each(path, UNPACKED_MAX, |piece| {
         let at_ms = piece.at_ns() / 1_000_000;
         let from_ms = *from_ms.get_or_insert(part.from_ms.unwrap_or(at_ms).max(at_ms));
-        if at_ms > to_ms || count >= LINES_MAX {
+        looked_at += 1;
+        // Before its beginning nothing is sent: who has gone would not be missed.
+        if at_ms > to_ms || count >= LINES_MAX || to.is_gone() {
             return false;
         }
         if !begun && at_ms > from_ms {
@@ -331,13 +341,15 @@ fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) {
         chunk.len() <= CHUNK || to.send(&mut chunk)
     });
     if let Err(error) = read {
-        return to.fail(std::io::Error::other(error));
+        to.fail(std::io::Error::other(error));
+        return looked_at;
     }
     chunk += &match begun {
         true => player.take().unwrap_or_default(),
         false => player.everything(from_ms.unwrap_or(0)),
     };
     to.send(&mut chunk);
+    looked_at
 }
 
 /// Sends lines to an answer.
@@ -353,6 +365,10 @@ impl Sender {
     /// Sends what was collected; `false`: the client has gone.
     fn send(&self, chunk: &mut String) -> bool {
         self.0.blocking_send(Ok(std::mem::take(chunk))).is_ok()
+    }
+
+    fn is_gone(&self) -> bool {
+        self.0.is_closed()
     }
 
     fn fail(&self, error: std::io::Error) {
@@ -400,4 +416,33 @@ async fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> std::io::Result<T> + Send + 'static,
 ) -> Result<T, ApiError> {
     Ok(hub.recordings().on_disk(work).await?.map_err(StoreError::Io)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use lafet_capture::{Captured, Direction, Format, Recorder};
+
+    use super::*;
+
+    #[test]
+    fn who_has_gone_is_played_nothing() {
+        let path = std::env::temp_dir().join(format!("lafet-gone-{}.mcap", std::process::id()));
+        let file = std::fs::File::create(&path).unwrap();
+        let mut recorder = Recorder::new(Format::Mcap, file).unwrap();
+        for second in 1..=100 {
+            let (at_ns, direction) = (second * 1_000_000_000, Direction::ToMonitor);
+            recorder.write(&Captured { at_ns, direction, bytes: vec![1, 2, 3] }).unwrap();
+        }
+        recorder.finish().unwrap();
+        let (to, lines) = mpsc::channel(4);
+        let part = Part { from_ms: Some(100_000), to_ms: None, frames: None };
+        let play = || {
+            let player = Player::new(Whose::new(), BTreeMap::new());
+            play(player, &path, &part, &Sender::new(to.clone()))
+        };
+        assert_eq!(play(), 100);
+        drop(lines);
+        assert_eq!(play(), 1);
+        std::fs::remove_file(path).unwrap();
+    }
 }

@@ -20,15 +20,13 @@ use utoipa_axum::routes;
 use super::guard::{Body, not_understood};
 use super::state::Wanted;
 use crate::access::Role;
-use crate::alarms::Alarm;
+use crate::alarms::{Alarm, SHELVE_MAX_MIN};
 use crate::control::authority::REASON_MAX;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::link_series::{self, SeriesInfo};
 use crate::store::{Act, AlarmChange, DAY_MS, Entry, RAW_RANGE_MS, Rows, Verified, resolution_ms};
 
-/// Longest time on the shelf, minutes.
-const SHELVE_MAX_MIN: u64 = 480;
 /// Most entries of one answer.
 pub const LIMIT_MAX: u32 = 1000;
 /// Most series of one answer.
@@ -169,6 +167,10 @@ async fn shelve(
         return Err(ApiError::bad_request(
             text::ShelveRange { reason_max: REASON_MAX, shelve_max_min: SHELVE_MAX_MIN }.words(),
         ));
+    }
+    // Not every base stores them, and a log shows them badly.
+    if reason.trim().chars().any(char::is_control) {
+        return Err(ApiError::bad_request(text::ReasonControl.words()));
     }
     let until_ms = hub.clock().now_ms() + minutes * 60_000;
     let change = hub.alarms().shelve(&id, &caller.principal.user, until_ms, reason.trim());

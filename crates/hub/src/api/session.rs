@@ -1,5 +1,6 @@
 //! Logging in and out.
 
+use std::net::IpAddr;
 use std::sync::atomic::Ordering;
 
 use axum::Json;
@@ -14,7 +15,8 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use super::guard::{Body, Cookie, cookie};
-use crate::access::{AccessError, Kind, Place, Principal, Role, SessionInfo};
+use super::network;
+use crate::access::{AccessError, Kind, Place, Principal, Role, SESSION_MS, STALE_MS, SessionInfo};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
@@ -53,12 +55,15 @@ struct Password {
     new: String,
 }
 
+/// A browser keeps the cookie of a session for this time, s: longer than any session serves for Stop, as the hub
+/// decides how far it still holds.
+const COOKIE_S: u64 = (SESSION_MS + STALE_MS) / 1000 + 3600;
 /// A device is remembered for this time, s: 400 days are what browsers allow.
-const DEVICE_S: u32 = 400 * 24 * 3600;
+const DEVICE_S: u64 = 400 * 24 * 3600;
 
 /// Where a request comes from, before its user is known.
 struct From {
-    address: String,
+    address: IpAddr,
     encrypted: bool,
     /// What a login on this device has left.
     device: Option<String>,
@@ -68,7 +73,8 @@ impl From {
     /// The same place, as far as it concerns a user.
     fn place(&self, hub: &Hub, user: &str) -> Place {
         let device = self.device.as_ref().is_some_and(|it| hub.access().is_device(user, it));
-        Place { address: self.address.clone(), device }
+        // With IPv6 a client has 64 bits of addresses to guess from.
+        Place { address: network(self.address).to_string(), device }
     }
 }
 
@@ -76,7 +82,7 @@ impl FromRequestParts<Hub> for From {
     type Rejection = std::convert::Infallible;
 
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, Self::Rejection> {
-        let address = super::guard::address(parts, hub).to_string();
+        let address = super::guard::address(parts, hub);
         let encrypted = super::guard::encrypted(parts, hub);
         let device = cookie(&parts.headers, Cookie::Device, encrypted).map(str::to_owned);
         Ok(Self { address, encrypted, device })
@@ -141,24 +147,37 @@ async fn set_up(
     from: From,
     Body(setup): Body<Setup>,
 ) -> Result<Response, ApiError> {
-    let attempt = Try::begin(&hub, &from, "")?;
+    let token = setup.token.clone();
+    // The link cannot be guessed: who has it does not wait because of those who try.
+    if !aside(&hub, move |hub| hub.access().is_setup_link(&token)).await? {
+        Try::begin(&hub, &from, "")?.end(false);
+        note_set_up(&hub, &from, None);
+        return Err(AccessError::Wrong.into());
+    }
     let now_ms = hub.clock().now_ms();
     let login = Login { user: setup.user.clone(), password: setup.password.clone() };
-    let result = slowly(&hub, attempt.rank, move |hub| {
+    let result = slowly(&hub, 0, move |hub| {
         hub.access().set_up(now_ms, &setup.token, &setup.user, &setup.password)
     })
     .await;
-    attempt.end(!matches!(result, Err(AccessError::Wrong)));
-    let outcome = if result.is_ok() { "Ok" } else { "refused" };
+    note_set_up(&hub, &from, result.is_ok().then_some(&login.user));
+    result?;
+    // Nor because of those who have guessed at this name before.
+    let place = Place { device: true, ..from.place(&hub, &login.user) };
+    let attempt = Try::begin_at(&hub, place, &login.user)?;
+    begin(hub, from, login, attempt).await
+}
+
+/// Notes who has become the first administrator; `None`: the request was refused.
+fn note_set_up(hub: &Hub, from: &From, user: Option<&String>) {
+    let outcome = if user.is_some() { "Ok" } else { "refused" };
     let mut record = hub.record(&Caller::hub(), "", "set up", outcome);
     // What is no name of a user is not noted as one.
-    let user = if result.is_ok() { login.user.clone() } else { String::new() };
-    (record.user, record.from, record.via) = (user.clone(), from.address.clone(), "http".into());
+    let user = user.cloned().unwrap_or_default();
+    (record.user, record.from, record.via) =
+        (user.clone(), from.address.to_string(), "http".into());
     record.role = Role::Administrator.name().to_owned();
     drop(hub.audit().note(record.about(&Act::SetUp { user })));
-    result?;
-    let attempt = Try::begin(&hub, &from, &login.user)?;
-    begin(hub, from, login, attempt).await
 }
 
 /// Logs out.
@@ -214,11 +233,14 @@ struct Try {
 
 impl Try {
     fn begin(hub: &Hub, from: &From, user: &str) -> Result<Self, ApiError> {
+        Self::begin_at(hub, from.place(hub, user), user)
+    }
+
+    fn begin_at(hub: &Hub, place: Place, user: &str) -> Result<Self, ApiError> {
         // No user has such a name, and its failures would take memory.
         if user.len() > NAME_MAX {
             return Err(AccessError::Wrong.into());
         }
-        let place = from.place(hub, user);
         let begun = hub.logins().begin(hub.now(), user, &place);
         let rank = begun.map_err(ApiError::slow_down)?;
         Ok(Self { hub: hub.clone(), user: user.into(), place, rank, ended: false })
@@ -250,7 +272,7 @@ impl Drop for Try {
 
 async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Response, ApiError> {
     let (now_ms, user) = (hub.clock().steady_ms(), login.user.clone());
-    let (rank, known) = (attempt.rank, attempt.place.device);
+    let (rank, known) = (attempt.rank, from.place(&hub, &login.user).device);
     let result = slowly(&hub, rank, move |hub| {
         let session = hub.access().log_in(now_ms, &login.user, &login.password)?;
         let device = if known { None } else { hub.access().add_device(now_ms, &login.user).ok() };
@@ -259,14 +281,14 @@ async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Respo
     .await;
     let noted = attempt.end(result.is_ok());
     let mut record = hub.record(&Caller::hub(), "", "login", "Ok").about(&Act::Login);
-    (record.user, record.from, record.via) = (user, from.address, "http".into());
+    (record.user, record.from, record.via) = (user, from.address.to_string(), "http".into());
     record.kind = Some(Kind::Session);
     record.role.clear();
     match result {
         Ok((SessionInfo { secret, principal }, device)) => {
             record.role = principal.role.name().into();
             drop(hub.audit().note(record));
-            let session = Cookie::Session.set(&secret, 604_800, from.encrypted);
+            let session = Cookie::Session.set(&secret, COOKIE_S, from.encrypted);
             let device = device.map(|it| Cookie::Device.set(&it, DEVICE_S, from.encrypted));
             let mut response = Json(about(&hub, &principal)).into_response();
             for cookie in [Some(session), device].into_iter().flatten() {

@@ -337,13 +337,14 @@ async fn ordered(hub: &Hub, caller: &Caller, order: Hand) -> Result<Json<ZonesVi
 /// The same of an order that a no undoes which has come since it was sent.
 async fn ordered_in_time(
     hub: &Hub,
-    InTime { caller, sent }: &InTime,
+    from: &InTime,
     order: Hand,
 ) -> Result<Json<ZonesView>, ApiError> {
+    let sent = from.sent(hub)?;
     if sent.is_some_and(|sent| hub.known_zones().is_ok_and(|it| it.is_undone_since(&order, sent))) {
         return Err(ApiError::void());
     }
-    ordered(hub, caller, order).await
+    ordered(hub, &from.caller, order).await
 }
 
 fn at_least(caller: &Caller, role: Role) -> Result<(), ApiError> {

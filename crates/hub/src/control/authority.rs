@@ -244,10 +244,15 @@ impl Authority {
         self.request.as_ref().is_some_and(|(by, _)| by.seat == seat)
     }
 
+    /// Whether its holder has been lost for too long, which [`Authority::handle_timeout`] is to say.
+    pub fn has_expired(&self, now: Now) -> bool {
+        self.expires().is_some_and(|at| now >= at)
+    }
+
     /// Time has passed: see [`Authority::timeout`].
     pub fn handle_timeout(&mut self, now: Now) -> Vec<Notice> {
         let mut notices = Vec::new();
-        if self.expires().is_some_and(|at| now >= at) {
+        if self.has_expired(now) {
             notices.extend(self.free(now, LossWord::Expired));
         }
         if let Some((_, until)) = self.request

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{Caller, Hub};
 use crate::access::Role;
 use crate::command::request::MonitorRequest;
-use crate::control::authority::{Notice, REASON_MAX, Refusal, Seat};
+use crate::control::authority::{Notice, REASON_MAX, Refusal};
 use crate::error::ApiError;
 use crate::monitor::station::Station;
 use crate::monitor::view::Control;
@@ -91,7 +91,9 @@ impl Hub {
                     station.let_go(&seat.seat);
                     self.forget_seat(&seat.seat);
                     if how == LossWord::Expired {
-                        self.expired(station, &seat);
+                        let user = &seat.user;
+                        let text = text::ControlExpired { monitor: station.id(), user }.words();
+                        self.event(Some(station.id()), &text);
                     }
                     if how != LossWord::Released {
                         let message = Message::AuthorityLost { monitor, how, by, reason };
@@ -109,26 +111,24 @@ impl Hub {
         station.publish_authority(self);
     }
 
-    /// The holder did not come back: drives moved by hand are stopped. Programs, search and
-    /// deployment refuse that Stop and go on (§3.2).
-    fn expired(&self, station: &Arc<Station>, seat: &Seat) {
-        let text = text::ControlExpired { monitor: station.id(), user: &seat.user }.words();
-        self.event(Some(station.id()), &text);
-        let hub = self.clone();
-        let (station, caller) = (station.clone(), Caller::hub());
-        tokio::spawn(async move {
-            for drive in [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE] {
-                if let Ok(request) = MonitorRequest::stop(drive) {
-                    _ = hub.urgent(&caller, &station, &request).result().await;
-                }
+    /// The holder does not come back: drives moved by hand are stopped. Programs, search and deployment refuse that
+    /// Stop and go on (§3.2). They are carried out without being waited for.
+    fn stop_drives(&self, station: &Arc<Station>) {
+        for drive in [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE] {
+            if let Ok(request) = MonitorRequest::stop(drive) {
+                drop(self.urgent(&Caller::hub(), station, &request));
             }
-        });
+        }
     }
 
     /// Releases monitors whose holder is gone, hands over those that were requested.
     pub fn handle_timeouts(&self) {
         let now = self.now();
         for station in self.stations() {
+            // Before the next holder has the monitor: none of these Stops ends what that one begins.
+            if lock(&station.authority).has_expired(now) {
+                self.stop_drives(&station);
+            }
             let notices = lock(&station.authority).handle_timeout(now);
             if !notices.is_empty() {
                 self.notices(&station, notices);
@@ -141,4 +141,29 @@ impl Hub {
 #[derive(Debug, Serialize)]
 struct Forced<'a> {
     reason: &'a str,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::control::authority::Seat;
+
+    #[tokio::test(start_paused = true)]
+    async fn the_drives_of_a_lost_holder_are_stopped_before_the_next_one_commands() {
+        let (hub, station) = Hub::of_one(None);
+        let holder = hub.connect(&Caller::hub().principal, "", None);
+        let seat = Seat { seat: holder.seat.clone(), ..Caller::hub().seat };
+        lock(&station.authority).take(hub.now(), seat).unwrap();
+        lock(&station.authority).ask(hub.now(), Caller::hub().seat).unwrap();
+        hub.disconnect(&holder);
+        hub.handle_timeouts();
+        assert_eq!(station.urgent_count(), 0, "it may come back");
+        tokio::time::advance(Duration::from_millis(hub.config().lost_ms)).await;
+        hub.handle_timeouts();
+        let next = lock(&station.authority).holder().map(|(seat, _)| seat.seat.clone());
+        // Nothing else has had its turn meanwhile.
+        assert_eq!((next.as_deref(), station.urgent_count()), (Some("hub"), 3));
+    }
 }

@@ -156,8 +156,10 @@ impl Hub {
             tracing::warn!("{warning}");
         }
         let stations = stations_of(&config, &config.monitors);
-        let (events, alarms) = Events::open_with_alarms(folder)?;
-        let alarms = Alarms::restored(&alarms, &stations.keys().cloned().collect());
+        let (events, alarms, loss) = Events::open_with_alarms(folder)?;
+        loss.into_iter().for_each(|loss| integrity.lost(loss));
+        let known = stations.keys().cloned().collect();
+        let alarms = Alarms::restored(clock.now_ms(), &alarms, &known);
         let hub = Self(Arc::new(Parts {
             audit: Audit::open(folder)?,
             events,

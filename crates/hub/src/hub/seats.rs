@@ -140,13 +140,15 @@ impl Hub {
         if seats.get(&key.seat).is_none_or(|live| live.connection != key.connection) {
             return;
         }
-        let mut holds = false;
-        for station in self.stations() {
-            holds |= self.seat_is_silent(&station, &key.seat);
-        }
-        if !holds {
+        if !self.seat_is_silent_everywhere(&key.seat) {
             seats.remove(&key.seat);
         }
+    }
+
+    /// A seat gives no sign of life to any monitor. Whether it has authority over one.
+    pub fn seat_is_silent_everywhere(&self, seat: &str) -> bool {
+        let stations = self.stations();
+        stations.iter().fold(false, |holds, it| self.seat_is_silent(it, seat) | holds)
     }
 
     /// A seat gives no sign of life: its motions on a monitor stop, what it asks for is withdrawn, and its authority

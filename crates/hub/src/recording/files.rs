@@ -2,21 +2,24 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, LazyLock};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use lafet_capture::{Format, Piece, ReadError, Recorder};
 use time::OffsetDateTime;
 
 use super::{Recording, Whose, player};
 use crate::store::replace;
+use crate::store::reserve::Noise;
 
-/// How often the folder is looked at for what is too old or too much, ms.
-const KEEP_MS: u64 = 60_000;
+/// How often the folder is looked at for what is too old or too much.
+const KEEP: Duration = Duration::from_secs(60);
+/// What a folder that can be used takes at least, bytes.
+const PROBE_BYTES: usize = 64 << 10;
 const DAY_MS: u64 = 86_400_000;
 const MEGABYTE: u64 = 1_000_000;
 /// 2000-01-01: what is said to be older was dated by no clock, or by one that was never set.
@@ -108,8 +111,7 @@ impl Folder {
     ///
     /// It cannot be made, read or written.
     fn prepare(&self) -> io::Result<()> {
-        let (probe, _) = self.sent()?;
-        fs::remove_file(probe)?;
+        self.probe()?;
         for entry in fs::read_dir(self.path())?.flatten() {
             let name = entry.file_name();
             let name = name.to_string_lossy();
@@ -119,6 +121,16 @@ impl Folder {
         }
         self.mend();
         Ok(())
+    }
+
+    /// Writes something, and removes it: on a full disk an empty file can still be made.
+    fn probe(&self) -> io::Result<()> {
+        let (path, mut file) = self.sent()?;
+        let mut bytes = vec![0; PROBE_BYTES];
+        Noise::default().fill(&mut bytes);
+        let written = file.write_all(&bytes).and_then(|()| file.sync_all());
+        fs::remove_file(path)?;
+        written
     }
 
     /// What was being written when the hub was killed is complete as it is.
@@ -172,6 +184,12 @@ impl Folder {
         let at = fs::metadata(self.path().join(name)).and_then(|it| it.modified());
         let since = at.ok().and_then(|at| at.duration_since(SystemTime::UNIX_EPOCH).ok());
         since.and_then(|it| u64::try_from(it.as_millis()).ok()).unwrap_or(0)
+    }
+
+    /// From when on the age of a recording counts: its last frame. A file that was sent is as old as it is here,
+    /// whatever its frames say.
+    fn aged_from_ms(&self, meta: &Recording) -> u64 {
+        if meta.cause == "uploaded" { self.written_ms(&meta.name) } else { meta.to_ms }
     }
 
     /// Removes a recording.
@@ -302,56 +320,106 @@ type Open = HashMap<String, (String, Recorder<File>)>;
 /// Writes recordings until there is nothing more to do. As long as the folder cannot be used, `unusable` is
 /// set, and it is tried again.
 pub fn write(place: &Folder, keep: (u32, u64), unusable: &AtomicBool, queue: &Receiver<Work>) {
-    let (mut open, mut kept_ms) = (Open::new(), 0);
-    let folder = place.path();
-    let prepare = || {
-        let prepared = place.prepare();
-        if let Err(error) = &prepared {
-            tracing::error!(%error, folder = %folder.display(), "nothing can be recorded");
-        }
-        unusable.store(prepared.is_err(), Ordering::Relaxed);
-    };
-    let try_again = || unusable.load(Ordering::Relaxed).then(&prepare);
-    prepare();
-    let failed = |error: io::Error| tracing::warn!(%error, "a recording is not stored");
+    let mut writer = Writer::new(place, keep, unusable);
+    writer.prepare();
     while let Ok(work) = queue.recv() {
+        if matches!(work, Work::Stop) {
+            return;
+        }
+        writer.handle(work);
+    }
+}
+
+/// What the thread has to do with.
+struct Writer<'a> {
+    place: &'a Folder,
+    keep: (u32, u64),
+    unusable: &'a AtomicBool,
+    /// What a hub before this one has left is taken over.
+    prepared: bool,
+    open: Open,
+    /// When the folder was looked at last: the date may step back.
+    kept: Option<Instant>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(place: &'a Folder, keep: (u32, u64), unusable: &'a AtomicBool) -> Self {
+        Self { place, keep, unusable, prepared: false, open: Open::new(), kept: None }
+    }
+
+    /// Sees whether the folder can be used.
+    fn prepare(&mut self) {
+        let usable = if self.prepared { self.place.probe() } else { self.place.prepare() };
+        if let Err(error) = &usable {
+            let folder = self.place.path().display();
+            tracing::error!(%error, %folder, "nothing can be recorded");
+        }
+        self.prepared |= usable.is_ok();
+        self.unusable.store(usable.is_err(), Ordering::Relaxed);
+    }
+
+    fn try_again(&mut self) {
+        if self.unusable.load(Ordering::Relaxed) {
+            self.prepare();
+        }
+    }
+
+    fn failed(&self, error: &io::Error) {
+        self.unusable.store(true, Ordering::Relaxed);
+        tracing::warn!(%error, "a recording is not stored");
+    }
+
+    fn handle(&mut self, work: Work) {
         match work {
             Work::Begin(meta, past) => {
-                try_again();
+                self.try_again();
                 let given = meta.name.clone();
-                let begun = begin(folder, meta, &past);
-                _ = begun.map_err(failed).map(|begun| open.insert(given, begun));
+                match begin(self.place.path(), meta, &past) {
+                    Ok(begun) => _ = self.open.insert(given, begun),
+                    Err(error) => self.failed(&error),
+                }
             }
             Work::Piece(name, piece) => {
-                let lost = open.get_mut(&name).and_then(|(_, it)| put(it, &piece).err());
+                let lost = self.open.get_mut(&name).and_then(|(_, it)| put(it, &piece).err());
                 if let Some(error) = lost {
                     // What could be written stays; a full disk is not tried for each frame.
-                    failed(error);
-                    open.remove(&name);
+                    self.failed(&error);
+                    self.open.remove(&name);
                 }
             }
             Work::End(meta) => {
-                let (name, ended) = match open.remove(&meta.name) {
+                let (name, ended) = match self.open.remove(&meta.name) {
                     Some((name, recorder)) => (name, recorder.finish()),
                     None => (meta.name.clone(), Ok(())),
                 };
                 let meta = Recording { name, ..meta };
-                _ = ended.and_then(|()| tell(folder, &meta)).map_err(failed);
+                if let Err(error) = ended.and_then(|()| tell(self.place.path(), &meta)) {
+                    self.failed(&error);
+                }
             }
             Work::Flush(done) => {
-                open.values_mut().for_each(|(_, it)| _ = it.flush());
+                self.flush();
                 _ = done.send(());
             }
             Work::Keep(now_ms) => {
                 // A hub that is killed loses what has come since: a second.
-                open.values_mut().for_each(|(_, it)| _ = it.flush());
-                if now_ms.saturating_sub(kept_ms) >= KEEP_MS {
-                    kept_ms = now_ms;
-                    try_again();
-                    forget(place, now_ms, keep, &open);
+                self.flush();
+                if self.kept.is_none_or(|at| at.elapsed() >= KEEP) {
+                    self.kept = Some(Instant::now());
+                    self.try_again();
+                    forget(self.place, now_ms, self.keep, &self.open);
                 }
             }
-            Work::Stop => return,
+            Work::Stop => {}
+        }
+    }
+
+    fn flush(&mut self) {
+        let flushed = self.open.values_mut().filter_map(|(_, it)| it.flush().err());
+        if let Some(error) = flushed.last()
+            && !self.unusable.swap(true, Ordering::Relaxed)
+        {
+            tracing::warn!(%error, "recordings are not stored");
         }
     }
 }
@@ -384,10 +452,13 @@ fn forget(place: &Folder, now_ms: u64, (days, megabytes): (u32, u64), open: &Ope
     let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
     let mut all = place.list();
     all.retain(|it| open.values().all(|(name, _)| *name != it.name));
-    all.sort_by_key(|it| (it.to_ms < DATED_MS, it.to_ms));
+    all.sort_by_cached_key(|it| {
+        let from_ms = place.aged_from_ms(it);
+        (from_ms < DATED_MS, from_ms)
+    });
     let mut total: u64 = all.iter().map(|it| it.size).sum();
     for meta in all {
-        let old = (DATED_MS..before_ms).contains(&meta.to_ms);
+        let old = (DATED_MS..before_ms).contains(&place.aged_from_ms(&meta));
         if !old && total <= megabytes.saturating_mul(MEGABYTE) {
             return;
         }
@@ -409,8 +480,6 @@ impl Folder {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
 
     #[test]
@@ -447,6 +516,13 @@ mod tests {
         tell(folder.path(), &meta).unwrap();
     }
 
+    /// A file was written so many days after 1970.
+    fn set_written(folder: &Folder, name: &str, days: u64) {
+        let file = File::options().write(true).open(folder.path().join(name)).unwrap();
+        let at = SystemTime::UNIX_EPOCH + Duration::from_millis(days * DAY_MS);
+        file.set_modified(at).unwrap();
+    }
+
     fn left(folder: &Folder) -> Vec<String> {
         let mut names: Vec<String> = folder.list().into_iter().map(|it| it.name).collect();
         names.sort();
@@ -469,6 +545,65 @@ mod tests {
         let path = folder.path().to_owned();
         drop(folder);
         assert!(!path.exists());
+    }
+
+    /// An exercise of years ago, and one that a wrong clock dated ahead.
+    #[test]
+    fn what_was_sent_is_as_old_as_it_is_here() {
+        let folder = Folder::fresh();
+        let days = 11_000;
+        for (name, frames, here) in [("old.mcap", 1, days - 1), ("ahead.mcap", days, days - 10)] {
+            put_one(&folder, name, None);
+            let to_ms = DATED_MS + frames * DAY_MS;
+            let meta = Recording { name: name.into(), to_ms, ..Recording::default() };
+            tell(folder.path(), &Recording { cause: "uploaded".into(), ..meta }).unwrap();
+            set_written(&folder, name, here);
+        }
+        forget(&folder, days * DAY_MS, (5, 100), &Open::new());
+        assert_eq!(left(&folder), ["old.mcap"]);
+    }
+
+    /// A folder that was there at the start and goes, as a disk that is pulled out.
+    #[test]
+    fn a_folder_that_fails_later_shows_and_is_tried_again() {
+        let (folder, unusable) = (Folder::fresh(), AtomicBool::new(false));
+        let path = folder.path().to_owned();
+        let mut writer = Writer::new(&folder, (10, 100), &unusable);
+        let failing = || unusable.load(Ordering::Relaxed);
+        let meta = |name: &str| Recording { name: name.into(), ..Recording::default() };
+        writer.prepare();
+        let begin = |name: &str| Work::Begin(meta(name), Vec::new());
+        writer.handle(begin("a.mcap"));
+        assert!(!failing());
+        // Its end cannot be written.
+        fs::remove_dir_all(&path).unwrap();
+        writer.handle(Work::End(meta("a.mcap")));
+        assert!(failing());
+        writer.handle(begin("b.mcap"));
+        assert!(!failing() && folder.has("b.mcap"), "the folder is made");
+        fs::remove_dir_all(&path).unwrap();
+        fs::write(&path, "no folder").unwrap();
+        writer.handle(begin("c.mcap"));
+        assert!(failing());
+        fs::remove_file(&path).unwrap();
+        writer.kept = None;
+        writer.handle(Work::Keep(0));
+        assert!(!failing(), "each minute it is tried again");
+    }
+
+    /// Assumed: the date steps back by years.
+    #[test]
+    fn a_date_that_steps_back_stops_no_forgetting() {
+        let (folder, unusable) = (Folder::fresh(), AtomicBool::new(false));
+        let mut writer = Writer::new(&folder, (5, 100), &unusable);
+        let at = |days: u64| DATED_MS + days * DAY_MS;
+        writer.handle(Work::Keep(at(5000)));
+        put_one(&folder, "a.mcap", Some(1));
+        writer.handle(Work::Keep(at(100)));
+        assert_eq!(left(&folder), ["a.mcap"], "once a minute");
+        writer.kept = writer.kept.and_then(|it| it.checked_sub(KEEP));
+        writer.handle(Work::Keep(at(100)));
+        assert!(left(&folder).is_empty());
     }
 
     /// Who has opened a description reads that one to its end.
@@ -496,20 +631,15 @@ mod tests {
     #[test]
     fn a_recording_without_its_word_is_as_old_as_its_file() {
         let folder = Folder::fresh();
-        let set = |name: &str, at: SystemTime| {
-            let file = File::options().write(true).open(folder.path().join(name)).unwrap();
-            file.set_modified(at).unwrap();
-        };
-        let day = |days: u64| SystemTime::UNIX_EPOCH + Duration::from_millis(days * DAY_MS);
         let days = 11_000;
         for (name, age) in [("lost.mcap", 10), ("cut.mcap", 10), ("recent.mcap", 2)] {
             put_one(&folder, name, None);
-            set(name, day(days - age));
+            set_written(&folder, name, days - age);
         }
         fs::write(about(folder.path(), "cut.mcap"), "{\"name\":\"cut").unwrap();
         for name in ["undated.mcap", "unset.mcap"] {
             put_one(&folder, name, None);
-            set(name, day(0));
+            set_written(&folder, name, 0);
         }
         let unset = Recording { name: "unset.mcap".into(), to_ms: 5000, ..Recording::default() };
         tell(folder.path(), &unset).unwrap();

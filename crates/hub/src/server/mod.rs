@@ -100,9 +100,13 @@ impl Server {
                 () = &mut end => break,
                 () = hub.failed() => break,
             };
-            let Ok((stream, address)) = accepted else {
-                tokio::time::sleep(REST).await;
-                continue;
+            let (stream, address) = match accepted {
+                Ok(accepted) => accepted,
+                Err(error) if is_of_one(&error) => continue,
+                Err(_) => {
+                    sleep(REST).await;
+                    continue;
+                }
             };
             let Some(place) = Place::take(&hub, &room, address.ip()) else {
                 tracing::warn!(%address, "too many connections");
@@ -135,6 +139,13 @@ impl Server {
         _ = timeout(FAREWELL, hub.log_head()).await;
         hub.settle().await;
     }
+}
+
+/// Whether an error of accepting concerns the one connection that was given up before it was taken: with a rest after
+/// each, a client that connects and gives up would keep the others out.
+fn is_of_one(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted};
+    matches!(error.kind(), ConnectionAborted | ConnectionReset | Interrupted)
 }
 
 /// Listens, with more room for those who connect than by default: one for whom there is none tries again a second later.
@@ -272,6 +283,18 @@ mod tests {
     use super::*;
     use axum::body::Body as AxumBody;
     use futures_util::{StreamExt, stream};
+
+    #[test]
+    fn who_gives_up_before_being_taken_does_not_hold_up_others() {
+        use io::ErrorKind::{ConnectionAborted, ConnectionReset, Interrupted, OutOfMemory};
+        for kind in [ConnectionAborted, ConnectionReset, Interrupted] {
+            assert!(is_of_one(&kind.into()), "{kind}");
+        }
+        assert!(!is_of_one(&OutOfMemory.into()));
+        // EMFILE: accepting again at once would fail again and again.
+        #[cfg(unix)]
+        assert!(!is_of_one(&io::Error::from_raw_os_error(24)));
+    }
 
     /// How long a body is read until it fails, and what came of it: a part at each of these times.
     async fn read(parts: &[u64]) -> (Duration, usize) {

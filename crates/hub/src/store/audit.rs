@@ -286,7 +286,7 @@ impl Audit {
     /// Looks entries up, the latest first.
     pub async fn find(&self, search: Search) -> Result<Page<Entry>, StoreError> {
         self.catch_up().await;
-        self.reads.call(move |db| find(db, &search, SCAN_MAX)).await
+        self.reads.look(move |db| find(db, &search, SCAN_MAX)).await
     }
 
     /// Number of the last entry that is stored.
@@ -297,7 +297,7 @@ impl Audit {
     /// Number and hash of the last entry that is stored.
     pub async fn head(&self) -> Result<(u64, String), StoreError> {
         self.catch_up().await;
-        self.reads.call(|db| head(db)).await
+        self.reads.look(|db| head(db)).await
     }
 
     /// Notes in the file of the log how many changes of users and tokens there were.
@@ -313,7 +313,7 @@ impl Audit {
     /// Entries from a number on, for export.
     pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
         self.catch_up().await;
-        self.reads.call(move |db| from(db, n, limit)).await
+        self.reads.look(move |db| from(db, n, limit)).await
     }
 
     /// Checks the whole chain, part by part, so that others can read meanwhile.
@@ -332,7 +332,7 @@ impl Audit {
     /// waits for no hash. Then there are more, or this was the end, or an entry is not right.
     pub async fn walk(&self, mut chain: Chain, most: u32) -> Result<(Chain, bool), StoreError> {
         self.reads
-            .call(move |db| {
+            .look(move |db| {
                 let entries = from(db, chain.next(), most)?;
                 let goes_on = !entries.is_empty() && entries.iter().all(|entry| chain.add(entry));
                 Ok((chain, goes_on))

@@ -87,6 +87,13 @@ impl Current {
         pending.push(Row::Raw(self.key, at_ms, None));
     }
 
+    /// Notes the value again, with the time from which it holds, and the minutes from the next one on: the file
+    /// lacks them, and all changes from a time on.
+    pub fn repeat(&mut self, from_ms: u64, pending: &mut Vec<Row>) {
+        self.constant = None;
+        pending.push(Row::Raw(self.key.clone(), self.noted_ms.max(from_ms), Some(self.value)));
+    }
+
     /// Takes a value at a time; `None`: the series had no value for long, or the clock was put back.
     /// `false`: it comes too soon after the last change, and has to be noted again if it stays.
     pub fn note(&mut self, at_ms: u64, value: f64, pending: &mut Vec<Row>) -> Option<bool> {

@@ -11,6 +11,7 @@ use lafet_client::SystemError;
 use lafet_texts::{Argument, Lang, Shown, Text, hub as text};
 use rusqlite::Connection;
 use tokio::sync::oneshot;
+use tokio::time::timeout;
 
 use super::format::{FORMAT, Newer};
 use super::mark::{Loss, StateFile, TABLE};
@@ -21,6 +22,8 @@ const QUEUE_MAX: usize = 1024;
 
 /// A connection waits so long for another one.
 const BUSY_WAIT: Duration = Duration::from_secs(5);
+/// Who reads waits so long for the disk.
+pub const READ_WAIT: Duration = Duration::from_secs(5);
 /// A checkpoint waits so long for a connection that reads.
 const CHECKPOINT_WAIT: Duration = Duration::from_secs(2);
 
@@ -60,6 +63,8 @@ pub enum StoreError {
     NoRoom(std::path::PathBuf, std::io::Error),
     /// What SQLite says of a file.
     File(std::path::PathBuf, rusqlite::Error),
+    /// What the system says of a file that the hub needs.
+    Unusable(std::path::PathBuf, std::io::Error),
     /// The folder cannot be used.
     Io(std::io::Error),
 }
@@ -90,6 +95,10 @@ impl Argument for StoreError {
             }
             Self::File(file, error) => {
                 let error = text::StoreEngine { error: Shown(error) };
+                text::StoreFile { file: Shown(file.display()), error }.write(lang, out)
+            }
+            Self::Unusable(file, error) => {
+                let error = SystemError(error);
                 text::StoreFile { file: Shown(file.display()), error }.write(lang, out)
             }
             Self::Io(error) => SystemError(error).write(lang, out),
@@ -170,9 +179,26 @@ fn close_to_others(folder: &Path) -> Result<(), StoreError> {
             std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))?;
         }
     }
+    close_files(folder, private)
+}
+
+/// Closes the files of the hub to others. A copy of one, which another user may have made, is not needed: if it
+/// cannot be closed the hub works all the same.
+#[cfg(unix)]
+fn close_files(
+    folder: &Path,
+    close: impl Fn(&Path) -> std::io::Result<()>,
+) -> Result<(), StoreError> {
     for entry in std::fs::read_dir(folder)?.filter_map(Result::ok) {
-        if entry.file_type()?.is_file() && is_ours(&entry.file_name().to_string_lossy()) {
-            private(&entry.path())?;
+        let (path, name) = (entry.path(), entry.file_name());
+        let name = name.to_string_lossy();
+        if !is_ours(&name) || !entry.file_type().is_ok_and(|it| it.is_file()) {
+            continue;
+        }
+        match close(&path) {
+            Err(error) if is_needed(&name) => return Err(StoreError::Unusable(path, error)),
+            Err(error) => tracing::warn!(file = %path.display(), %error, "not closed to others"),
+            Ok(()) => {}
         }
     }
     Ok(())
@@ -184,11 +210,21 @@ fn close_to_others(_: &Path) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Whether the hub writes a file of this name into its folder.
+/// What the hub writes into its folder, beside the files of its state.
+const BESIDE: [&str; 6] = ["lock", "recordings", "reserve", "reserve.probe", "revoked", "tune"];
+
+/// Whether the hub writes a file of this name into its folder, or has moved one aside.
 fn is_ours(name: &str) -> bool {
     let of = |file: &StateFile| name.starts_with(file.name());
-    ["lock", "recordings", "reserve", "reserve.probe", "revoked", "tune"].contains(&name)
-        || StateFile::ALL.iter().any(of)
+    BESIDE.contains(&name) || StateFile::ALL.iter().any(of)
+}
+
+/// Whether the hub works with a file of this name, and not with a copy.
+#[cfg(unix)]
+fn is_needed(name: &str) -> bool {
+    let own = ["", "-wal", "-shm", "-journal"];
+    let of = |file: &StateFile| name.strip_prefix(file.name()).is_some_and(|it| own.contains(&it));
+    BESIDE.contains(&name) || StateFile::ALL.iter().any(of)
 }
 
 /// Replaces a file by way of another beside it, whole or not at all: a full disk or a power cut leaves what
@@ -374,12 +410,20 @@ impl Db {
         ask(&self.work, work).await
     }
 
-    /// Reads, beside what is being written: it sees what was stored before.
+    /// Reads, beside what is being written: it sees what was stored before. A disk that hangs is not waited for.
     pub async fn read<T: Send + 'static>(
         &self,
         work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
     ) -> Result<T, StoreError> {
-        ask(&self.reading, work).await
+        ask_in_time(&self.reading, work).await
+    }
+
+    /// As [`Db::read`], after what was asked before of the connection that writes.
+    pub async fn look<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
+    ) -> Result<T, StoreError> {
+        ask_in_time(&self.work, work).await
     }
 
     /// As `checkpoint`, after what was asked before.
@@ -430,6 +474,22 @@ async fn ask<T: Send + 'static>(
     let work: Work = Box::new(move |connection| _ = reply.send(work(connection)));
     queue.try_send(work).map_err(|_| StoreError::Busy)?;
     Ok(result.await.map_err(|_| StoreError::Busy)??)
+}
+
+/// As [`ask`], for [`READ_WAIT`]; what no one waits for any more is left out.
+async fn ask_in_time<T: Send + 'static>(
+    queue: &SyncSender<Work>,
+    work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
+) -> Result<T, StoreError> {
+    let (reply, result) = oneshot::channel();
+    let work: Work = Box::new(move |connection| {
+        if !reply.is_closed() {
+            _ = reply.send(work(connection));
+        }
+    });
+    queue.try_send(work).map_err(|_| StoreError::Busy)?;
+    let result = timeout(READ_WAIT, result).await.map_err(|_| StoreError::Busy)?;
+    Ok(result.map_err(|_| StoreError::Busy)??)
 }
 
 /// How SQLite finds what a statement is about.
@@ -490,6 +550,54 @@ mod tests {
         assert!(refused.is_err(), "what reads does not write");
         drop(db);
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// Assumed: root has copied a file of the state, or it is read-only.
+    #[cfg(unix)]
+    #[test]
+    fn a_copy_that_cannot_be_closed_keeps_no_hub_from_starting() {
+        let folder = std::env::temp_dir().join(format!("lafet-copies-{}", std::process::id()));
+        let refuse = |_: &Path| Err(std::io::ErrorKind::PermissionDenied.into());
+        for (name, needed) in [
+            ("audit.db.2026-01", false),
+            ("hub.db.spoilt-20261128T115959Z-wal", false),
+            ("site.json~", false),
+            ("another program's", false),
+            ("audit.db", true),
+            ("hub.db-wal", true),
+            ("lock", true),
+        ] {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(folder.join(name), "").unwrap();
+            match close_files(&folder, refuse) {
+                Ok(()) => assert!(!needed, "{name}"),
+                Err(error) => assert!(needed && error.to_string().contains(name), "{error}"),
+            }
+            std::fs::remove_dir_all(&folder).unwrap();
+        }
+    }
+
+    /// Assumed: the disk hangs. The time is the test's own.
+    #[tokio::test(start_paused = true)]
+    async fn who_reads_does_not_wait_for_a_disk_that_hangs() {
+        let db = Db::new("test", Connection::open_in_memory().unwrap()).unwrap();
+        let (go, hung) = std::sync::mpsc::channel::<()>();
+        assert!(db.post(move |_| _ = hung.recv()));
+        let (done, looked) = std::sync::mpsc::channel();
+        let again = done.clone();
+        let read = db.read(move |_| {
+            _ = done.send(());
+            Ok(())
+        });
+        assert!(matches!(read.await, Err(StoreError::Busy)));
+        let look = db.look(move |_| {
+            _ = again.send(());
+            Ok(())
+        });
+        assert!(matches!(look.await, Err(StoreError::Busy)));
+        go.send(()).unwrap();
+        db.call(|_| Ok(())).await.unwrap();
+        assert!(looked.try_recv().is_err(), "no one waits for it any more");
     }
 
     #[test]

@@ -2,19 +2,24 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use rusqlite::{Row, ToSql, params};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::db::{Db, StoreError, open_or_begin_anew};
+use super::db::{Db, StoreError, is_malformed, open, open_or_begin_anew};
 use super::history::{DAY_MS, signed};
+use super::mark::{Fault, Loss, StateFile};
 use crate::sync::lock;
 use crate::text::Both;
 
 /// Events that wait for a disk that takes none; older ones are given up.
 const WAITING_MAX: usize = 10_000;
+
+/// The file in the folder of the state.
+const FILE: &str = StateFile::Events.name();
 
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS event (
@@ -87,6 +92,7 @@ pub struct Events {
     waiting: Arc<Mutex<VecDeque<Event>>>,
     /// Alarms that have changed, as JSON; `None`: they are normal.
     alarms: Arc<Mutex<BTreeMap<String, Option<String>>>>,
+    failing: Arc<AtomicBool>,
 }
 
 impl Events {
@@ -95,14 +101,27 @@ impl Events {
         Ok(Self::open_with_alarms(folder)?.0)
     }
 
-    /// Opens it, and returns the alarms that were not normal.
-    pub fn open_with_alarms(folder: Option<&Path>) -> Result<(Self, Vec<String>), StoreError> {
-        let db = open_or_begin_anew(folder, "events.db", SCHEMA)?;
-        let mut query = db.prepare("SELECT value FROM alarm_now")?;
-        let alarms = query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
-        drop(query);
+    /// Opens it, and returns the alarms that were not normal. A file whose alarms cannot be read is moved
+    /// aside, as one that is no database is: the hub works without its contents, and reports the loss.
+    pub fn open_with_alarms(
+        folder: Option<&Path>,
+    ) -> Result<(Self, Vec<String>, Option<Loss>), StoreError> {
+        let db = open_or_begin_anew(folder, FILE, SCHEMA)?;
+        let (db, alarms, loss) = match (alarms_of(&db), folder) {
+            (Ok(alarms), _) => (db, alarms, None),
+            (Err(error), Some(folder)) if is_malformed(&error) => {
+                tracing::error!(file = FILE, %error, "cannot be read");
+                drop(db);
+                let fault = Fault::Malformed { error: error.to_string(), aside: None };
+                let mut loss = Loss { file: StateFile::Events, fault };
+                loss.set_aside(folder)?;
+                (open(Some(folder), FILE, SCHEMA)?, Vec::new(), Some(loss))
+            }
+            (Err(error), _) => return Err(error.into()),
+        };
         let db = Db::new("events", db)?;
-        Ok((Self { db, waiting: Arc::default(), alarms: Arc::default() }, alarms))
+        let (waiting, failing) = Default::default();
+        Ok((Self { db, waiting, alarms: Arc::default(), failing }, alarms, loss))
     }
 
     /// Notes what an alarm is now; `None`: it is normal. Written with the next flush.
@@ -120,22 +139,33 @@ impl Events {
         waiting.push_back(event);
     }
 
+    /// Whether the disk takes nothing.
+    pub fn is_failing(&self) -> bool {
+        self.failing.load(Ordering::Relaxed)
+    }
+
     /// Stores what has come together; what the disk does not take stays.
     pub fn flush(&self) {
         let (waiting, alarms) = (self.waiting.clone(), self.alarms.clone());
+        let failing = self.failing.clone();
         if lock(&waiting).is_empty() && lock(&alarms).is_empty() {
             return;
         }
-        self.db.post(move |db| {
+        let taken = self.db.post(move |db| {
             let changed = std::mem::take(&mut *lock(&alarms));
-            if let Err(error) = store_alarms(db, &changed) {
+            let stored = store_alarms(db, &changed);
+            let mut fails = stored.is_err();
+            if let Err(error) = stored {
                 tracing::warn!(%error, "alarms are not stored");
                 let mut alarms = lock(&alarms);
                 let newer = std::mem::replace(&mut *alarms, changed);
                 alarms.extend(newer);
             }
             let mut all = std::mem::take(&mut *lock(&waiting));
-            if let Err(error) = store(db, &all) {
+            let stored = store(db, &all);
+            fails |= stored.is_err();
+            failing.store(fails, Ordering::Relaxed);
+            if let Err(error) = stored {
                 tracing::warn!(%error, events = all.len(), "events are not stored");
                 let mut waiting = lock(&waiting);
                 all.append(&mut waiting);
@@ -143,6 +173,9 @@ impl Events {
                 *waiting = all;
             }
         });
+        if !taken {
+            self.failing.store(true, Ordering::Relaxed);
+        }
     }
 
     /// Stores everything, in the file itself.
@@ -155,7 +188,7 @@ impl Events {
     pub async fn find(&self, search: Search) -> Result<Page<Event>, StoreError> {
         self.flush();
         // What was noted is stored before it is looked for, on a connection of its own.
-        self.db.call(|_| Ok(())).await?;
+        self.db.look(|_| Ok(())).await?;
         self.db.read(move |db| find(db, &search)).await
     }
 
@@ -164,6 +197,12 @@ impl Events {
         let before = signed(now_ms.saturating_sub(u64::from(days) * DAY_MS));
         forget(&self.db, before);
     }
+}
+
+/// The alarms that were not normal. Opening the file reads its schema alone: a damaged page shows here.
+fn alarms_of(db: &rusqlite::Connection) -> Result<Vec<String>, rusqlite::Error> {
+    let mut query = db.prepare("SELECT value FROM alarm_now")?;
+    query.query_map([], |row| row.get(0))?.collect()
 }
 
 /// Forgets piece by piece; what is to be stored is stored between two pieces.
@@ -317,9 +356,21 @@ mod tests {
         change("ALTER TABLE event RENAME TO away").await.unwrap();
         events.note(1, None, &both("first", "первое"));
         assert!(events.find(Search::default()).await.is_err());
+        assert!(events.is_failing());
         events.note(2, None, &both("second", "второе"));
         change("ALTER TABLE away RENAME TO event").await.unwrap();
         let page = events.find(Search { limit: 9, ..Search::default() }).await.unwrap();
         assert_eq!(page.found.iter().map(|it| it.at_ms).collect::<Vec<_>>(), [2, 1]);
+        assert!(!events.is_failing());
+        let (go, hung) = std::sync::mpsc::channel::<()>();
+        assert!(events.db.post(move |_| _ = hung.recv()));
+        while events.db.post(|_| {}) {}
+        events.note(3, None, &both("third", "третье"));
+        events.flush();
+        assert!(events.is_failing(), "the disk hangs");
+        go.send(()).unwrap();
+        while events.is_failing() {
+            _ = events.find(Search::default()).await;
+        }
     }
 }

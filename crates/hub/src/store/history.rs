@@ -9,10 +9,11 @@ use std::sync::{Arc, Mutex};
 use rusqlite::params;
 use serde::Serialize;
 use tokio::sync::oneshot;
+use tokio::time::timeout;
 use utoipa::ToSchema;
 
 use super::current::Current;
-use super::db::{Db, StoreError, open_or_begin_anew};
+use super::db::{Db, READ_WAIT, StoreError, open_or_begin_anew};
 use super::postgres::{Address, Postgres};
 use super::series::{self, Ids, SCHEMA, Sweep};
 use super::thin::{self, Rows};
@@ -57,6 +58,38 @@ struct File {
     failing: AtomicBool,
     lost: AtomicU64,
     ids: Mutex<Ids>,
+    torn: Mutex<HashMap<Arc<Key>, Torn>>,
+}
+
+/// From when on the file lacks changes of a series, and from when on minutes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Torn {
+    raw_ms: Option<u64>,
+    minute_ms: Option<u64>,
+}
+
+impl File {
+    /// The file does not have these rows: what came before them seems to hold there.
+    fn lose(&self, rows: &[Row]) {
+        self.failing.store(true, Ordering::Relaxed);
+        self.lost.fetch_add(rows.len() as u64, Ordering::Relaxed);
+        let mut torn = lock(&self.torn);
+        let first =
+            |before: Option<u64>, at_ms: u64| Some(before.map_or(at_ms, |it| it.min(at_ms)));
+        for row in rows {
+            match row {
+                Row::Raw(key, at_ms, _) => {
+                    let torn = torn.entry(key.clone()).or_default();
+                    torn.raw_ms = first(torn.raw_ms, *at_ms);
+                }
+                Row::Minute(key, at_ms, _) | Row::Gap(key, at_ms) => {
+                    let torn = torn.entry(key.clone()).or_default();
+                    torn.minute_ms = first(torn.minute_ms, *at_ms);
+                }
+                Row::Known(_) => {}
+            }
+        }
+    }
 }
 
 /// The database of the history.
@@ -201,8 +234,8 @@ impl History {
         self.store(Some(done));
         let base = self.base();
         async move {
-            // PostgreSQL may be away: nothing waits for it.
-            _ = stored.await;
+            // PostgreSQL may be away, and a disk may hang: what is stored already can be read.
+            _ = timeout(READ_WAIT, stored).await;
             base
         }
     }
@@ -219,7 +252,24 @@ impl History {
         }
     }
 
+    /// What the file lacks is not known there; what is current is stored again. Not before it takes rows.
+    fn close_gaps(&mut self) {
+        if self.file.failing.load(Ordering::Relaxed) {
+            return;
+        }
+        let torn = std::mem::take(&mut *lock(&self.file.torn));
+        for (key, Torn { raw_ms, minute_ms }) in torn {
+            self.pending.extend(minute_ms.map(|at_ms| Row::Gap(key.clone(), at_ms)));
+            self.pending.extend(raw_ms.map(|at_ms| Row::Raw(key.clone(), at_ms, None)));
+            let current = self.now.get_mut(&key.monitor).and_then(|it| it.get_mut(&key.series));
+            if let Some(current) = current {
+                current.repeat(raw_ms.unwrap_or(0), &mut self.pending);
+            }
+        }
+    }
+
     fn store(&mut self, done: Option<oneshot::Sender<()>>) -> bool {
+        self.close_gaps();
         if self.known_ms.abs_diff(self.known_stored_ms) >= KNOWN_EVERY_MS {
             self.known_stored_ms = self.known_ms;
             self.pending.push(Row::Known(self.known_ms));
@@ -232,17 +282,24 @@ impl History {
             Base::Postgres(_) if rows.is_empty() => true,
             Base::Postgres(postgres) => postgres.post(Work::Rows(rows)),
             Base::Sqlite(db) => {
-                let file = self.file.clone();
-                db.post(move |db| {
-                    let stored = series::store(db, &mut lock(&file.ids), &rows);
-                    file.failing.store(stored.is_err(), Ordering::Relaxed);
-                    if let Err(error) = stored {
-                        lock(&file.ids).clear();
-                        file.lost.fetch_add(rows.len() as u64, Ordering::Relaxed);
-                        tracing::warn!(%error, rows = rows.len(), "history is not stored");
+                let (file, rows) = (self.file.clone(), Arc::new(rows));
+                let own = rows.clone();
+                let taken = db.post(move |db| {
+                    let stored = series::store(db, &mut lock(&file.ids), &own);
+                    match stored {
+                        Ok(()) => file.failing.store(false, Ordering::Relaxed),
+                        Err(error) => {
+                            lock(&file.ids).clear();
+                            file.lose(&own);
+                            tracing::warn!(%error, rows = own.len(), "history is not stored");
+                        }
                     }
                     drop(done);
-                })
+                });
+                if !taken {
+                    self.file.lose(&rows);
+                }
+                taken
             }
         }
     }
@@ -270,16 +327,22 @@ impl History {
             Base::Sqlite(db) => db,
             Base::Postgres(postgres) => {
                 let texts = [Some(id), Some(monitor), Some(before), Some(after), user, reason];
+                let texts = texts.map(|text| text.map(storable));
                 postgres.post(Work::Alarm(at_ms, Box::new(texts)));
                 return;
             }
         };
-        db.post(move |db| {
+        let file = self.file.clone();
+        let taken = db.post(move |db| {
             let row = params![signed(at_ms), id, monitor, before, after, user, reason];
             if let Err(error) = db.execute("INSERT INTO alarm VALUES (?1,?2,?3,?4,?5,?6,?7)", row) {
+                file.lost.fetch_add(1, Ordering::Relaxed);
                 tracing::warn!(%error, "history of alarms is not stored");
             }
         });
+        if !taken {
+            self.file.lost.fetch_add(1, Ordering::Relaxed);
+        }
     }
 }
 
@@ -345,6 +408,11 @@ impl Base {
     }
 }
 
+/// A text as PostgreSQL stores it: without zeros.
+fn storable(text: String) -> String {
+    text.replace('\0', "\u{fffd}")
+}
+
 /// A number as databases store it.
 pub fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)
@@ -386,6 +454,88 @@ mod tests {
         assert!(history.note(9000, "M1", "a", 7.0));
         let changes = json!([[1000, 5.0], [1300, 6.0], [2000, null], [9000, 7.0]]);
         assert_eq!(raw(&mut history).await, changes);
+    }
+
+    /// Assumed: the disk takes nothing for a while. Until when a value held before that is not known.
+    #[tokio::test]
+    async fn what_the_disk_did_not_take_is_a_gap_and_no_value_that_held() {
+        let mut history = History::open(None).unwrap();
+        let Base::Sqlite(db) = history.base() else { panic!("it is a file") };
+        let change = async |sql: &'static str| db.call(|db| db.execute_batch(sql)).await.unwrap();
+        for series in ["a", "b", "c"] {
+            history.note(1000, "M1", series, 1.0);
+        }
+        history.flushed().await;
+        change("ALTER TABLE raw RENAME TO away").await;
+        history.note(2000, "M1", "a", 2.0);
+        history.note(2000, "M1", "b", 2.0);
+        history.flushed().await;
+        assert!(history.is_failing());
+        history.note(3000, "M1", "a", 3.0);
+        history.lost_series(3000, "M1", "b");
+        history.flushed().await;
+        let lost = history.given_up();
+        change("ALTER TABLE away RENAME TO raw").await;
+        history.note(4000, "M1", "c", 4.0);
+        history.flushed().await;
+        assert_eq!((history.is_failing(), history.given_up()), (false, lost));
+        history.flushed().await;
+        let base = history.base();
+        let of = async |series| {
+            json!(base.values("M1", series, (0, u64::MAX), None, 100).await.unwrap())
+        };
+        assert_eq!(of("a").await, json!([[1000, 1.0], [2000, null], [3000, 3.0]]));
+        assert_eq!(of("b").await, json!([[1000, 1.0], [2000, null]]));
+        assert_eq!(of("c").await, json!([[1000, 1.0], [4000, 4.0]]), "nothing of it was lost");
+    }
+
+    #[tokio::test]
+    async fn minutes_that_are_lost_are_a_gap() {
+        let mut history = History::open(None).unwrap();
+        let Base::Sqlite(db) = history.base() else { panic!("it is a file") };
+        let change = async |sql: &'static str| db.call(|db| db.execute_batch(sql)).await.unwrap();
+        for second in 0..=360_u64 {
+            let value = if (150..=270).contains(&second) { second as f64 } else { 1.0 };
+            history.note(second * 1000, "M1", "a", value);
+            match second {
+                // The constant of the first minutes is stored, what came after it is not.
+                130 => _ = history.flushed().await,
+                131 => change("ALTER TABLE minute RENAME TO away").await,
+                250 => {
+                    history.flushed().await;
+                    change("ALTER TABLE away RENAME TO minute").await;
+                    history.note(251_000, "M1", "b", 1.0);
+                    history.flushed().await;
+                }
+                _ => {}
+            }
+        }
+        let all = spans(&mut history, "a", 360_000, MINUTE_MS).await;
+        let minutes: Vec<_> = all.iter().map(|it| it.0).collect();
+        assert_eq!(minutes, [0, 60_000, 240_000, 300_000], "{all:?}");
+    }
+
+    #[tokio::test]
+    async fn what_a_full_queue_refuses_is_counted() {
+        let mut history = History::open(None).unwrap();
+        let Base::Sqlite(db) = history.base() else { panic!("it is a file") };
+        let (go, hung) = std::sync::mpsc::channel::<()>();
+        assert!(db.post(move |_| _ = hung.recv()));
+        while db.post(|_| {}) {}
+        history.note(1000, "M1", "a", 1.0);
+        assert!(!history.flush());
+        history.alarm(1000, ["M1/x", "M1", "normal", "unack"].map(str::to_owned), None, None);
+        assert_eq!(history.given_up(), 2);
+        go.send(()).unwrap();
+        while db.call(|_| Ok(())).await.is_err() {}
+        history.note(2000, "M1", "b", 2.0);
+        history.flushed().await;
+        assert_eq!(raw(&mut history).await, json!([[1000, 1.0]]), "it is stored all the same");
+    }
+
+    #[test]
+    fn a_text_without_zeros_stays_as_it_is() {
+        assert_eq!(["a\0b", "а б"].map(|it| storable(it.into())), ["a\u{fffd}b", "а б"]);
     }
 
     #[tokio::test]

@@ -40,11 +40,13 @@ pub fn keep(folder: &Path) -> io::Result<()> {
     if size >= RESERVE_BYTES {
         return Ok(());
     }
-    // Written and not only reserved: so every file system has the room.
+    // Written and not only reserved, of bytes that do not compress: so every file system has the room.
     io::Seek::seek(&mut file, io::SeekFrom::Start(size))?;
-    let piece = vec![0; 1 << 20];
+    let mut piece = vec![0; 1 << 20];
+    let mut noise = Noise::default();
     let mut left = RESERVE_BYTES - size;
     while left > 0 {
+        noise.fill(&mut piece);
         let part = piece.get(..usize::try_from(left).unwrap_or(usize::MAX).min(piece.len()));
         let part = part.unwrap_or_default();
         if let Err(error) = file.write_all(part) {
@@ -81,15 +83,41 @@ fn make_room(reserve: &Path, mut probe: impl FnMut() -> io::Result<()>) -> Room 
 fn probe(folder: &Path) -> io::Result<()> {
     let path = folder.join("reserve.probe");
     let written = File::create(&path).and_then(|mut file| {
-        file.write_all(&vec![0; NEEDED_BYTES])?;
+        let mut bytes = vec![0; NEEDED_BYTES];
+        Noise::default().fill(&mut bytes);
+        file.write_all(&bytes)?;
         file.sync_data()
     });
     let removed = std::fs::remove_file(&path);
     written.and(removed)
 }
 
+/// Bytes that do not compress: of zeros some file systems store none. By Marsaglia's xorshift.
+#[derive(Debug)]
+pub struct Noise(u64);
+
+impl Default for Noise {
+    fn default() -> Self {
+        Self(0x9e37_79b9_7f4a_7c15)
+    }
+}
+
+impl Noise {
+    /// Fills a piece with the next bytes.
+    pub fn fill(&mut self, piece: &mut [u8]) {
+        for part in piece.chunks_mut(8) {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            part.iter_mut().zip(self.0.to_le_bytes()).for_each(|(to, byte)| *to = byte);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
 
     #[test]
@@ -101,6 +129,9 @@ mod tests {
         assert!(matches!((take(&folder), size()), (Room::Enough, 0)));
         keep(&folder).unwrap();
         assert!(matches!((take(&folder), size()), (Room::Enough, RESERVE_BYTES)));
+        let bytes = std::fs::read(&reserve).unwrap();
+        let words: HashSet<&[u8]> = bytes.chunks(512).map(|it| &it[..8]).collect();
+        assert_eq!(words.len() as u64, RESERVE_BYTES / 512, "no piece of it is like another");
         // Full until a piece is cut off: each start needs one.
         for start in 1..=RESERVE_BYTES / PIECE_BYTES {
             let before = size();

@@ -1,5 +1,8 @@
 //! Coming in: the first start, logging in, other people's pages, certificates.
 
+mod certificates;
+mod logins;
+
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;

@@ -164,6 +164,25 @@ async fn bits(site: &Site) -> Value {
     reply.body["series"]["General.bits"].clone()
 }
 
+/// A name and a reason with a zero, which PostgreSQL has in no text.
+async fn what_is_never_taken_holds_nothing_up(site: &Site) {
+    let now_ms = site.hub.clock().now_ms();
+    site.hub.history().note(now_ms, "M1", "no\0name", 1.0);
+    until("it is given up", || site.hub.history().given_up() > 0).await;
+    let change = ["M1/Later", "M1", "normal", "unack"].map(str::to_owned);
+    site.hub.history().alarm(now_ms, change, None, Some("why\0".into()));
+    let began = tokio::time::Instant::now();
+    let mut ticks = tokio::time::interval(std::time::Duration::from_millis(100));
+    loop {
+        ticks.tick().await;
+        let log = site.get("", "/api/alarms/history?monitor=M1").await.body.to_string();
+        if log.contains("why\u{fffd}") {
+            return;
+        }
+        assert!(began.elapsed() < PATIENCE, "{log}");
+    }
+}
+
 #[tokio::test]
 async fn what_happened_while_the_server_was_away_is_stored_later() {
     let Some(bin) = programs() else {
@@ -224,6 +243,8 @@ async fn what_happened_while_the_server_was_away_is_stored_later() {
         }
         assert!(began.elapsed() < 2 * PATIENCE, "{old} old rows are still there");
     }
+
+    what_is_never_taken_holds_nothing_up(&site).await;
 
     server.stop();
     until("it is reported again", || alarm(&site).as_deref() == Some("unack")).await;

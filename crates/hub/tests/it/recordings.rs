@@ -242,6 +242,34 @@ async fn the_scene_of_a_simulation_is_played_back() {
     assert!(played(&lines).contains_key("monitors/M1/status"));
 }
 
+/// Who sends slowly has the only turn: it is another's as soon as the sender may not send any more.
+#[tokio::test]
+async fn an_upload_does_not_outlast_the_rights_of_its_sender() {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let site = Site::with(1, |_| {}).await;
+    let operator = site.token(Role::Operator);
+    let (id, secret) = site.hub.access().add_token(1, "late", Role::Operator).unwrap();
+    let head = format!(
+        "POST /api/recordings/upload?name=late.mcap HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+         Authorization: Bearer {secret}\r\nContent-Length: 1000\r\n\r\nthe first part"
+    );
+    let mut stream = tokio::net::TcpStream::connect(site.address).await.unwrap();
+    stream.write_all(head.as_bytes()).await.unwrap();
+    let other = async || upload(&site, &operator, "a.mcap", b"no recording").await;
+    let began = tokio::time::Instant::now();
+    while other().await.code() != "slow_down" {
+        assert!(began.elapsed() < PATIENCE, "it has no turn");
+    }
+    site.hub.access().remove_token(id).unwrap();
+    stream.write_all(b"the second part").await.unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).await.unwrap();
+    assert!(answer.starts_with("HTTP/1.1 401 "), "{answer}");
+    let next = other().await;
+    assert_eq!((next.status, next.code()), (400, "bad_request"), "{next:?}");
+    assert_eq!(list(&site, &operator).await, Vec::<Value>::new());
+}
+
 /// Without a folder for recordings the hub works, and says so; it records when there is one.
 #[tokio::test]
 async fn a_folder_that_cannot_be_used_keeps_no_hub_from_its_work() {

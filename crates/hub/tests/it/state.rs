@@ -190,6 +190,21 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
     end(hub, damaged).await;
 }
 
+/// The first page of a table is lost: the schema can be read all the same.
+fn page(name: &'static str, table: &'static str) -> Damage {
+    Box::new(move |to| {
+        let db = Connection::open(to.join(name)).unwrap();
+        let query = "SELECT rootpage FROM sqlite_schema WHERE name = ?1";
+        let page: u32 = db.query_row(query, [table], |row| row.get(0)).unwrap();
+        let size: u32 = db.pragma_query_value(None, "page_size", |row| row.get(0)).unwrap();
+        drop(db);
+        let (page, size) = (page as usize, size as usize);
+        let mut whole = fs::read(to.join(name)).unwrap();
+        whole[(page - 1) * size..page * size].fill(0xff);
+        fs::write(to.join(name), whole).unwrap();
+    })
+}
+
 /// What cannot be read at all, each by another reason.
 fn malformed() -> Vec<(&'static str, StateFile, Damage)> {
     use StateFile::{Audit, Events, History, Hub, Site};
@@ -204,6 +219,7 @@ fn malformed() -> Vec<(&'static str, StateFile, Damage)> {
         remove(to, "hub.db");
         fs::write(to.join("hub.db"), &whole[..whole.len() / 2]).unwrap();
     });
+    let alarm = "INSERT INTO alarm_now VALUES ('x', CAST(X'FF' AS TEXT))";
     let zones = "CREATE TABLE IF NOT EXISTS zones (one INTEGER PRIMARY KEY, value TEXT NOT NULL);
                  INSERT OR REPLACE INTO zones VALUES (1, '{')";
     vec![
@@ -219,6 +235,8 @@ fn malformed() -> Vec<(&'static str, StateFile, Damage)> {
             run("audit.db", format!("{UNLOCK} DROP TABLE audit; CREATE TABLE audit (a)")),
         ),
         ("garbage", Events, garbage("events.db")),
+        ("a damaged page", Events, page("events.db", "alarm_now")),
+        ("a text that is none", Events, run("events.db", alarm.into())),
         ("garbage", History, garbage("history.db")),
         ("garbage", Site, garbage("site.json")),
     ]

@@ -116,10 +116,11 @@ async fn a_flag_becomes_an_alarm_and_a_shelf_holds_it() {
         (&shelved.body["state"], &shelved.body["shelved"]["user"]),
         (&json!("shelved"), &json!("demo"))
     );
-    let refused = site
-        .post("", "/api/alarms/shelve", json!({ "id": id, "minutes": 9999, "reason": "x" }))
-        .await;
-    assert_eq!(refused.status, 400);
+    for (minutes, reason) in [(9999, "x"), (5, "a\0b"), (5, "two\nlines")] {
+        let body = json!({ "id": id, "minutes": minutes, "reason": reason });
+        let refused = site.post("", "/api/alarms/shelve", body).await;
+        assert_eq!((refused.status, refused.code()), (400, "bad_request"), "{reason:?}");
+    }
     let taken = site.post("", "/api/alarms/unshelve", json!({ "id": id })).await;
     assert_eq!(taken.body["state"], "unack");
 }
@@ -203,6 +204,42 @@ async fn garbage_and_floods() {
     // The close may be cut off by what we were still sending.
     assert!(closed == 4429 || closed.is_null(), "{closed}");
     assert_eq!(site.get("", "/health").await.status, 200);
+}
+
+/// Each ping is answered: more of them than messages, of a client that reads nothing, would wait to be taken.
+#[tokio::test]
+async fn what_says_nothing_counts_as_well() {
+    const SENT: usize = 20_000;
+    let site = Site::open(1).await;
+    let payload = vec![0; 100];
+    let kinds: [fn(Vec<u8>) -> Message; 3] = [
+        |it| Message::Ping(it.into()),
+        |it| Message::Pong(it.into()),
+        |it| Message::Binary(it.into()),
+    ];
+    for kind in kinds {
+        let began = Instant::now();
+        let mut socket = site.ws("").await;
+        for _ in 0..SENT {
+            if socket.socket.feed(kind(payload.clone())).await.is_err() {
+                break;
+            }
+        }
+        _ = socket.socket.flush().await;
+        let (mut pongs, mut closed) = (0, Value::Null);
+        while let Some(Ok(message)) = socket.socket.next().await {
+            assert!(began.elapsed() < support::PATIENCE, "it is not closed");
+            match message {
+                Message::Pong(_) => pongs += 1,
+                Message::Close(frame) => closed = json!(frame.map(|it| u16::from(it.code))),
+                _ => {}
+            }
+        }
+        // The close may be cut off by what we were still sending.
+        assert!(closed == 4429 || closed.is_null(), "{closed}");
+        let allowed = 400.0 + 200.0 * began.elapsed().as_secs_f64();
+        assert!(f64::from(pongs) <= allowed, "{pongs} are answered");
+    }
 }
 
 #[tokio::test]

@@ -20,7 +20,7 @@ use tokio::time::timeout;
 use utoipa::IntoParams;
 
 use super::guard::Peer;
-use crate::access::Principal;
+use crate::access::{Principal, Standing};
 use crate::api::network;
 use crate::control::beats::Delay;
 use crate::hub::{Caller, Hub};
@@ -38,6 +38,9 @@ const MESSAGE_MAX: usize = 16 * 1024;
 const READ_BUFFER: usize = 4 * 1024;
 /// Answers that wait to be sent.
 const ANSWERS_MAX: usize = 64;
+/// What is written and not taken yet: many times what changes at once on a large site. A message beyond that ends the
+/// connection, and of pongs beyond that the last one is sent.
+const UNTAKEN_MAX: usize = 16 * 1024 * 1024;
 
 /// How to resume a seat.
 #[derive(Debug, Deserialize, IntoParams)]
@@ -59,7 +62,7 @@ pub async fn upgrade(
 ) -> Response {
     let from: IpAddr = caller.seat.from.parse().unwrap_or(IpAddr::from([0, 0, 0, 0]));
     let principal = caller.principal;
-    let socket = socket.read_buffer_size(READ_BUFFER);
+    let socket = socket.read_buffer_size(READ_BUFFER).max_write_buffer_size(UNTAKEN_MAX);
     socket.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(
         move |socket| async move {
             serve(hub, socket, principal, from, resume).await;
@@ -126,6 +129,15 @@ async fn serve(
             // A Stop that is stuck in it is one all the same.
             false => _ = tokio::join!(closing, timeout(SLOW, reader.run(&mut stream))),
         }
+    }
+}
+
+/// How far the client of a connection may go on; `None`: not at all. Memory is asked, no disk.
+fn standing(hub: &Hub, principal: &Principal) -> Option<Standing> {
+    let now_ms = hub.clock().steady_ms();
+    match hub.access().is_valid(now_ms, principal) {
+        true => Some(Standing::Good),
+        false => principal.outlasted(now_ms).map(|left| left.standing),
     }
 }
 

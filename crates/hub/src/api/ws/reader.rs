@@ -17,10 +17,11 @@ use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::{AbortHandle, yield_now};
 use tokio::time::{sleep, timeout};
 
-use super::Close;
 use super::frames::show_frames;
 use super::said::{Id, Said, understand};
 use super::writer::ENDED;
+use super::{Close, standing};
+use crate::access::Standing;
 use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
 use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
@@ -46,6 +47,7 @@ pub const URGENT_MAX: usize = 64;
 const SUBSCRIBED_MAX: usize = 32;
 
 const TOO_LARGE: (u16, &str) = (1009, "message too large");
+const TOO_MANY: (u16, &str) = (4429, "too many messages");
 
 pub struct Reader {
     pub hub: Hub,
@@ -79,23 +81,34 @@ impl Reader {
             let text = match message {
                 ws::Message::Text(text) => text,
                 ws::Message::Close(_) => return None,
-                _ => continue,
+                // A ping is answered, and costs as much as what says something.
+                _ if self.may_say_more() => {
+                    yield_now().await;
+                    continue;
+                }
+                _ => return Some(TOO_MANY),
             };
             let said = understand(&text);
             let urgent = said.as_ref().is_ok_and(is_urgent);
             // A user who was removed or has another role commands nothing any more, however long the writer
             // waits for the client before it closes the connection.
-            if !urgent && !self.is_valid() {
-                return Some(ENDED);
-            }
+            let standing = match urgent {
+                true => Standing::Good,
+                false => match standing(&self.hub, &self.caller.principal) {
+                    Some(standing) => standing,
+                    None => return Some(ENDED),
+                },
+            };
             // What was on its way when another connection took the seat is not carried out.
             if !urgent && !self.has.still() {
+                yield_now().await;
                 continue;
             }
-            if !urgent && lock(&self.talk.messages).take(self.hub.now()).is_err() {
-                return Some((4429, "too many messages"));
+            if !urgent && !self.may_say_more() {
+                return Some(TOO_MANY);
             }
             match said {
+                Ok(said) if standing != Standing::Good => self.refuse(said).await,
                 Ok(said) => self.heed(said).await,
                 Err(error) => {
                     let id = serde_json::from_str::<Value>(&text).ok();
@@ -116,9 +129,28 @@ impl Reader {
         None
     }
 
-    /// Whether the session is still good. Memory is asked, no disk.
-    fn is_valid(&self) -> bool {
-        self.hub.access().is_valid(self.hub.clock().steady_ms(), &self.caller.principal)
+    /// Counts a message that is not urgent.
+    fn may_say_more(&self) -> bool {
+        lock(&self.talk.messages).take(self.hub.now()).is_ok()
+    }
+
+    /// What is not urgent, of a client whose certificate has ended: it is answered as a session that has run out.
+    async fn refuse(&mut self, said: Said) {
+        let left = self.caller.principal.outlasted(self.hub.clock().steady_ms());
+        let error = guard::login_needed(&self.hub, left.as_ref());
+        match said {
+            Said::Jog { monitor, beat } => self.tell(monitor, &beat, Err(error)),
+            // What only ends a motion is taken from everyone.
+            Said::JogEnd { .. } | Said::TuneBeat { end: true, .. } => self.heed(said).await,
+            Said::TuneBeat { .. } | Said::Watch { .. } => {}
+            Said::Request { id, .. }
+            | Said::Authority { id, .. }
+            | Said::Tune { id, .. }
+            | Said::Subscribe { id, .. }
+            | Said::Stop { id, .. }
+            | Said::Close { id, .. }
+            | Said::Lockout { id, .. } => self.send(Answer::refused(id, &error)).await,
+        }
     }
 
     async fn heed(&mut self, said: Said) {
@@ -226,11 +258,16 @@ impl Reader {
         Ok(Subscribed { monitors })
     }
 
-    /// A beat is answered where the state is news: `moving` and the end are sent by the motion.
     fn beat(&mut self, monitor: String, beat: &JogBeat) {
         let station = self.hub.station(&monitor);
-        let drive = SubsystemId::from_name(&beat.drive).filter(|_| station.is_ok());
         let result = station.and_then(|station| self.hub.beat(&self.caller, &station, beat));
+        self.tell(monitor, beat, result);
+    }
+
+    /// A beat is answered where the state is news: `moving` and the end are sent by the motion.
+    fn tell(&mut self, monitor: String, beat: &JogBeat, result: Result<MotionWord, ApiError>) {
+        let is_known = self.hub.station(&monitor).is_ok();
+        let drive = SubsystemId::from_name(&beat.drive).filter(|_| is_known);
         let (state, text) = match &result {
             Ok(state) => (*state, None),
             Err(error) => (MotionWord::Ended, Some(&error.text)),

@@ -10,7 +10,8 @@ use futures_util::stream::SplitSink;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, interval, timeout};
 
-use super::Close;
+use super::{Close, standing};
+use crate::access::Standing;
 use crate::control::beats::{BEAT_MS, WATCHDOG};
 use crate::hub::{Caller, Hub, SeatKey};
 use crate::publish::broadcast::{Own, Shared};
@@ -65,12 +66,12 @@ impl Writer {
                     } else if silent_since.elapsed() >= SILENT {
                         return Some((4408, "silent"));
                     }
-                    if !self.is_valid() {
+                    if !self.goes_on(key) {
                         return Some(ENDED);
                     }
                     self.put(Message::Ping(Vec::new().into())).await
                 }
-                Ok(()) = sessions.changed() => match self.is_valid() {
+                Ok(()) = sessions.changed() => match self.goes_on(key) {
                     true => Ok(()),
                     false => return Some(ENDED),
                 },
@@ -92,8 +93,14 @@ impl Writer {
         }
     }
 
-    fn is_valid(&self) -> bool {
-        self.hub.access().is_valid(self.hub.clock().steady_ms(), &self.caller.principal)
+    /// Whether the connection stays open. One that outlasts the certificate of its client loses what it holds, as if it
+    /// were closed: it commands nothing, and others wait for the monitor.
+    fn goes_on(&self, key: &SeatKey) -> bool {
+        let standing = standing(&self.hub, &self.caller.principal);
+        if standing == Some(Standing::Expired) && key.has.still() {
+            self.hub.seat_is_silent_everywhere(&key.seat);
+        }
+        standing.is_some()
     }
 
     async fn begin(&mut self, key: &SeatKey) -> Result<(), Close> {

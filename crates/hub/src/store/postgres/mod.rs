@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use tokio::sync::{mpsc, watch};
 use tokio::time::{sleep, timeout};
+use tokio_postgres::error::SqlState;
 use tokio_postgres::types::ToSql;
 use tokio_postgres::{Client, Row as PgRow};
 
@@ -292,8 +293,16 @@ async fn store(
 ) -> Result<(), StoreError> {
     loop {
         while let Some(work) = waiting.front() {
-            let rest =
-                timeout(PATIENCE, put(client, work)).await.map_err(|_| StoreError::Away)??;
+            let stored = timeout(PATIENCE, put(client, work)).await;
+            let rest = match stored.map_err(|_| StoreError::Away)? {
+                Err(error) if error.code().is_some_and(is_for_good) => {
+                    let rows = rows(work) as u64;
+                    figures.lost.fetch_add(rows, Ordering::Relaxed);
+                    tracing::warn!(error = said(&error), rows, "PostgreSQL refuses a piece");
+                    None
+                }
+                stored => stored?,
+            };
             waiting.pop_front();
             // Behind what has come meanwhile.
             while let Ok(work) = queue.try_recv() {
@@ -313,6 +322,12 @@ async fn store(
             },
         }
     }
+}
+
+/// Whether what was sent is at fault: a value or a text that no column takes, or a rule that it breaks. It would
+/// be refused again, and hold up what comes behind it.
+fn is_for_good(code: &SqlState) -> bool {
+    ["22", "23"].iter().any(|class| code.code().starts_with(class))
 }
 
 /// What PostgreSQL says, with its reasons: an error of its own names the kind alone.

@@ -55,6 +55,29 @@ async fn a_release_right_after_the_start_opens_past_keep_outs_on_a_slow_line() {
     until("the valve opens", || is_open(&site, "M1")).await;
 }
 
+/// Its head has come at once, and its body after the network was dead for a while.
+#[tokio::test]
+async fn an_order_whose_body_comes_late_is_refused() {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let site = quiet(1, "").await;
+    let body = json!({ "confirm": "hall" }).to_string();
+    let head = format!(
+        "POST /api/zones/hall/release?up_ms={} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+         Content-Length: {}\r\n\r\n",
+        site.hub.up_ms(),
+        body.len()
+    );
+    let mut stream = tokio::net::TcpStream::connect(site.address).await.unwrap();
+    stream.write_all(head.as_bytes()).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(2500)).await;
+    stream.write_all(body.as_bytes()).await.unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).await.unwrap();
+    assert!(answer.starts_with("HTTP/1.1 409 ") && answer.contains("\"late\""), "{answer}");
+    assert_eq!(state(&site).await["zones"][0]["phase"], "quiet");
+    assert!(is_closed(&site, "M1"));
+}
+
 /// Two zones that share a monitor and their detectors.
 async fn hall_and_store() -> Site {
     let mut zones = hall(1, "");

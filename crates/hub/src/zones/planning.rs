@@ -41,8 +41,9 @@ const AREA_M2: f64 = 30.0;
 const DENSITY_LPM_M2: f64 = 20.0;
 /// Most monitors of a zone that are planned together: each pair takes about a millisecond.
 const MONITORS_MAX: usize = 16;
-/// A report waits for a plan for so long at most, and so many do.
-const WAITS: Duration = Duration::from_secs(1);
+/// A report waits for a plan for so long at most, and so many do: a zone that was planned just now is planned again a second
+/// later, and that takes its time.
+const WAITS: Duration = Duration::from_secs(3);
 const HELD_MAX: usize = 1024;
 /// A plan, or where a fire is, that is not there after so long is not waited for any more.
 pub(super) const LOST: Duration = Duration::from_secs(10);

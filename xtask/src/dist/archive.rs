@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::{self, lay};
+use super::files::{self, CONFIG, File, lay};
 use super::{Built, tools, work, write};
 use crate::run::{self, output};
 
@@ -10,7 +10,10 @@ use crate::run::{self, output};
 pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
     let name = format!("lafet-{}-linux-{}", built.version, built.arch.name);
     let root = work(&format!("archive-{}", built.arch.name))?;
-    lay(&files::all(built)?, &root.join(&name))?;
+    let config = File { path: "etc/lafet/hub.toml".into(), bytes: CONFIG.into(), mode: 0o640 };
+    let mut files = files::all(built)?;
+    files.push(config);
+    lay(&files, &root.join(&name))?;
     for file in ["LICENSE-APACHE", "LICENSE-MIT", "docs/install.md", "docs/install.ru.md"] {
         let short = file.rsplit('/').next().unwrap_or(file);
         write(&root.join(&name).join(short), run::read(file)?)?;

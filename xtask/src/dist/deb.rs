@@ -51,14 +51,12 @@ pub fn make(built: &Built, folder: &Path) -> Result<PathBuf, String> {
 
 fn all(built: &Built) -> Result<Vec<File>, String> {
     let mut files = files::all(built)?;
-    // The site's own file is made from it once: one of dpkg's would stop upgrades with questions, and be overwritten by
-    // a yes.
-    for file in files.iter_mut().filter(|it| it.path == files::CONFIG_PATH) {
-        (file.path, file.mode) = ("usr/share/lafet/hub.toml".into(), 0o644);
-    }
     let mut file = |path: &str, bytes: Vec<u8>| {
         files.push(File { path: path.into(), bytes, mode: 0o644 });
     };
+    // The site's own file is made from it once: one of dpkg's would stop upgrades with questions, and be overwritten by
+    // a yes.
+    file("usr/share/lafet/hub.toml", files::CONFIG.into());
     file("usr/share/lintian/overrides/lafet", OVERRIDES.into());
     file("etc/needrestart/conf.d/lafet.conf", NEEDRESTART.into());
     let changes = changelog(built)?;

@@ -7,8 +7,6 @@ use crate::run::{self, output};
 
 /// The configuration that is installed: safe, and good for a look at a simulated monitor.
 pub const CONFIG: &str = include_str!("debian/hub.toml");
-/// Where it is.
-pub const CONFIG_PATH: &str = "etc/lafet/hub.toml";
 const RULES: &str = include_str!("debian/61-lafet.rules");
 const UNIT: &str = "crates/hub/lafet-hub.service";
 /// Shells, and where each looks for what it completes.
@@ -32,11 +30,10 @@ impl File {
     }
 }
 
-/// All of them, ordered by path.
+/// All of them but the configuration, ordered by path.
 pub fn all(built: &Built) -> Result<Vec<File>, String> {
     let mut files = vec![
         File { mode: 0o755, ..File::new("usr/bin/lafet", read(&built.program)?) },
-        File { mode: 0o640, ..File::new(CONFIG_PATH, CONFIG) },
         File::new("usr/lib/systemd/system/lafet-hub.service", run::read(UNIT)?),
         File::new("usr/lib/udev/rules.d/61-lafet.rules", RULES),
     ];

@@ -136,7 +136,8 @@ async fn log_in(
     Body(login): Body<Login>,
 ) -> Result<Response, ApiError> {
     let attempt = Try::begin(&hub, &from, &login.user)?;
-    begin(hub, from, login, attempt).await
+    let known = attempt.place.device;
+    begin(hub, from, login, (attempt, known)).await
 }
 
 /// Makes the first administrator with the link that the first start has printed.
@@ -165,7 +166,7 @@ async fn set_up(
     // Nor because of those who have guessed at this name before.
     let place = Place { device: true, ..from.place(&hub, &login.user) };
     let attempt = Try::begin_at(&hub, place, &login.user)?;
-    begin(hub, from, login, attempt).await
+    begin(hub, from, login, (attempt, false)).await
 }
 
 /// Notes who has become the first administrator; `None`: the request was refused.
@@ -270,9 +271,15 @@ impl Drop for Try {
     }
 }
 
-async fn begin(hub: Hub, from: From, login: Login, attempt: Try) -> Result<Response, ApiError> {
+/// `known`: the user has logged in on this device before.
+async fn begin(
+    hub: Hub,
+    from: From,
+    login: Login,
+    (attempt, known): (Try, bool),
+) -> Result<Response, ApiError> {
     let (now_ms, user) = (hub.clock().steady_ms(), login.user.clone());
-    let (rank, known) = (attempt.rank, from.place(&hub, &login.user).device);
+    let rank = attempt.rank;
     let result = slowly(&hub, rank, move |hub| {
         let session = hub.access().log_in(now_ms, &login.user, &login.password)?;
         let device = if known { None } else { hub.access().add_device(now_ms, &login.user).ok() };

@@ -12,6 +12,7 @@ use tokio::time::Instant;
 use super::millis;
 use super::outcome::{OfAll, OfOne};
 use super::request::MonitorRequest;
+use super::series::Said;
 use super::urgent::{Entry, Joined, may_not};
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
@@ -66,9 +67,9 @@ impl Hub {
             drop(self.audit().note(self.record_everywhere(caller, request, "not allowed")));
             return stations.iter().map(|it| named(Joined::refused_as_ended(), it)).collect();
         }
-        let first = self
-            .urgent_series()
-            .take(self, caller, &|by| self.record_everywhere(by, request, "repeated"));
+        let said = Said::Request(request.buf().clone());
+        let noted = |by: &Caller| self.record_everywhere(by, request, "repeated");
+        let first = self.urgent_series().take(self, caller, said, noted);
         let (number, numbered) = watch::channel(None);
         let asked = || self.audit().note(self.record_everywhere(caller, request, "asked"));
         let asked = first.then(asked);

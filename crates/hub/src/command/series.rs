@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::Duration;
 
+use lafet_client::RequestBuf;
 use tokio::time::{Instant, sleep};
 
 use super::urgent::{CALLERS_MAX, REPEATS_NOTED, Repeats};
@@ -15,13 +16,24 @@ use crate::sync::lock;
 /// A series ends when nothing more has come for this time.
 const QUIET: Duration = Duration::from_millis(250);
 
-/// What is repeated, by the act that is noted of it and by session.
+/// What may be repeated, by session.
 #[derive(Debug, Default)]
 pub struct Series(Mutex<BTreeMap<Key, Repeated>>);
 
-type Key = (String, String);
+type Key = (Said, String);
 
-/// What was said, and its repetitions so far.
+/// What a client says.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Said {
+    /// A request to all monitors.
+    Request(RequestBuf),
+    /// Abort of a zone.
+    Abort(String),
+    /// Lockout of the zones.
+    Lockout,
+}
+
+/// How it is noted, and its repetitions so far.
 #[derive(Debug)]
 struct Repeated {
     record: Record,
@@ -31,16 +43,21 @@ struct Repeated {
 }
 
 impl Series {
-    /// Takes what a client says, as it is noted for a client; whether it is the first time of its session.
-    pub fn take(&self, hub: &Hub, caller: &Caller, of: &dyn Fn(&Caller) -> Record) -> bool {
-        let (mut record, now) = (of(caller), Instant::now());
-        let now_ms = record.at_ms;
+    /// Takes what a client says; whether it is the first time of its session. `noted`: how its repetitions are noted for a
+    /// client.
+    pub fn take(
+        &self,
+        hub: &Hub,
+        caller: &Caller,
+        said: Said,
+        noted: impl Fn(&Caller) -> Record,
+    ) -> bool {
+        let (now_ms, now) = (hub.clock().now_ms(), Instant::now());
         let mut all = lock(&self.0);
-        let act = record.act.as_ref().map(ToString::to_string).unwrap_or_default();
-        let mut key = (act, caller.seat.seat.clone());
+        let mut key = (said, caller.seat.seat.clone());
         let full = all.len() >= CALLERS_MAX && !all.contains_key(&key);
         if full {
-            (key.1, record) = (String::new(), of(&Caller::hub()));
+            key.1.clear();
         }
         if let Some(known) = all.get_mut(&key) {
             known.last = now;
@@ -48,6 +65,10 @@ impl Series {
             return false;
         }
         let mut repeats = Repeats::default();
+        let record = match full {
+            true => noted(&Caller::hub()),
+            false => noted(caller),
+        };
         if full {
             repeats.again(now_ms);
         }

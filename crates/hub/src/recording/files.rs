@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
@@ -14,7 +14,7 @@ use time::OffsetDateTime;
 
 use super::{Recording, Whose, player};
 use crate::store::replace;
-use crate::store::reserve::Noise;
+use crate::store::reserve::try_writing;
 
 /// How often the folder is looked at for what is too old or too much.
 const KEEP: Duration = Duration::from_secs(60);
@@ -123,14 +123,10 @@ impl Folder {
         Ok(())
     }
 
-    /// Writes something, and removes it: on a full disk an empty file can still be made.
+    /// Writes something, and removes it.
     fn probe(&self) -> io::Result<()> {
-        let (path, mut file) = self.sent()?;
-        let mut bytes = vec![0; PROBE_BYTES];
-        Noise::default().fill(&mut bytes);
-        let written = file.write_all(&bytes).and_then(|()| file.sync_all());
-        fs::remove_file(path)?;
-        written
+        let (path, _) = self.sent()?;
+        try_writing(&path, PROBE_BYTES)
     }
 
     /// What was being written when the hub was killed is complete as it is.

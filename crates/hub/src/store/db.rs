@@ -470,9 +470,7 @@ async fn ask<T: Send + 'static>(
     queue: &SyncSender<Work>,
     work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
 ) -> Result<T, StoreError> {
-    let (reply, result) = oneshot::channel();
-    let work: Work = Box::new(move |connection| _ = reply.send(work(connection)));
-    queue.try_send(work).map_err(|_| StoreError::Busy)?;
+    let result = submit(queue, true, work)?;
     Ok(result.await.map_err(|_| StoreError::Busy)??)
 }
 
@@ -481,15 +479,25 @@ async fn ask_in_time<T: Send + 'static>(
     queue: &SyncSender<Work>,
     work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
 ) -> Result<T, StoreError> {
+    let result = submit(queue, false, work)?;
+    let result = timeout(READ_WAIT, result).await.map_err(|_| StoreError::Busy)?;
+    Ok(result.map_err(|_| StoreError::Busy)??)
+}
+
+/// Puts work into the queue; it is done `always`, or only if its result is still waited for.
+fn submit<T: Send + 'static>(
+    queue: &SyncSender<Work>,
+    always: bool,
+    work: impl FnOnce(&mut Connection) -> Result<T, rusqlite::Error> + Send + 'static,
+) -> Result<oneshot::Receiver<Result<T, rusqlite::Error>>, StoreError> {
     let (reply, result) = oneshot::channel();
     let work: Work = Box::new(move |connection| {
-        if !reply.is_closed() {
+        if always || !reply.is_closed() {
             _ = reply.send(work(connection));
         }
     });
     queue.try_send(work).map_err(|_| StoreError::Busy)?;
-    let result = timeout(READ_WAIT, result).await.map_err(|_| StoreError::Busy)?;
-    Ok(result.map_err(|_| StoreError::Busy)??)
+    Ok(result)
 }
 
 /// How SQLite finds what a statement is about.

@@ -81,20 +81,24 @@ fn make_room(reserve: &Path, mut probe: impl FnMut() -> io::Result<()>) -> Room 
 
 /// Writes as much as a start does, and removes it.
 fn probe(folder: &Path) -> io::Result<()> {
-    let path = folder.join("reserve.probe");
-    let written = File::create(&path).and_then(|mut file| {
-        let mut bytes = vec![0; NEEDED_BYTES];
+    try_writing(&folder.join("reserve.probe"), NEEDED_BYTES)
+}
+
+/// Writes so many bytes to a file, and removes it: on a full disk an empty one can still be made.
+pub fn try_writing(path: &Path, len: usize) -> io::Result<()> {
+    let written = File::create(path).and_then(|mut file| {
+        let mut bytes = vec![0; len];
         Noise::default().fill(&mut bytes);
         file.write_all(&bytes)?;
         file.sync_data()
     });
-    let removed = std::fs::remove_file(&path);
+    let removed = std::fs::remove_file(path);
     written.and(removed)
 }
 
 /// Bytes that do not compress: of zeros some file systems store none. By Marsaglia's xorshift.
 #[derive(Debug)]
-pub struct Noise(u64);
+struct Noise(u64);
 
 impl Default for Noise {
     fn default() -> Self {
@@ -104,7 +108,7 @@ impl Default for Noise {
 
 impl Noise {
     /// Fills a piece with the next bytes.
-    pub fn fill(&mut self, piece: &mut [u8]) {
+    fn fill(&mut self, piece: &mut [u8]) {
         for part in piece.chunks_mut(8) {
             self.0 ^= self.0 << 13;
             self.0 ^= self.0 >> 7;

@@ -433,10 +433,15 @@ impl Hub {
         caller: &Caller,
         event: &Event,
     ) -> Vec<Record> {
-        let reaction = machine.site.handle(ms(self.now()), event);
-        zones.wake.notify_one();
+        let reaction = self.handle(zones, machine, event);
         machine.news = true;
         self.carry(zones, machine, caller, reaction)
+    }
+
+    /// Gives an event to the machine; its deadlines may have changed.
+    fn handle(&self, zones: &Zones, machine: &mut Machine, event: &Event) -> Reaction {
+        zones.wake.notify_one();
+        machine.site.handle(ms(self.now()), event)
     }
 
     /// Carries out a reaction: what closes first, then what is noted of it.

@@ -15,6 +15,7 @@ use tokio::time::Instant;
 use super::{Machine, ZONES, Zones};
 use crate::clock::ms;
 use crate::command::request::MonitorRequest;
+use crate::command::series::Said;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::sync::lock;
@@ -207,19 +208,23 @@ impl Hub {
     /// Whether a client says the no that it has just said. Any other order ends the series.
     pub(super) fn is_repeated_no(&self, caller: &Caller, event: &Event) -> bool {
         let Event::Hand { order, .. } = event else { return false };
-        let (scope, why) = match order {
-            Hand::Abort { zone } => (Scope::Zone(zone.clone()), Why::Abort),
-            Hand::Lockout { on: true } => (Scope::Site, Why::Lockout),
+        let (said, scope, why) = match order {
+            Hand::Abort { zone } => {
+                (Said::Abort(zone.clone()), Scope::Zone(zone.clone()), Why::Abort)
+            }
+            Hand::Lockout { on: true } => (Said::Lockout, Scope::Site, Why::Lockout),
             _ => {
                 self.urgent_series().end(self);
                 return false;
             }
         };
-        let entry = Entry::No { scope, why };
-        let cause = vec![Cause::Hand { by: caller.principal.user.clone() }];
-        let said = Record { number: 0, at_ms: ms(self.now()), entry, cause };
-        let of = |by: &Caller| self.record_of(by, &said, "repeated");
-        !self.urgent_series().take(self, caller, &of)
+        let noted = |by: &Caller| {
+            let entry = Entry::No { scope: scope.clone(), why };
+            let cause = vec![Cause::Hand { by: caller.principal.user.clone() }];
+            let no = Record { number: 0, at_ms: ms(self.now()), entry, cause };
+            self.record_of(by, &no, "repeated")
+        };
+        !self.urgent_series().take(self, caller, said, noted)
     }
 
     /// Gives a no that is repeated to the machine. It is carried out, and noted if more comes of it than that it was said
@@ -237,8 +242,7 @@ impl Hub {
             }
             _ => machine.site.is_locked(),
         };
-        let mut reaction = machine.site.handle(ms(self.now()), event);
-        zones.wake.notify_one();
+        let mut reaction = self.handle(zones, machine, event);
         let said = |it: &Record| matches!(it.entry, Entry::No { .. } | Entry::Lockout { .. });
         if lasted && reaction.records.iter().all(said) {
             reaction.records.clear();

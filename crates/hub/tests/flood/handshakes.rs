@@ -179,3 +179,29 @@ async fn a_session_that_comes_back_goes_on_with_what_it_has_left() {
         assert_eq!(answer["subscribed"], json!({ "monitors": [] }));
     }
 }
+
+/// What is sent at once: so many messages that the connection ends, and a Stop behind them; also of who has authority
+/// and may come back to its seat.
+#[tokio::test]
+async fn a_stop_behind_too_many_messages_is_carried_out() {
+    for takes in [false, true] {
+        let site = Site::with(1, |_| {}).await;
+        let mut socket = site.ws(&site.token(Role::Operator)).await;
+        if takes {
+            let answer = socket.authority("M1", "take").await;
+            assert!(answer["authority"].is_object(), "{answer}");
+        }
+        let subscribe = json!({ "type": "subscribe", "monitors": [] }).to_string();
+        for _ in 0..600 {
+            socket.socket.feed(Message::text(subscribe.clone())).await.unwrap();
+        }
+        socket.send(json!({ "type": "stop", "monitor": "M1" })).await;
+        while socket.next().await.is_some() {}
+        let admin = site.token(Role::Administrator);
+        let began = Instant::now();
+        while site.get(&admin, "/api/audit?text=stop").await.body["entries"][0]["via"] != "ws" {
+            assert!(began.elapsed() < PATIENCE, "no Stop was sent, authority: {takes}");
+            sleep(Duration::from_millis(20)).await;
+        }
+    }
+}

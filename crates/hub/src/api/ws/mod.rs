@@ -87,14 +87,14 @@ async fn serve(
     let talk = talk.unwrap_or_else(|| Talk::new(hub.now()));
     let (sink, mut stream) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
-    let heard = Arc::new(AtomicBool::new(true));
+    let pings = Arc::new(Pings::default());
     let (audience, turning) = watch::channel(Audience::default());
     let has = key.has.clone();
     let mut reader = Reader {
         hub: hub.clone(),
         caller: caller.clone(),
         answers,
-        heard: heard.clone(),
+        pings: pings.clone(),
         room: Arc::new(Semaphore::new(REQUESTS_MAX)),
         urgent_room: Arc::new(Semaphore::new(URGENT_MAX)),
         watching: HashMap::new(),
@@ -103,6 +103,7 @@ async fn serve(
         talk: talk.clone(),
         has: has.clone(),
         delay: Delay::default(),
+        closing: false,
     };
     let mut writer = Writer {
         hub: hub.clone(),
@@ -114,7 +115,7 @@ async fn serve(
     };
     let close = tokio::select! {
         close = reader.run(&mut stream) => close,
-        close = writer.run(&mut key, waiting, &heard) => close,
+        close = writer.run(&mut key, waiting, &pings) => close,
         () = has.clone().lost() => Some(RESUMED),
     };
     // Its motions end first; then the WebSocket is closed in order.
@@ -124,12 +125,24 @@ async fn serve(
     if let Some((code, reason)) = close {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
         let closing = timeout(SLOW, writer.sink.send(Message::Close(Some(frame))));
-        match has.still() {
+        match code == GOING_AWAY.0 {
             true => _ = closing.await,
             // A Stop that is stuck in it is one all the same.
-            false => _ = tokio::join!(closing, timeout(SLOW, reader.run(&mut stream))),
+            false => {
+                reader.closing = true;
+                _ = tokio::join!(closing, timeout(SLOW, reader.run(&mut stream)));
+            }
         }
     }
+}
+
+/// What is known of the other side by pings and by what it sends.
+#[derive(Debug, Default)]
+struct Pings {
+    /// It has sent something since the last ping.
+    heard: AtomicBool,
+    /// The last ping waits for its pong.
+    unanswered: AtomicBool,
 }
 
 /// How far the client of a connection may go on; `None`: not at all. Memory is asked, no disk.
@@ -141,6 +154,8 @@ fn standing(hub: &Hub, principal: &Principal) -> Option<Standing> {
     }
 }
 
+/// The hub ends.
+const GOING_AWAY: (u16, &str) = (1001, "the hub ends");
 /// Another connection has resumed the seat.
 const RESUMED: (u16, &str) = (4410, "resumed elsewhere");
 

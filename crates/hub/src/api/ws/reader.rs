@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::pin::pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::extract::ws::{self, Utf8Bytes, WebSocket};
@@ -20,7 +20,7 @@ use tokio::time::{sleep, timeout};
 use super::frames::show_frames;
 use super::said::{Id, Said, understand};
 use super::writer::ENDED;
-use super::{Close, standing};
+use super::{Close, Pings, standing};
 use crate::access::Standing;
 use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
@@ -49,11 +49,21 @@ const SUBSCRIBED_MAX: usize = 32;
 const TOO_LARGE: (u16, &str) = (1009, "message too large");
 const TOO_MANY: (u16, &str) = (4429, "too many messages");
 
+/// What is done with a message that is not urgent.
+enum Counted {
+    /// It is heeded.
+    Heeded,
+    /// It came too late.
+    Passed,
+    /// It is one too many.
+    Over,
+}
+
 pub struct Reader {
     pub hub: Hub,
     pub caller: Caller,
     pub answers: mpsc::Sender<Utf8Bytes>,
-    pub heard: Arc<AtomicBool>,
+    pub pings: Arc<Pings>,
     pub room: Arc<Semaphore>,
     pub urgent_room: Arc<Semaphore>,
     pub watching: HashMap<String, AbortHandle>,
@@ -67,6 +77,8 @@ pub struct Reader {
     pub has: Has,
     /// How long its requests are under way.
     pub delay: Delay,
+    /// The connection is being closed: of what still comes, only the urgent is carried out.
+    pub closing: bool,
 }
 
 impl Reader {
@@ -77,19 +89,32 @@ impl Reader {
                 Err(error) if error.to_string().contains("too long") => return Some(TOO_LARGE),
                 Err(_) => return None,
             };
-            self.heard.store(true, Ordering::Relaxed);
+            self.pings.heard.store(true, Ordering::Relaxed);
             let text = match message {
                 ws::Message::Text(text) => text,
                 ws::Message::Close(_) => return None,
+                message if self.was_asked_for(&message) => continue,
                 // A ping is answered, and costs as much as what says something.
-                _ if self.may_say_more() => {
-                    yield_now().await;
-                    continue;
-                }
-                _ => return Some(TOO_MANY),
+                _ => match self.count().await {
+                    Counted::Over => return Some(TOO_MANY),
+                    Counted::Heeded | Counted::Passed => {
+                        yield_now().await;
+                        continue;
+                    }
+                },
             };
             let said = understand(&text);
             let urgent = said.as_ref().is_ok_and(is_urgent);
+            if !urgent {
+                match self.count().await {
+                    Counted::Heeded => {}
+                    Counted::Passed => {
+                        yield_now().await;
+                        continue;
+                    }
+                    Counted::Over => return Some(TOO_MANY),
+                }
+            }
             // A user who was removed or has another role commands nothing any more, however long the writer
             // waits for the client before it closes the connection.
             let standing = match urgent {
@@ -99,14 +124,6 @@ impl Reader {
                     None => return Some(ENDED),
                 },
             };
-            // What was on its way when another connection took the seat is not carried out.
-            if !urgent && !self.has.still() {
-                yield_now().await;
-                continue;
-            }
-            if !urgent && !self.may_say_more() {
-                return Some(TOO_MANY);
-            }
             match said {
                 Ok(said) if standing != Standing::Good => self.refuse(said).await,
                 Ok(said) => self.heed(said).await,
@@ -129,9 +146,23 @@ impl Reader {
         None
     }
 
-    /// Counts a message that is not urgent.
-    fn may_say_more(&self) -> bool {
-        lock(&self.talk.messages).take(self.hub.now()).is_ok()
+    /// The answer to a ping of the hub: it costs nothing, once.
+    fn was_asked_for(&self, message: &ws::Message) -> bool {
+        matches!(message, ws::Message::Pong(_))
+            && self.pings.unanswered.swap(false, Ordering::Relaxed)
+    }
+
+    /// Counts a message that is not urgent. What was on its way when the connection ended, or when another one took the
+    /// seat, is not carried out; it is passed over no faster than messages may come.
+    async fn count(&self) -> Counted {
+        let left = lock(&self.talk.messages).take(self.hub.now());
+        match (left, self.closing || !self.has.still()) {
+            (Ok(()), false) => return Counted::Heeded,
+            (Err(_), false) => return Counted::Over,
+            (Ok(()), true) => {}
+            (Err(wait), true) => sleep(wait).await,
+        }
+        Counted::Passed
     }
 
     /// What is not urgent, of a client whose certificate has ended: it is answered as a session that has run out.
@@ -467,7 +498,7 @@ mod tests {
             hub,
             caller: Caller::hub(),
             answers,
-            heard: Arc::default(),
+            pings: Arc::default(),
             room: room(),
             urgent_room: room(),
             watching: HashMap::new(),
@@ -476,6 +507,7 @@ mod tests {
             talk: Talk::new(Duration::ZERO),
             has: key.has,
             delay: Delay::default(),
+            closing: false,
         };
         (reader, waiting)
     }
@@ -494,6 +526,21 @@ mod tests {
         // Each that is taken makes room for one.
         assert!(waiting.recv().await.is_some());
         assert!(timeout(Duration::from_secs(60), reader.heed(stop())).await.is_ok());
+    }
+
+    /// Who has said too much is still there: the pong of a ping of ours does not end the connection.
+    #[tokio::test(start_paused = true)]
+    async fn pongs_that_were_asked_for_cost_nothing() {
+        let (reader, _waiting) = reader(1);
+        let pong = ws::Message::Pong(Vec::new().into());
+        while lock(&reader.talk.messages).take(reader.hub.now()).is_ok() {}
+        for _ in 0..3 {
+            reader.pings.unanswered.store(true, Ordering::Relaxed);
+            assert!(reader.was_asked_for(&pong));
+            assert!(!reader.was_asked_for(&ws::Message::Ping(Vec::new().into())));
+            assert!(!reader.was_asked_for(&pong), "one pong for each ping");
+            assert!(matches!(reader.count().await, Counted::Over));
+        }
     }
 
     #[tokio::test]

@@ -1,7 +1,7 @@
 //! What the hub sends over a WebSocket: answers, events, and what changes.
 
 use std::future::ready;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
@@ -10,7 +10,7 @@ use futures_util::stream::SplitSink;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, interval, timeout};
 
-use super::{Close, standing};
+use super::{Close, GOING_AWAY, Pings, standing};
 use crate::access::Standing;
 use crate::control::beats::{BEAT_MS, WATCHDOG};
 use crate::hub::{Caller, Hub, SeatKey};
@@ -42,7 +42,7 @@ impl Writer {
         &mut self,
         key: &mut SeatKey,
         mut answers: mpsc::Receiver<Utf8Bytes>,
-        heard: &AtomicBool,
+        pings: &Pings,
     ) -> Close {
         let mut changes = self.hub.audiences().join(&self.audience);
         match self.begin(key).await {
@@ -51,17 +51,15 @@ impl Writer {
         }
         let mut shutdown = self.hub.shutdown();
         let mut sessions = self.hub.access_changes();
-        let mut pings = interval(PING);
+        let mut ping = interval(PING);
         let mut silent_since = Instant::now();
         loop {
             let sent = tokio::select! {
                 Some(answer) = answers.recv() => self.put(Message::Text(answer)).await,
                 Some(event) = key.events.recv() => self.event(key, event).await,
-                () = shutdown.requested() => {
-                    return Some((1001, "the hub ends"));
-                }
-                _ = pings.tick() => {
-                    if heard.swap(false, Ordering::Relaxed) {
+                () = shutdown.requested() => return Some(GOING_AWAY),
+                _ = ping.tick() => {
+                    if pings.heard.swap(false, Ordering::Relaxed) {
                         silent_since = Instant::now();
                     } else if silent_since.elapsed() >= SILENT {
                         return Some((4408, "silent"));
@@ -69,6 +67,7 @@ impl Writer {
                     if !self.goes_on(key) {
                         return Some(ENDED);
                     }
+                    pings.unanswered.store(true, Ordering::Relaxed);
                     self.put(Message::Ping(Vec::new().into())).await
                 }
                 Ok(()) = sessions.changed() => match self.goes_on(key) {

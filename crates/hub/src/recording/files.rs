@@ -310,8 +310,16 @@ fn tell(folder: &Path, meta: &Recording) -> io::Result<()> {
     replace(&path, &path.with_extension("json.new"), &serde_json::to_vec(meta)?)
 }
 
-/// The recordings that are being written, by the names that they were given, with those that they have.
-type Open = HashMap<String, (String, Recorder<File>)>;
+/// The recordings that are being written, by the names that they were given.
+type Open = HashMap<String, Written>;
+
+/// A recording that is being written.
+struct Written {
+    /// The name that it has in the folder.
+    name: String,
+    /// `None`: writing has failed; what could be written stays.
+    recorder: Option<Recorder<File>>,
+}
 
 /// Writes recordings until there is nothing more to do. As long as the folder cannot be used, `unusable` is
 /// set, and it is tried again.
@@ -370,24 +378,30 @@ impl<'a> Writer<'a> {
             Work::Begin(meta, past) => {
                 self.try_again();
                 let given = meta.name.clone();
-                match begin(self.place.path(), meta, &past) {
-                    Ok(begun) => _ = self.open.insert(given, begun),
+                match begin(self.place.path(), meta) {
+                    Ok((name, file)) => {
+                        let recorder = start(file, &past);
+                        if let Err(error) = &recorder {
+                            self.failed(error);
+                        }
+                        self.open.insert(given, Written { name, recorder: recorder.ok() });
+                    }
                     Err(error) => self.failed(&error),
                 }
             }
             Work::Piece(name, piece) => {
-                let lost = self.open.get_mut(&name).and_then(|(_, it)| put(it, &piece).err());
-                if let Some(error) = lost {
-                    // What could be written stays; a full disk is not tried for each frame.
+                let Some(written) = self.open.get_mut(&name) else { return };
+                let put = written.recorder.as_mut().map_or(Ok(()), |it| put(it, &piece));
+                if let Err(error) = put {
+                    // A full disk is not tried for each frame.
+                    written.recorder = None;
                     self.failed(&error);
-                    self.open.remove(&name);
                 }
             }
             Work::End(meta) => {
-                let (name, ended) = match self.open.remove(&meta.name) {
-                    Some((name, recorder)) => (name, recorder.finish()),
-                    None => (meta.name.clone(), Ok(())),
-                };
+                // Of one that has no file there is nothing to describe: its name may be another's.
+                let Some(Written { name, recorder }) = self.open.remove(&meta.name) else { return };
+                let ended = recorder.map_or(Ok(()), Recorder::finish);
                 let meta = Recording { name, ..meta };
                 if let Err(error) = ended.and_then(|()| tell(self.place.path(), &meta)) {
                     self.failed(&error);
@@ -411,7 +425,8 @@ impl<'a> Writer<'a> {
     }
 
     fn flush(&mut self) {
-        let flushed = self.open.values_mut().filter_map(|(_, it)| it.flush().err());
+        let recorders = self.open.values_mut().filter_map(|it| it.recorder.as_mut());
+        let flushed = recorders.filter_map(|it| it.flush().err());
         if let Some(error) = flushed.last()
             && !self.unusable.swap(true, Ordering::Relaxed)
         {
@@ -420,19 +435,23 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Makes the file of a recording, by another name if there is one of its name.
-fn begin(
-    folder: &Path,
-    meta: Recording,
-    past: &[Arc<Piece>],
-) -> io::Result<(String, Recorder<File>)> {
+/// Makes the file of a recording and its description, by another name if there is one of its name.
+fn begin(folder: &Path, meta: Recording) -> io::Result<(String, File)> {
     let name = fresh(&meta.name, |name| folder.join(name).exists());
     let file = File::create_new(folder.join(&name))?;
     let meta = Recording { name, ..meta };
-    tell(folder, &meta)?;
+    if let Err(error) = tell(folder, &meta) {
+        _ = fs::remove_file(folder.join(&meta.name));
+        return Err(error);
+    }
+    Ok((meta.name, file))
+}
+
+/// Writes what was before.
+fn start(file: File, past: &[Arc<Piece>]) -> io::Result<Recorder<File>> {
     let mut recorder = Recorder::new(Format::Mcap, file)?;
     past.iter().try_for_each(|piece| put(&mut recorder, piece))?;
-    Ok((meta.name, recorder))
+    Ok(recorder)
 }
 
 fn put(recorder: &mut Recorder<File>, piece: &Piece) -> io::Result<()> {
@@ -447,7 +466,7 @@ fn put(recorder: &mut Recorder<File>, piece: &Piece) -> io::Result<()> {
 fn forget(place: &Folder, now_ms: u64, (days, megabytes): (u32, u64), open: &Open) {
     let before_ms = now_ms.saturating_sub(u64::from(days) * DAY_MS);
     let mut all = place.list();
-    all.retain(|it| open.values().all(|(name, _)| *name != it.name));
+    all.retain(|it| open.values().all(|written| written.name != it.name));
     all.sort_by_cached_key(|it| {
         let from_ms = place.aged_from_ms(it);
         (from_ms < DATED_MS, from_ms)
@@ -585,6 +604,37 @@ mod tests {
         writer.kept = None;
         writer.handle(Work::Keep(0));
         assert!(!failing(), "each minute it is tried again");
+    }
+
+    /// Assumed: the clock starts in 1970 each time, so that names come again, and the disk fails meanwhile.
+    #[test]
+    fn what_could_not_be_written_changes_no_other() {
+        let (folder, unusable) = (Folder::fresh(), AtomicBool::new(false));
+        let path = folder.path().to_owned();
+        put_one(&folder, "a.mcap", Some(7));
+        let old = folder.about("a.mcap");
+        let meta = Recording { name: "a.mcap".into(), recording: true, ..Recording::default() };
+        let ended = Recording { recording: false, to_ms: 5, ..meta.clone() };
+        let mut writer = Writer::new(&folder, (10, 100), &unusable);
+        writer.prepare();
+        writer.handle(Work::Begin(meta.clone(), Vec::new()));
+        assert!(folder.about("a-2.mcap").recording);
+        // Its writing fails.
+        writer.open.get_mut("a.mcap").unwrap().recorder = None;
+        writer.handle(Work::End(ended.clone()));
+        let two = folder.about("a-2.mcap");
+        assert_eq!((two.recording, two.to_ms), (false, 5), "what could be written is complete");
+        assert_eq!(folder.about("a.mcap"), old);
+        // It has no file at all.
+        let aside = path.with_extension("aside");
+        fs::rename(&path, &aside).unwrap();
+        fs::write(&path, "no folder").unwrap();
+        writer.handle(Work::Begin(meta, Vec::new()));
+        fs::remove_file(&path).unwrap();
+        fs::rename(&aside, &path).unwrap();
+        writer.handle(Work::End(ended));
+        assert_eq!(folder.about("a.mcap"), old);
+        assert_eq!(left(&folder), ["a-2.mcap", "a.mcap"]);
     }
 
     /// Assumed: the date steps back by years.

@@ -41,7 +41,9 @@ const QUEUE_MAX: usize = 10_000;
 /// A recording that alarms extend ends after this time at the latest.
 const LONGEST_MS: u64 = 3_600_000;
 /// Recordings that are written at the same time.
-const AT_ONCE_MAX: usize = 16;
+const AT_ONCE_MAX: usize = 32;
+/// Those of them that were asked for: alarms find room.
+const ASKED_MAX: usize = 16;
 /// Names that were given last and are not given again: two recordings may begin within a second.
 const NAMES_MAX: usize = 256;
 /// Requests that wait for the disk of the recordings at the same time.
@@ -262,6 +264,9 @@ impl Recordings {
         by: &str,
     ) -> Option<Recording> {
         let mut inner = lock(&self.inner);
+        if inner.running.iter().filter(|it| it.meta.cause == "asked").count() >= ASKED_MAX {
+            return None;
+        }
         let one = match whose.values().next() {
             Some(one) if whose.len() == 1 => format!("-{one}"),
             _ => String::new(),
@@ -517,5 +522,26 @@ mod tests {
             .collect();
         names.sort();
         assert_eq!(names, ["20251121-080000-M1-2-2.mcap", "20251121-080000-M1-2.mcap"]);
+    }
+
+    /// What is asked for leaves room for alarms, and what alarms take is bounded too.
+    #[test]
+    fn alarms_find_room_beside_what_is_asked_for() {
+        let config = RecordingConfig { alarms: true, ..RecordingConfig::default() };
+        let write = |_: &AtomicBool, queue: &Receiver<Work>| {
+            while !matches!(queue.recv(), Ok(Work::Stop) | Err(_)) {}
+        };
+        let recordings = Recordings::written_by(&config, Folder::fresh(), write).unwrap();
+        let ask = || recordings.ask((0, 3, 9_000), Whose::from([(1, "M".into())]), "anna");
+        assert_eq!(std::iter::from_fn(ask).take(1000).count(), ASKED_MAX);
+        for number in 0..1000 {
+            let monitor = format!("M{number}");
+            recordings.frame(1, &monitor, &frame());
+            recordings.alarm(2, &monitor, "Fault");
+        }
+        assert_eq!(lock(&recordings.inner).running.len(), AT_ONCE_MAX);
+        let one = lock(&recordings.inner).running[0].meta.name.clone();
+        recordings.end_one(&one);
+        assert!(ask().is_some());
     }
 }

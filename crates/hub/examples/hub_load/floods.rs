@@ -253,6 +253,7 @@ impl Flooded {
             rest_kib / 1024.0
         );
         println!("{entries} entries of the audit log, chain whole");
+        println!("priority of the hub: a nice value of {}", self.hub.used()?.nice);
         if left > KEPT_KIB / 1024.0 {
             failed.push(format!("what is kept at the end: {left:.1} MiB"));
         }

@@ -1,5 +1,6 @@
 //! The program `lafet serve`, as a process of its own.
 
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -7,6 +8,9 @@ use std::process::{Child, Command, Stdio};
 use serde_json::Value;
 
 use crate::Fallible;
+
+/// `Nice` of its unit.
+const NICE: &str = "-10";
 
 /// A hub that runs.
 pub struct Hub {
@@ -20,6 +24,8 @@ pub struct Hub {
 pub struct Used {
     /// Processor time, s.
     pub cpu_s: f64,
+    /// Its priority: `nice`.
+    pub nice: f64,
     /// Memory, KiB.
     pub memory_kib: f64,
     /// The most memory since [`Hub::forget_peak`], KiB.
@@ -29,14 +35,14 @@ pub struct Used {
 impl Hub {
     /// Starts it. A file that may not grow is an error to it, as a full disk is, and no signal.
     pub fn start(lafet: &Path, config: &Path) -> Fallible<Self> {
-        let mut command = Command::new("sh");
+        let mut command = first("sh");
         command.args(["-c", "trap '' XFSZ; exec \"$0\" --json serve --no-browser --config \"$1\""]);
         Self::of(command.arg(lafet).arg(config))
     }
 
     /// The same with users; the link to make the first administrator, if there is none.
     pub fn with_users(lafet: &Path, config: &Path) -> Fallible<(Self, Option<String>)> {
-        let mut command = Command::new(lafet);
+        let mut command = first(lafet);
         command.args(["--json", "serve", "--no-browser", "--config"]).arg(config);
         let (hub, said) = Self::said(&mut command)?;
         Ok((hub, said["setup"].as_str().map(str::to_owned)))
@@ -44,7 +50,7 @@ impl Hub {
 
     /// Starts the demo.
     pub fn demo(lafet: &Path) -> Fallible<Self> {
-        Self::of(Command::new(lafet).args(["--json", "demo", "--no-browser", "--port", "0"]))
+        Self::of(first(lafet).args(["--json", "demo", "--no-browser", "--port", "0"]))
     }
 
     fn of(command: &mut Command) -> Fallible<Self> {
@@ -84,6 +90,7 @@ impl Hub {
         let fields: Vec<&str> =
             stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
         let ticks = |index: usize| fields.get(index).and_then(|it| it.parse::<f64>().ok());
+        let nice = ticks(16).unwrap_or(0.0);
         let cpu_s = (ticks(11).unwrap_or(0.0) + ticks(12).unwrap_or(0.0)) / 100.0;
         let status = std::fs::read_to_string(folder.join("status"))?;
         let kib = |name: &str| -> Fallible<f64> {
@@ -91,13 +98,21 @@ impl Hub {
                 status.lines().find_map(|line| line.strip_prefix(name)).ok_or("no figure")?;
             Ok(line.split_whitespace().next().ok_or("no figure")?.parse()?)
         };
-        Ok(Used { cpu_s, memory_kib: kib("VmRSS:")?, peak_kib: kib("VmHWM:")? })
+        Ok(Used { cpu_s, nice, memory_kib: kib("VmRSS:")?, peak_kib: kib("VmHWM:")? })
     }
 
     /// The most memory counts from now on.
     pub fn forget_peak(&self) -> Fallible<()> {
         Ok(std::fs::write(format!("/proc/{}/clear_refs", self.child.id()), "5")?)
     }
+}
+
+/// A program with the priority that the unit gives the hub, before those that flood it: they would be on other machines.
+/// If that is not permitted, it runs all the same.
+pub fn first(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new("nice");
+    command.args(["-n", NICE]).arg(program);
+    command
 }
 
 impl Drop for Hub {

@@ -3,7 +3,7 @@
 
 use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
@@ -14,6 +14,7 @@ use tokio_tungstenite::tungstenite::Message;
 
 use crate::Fallible;
 use crate::figures::Figures;
+use crate::hub::first;
 use crate::link::{self, Socket};
 
 /// How often they stop, close and lock out.
@@ -50,7 +51,7 @@ pub struct Found {
 impl Others {
     /// Starts it; `tls`: the certificate of the hub.
     pub fn start(place: &str, token: &str, tls: Option<&Path>) -> Fallible<Self> {
-        let mut command = Command::new(std::env::current_exe()?);
+        let mut command = first(std::env::current_exe()?);
         command.args(["others", place, token]).args(tls);
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let input = child.stdin.take().ok_or("no input")?;

@@ -33,21 +33,32 @@ pub enum Cookie {
 }
 
 impl Cookie {
-    /// Its name. Over TLS a browser takes one of this prefix from this host over TLS alone, so that
-    /// it cannot be injected on the network.
-    const fn name(self, encrypted: bool) -> &'static str {
-        match (self, encrypted) {
-            (Self::Session, true) => "__Host-lafet_session",
-            (Self::Session, false) => "lafet_session",
-            (Self::Device, true) => "__Host-lafet_device",
-            (Self::Device, false) => "lafet_device",
-        }
+    /// Its name at this hub, by the port: browsers give the cookies of a host to all of its ports, and two hubs on one
+    /// host must not take each other's session away. Over TLS a browser takes one of this prefix from this host over
+    /// TLS alone, so that it cannot be injected on the network.
+    fn name(self, hub: &Hub, encrypted: bool) -> String {
+        let prefix = if encrypted { "__Host-" } else { "" };
+        let what = match self {
+            Self::Session => "session",
+            Self::Device => "device",
+        };
+        format!("{prefix}lafet_{what}_{}", hub.config().listen.port())
     }
 
     /// The header that sets it.
-    pub fn set(self, value: &str, age_s: u64, encrypted: bool) -> String {
-        let (name, secure) = (self.name(encrypted), if encrypted { "; Secure" } else { "" });
+    pub fn set(self, hub: &Hub, value: &str, age_s: u64, encrypted: bool) -> String {
+        let (name, secure) = (self.name(hub, encrypted), if encrypted { "; Secure" } else { "" });
         format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict; Max-Age={age_s}{secure}")
+    }
+
+    /// Its value in these headers.
+    pub fn of<'a>(self, hub: &Hub, headers: &'a HeaderMap, encrypted: bool) -> Option<&'a str> {
+        let name = self.name(hub, encrypted);
+        let all = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
+        all.flat_map(|value| value.split(';')).find_map(|pair| {
+            let (named, value) = pair.trim().split_once('=')?;
+            (named == name).then_some(value)
+        })
     }
 }
 
@@ -291,7 +302,7 @@ fn identify(parts: &Parts, hub: &Hub) -> Option<Principal> {
         let secret = value.to_str().ok().and_then(|value| value.strip_prefix("Bearer "));
         return hub.access().by_token(now_ms, secret?.trim());
     }
-    if let Some(secret) = cookie(&parts.headers, Cookie::Session, encrypted(parts, hub))
+    if let Some(secret) = Cookie::Session.of(hub, &parts.headers, encrypted(parts, hub))
         && let Some(principal) = hub.access().by_session(now_ms, secret)
     {
         return Some(principal);
@@ -341,15 +352,6 @@ fn known(name: &str, role: Role, kind: Kind) -> Principal {
         expires_ms: 0,
         standing: Standing::Good,
     }
-}
-
-/// The value of a cookie.
-pub fn cookie(headers: &HeaderMap, which: Cookie, encrypted: bool) -> Option<&str> {
-    let all = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
-    all.flat_map(|value| value.split(';')).find_map(|pair| {
-        let (name, value) = pair.trim().split_once('=')?;
-        (name == which.name(encrypted)).then_some(value)
-    })
 }
 
 /// The client is not logged in, or not any more; then, what still works and until when.
@@ -414,4 +416,38 @@ fn is_ours(hub: &Hub, host: &str) -> bool {
     let bare = name.trim_start_matches('[').trim_end_matches(']');
     let given = hub.config().names.iter().any(|known| known.eq_ignore_ascii_case(name));
     given || name.eq_ignore_ascii_case("localhost") || bare.parse::<IpAddr>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    fn at(port: u16) -> Hub {
+        let mut config = crate::Config::default();
+        config.listen.set_port(port);
+        Hub::new(config, crate::Clock::System, Value::Null).unwrap()
+    }
+
+    /// A browser sends the cookies of a host to each of its ports, and keeps one of a name.
+    #[tokio::test]
+    async fn two_hubs_on_one_host_leave_each_other_their_sessions() {
+        let (one, other) = (at(8480), at(8481));
+        for encrypted in [false, true] {
+            let mut kept = std::collections::BTreeMap::new();
+            for (hub, secret) in [(&one, "of-one"), (&other, "of-other")] {
+                let set = Cookie::Session.set(hub, secret, 60, encrypted);
+                let (name, value) = set.split(';').next().unwrap().split_once('=').unwrap();
+                kept.insert(name.to_owned(), value.to_owned());
+            }
+            let sent: Vec<String> =
+                kept.iter().map(|(name, value)| format!("{name}={value}")).collect();
+            let headers =
+                HeaderMap::from_iter([(header::COOKIE, sent.join("; ").parse().unwrap())]);
+            let of = |hub| Cookie::Session.of(hub, &headers, encrypted);
+            assert_eq!((of(&one), of(&other)), (Some("of-one"), Some("of-other")));
+            assert_eq!(Cookie::Session.of(&one, &headers, !encrypted), None);
+        }
+    }
 }

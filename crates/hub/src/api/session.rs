@@ -14,7 +14,7 @@ use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Body, Cookie, cookie};
+use super::guard::{Body, Cookie};
 use super::network;
 use crate::access::{AccessError, Kind, Place, Principal, Role, SESSION_MS, STALE_MS, SessionInfo};
 use crate::error::ApiError;
@@ -84,7 +84,7 @@ impl FromRequestParts<Hub> for From {
     async fn from_request_parts(parts: &mut Parts, hub: &Hub) -> Result<Self, Self::Rejection> {
         let address = super::guard::address(parts, hub);
         let encrypted = super::guard::encrypted(parts, hub);
-        let device = cookie(&parts.headers, Cookie::Device, encrypted).map(str::to_owned);
+        let device = Cookie::Device.of(hub, &parts.headers, encrypted).map(str::to_owned);
         Ok(Self { address, encrypted, device })
     }
 }
@@ -189,7 +189,7 @@ async fn log_out(State(hub): State<Hub>, caller: Caller, from: From) -> Result<R
     aside(&hub, move |hub| hub.access().log_out(&key)).await?;
     drop(hub.audit().note(record.about(&Act::Logout)));
     hub.access_changed();
-    let gone = Cookie::Session.set("", 0, from.encrypted);
+    let gone = Cookie::Session.set(&hub, "", 0, from.encrypted);
     Ok((StatusCode::NO_CONTENT, [(header::SET_COOKIE, gone)]).into_response())
 }
 
@@ -295,8 +295,8 @@ async fn begin(
         Ok((SessionInfo { secret, principal }, device)) => {
             record.role = principal.role.name().into();
             drop(hub.audit().note(record));
-            let session = Cookie::Session.set(&secret, COOKIE_S, from.encrypted);
-            let device = device.map(|it| Cookie::Device.set(&it, DEVICE_S, from.encrypted));
+            let session = Cookie::Session.set(&hub, &secret, COOKIE_S, from.encrypted);
+            let device = device.map(|it| Cookie::Device.set(&hub, &it, DEVICE_S, from.encrypted));
             let mut response = Json(about(&hub, &principal)).into_response();
             for cookie in [Some(session), device].into_iter().flatten() {
                 if let Ok(value) = cookie.parse() {

@@ -260,8 +260,8 @@ async fn guesses_shut_nobody_out_who_was_here_before() {
         }
     };
     let first = log_in(PASSWORD, "10.0.0.1".into(), String::new()).await;
-    let device = first.headers.lines().find_map(|it| it.split_once("lafet_device=")).unwrap().1;
-    let device = format!("lafet_device={}", device.split(';').next().unwrap());
+    let device = first.headers.lines().find_map(|it| it.split_once("lafet_device_0=")).unwrap().1;
+    let device = format!("lafet_device_0={}", device.split(';').next().unwrap());
     for n in 0..12 {
         log_in("wrong", format!("6.6.6.{n}"), String::new()).await;
     }
@@ -291,8 +291,8 @@ async fn a_right_login_is_not_behind_wrong_tries() {
     let began = Instant::now();
     let first = log_in("anna", PASSWORD, "10.0.0.1", "").await;
     let alone = began.elapsed();
-    let device = first.headers.lines().find_map(|it| it.split_once("lafet_device=")).unwrap().1;
-    let device = format!("lafet_device={}", device.split(';').next().unwrap());
+    let device = first.headers.lines().find_map(|it| it.split_once("lafet_device_0=")).unwrap().1;
+    let device = format!("lafet_device_0={}", device.split(';').next().unwrap());
     let wrong = async |number: usize| {
         let (user, from) = (format!("somebody{}", number % 80), format!("6.6.6.{}", number % 40));
         log_in(&user, "wrong and long enough", &from, "").await.status
@@ -558,7 +558,7 @@ async fn certificates_of_our_own_and_of_clients() {
     let stream = authority.connect(site.address, Some("stranger")).await.unwrap();
     let login = http_over(stream, "localhost", "POST", "/api/login", &[], &body).await;
     let cookie = login.header("set-cookie").unwrap();
-    assert!(cookie.starts_with("__Host-lafet_session=") && cookie.ends_with("; Secure"));
+    assert!(cookie.starts_with("__Host-lafet_session_0=") && cookie.ends_with("; Secure"));
     let value = cookie.split(';').next().unwrap();
     for (cookie, status) in [(value, 200), (value.trim_start_matches("__Host-"), 401)] {
         let stream = authority.connect(site.address, Some("stranger")).await.unwrap();

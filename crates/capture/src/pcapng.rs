@@ -1,7 +1,7 @@
 //! pcapng: one interface of link type USER0 (147), a packet for each piece.
 
 use std::borrow::Cow;
-use std::io::{self, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::time::Duration;
 
 use pcap_file::pcapng::blocks::enhanced_packet::{EnhancedPacketBlock, EnhancedPacketOption};
@@ -68,19 +68,21 @@ impl<W: Medium> Writer<W> {
 /// Reads the packets of pcapng that are pieces of a line, one at a time; `take` returns whether to
 /// continue.
 pub fn read(file: impl Read, mut take: impl FnMut(Captured) -> bool) -> Result<(), ReadError> {
-    let mut reader = PcapNgReader::new(file).map_err(damaged)?;
+    let mut reader = PcapNgReader::new(Blocks::of(file)).map_err(damaged)?;
     let mut others = 0;
     let mut taken = 0;
-    while let Some(block) = reader.next_block() {
-        let Block::EnhancedPacket(packet) = (match block {
-            Ok(block) => block.into_owned(),
+    loop {
+        let block = match reader.next_block().map(|block| block.map(Block::into_owned)) {
+            None => break,
+            Some(Ok(block)) => block,
             // A recording cut short by the end of the recorder is read up to the last complete
-            // packet.
-            Err(PcapError::IncompleteBuffer) => break,
-            Err(error) => return Err(damaged(error)),
-        }) else {
-            continue;
+            // packet. The library has the same error for a block that is damaged, or too long for it.
+            Some(Err(PcapError::IoError(error))) if is_end(&error) && reader.get_ref().is_cut() => {
+                break;
+            }
+            Some(Err(error)) => return Err(damaged(error)),
         };
+        let Block::EnhancedPacket(packet) = block else { continue };
         let interface = reader.interfaces().get(packet.interface_id as usize);
         if interface.is_none_or(|interface| interface.linktype != DataLink::USER0) {
             others += 1;
@@ -109,8 +111,73 @@ pub fn read(file: impl Read, mut take: impl FnMut(Captured) -> bool) -> Result<(
     if taken == 0 && others > 0 { Err(ReadError::NoLine) } else { Ok(()) }
 }
 
+/// Bytes with which every block begins: type, length; in a section header, the mark of its byte order.
+const HEAD: usize = 12;
+/// Type of a section header, the same in either order.
+const SECTION: [u8; 4] = *b"\n\r\r\n";
+/// The mark of the byte order, as a number.
+const MARK: u32 = 0x1A2B_3C4D;
+
+/// A file that knows whether it ends within a block.
+struct Blocks<R> {
+    file: R,
+    head: Vec<u8>,
+    /// Bytes until the end of a block.
+    left: u64,
+    is_big: bool,
+    has_ended: bool,
+}
+
+impl<R> Blocks<R> {
+    const fn of(file: R) -> Self {
+        Self { file, head: Vec::new(), left: 0, is_big: false, has_ended: false }
+    }
+
+    const fn is_cut(&self) -> bool {
+        self.has_ended && (self.left > 0 || !self.head.is_empty())
+    }
+
+    fn follow(&mut self, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            if self.left > 0 {
+                let passed = usize::try_from(self.left).unwrap_or(usize::MAX).min(bytes.len());
+                bytes = &bytes[passed..];
+                self.left -= passed as u64;
+                continue;
+            }
+            let (head, rest) = bytes.split_at(bytes.len().min(HEAD - self.head.len()));
+            bytes = rest;
+            self.head.extend(head);
+            let Ok(head) = <[u8; HEAD]>::try_from(self.head.as_slice()) else { return };
+            let [a, b, c, d, e, f, g, h, mark @ ..] = head;
+            if [a, b, c, d] == SECTION {
+                self.is_big = u32::from_be_bytes(mark) == MARK;
+            }
+            let number = if self.is_big { u32::from_be_bytes } else { u32::from_le_bytes };
+            self.left = u64::from(number([e, f, g, h])).saturating_sub(HEAD as u64);
+            self.head.clear();
+        }
+    }
+}
+
+impl<R: Read> Read for Blocks<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(buffer)?;
+        self.has_ended |= read == 0 && !buffer.is_empty();
+        self.follow(buffer.get(..read).unwrap_or_default());
+        Ok(read)
+    }
+}
+
+fn is_end(error: &io::Error) -> bool {
+    error.kind() == ErrorKind::UnexpectedEof
+}
+
 fn damaged(error: PcapError) -> ReadError {
-    ReadError::Damaged(error.to_string())
+    match error {
+        PcapError::IoError(error) if !is_end(&error) => ReadError::Io(error),
+        other => ReadError::Damaged(other.to_string()),
+    }
 }
 
 fn to_io(error: PcapError) -> io::Error {

@@ -75,21 +75,51 @@ fn what_was_recorded_is_read() {
     }
 }
 
-/// A recording cut anywhere is read up to the cut, in order, without a panic.
+/// A recording cut anywhere behind its head is read up to the cut, in order.
 #[test]
 fn a_recording_cut_short_is_read_as_far_as_it_goes() {
-    for format in FORMATS {
+    // The magic bytes; the first block.
+    for (format, head) in [(Format::Mcap, 8), (Format::Pcapng, 28)] {
         let bytes = record(format, &pieces());
         let mut most = 0;
-        for len in 8..=bytes.len() {
+        for len in head..=bytes.len() {
             let file = File::new(&format!("cut-{format:?}"), &bytes[..len]);
-            let Ok(read) = file.read() else { continue };
+            let read =
+                file.read().unwrap_or_else(|error| panic!("{format:?} cut at {len}: {error}"));
             assert!(pieces().starts_with(&read), "{format:?} cut at {len}");
             assert!(read.len() >= most, "{format:?} cut at {len}: less than before");
             most = read.len();
         }
         assert_eq!(most, pieces().len(), "{format:?}");
     }
+}
+
+/// A block that says to be longer than any is damage, not an end: what follows it is not silently left out.
+#[test]
+fn a_block_that_is_too_long_is_damage() {
+    let mut bytes = record(Format::Pcapng, &pieces());
+    let start = bytes.len();
+    bytes.extend(6_u32.to_le_bytes());
+    bytes.extend(0x7000_0000_u32.to_le_bytes());
+    bytes.resize(start + 9_000_000, 0);
+    let error = File::new("too-long", &bytes).read().unwrap_err();
+    assert!(matches!(error, ReadError::Damaged(_)), "{error}");
+}
+
+/// So is a packet that is longer than its block, wherever it is.
+#[test]
+fn a_damaged_packet_is_not_the_end() {
+    let mut bytes = record(Format::Pcapng, &pieces());
+    let len =
+        |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at + 4..at + 8].try_into().unwrap());
+    let mut at = 0;
+    while bytes[at..at + 4] != 6_u32.to_le_bytes() {
+        at += len(&bytes, at) as usize;
+    }
+    // The length of its data, behind interface and time.
+    bytes[at + 20..at + 24].copy_from_slice(&1_000_000_u32.to_le_bytes());
+    let error = File::new("damaged-packet", &bytes).read().unwrap_err();
+    assert!(matches!(error, ReadError::Damaged(_)), "{error}");
 }
 
 #[test]

@@ -36,13 +36,15 @@ pub fn check() -> StepResult {
     let mut build = run::cargo(&["build", "--release", "--locked"]);
     show(build.current_dir(folder()).env("CARGO_TARGET_DIR", &target))?;
     let library = target.join("release/liblafet.a");
-    let programs = ["vectors", "monitor", "controller"].map(|name| target.join(name));
-    let [vectors, monitor, controller] = &programs;
+    let programs = ["vectors", "interface", "monitor", "controller"].map(|name| target.join(name));
+    let [vectors, interface, monitor, controller] = &programs;
     let posix = "examples/platform_posix.c";
     compile(&["tests/vectors.c"], &library, vectors)?;
+    compile(&["tests/interface.c"], &library, interface)?;
     compile(&["examples/monitor.c", posix], &library, monitor)?;
     compile(&["examples/controller.c", posix], &library, controller)?;
     hold_vectors(vectors)?;
+    show(Command::new("valgrind").args(VALGRIND).arg(interface))?;
     talk(monitor, controller)?;
     cross(&target)
 }

@@ -35,30 +35,34 @@ static bool ask(const lafet_record *request, lafet_record *answer) {
     }
 }
 
+/* Says why it ends, and does not leave the barrel moving. */
+static int give_up(const char *text, long number) {
+    const lafet_record stop = {LAFET_REQUEST_STOP, LAFET_SUBSYSTEM_VERTICAL, 0, 0, NULL};
+    lafet_record answer;
+    platform_say(text, number);
+    if (!ask(&stop, &answer) || answer.status > LAFET_STATUS_ACCEPTED) platform_say("Stop is not confirmed", 0);
+    return 1;
+}
+
 int main(void) {
     static const uint8_t goal[2] = {GOAL_ARCMIN & 0xFF, GOAL_ARCMIN >> 8};
     const lafet_record move = {LAFET_REQUEST_MOVE, LAFET_SUBSYSTEM_VERTICAL, 0, 2, goal};
     const lafet_record look = {LAFET_REQUEST_GET_STATUS, LAFET_SUBSYSTEM_VERTICAL, 0, 0, NULL};
-    lafet_record answer;
+    lafet_record answer = {0};
     uint32_t start = platform_now_ms();
 
     lafet_session_init(&session, MONITOR, OWN, 1000, 3);
-    if (!ask(&move, &answer) || answer.status > LAFET_STATUS_ACCEPTED) {
-        platform_say("Move was refused:", answer.status);
-        return 1;
-    }
+    if (!ask(&move, &answer)) return give_up("Move is not confirmed", 0);
+    if (answer.status > LAFET_STATUS_ACCEPTED) return give_up("Move was refused:", answer.status);
     while (platform_now_ms() - start < GIVE_UP_MS) {
         lafet_state state;
-        if (!ask(&look, &answer) || !lafet_state_read(&answer, &state)) {
-            platform_say("no state, status", answer.status);
-            return 1;
-        }
+        if (!ask(&look, &answer) || !lafet_state_read(&answer, &state))
+            return give_up("no state, status", answer.status);
         if (state.position > GOAL_ARCMIN - NEAR_ARCMIN && state.position < GOAL_ARCMIN + NEAR_ARCMIN &&
             state.speed == 0) {
             platform_say("there, arc-minutes:", state.position);
             return 0;
         }
     }
-    platform_say("not there after milliseconds:", GIVE_UP_MS);
-    return 1;
+    return give_up("not there after milliseconds:", GIVE_UP_MS);
 }

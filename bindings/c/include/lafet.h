@@ -36,6 +36,9 @@
 // Payload that every monitor and client can take.
 #define LAFET_PAYLOAD_MAX 512
 
+// The longest time that an answer is waited for, ms.
+#define LAFET_TIMEOUT_MAX_MS 60000
+
 // What has become of the request.
 typedef enum {
   // Nothing was asked, or the outcome has been reported.
@@ -146,7 +149,8 @@ typedef struct {
 typedef struct {
   // Yours.
   void *context;
-  // Samples everything the monitor senses: `inputs` has what was sensed last.
+  // Samples everything the monitor senses. `inputs` has what it was given last time, so what has not
+  // changed may be left; at the first time after `lafet_device_init` everything is 0 or false.
   void (*read)(void*, lafet_inputs*);
   // Drives everything the monitor drives.
   void (*write)(void*, const lafet_outputs*);
@@ -163,7 +167,7 @@ typedef struct {
 // A fire monitor.
 typedef struct {
   // For lafet alone.
-  uint64_t opaque[640];
+  uint64_t opaque[664];
 } lafet_device;
 
 // A medium on which a monitor is asked.
@@ -229,7 +233,7 @@ typedef struct {
 // A session with one monitor.
 typedef struct {
   // For lafet alone.
-  uint64_t opaque[160];
+  uint64_t opaque[168];
 } lafet_session;
 
 #ifdef __cplusplus
@@ -351,7 +355,8 @@ bool lafet_state_read(const lafet_record *record, lafet_state *state);
 bool lafet_answer_is_valid(const lafet_record *record);
 
 // Makes a session: `own` is the controller's address (129…254). An answer is waited for
-// `timeout_ms`, and the request sent at most `tries` times.
+// `timeout_ms` (1 to `LAFET_TIMEOUT_MAX_MS`; what is outside counts as the nearer of the two), and
+// the request sent at most `tries` times, 0 counting as 1.
 //
 // # Safety
 // `session` is null or writable.
@@ -362,14 +367,24 @@ void lafet_session_init(lafet_session *session,
                         uint8_t tries);
 
 // Asks: `payload` has one record or more, none for a presence probe. False while another request
-// waits, or if it is too long.
+// waits, or if it is too long or its last record is cut short.
+//
+// What is urgent (all of it Stop, Close or Lockout on) does not wait: it takes the place of another request,
+// which is not sent again and has no outcome; whether that was carried out is unknown. If one that waits is
+// urgent as well, they become one: the answers of both are in one frame. False only if they are too long.
 //
 // # Safety
 // The session was initialised; `size` is that of `payload`.
-bool lafet_session_ask(lafet_session *session, const uint8_t *payload, size_t size);
+bool lafet_session_ask(lafet_session *session,
+                       const uint8_t *payload,
+                       size_t size);
 
-// Bytes to send now, if any: writes them to `out` and returns their number. Call it after
-// each of the other functions, and when time passes.
+// Bytes to send now, if any: writes them to `out` (`LAFET_WIRE_MAX` suffices) and returns their number.
+// Call it after each of the other functions, and when time passes.
+//
+// While an answer to an earlier request of the same kind may still come (for `timeout_ms` after
+// `LAFET_SILENCE`, and after the last time that it was sent), a request waits; what is urgent is sent, and
+// once more after that time.
 //
 // # Safety
 // The session was initialised; `out_size` is that of `out`.
@@ -379,7 +394,7 @@ size_t lafet_session_transmit(lafet_session *session,
                               size_t out_size);
 
 // Takes bytes that were received; returns how many: call it again with the rest. After
-// `LAFET_ANSWERED` the answers stand in `answer` until the next call.
+// `LAFET_ANSWERED` the answers are in `answer` until the next call.
 //
 // # Safety
 // The session was initialised; `size` is that of `data`.

@@ -15,10 +15,17 @@ use crate::{bytes, room};
 #[repr(C)]
 pub struct lafet_device {
     /// For lafet alone.
-    pub opaque: [u64; 640],
+    pub opaque: [u64; 664],
 }
-const _: () = assert!(size_of::<lafet_device>() >= size_of::<Device>());
-const _: () = assert!(align_of::<lafet_device>() >= align_of::<Device>());
+const _: () = assert!(size_of::<lafet_device>() >= size_of::<Kept>());
+const _: () = assert!(align_of::<lafet_device>() >= align_of::<Kept>());
+
+/// What is kept of a monitor between two calls.
+struct Kept {
+    device: Device,
+    /// As the program wrote it last: it need not write what has not changed.
+    sensed: lafet_inputs,
+}
 
 /// A medium on which a monitor is asked.
 #[repr(C)]
@@ -45,7 +52,8 @@ pub const LAFET_LIMIT_SWITCH: u8 = 3;
 pub struct lafet_hal {
     /// Yours.
     pub context: *mut c_void,
-    /// Samples everything the monitor senses: `inputs` has what was sensed last.
+    /// Samples everything the monitor senses. `inputs` has what it was given last time, so what has not
+    /// changed may be left; at the first time after `lafet_device_init` everything is 0 or false.
     pub read: Option<unsafe extern "C" fn(*mut c_void, *mut lafet_inputs)>,
     /// Drives everything the monitor drives.
     pub write: Option<unsafe extern "C" fn(*mut c_void, *const lafet_outputs)>,
@@ -59,19 +67,18 @@ pub struct lafet_hal {
     pub erase: Option<unsafe extern "C" fn(*mut c_void) -> bool>,
 }
 
-struct Board {
+struct Board<'s> {
     hal: lafet_hal,
-    sensed: lafet_inputs,
+    sensed: &'s mut lafet_inputs,
 }
 
-impl Board {
-    fn new(hal: &lafet_hal) -> Self {
-        // SAFETY: plain numbers and bools, for which zero is a value.
-        Self { hal: *hal, sensed: unsafe { core::mem::zeroed() } }
-    }
+/// What is sensed before the first sample.
+const fn nothing() -> lafet_inputs {
+    // SAFETY: plain numbers and bools, for which zero is a value.
+    unsafe { core::mem::zeroed() }
 }
 
-impl Storage for Board {
+impl Storage for Board<'_> {
     fn load<'b>(
         &mut self,
         key: Key,
@@ -101,12 +108,12 @@ impl Storage for Board {
     }
 }
 
-impl Hal for Board {
+impl Hal for Board<'_> {
     fn read(&mut self, inputs: &mut Inputs) {
         if let Some(read) = self.hal.read {
             // SAFETY: `sensed` is writable; the function is one of `lafet_hal::read`.
-            unsafe { read(self.hal.context, &raw mut self.sensed) };
-            sense(&self.sensed, inputs);
+            unsafe { read(self.hal.context, &raw mut *self.sensed) };
+            sense(self.sensed, inputs);
         }
     }
 
@@ -149,7 +156,8 @@ pub unsafe extern "C" fn lafet_device_provision(
     // SAFETY: the caller's promise.
     let Some(hal) = (unsafe { hal.as_ref() }) else { return false };
     let Some(composition) = composition(which) else { return false };
-    Device::provision(&mut Board::new(hal), composition, address).is_ok()
+    let mut board = Board { hal: *hal, sensed: &mut nothing() };
+    Device::provision(&mut board, composition, address).is_ok()
 }
 
 /// Starts the monitor: inert, until `lafet_device_step` is called. False for an unknown composition.
@@ -167,9 +175,11 @@ pub unsafe extern "C" fn lafet_device_init(
     // SAFETY: the caller's promise.
     let Some(hal) = (unsafe { hal.as_ref() }).filter(|_| !device.is_null()) else { return false };
     let Some(composition) = composition(which) else { return false };
-    let new = Device::power_up(now_ms, composition, address, None, &mut Board::new(hal));
+    let mut sensed = nothing();
+    let mut board = Board { hal: *hal, sensed: &mut sensed };
+    let new = Device::power_up(now_ms, composition, address, None, &mut board);
     // SAFETY: large enough and aligned, as asserted above; not null.
-    unsafe { device.cast::<Device>().write(new) };
+    unsafe { device.cast::<Kept>().write(Kept { device: new, sensed }) };
     true
 }
 
@@ -184,9 +194,9 @@ pub unsafe extern "C" fn lafet_device_step(
     hal: *const lafet_hal,
 ) {
     // SAFETY: the caller's promise.
-    let (device, hal) = unsafe { (device.cast::<Device>().as_mut(), hal.as_ref()) };
-    if let (Some(device), Some(hal)) = (device, hal) {
-        device.step(now_ms, &mut Board::new(hal));
+    let (kept, hal) = unsafe { (device.cast::<Kept>().as_mut(), hal.as_ref()) };
+    if let (Some(Kept { device, sensed }), Some(hal)) = (kept, hal) {
+        device.step(now_ms, &mut Board { hal: *hal, sensed });
     }
 }
 
@@ -205,10 +215,11 @@ pub unsafe extern "C" fn lafet_device_handle(
     out_size: usize,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let device = unsafe { device.cast::<Device>().as_mut() };
+    let kept = unsafe { device.cast::<Kept>().as_mut() };
     // SAFETY: the caller's promise.
     let (payload, out) = unsafe { (bytes(payload, size), room(out, out_size)) };
-    device.map_or(0, |device| device.handle(now_ms, Source::ExternalConn, payload, out))
+    let (Some(kept), Some(payload), Some(out)) = (kept, payload, out) else { return 0 };
+    kept.device.handle(now_ms, Source::ExternalConn, payload, out)
 }
 
 /// Makes a medium; `radio`: the one whose silence is judged by the radio's parameters.
@@ -242,14 +253,14 @@ pub unsafe extern "C" fn lafet_port_receive(
     answer: *mut usize,
 ) -> usize {
     // SAFETY: the caller's promise.
-    let (port, device) =
-        unsafe { (port.cast::<Port>().as_mut(), device.cast::<Device>().as_mut()) };
+    let (port, kept) = unsafe { (port.cast::<Port>().as_mut(), device.cast::<Kept>().as_mut()) };
     // SAFETY: the caller's promise.
     let (data, out) = unsafe { (bytes(data, size), room(out, out_size)) };
     // SAFETY: null or writable, says the caller.
     let answer = unsafe { answer.as_mut() };
-    let (Some(port), Some(device), Some(answer)) = (port, device, answer) else { return 0 };
-    let (taken, len) = port.receive(now_ms, device, data, out);
+    let (Some(port), Some(kept), Some(answer)) = (port, kept, answer) else { return 0 };
+    let (Some(data), Some(out)) = (data, out) else { return 0 };
+    let (taken, len) = port.receive(now_ms, &mut kept.device, data, out);
     *answer = len;
     taken
 }

@@ -48,6 +48,7 @@ pub unsafe extern "C" fn lafet_frame_encode(
 ) -> usize {
     // SAFETY: the caller's promise.
     let (payload, out) = unsafe { (bytes(payload, size), room(out, out_size)) };
+    let (Some(payload), Some(out)) = (payload, out) else { return 0 };
     link::encode(&Frame { dst, src, payload }, out).unwrap_or(0)
 }
 
@@ -80,9 +81,8 @@ pub unsafe extern "C" fn lafet_decoder_push(
     let (decoder, data) = unsafe { (decoder.cast::<Decoder>().as_mut(), bytes(data, size)) };
     // SAFETY: null or writable, says the caller.
     let (frame, complete) = unsafe { (frame.as_mut(), complete.as_mut()) };
-    let (Some(decoder), Some(frame), Some(complete)) = (decoder, frame, complete) else {
-        return 0;
-    };
+    let (Some(decoder), Some(data)) = (decoder, data) else { return 0 };
+    let (Some(frame), Some(complete)) = (frame, complete) else { return 0 };
     let (taken, found) = decoder.push_slice(data);
     *complete = found.is_some();
     if let Some(Frame { dst, src, payload }) = found {

@@ -61,7 +61,8 @@ pub unsafe extern "C" fn lafet_record_next(
     let (payload, size, out) = unsafe { (payload.as_mut(), size.as_mut(), record.as_mut()) };
     let (Some(payload), Some(size), Some(out)) = (payload, size, out) else { return false };
     // SAFETY: the caller's promise.
-    let mut records = Records::new(unsafe { bytes(*payload, *size) });
+    let Some(bytes) = (unsafe { bytes(*payload, *size) }) else { return false };
+    let mut records = Records::new(bytes);
     let Some(Ok(record)) = records.next() else { return false };
     *out = plain(&record);
     *payload = records.rest().as_ptr();
@@ -84,11 +85,11 @@ pub unsafe extern "C" fn lafet_record_put(
     let (size, record) = unsafe { (size.as_mut(), record.as_ref()) };
     let (Some(size), Some(record)) = (size, record) else { return false };
     // SAFETY: the caller's promise.
-    let room = unsafe { room(payload, room_size) };
+    let Some(room) = (unsafe { room(payload, room_size) }) else { return false };
     let Some(free) = room.get_mut(*size..) else { return false };
     let mut writer = Writer::new(free);
     // SAFETY: the record's data have its size, says the caller.
-    let record = unsafe { typed(record) };
+    let Some(record) = (unsafe { typed(record) }) else { return false };
     let fits = writer.push(&record).is_ok();
     *size += writer.len();
     fits
@@ -109,7 +110,7 @@ pub unsafe extern "C" fn lafet_state_read(
         return false;
     };
     // SAFETY: the record's data have its size, says the caller.
-    let record = unsafe { typed(record) };
+    let Some(record) = (unsafe { typed(record) }) else { return false };
     let Some(state) = Answer::decode(&record).ok().and_then(|answer| state_of(&answer.data)) else {
         return false;
     };
@@ -124,7 +125,8 @@ pub unsafe extern "C" fn lafet_state_read(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lafet_answer_is_valid(record: *const lafet_record) -> bool {
     // SAFETY: null or valid, says the caller.
-    unsafe { record.as_ref().is_some_and(|record| Answer::decode(&typed(record)).is_ok()) }
+    let record = unsafe { record.as_ref().and_then(|record| typed(record)) };
+    record.is_some_and(|record| Answer::decode(&record).is_ok())
 }
 
 fn state_of(reply: &Reply<'_>) -> Option<lafet_state> {
@@ -161,14 +163,16 @@ pub(crate) fn plain(record: &Record<'_>) -> lafet_record {
     }
 }
 
+/// `None` for data that are missing.
+///
 /// # Safety
-/// The data have the record's size.
-pub(crate) unsafe fn typed(record: &lafet_record) -> Record<'_> {
-    Record {
+/// The data are null or have the record's size.
+pub(crate) unsafe fn typed(record: &lafet_record) -> Option<Record<'_>> {
+    Some(Record {
         request: RequestId(record.request),
         device: SubsystemId(record.device),
         status: Status(record.status),
         // SAFETY: the caller's promise.
-        data: unsafe { bytes(record.data, usize::from(record.size)) },
-    }
+        data: unsafe { bytes(record.data, usize::from(record.size)) }?,
+    })
 }

@@ -352,7 +352,8 @@ impl Jog {
         self.inner.renew()
     }
 
-    /// Stops the motion and waits until the drive is at rest.
+    /// Stops the motion and waits until the drive is at rest; without answers, for up to ten minutes, in
+    /// which Stop is sent again and again. To drop it instead stops the motion without a wait.
     pub fn release(self) -> JogEnd {
         let Self { inner, thread } = self;
         thread.wait(inner.release())

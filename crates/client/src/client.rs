@@ -115,6 +115,7 @@ impl Client {
     }
 
     fn start(endpoint: Arc<str>, link: Link, redial: Option<Redial>, config: Config) -> Self {
+        let config = config.bounded();
         let shared = Arc::new(Shared::default());
         let address = config.addresses.monitor;
         let engine = Engine::new(config.clone(), link, redial.is_some(), shared.clone());

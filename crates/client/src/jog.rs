@@ -81,6 +81,9 @@ impl Jog {
     }
 
     /// Stops the motion and waits until the drive is at rest. Dropping the future stops it as well.
+    ///
+    /// Without answers that takes up to ten minutes, in which Stop is sent again and again. Who cannot wait
+    /// for so long limits it by a timeout: Stop is still sent after that.
     pub async fn release(mut self) -> JogEnd {
         self.held.let_go();
         self.ended().await

@@ -44,6 +44,7 @@ use crate::answers::Requests;
 use crate::deviation::Deviation;
 pub use check::CheckMode;
 use check::Negotiation;
+pub(crate) use config::LONGEST;
 pub use config::{Config, LATE_DEFAULT};
 pub use counters::{Direction, Stats, Traced, Verdict};
 use input::Input;
@@ -187,6 +188,7 @@ pub struct Session {
 impl Session {
     /// A session without connection.
     pub fn new(config: Config) -> Self {
+        let config = config.bounded();
         let next_ticket = u64::from(config.addresses.monitor) << Ticket::ADDRESS_SHIFT;
         Self {
             input: Input::new(config.framing),

@@ -15,6 +15,7 @@ use tokio::time::{Instant, sleep_until};
 use crate::answers::{Answers, RequestBuf};
 use crate::client::{Client, WeakClient};
 use crate::error::Error;
+use crate::session::LONGEST;
 use crate::shared::lock;
 
 /// Most updates waiting for a slow subscriber.
@@ -102,9 +103,9 @@ impl Subscription {
 }
 
 impl Client {
-    /// Keeps the answers to a request that changes nothing up to date: sends it every `period`, and
-    /// continues after the connection was lost and restored. Subscriptions to the same request
-    /// share the answers.
+    /// Keeps the answers to a request that changes nothing up to date: sends it every `period` (10 ms
+    /// to a day; what is outside counts as the nearer of the two), and continues after the connection
+    /// was lost and restored. Subscriptions to the same request share the answers.
     ///
     /// # Errors
     ///
@@ -119,7 +120,7 @@ impl Client {
         if !request.is_read() {
             return Err(Error::NotARead { request: request.id(), to: request.to() });
         }
-        let period = Arc::new(period.max(PERIOD_MIN));
+        let period = Arc::new(period.clamp(PERIOD_MIN, LONGEST));
         let key = (self.address(), request.bytes().to_vec());
         let mut feeds = lock(&self.shared.feeds);
         feeds.retain(|_, feed| feed.strong_count() > 0);

@@ -6,6 +6,10 @@ use lafet_proto::bus::{
     BAUD_DEFAULT, CONSOLES, MONITORS, PROBE_TIMEOUT_MS, REPLY_TIMEOUT_MS, TRIES,
 };
 
+use crate::session::LONGEST;
+
+/// More transmissions of a frame count as this many: each waits twice as long as the one before.
+const TRIES_MOST: u32 = 10;
 /// Bits of a byte on the line: start, eight, stop (8N1, observed).
 const BITS: u32 = 10;
 
@@ -38,7 +42,7 @@ pub enum Repeat {
     All,
 }
 
-/// Configuration of a bus controller.
+/// Configuration of a bus controller. A time of more than a day counts as a day.
 #[derive(Clone, Debug)]
 pub struct ControllerConfig {
     /// Speed of the line, baud; the duration of frames follows from it.
@@ -51,7 +55,7 @@ pub struct ControllerConfig {
     pub reply_timeout: Duration,
     /// Longest time until the answer to a probe or grant starts (observed: 30 ms).
     pub probe_timeout: Duration,
-    /// Transmissions of a frame, each with twice the timeout of the one before (observed: 3).
+    /// Transmissions of a frame, each with twice the timeout of the one before (observed: 3); at most 10.
     pub tries: u32,
     /// Requests that are repeated without an answer.
     pub repeat: Repeat,
@@ -92,6 +96,21 @@ impl Default for ControllerConfig {
 }
 
 impl ControllerConfig {
+    /// Without times that are too long to be added to others.
+    pub(super) fn bounded(self) -> Self {
+        let most = |time: Duration| time.min(LONGEST);
+        Self {
+            reply_timeout: most(self.reply_timeout),
+            probe_timeout: most(self.probe_timeout),
+            tries: self.tries.min(TRIES_MOST),
+            probe_again: most(self.probe_again),
+            watch: self.watch.map(most),
+            turnaround: most(self.turnaround),
+            frame_pause: most(self.frame_pause),
+            ..self
+        }
+    }
+
     /// Duration of this many bytes on the line.
     pub fn sending(&self, bytes: usize) -> Duration {
         let bits = BITS * bytes as u32;
@@ -101,6 +120,41 @@ impl ControllerConfig {
     /// Time that a console waits for an answer: the duration of all tries. Its request is not
     /// forwarded later.
     pub fn patience(&self) -> Duration {
-        self.reply_timeout * ((1 << self.tries) - 1)
+        self.reply_timeout.min(LONGEST) * ((1 << self.tries.min(TRIES_MOST)) - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Controller;
+    use super::*;
+
+    /// Times and tries that no clock can add are long ones.
+    #[test]
+    fn the_longest_times_are_long_ones() {
+        let most = Duration::MAX;
+        let config = ControllerConfig {
+            addresses: vec![1, 129],
+            reply_timeout: most,
+            probe_timeout: most,
+            tries: u32::MAX,
+            probe_again: most,
+            watch: Some(most),
+            turnaround: most,
+            frame_pause: most,
+            ..ControllerConfig::default()
+        };
+        assert!(config.patience() > LONGEST);
+        let mut controller = Controller::new(config);
+        let (mut now, mut sent) = (Duration::ZERO, 0);
+        for _ in 0..100 {
+            controller.handle_timeout(now);
+            while controller.poll_transmit(now, || None).is_some() {
+                sent += 1;
+            }
+            let Some(next) = controller.poll_timeout(now) else { break };
+            now = next.max(now + Duration::from_millis(1));
+        }
+        assert!(sent > 1, "{sent}");
     }
 }

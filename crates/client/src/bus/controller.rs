@@ -146,6 +146,7 @@ pub struct Controller {
 impl Controller {
     /// A controller that knows no devices yet.
     pub fn new(config: ControllerConfig) -> Self {
+        let config = config.bounded();
         let addresses = config.addresses.clone().into_iter();
         Self {
             roster: Roster::new(addresses, config.probe_again),

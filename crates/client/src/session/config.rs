@@ -7,8 +7,10 @@ use super::medium::{Addresses, CONTROLLER_PAUSE, Echo, Framing, Role};
 
 /// Default bound for late answers: 5 s for the request on its way, and 5 s for the answer.
 pub const LATE_DEFAULT: Duration = Duration::from_secs(10);
+/// A longer time counts as this one, so that no sum of times overflows.
+pub(crate) const LONGEST: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// Configuration of a session.
+/// Configuration of a session. A time of more than a day counts as a day.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Config {
     /// Addresses of both sides.
@@ -61,6 +63,21 @@ pub struct Config {
 }
 
 impl Config {
+    /// Without times that are too long to be added to others.
+    pub(crate) fn bounded(self) -> Self {
+        let most = |time: Duration| time.min(LONGEST);
+        Self {
+            timeout: most(self.timeout),
+            patience: most(self.patience),
+            late_bound: most(self.late_bound),
+            drain_bound: most(self.drain_bound),
+            turnaround: most(self.turnaround),
+            listen: most(self.listen),
+            resume: most(self.resume),
+            ..self
+        }
+    }
+
     /// Time to listen before the first frame that is not urgent, as long as no monitor has answered.
     pub fn first_listen(&self) -> Duration {
         if self.heed { self.listen.max(CONTROLLER_PAUSE) } else { self.listen }

@@ -36,7 +36,7 @@ use lafet_proto::request::Body;
 use lafet_proto::status::DriveStatus;
 use lafet_proto::{Ints, ParamId, Request, RequestId, Status, SubsystemId};
 
-use super::Now;
+use super::{LONGEST, Now};
 use crate::answers::{Answers, RequestBuf};
 use crate::error::{Cause, Error};
 use steps::Steps;
@@ -88,7 +88,7 @@ impl Toward {
     pub const WIDE: Self = Self::Min;
 }
 
-/// Times of a held motion.
+/// Times of a held motion. A time of more than a day counts as a day.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hold {
     /// Duration of the motion after each renewal.
@@ -109,6 +109,19 @@ impl Default for Hold {
     fn default() -> Self {
         let lease = Duration::from_millis(300);
         Self { lease, first_lease: lease, repeat: REPEAT, clock_permille: 1000, no_farther: None }
+    }
+}
+
+impl Hold {
+    /// Without times that are too long to be added to others.
+    fn bounded(self) -> Self {
+        let most = |time: Duration| time.min(LONGEST);
+        Self {
+            lease: most(self.lease),
+            first_lease: most(self.first_lease),
+            repeat: most(self.repeat),
+            ..self
+        }
     }
 }
 
@@ -269,6 +282,7 @@ pub struct JogCore {
 impl JogCore {
     /// A motion that starts now. `holds`: the monitor is known to have MoveHold.
     pub fn new(now: Now, drive: SubsystemId, toward: Toward, hold: Hold, holds: bool) -> Self {
+        let hold = hold.bounded();
         let (ends, phase) = if holds { (End::Hold, Phase::Move) } else { (End::Ask, Phase::Ask) };
         Self {
             drive,

@@ -72,6 +72,7 @@ pub struct Line {
 impl Line {
     /// A line without connection; a session is created with the first request to an address.
     pub fn new(config: Config) -> Self {
+        let config = config.bounded();
         let timeout = match config.role {
             Role::Direct => config.timeout,
             Role::Active => config.timeout.max(CONTROLLER_GIVES_UP),

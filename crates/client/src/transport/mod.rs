@@ -1,6 +1,7 @@
 //! Transport of bytes to the monitor and back, regardless of their meaning.
 
 pub mod door;
+pub mod lines;
 pub mod memory;
 pub mod port;
 pub mod serial;

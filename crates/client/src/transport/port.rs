@@ -5,7 +5,9 @@
 //! those that do not, unless they have CAP_SYS_ADMIN. Ports opened with `shared=1` share the lock,
 //! so that one program alone cannot decide to share.
 //!
-//! The lock ends with its program, however that ends. TIOCEXCL is a mark on the terminal, and ends when no
+//! The lock ends with its program, however that ends, and with its claim: a fork of the program has the
+//! locked file as well, so it is unlocked, not only closed. A fork of a program that was killed gives it up
+//! ([`super::lines`]). TIOCEXCL is a mark on the terminal, and ends when no
 //! program has it open any more: after a kill it would keep a Stop out for as long as another one has. So
 //! it is not set where that is usual (a pseudo-terminal, which its other end keeps), nor by what is urgent.
 
@@ -53,6 +55,7 @@ mod unix {
     use rustix::io::Errno;
     use rustix::termios::{ioctl_tiocexcl, ioctl_tiocnxcl, isatty};
 
+    use super::super::lines::Listed;
     use super::{Holder, Path, PortError, io};
 
     /// Open files of a process that are looked at.
@@ -67,6 +70,9 @@ mod unix {
     pub struct Claim {
         file: File,
         exclusive: bool,
+        /// Its process: a fork has the file too, and must not unlock it.
+        process: u32,
+        _listed: Listed,
     }
 
     impl Claim {
@@ -90,8 +96,13 @@ mod unix {
             match flock(&file, lock) {
                 Err(Errno::WOULDBLOCK) => Err(in_use(path)),
                 Err(error) => Err(error.into()),
-                Ok(()) => Ok(Self { file, exclusive: false }),
+                Ok(()) => Ok(Self::of(file)),
             }
+        }
+
+        fn of(file: File) -> Self {
+            let listed = Listed::new(&file);
+            Self { file, exclusive: false, process: std::process::id(), _listed: listed }
         }
 
         /// Excludes programs that do not lock, once the port is open, unless it is a pseudo-terminal.
@@ -113,11 +124,16 @@ mod unix {
 
     impl Drop for Claim {
         fn drop(&mut self) {
+            if self.process != std::process::id() {
+                return;
+            }
             // While another program keeps the port open, the terminal persists, and the mark would
             // remain.
             if self.exclusive {
                 let _ = ioctl_tiocnxcl(&self.file);
             }
+            // To close the file would not unlock it while a fork has it.
+            let _ = flock(&self.file, FlockOperation::Unlock);
         }
     }
 
@@ -251,17 +267,42 @@ mod unix {
             command.args(["-c", "exec 2>&- 3<>\"$0\""]).arg(path).status().unwrap().success()
         }
 
-        /// Where the mark is set, it ends with the claim; on a pseudo-terminal it is not.
+        /// A line with its other end.
         #[cfg(target_os = "linux")]
-        #[test]
-        fn a_program_that_does_not_lock_is_kept_out() {
+        fn line() -> (std::os::fd::OwnedFd, std::path::PathBuf) {
             use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
             let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
             let line = openpt(flags).unwrap();
             grantpt(&line).unwrap();
             unlockpt(&line).unwrap();
             let path = ptsname(&line, Vec::new()).unwrap().into_string().unwrap();
-            let path = Path::new(&path);
+            (line, path.into())
+        }
+
+        /// A fork has the locked file, as a second handle of it has: it neither keeps the lock nor ends it.
+        #[cfg(target_os = "linux")]
+        #[test]
+        fn a_lock_ends_with_its_claim_and_not_in_a_fork() {
+            let (_line, path) = line();
+            let claim = Claim::lock(&path, false).unwrap();
+            let of_fork = claim.file.try_clone().unwrap();
+            drop(claim);
+            let mut claim = Claim::lock(&path, false).expect("free while a fork has the file");
+            drop(of_fork);
+            assert!(Claim::lock(&path, false).is_err());
+            let kept = claim.file.try_clone().unwrap();
+            claim.process += 1;
+            drop(claim);
+            assert!(Claim::lock(&path, false).is_err(), "the lock of the parent");
+            drop(kept);
+        }
+
+        /// Where the mark is set, it ends with the claim; on a pseudo-terminal it is not.
+        #[cfg(target_os = "linux")]
+        #[test]
+        fn a_program_that_does_not_lock_is_kept_out() {
+            let (_line, path) = line();
+            let path = path.as_path();
             let mut claim = Claim::lock(path, false).unwrap();
             assert!(opens(path));
             claim.keep_others_out().unwrap();

@@ -7,6 +7,8 @@ use std::task::{Context, Poll};
 
 use tokio::net::TcpStream;
 
+use super::lines::Listed;
+
 /// Time after which the system gives up bytes that the peer does not confirm, with the connection.
 /// Without a limit it delivers them for a quarter of an hour, even those of a program that was
 /// killed: a motion could start long after its sender was stopped.
@@ -15,7 +17,10 @@ const UNCONFIRMED_MAX_MS: u32 = 10_000;
 
 /// An open connection.
 #[derive(Debug)]
-pub struct Tcp(TcpStream);
+pub struct Tcp {
+    stream: TcpStream,
+    _listed: Listed,
+}
 
 impl Tcp {
     /// Connects.
@@ -28,12 +33,12 @@ impl Tcp {
         // A frame is complete: waiting for more bytes would only add latency.
         stream.set_nodelay(true)?;
         limit_delivery(&stream)?;
-        Ok(Self(stream))
+        Ok(Self { _listed: Listed::new(&stream), stream })
     }
 
     /// Gives up what has been sent and not confirmed: see `abandon`.
     pub fn abandon(&self) {
-        abandon(&self.0);
+        abandon(&self.stream);
     }
 
     /// Sends the rest of a frame, of which `sent` bytes are gone.
@@ -43,7 +48,7 @@ impl Tcp {
         frame: &[u8],
         sent: &mut usize,
     ) -> Poll<io::Result<()>> {
-        super::poll_write_all(&mut self.0, cx, frame, sent)
+        super::poll_write_all(&mut self.stream, cx, frame, sent)
     }
 
     /// Waits for bytes; `UnexpectedEof` at the end of the connection.
@@ -52,7 +57,7 @@ impl Tcp {
         cx: &mut Context<'_>,
         buffer: &mut [u8],
     ) -> Poll<io::Result<usize>> {
-        super::poll_read(&mut self.0, cx, buffer)
+        super::poll_read(&mut self.stream, cx, buffer)
     }
 }
 
@@ -89,7 +94,7 @@ mod tests {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
         let port = listener.local_addr().unwrap().port();
         let tcp = Tcp::connect("127.0.0.1", port).await.unwrap();
-        let limit = rustix::net::sockopt::tcp_user_timeout(&tcp.0).unwrap();
+        let limit = rustix::net::sockopt::tcp_user_timeout(&tcp.stream).unwrap();
         assert_eq!(limit, UNCONFIRMED_MAX_MS);
     }
 }

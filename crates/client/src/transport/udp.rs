@@ -6,9 +6,14 @@ use std::task::{Context, Poll, ready};
 use tokio::io::ReadBuf;
 use tokio::net::{UdpSocket, lookup_host};
 
+use super::lines::Listed;
+
 /// A socket that receives from one peer only.
 #[derive(Debug)]
-pub struct Udp(UdpSocket);
+pub struct Udp {
+    socket: UdpSocket,
+    _listed: Listed,
+}
 
 impl Udp {
     /// Binds a free port, and connects to the first reachable address of the host.
@@ -23,7 +28,7 @@ impl Udp {
             let opened = async {
                 let socket = UdpSocket::bind(any).await?;
                 socket.connect(peer).await?;
-                Ok(Self(socket))
+                Ok(Self { _listed: Listed::new(&socket), socket })
             };
             match opened.await {
                 Ok(udp) => return Ok(udp),
@@ -36,7 +41,7 @@ impl Udp {
     /// Sends a datagram. A port without a program on the other side is not an error: the program
     /// may be starting.
     pub fn poll_send(&mut self, cx: &mut Context<'_>, datagram: &[u8]) -> Poll<io::Result<()>> {
-        match ready!(self.0.poll_send(cx, datagram)) {
+        match ready!(self.socket.poll_send(cx, datagram)) {
             Err(error) if nobody_listens(&error) => Poll::Ready(Ok(())),
             other => Poll::Ready(other.map(|_| ())),
         }
@@ -50,7 +55,7 @@ impl Udp {
     ) -> Poll<io::Result<usize>> {
         let mut buffer = ReadBuf::new(buffer);
         loop {
-            match ready!(self.0.poll_recv(cx, &mut buffer)) {
+            match ready!(self.socket.poll_recv(cx, &mut buffer)) {
                 Err(error) if nobody_listens(&error) => {}
                 other => return Poll::Ready(other.map(|()| buffer.filled().len())),
             }

@@ -371,6 +371,28 @@ async fn the_first_lease_may_be_longer() {
     assert!(stopped - renewed < LEASE + 20 * MS);
 }
 
+/// Times that no clock can add are long ones, with and without MoveHold.
+#[tokio::test(start_paused = true)]
+async fn the_longest_lease_is_a_long_one() {
+    for has_hold in [true, false] {
+        let plant = plant();
+        look(&plant, |plant| plant.has_hold = has_hold);
+        let monitor = start(&plant);
+        let most = Duration::MAX;
+        let hold = Hold { lease: most, first_lease: most, repeat: most, ..Hold::default() };
+        let jog = monitor.vertical().jog_with(Toward::UP, hold).unwrap();
+        pass(200 * MS).await;
+        // A step ends by itself before the next one is due.
+        assert_eq!(look(&plant, |plant| plant.is_moving(VERTICAL)), has_hold);
+        assert!(jog.renew() && jog.is_held());
+        pass(200 * MS).await;
+        assert!(jog.renew());
+        let end = jog.release().await;
+        assert_eq!(reason(&end), Some(Reason::Released), "{end:?}");
+        assert!(!look(&plant, |plant| plant.is_moving(VERTICAL)));
+    }
+}
+
 /// Without MoveHold the motion goes on in short steps, and is as far from its end as one of them.
 #[tokio::test(start_paused = true)]
 async fn a_monitor_without_move_hold_is_moved_in_steps() {

@@ -115,6 +115,37 @@ async fn a_subscription_goes_on_after_a_reconnection() {
     assert!(dials.len() < 14, "{}", dials.len());
 }
 
+/// A period that no clock can add is a long one.
+#[tokio::test(start_paused = true)]
+async fn the_longest_period_and_the_longest_waits_are_long_ones() {
+    let (ours, theirs) = lafet_client::transport::memory::pair();
+    tokio::spawn(fake::serve(theirs, Log::default(), |payload| frame(&answer(payload))));
+    let most = Duration::MAX;
+    let config = Config {
+        timeout: most,
+        patience: most,
+        late_bound: most,
+        drain_bound: most,
+        resume: most,
+        ..Config::default()
+    };
+    let client = Client::over("sim:", ours, config);
+    let mut slow = client.subscribe(&read(), most).unwrap();
+    assert!(matches!(slow.next().await, Update::Value(_)));
+    assert!(!slow.latest().unwrap().is_stale());
+    // Another of the same value still has its own period.
+    let mut quick = client.subscribe(&read(), PERIOD).unwrap();
+    for _ in 0..3 {
+        assert!(matches!(quick.next().await, Update::Value(_)));
+    }
+    drop(quick);
+    sleep(10 * PERIOD).await;
+    assert!(!slow.latest().unwrap().is_stale());
+    assert!(client.request(&read()).await.is_ok());
+    let batch = client.complete(&[read()], |_| {}).await;
+    assert!(batch.iter().all(Result::is_ok), "{batch:?}");
+}
+
 async fn loop_until_stale(watch: &mut lafet_client::Subscription) -> Update {
     loop {
         match watch.next().await {

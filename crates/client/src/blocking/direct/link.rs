@@ -7,6 +7,7 @@ use std::time::Duration;
 use serial2::SerialPort;
 
 use crate::transport::door::Visits;
+use crate::transport::lines::Listed;
 use crate::transport::serial::Port;
 use crate::transport::tcp::{abandon, limit_delivery};
 use crate::transport::udp::nobody_listens;
@@ -19,8 +20,8 @@ const SERIAL_LEAST: Duration = Duration::from_millis(1);
 /// A blocking socket or port; a socket with its present timeout.
 #[derive(Debug)]
 pub enum Link {
-    Tcp { stream: TcpStream, waits: Duration },
-    Udp { socket: UdpSocket, waits: Duration },
+    Tcp { stream: TcpStream, waits: Duration, _listed: Listed },
+    Udp { socket: UdpSocket, waits: Duration, _listed: Listed },
     Serial(Port<SerialPort>),
 }
 
@@ -49,14 +50,14 @@ impl Link {
         let stream = TcpStream::connect_timeout(&peer, CONNECT_TIMEOUT)?;
         stream.set_nodelay(true)?;
         limit_delivery(&stream)?;
-        Ok(Self::Tcp { stream, waits: Duration::ZERO })
+        Ok(Self::Tcp { _listed: Listed::new(&stream), stream, waits: Duration::ZERO })
     }
 
     fn udp(peer: SocketAddr) -> io::Result<Self> {
         let any = if peer.is_ipv6() { "[::]:0" } else { "0.0.0.0:0" };
         let socket = UdpSocket::bind(any)?;
         socket.connect(peer)?;
-        Ok(Self::Udp { socket, waits: Duration::ZERO })
+        Ok(Self::Udp { _listed: Listed::new(&socket), socket, waits: Duration::ZERO })
     }
 
     /// Ends visits together with the port.
@@ -87,7 +88,7 @@ impl Link {
     /// Sends a frame; waits at most `longest` for a peer that does not read.
     pub fn send(&mut self, bytes: &[u8], longest: Duration) -> io::Result<()> {
         match self {
-            Self::Tcp { stream, waits } => {
+            Self::Tcp { stream, waits, .. } => {
                 if waits.is_zero() {
                     stream.set_write_timeout(Some(longest))?;
                 }
@@ -108,11 +109,11 @@ impl Link {
     pub fn recv(&mut self, buffer: &mut [u8], time: Duration) -> io::Result<Option<usize>> {
         // Usually the timeout is the same as before, and the system call can be left out.
         match self {
-            Self::Tcp { stream, waits } if *waits != time => {
+            Self::Tcp { stream, waits, .. } if *waits != time => {
                 stream.set_read_timeout(Some(time))?;
                 *waits = time;
             }
-            Self::Udp { socket, waits } if *waits != time => {
+            Self::Udp { socket, waits, .. } if *waits != time => {
                 socket.set_read_timeout(Some(time))?;
                 *waits = time;
             }

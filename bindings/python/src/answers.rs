@@ -1,5 +1,7 @@
 //! Answers and frames as Python values.
 
+use std::fmt::Display;
+
 use lafet_client::AnswerBuf;
 use lafet_proto::dictionary::layouts;
 use lafet_proto::flags::set_flags;
@@ -12,6 +14,7 @@ use pyo3::types::PyBytes;
 
 use crate::failures::name;
 use crate::requests::Request;
+use crate::texts::say;
 
 /// The answer of one subsystem.
 #[pyclass(frozen, module = "lafet._native")]
@@ -123,8 +126,8 @@ pub fn encode<'py>(
     let payload: Vec<u8> = requests.iter().flat_map(|it| it.0.bytes().to_vec()).collect();
     let most = link::PAYLOAD_MAX;
     if payload.len() > most {
-        let text = format!("{} bytes of requests: a frame takes {most}", payload.len());
-        return Err(PyValueError::new_err(text));
+        let values: [(&str, &dyn Display); 2] = [("size", &payload.len()), ("most", &most)];
+        return Err(PyValueError::new_err(say("frame-too-long", &values)));
     }
     let mut wire = [0; WIRE_MAX];
     let frame = link::Frame { dst: to, src: sender, payload: &payload };

@@ -9,6 +9,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::texts::say;
+
 static RUSSIAN: AtomicBool = AtomicBool::new(false);
 
 /// Sets the language of messages: `en` or `ru`.
@@ -17,7 +19,7 @@ pub fn set_language(language: &str) -> PyResult<()> {
     let russian = match language {
         "en" => false,
         "ru" => true,
-        _ => return Err(PyValueError::new_err(format!("language {language:?}: 'en' or 'ru'"))),
+        _ => return Err(PyValueError::new_err(say("language", &[("language", &language)]))),
     };
     RUSSIAN.store(russian, Ordering::Relaxed);
     Ok(())

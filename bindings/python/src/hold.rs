@@ -5,23 +5,30 @@ use std::sync::{Arc, Mutex, PoisonError};
 use lafet_client::{Error, Jog, JogEnd, Reason};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use tokio::time::timeout;
 
+use crate::fork::Own;
+use crate::link::seconds;
 use crate::operation::{Operation, Outcome};
 use crate::runtime::Threads;
+use crate::texts::say;
+
+/// The longest time that the end of a motion is waited for, s.
+const WAITS_S: f64 = 600.0;
 
 #[pyclass(frozen, module = "lafet._native")]
 pub struct Hold {
     threads: Arc<Threads>,
-    jog: Mutex<Option<Jog>>,
+    jog: Own<Mutex<Option<Jog>>>,
 }
 
 impl Hold {
     pub fn new(threads: Arc<Threads>, jog: Jog) -> Self {
-        Self { threads, jog: Mutex::new(Some(jog)) }
+        Self { threads, jog: Own::new(Mutex::new(Some(jog))) }
     }
 
-    fn with<T>(&self, ask: impl FnOnce(Option<&Jog>) -> T) -> T {
-        ask(self.jog.lock().unwrap_or_else(PoisonError::into_inner).as_ref())
+    fn with<T>(&self, ask: impl FnOnce(&mut Option<Jog>) -> T) -> PyResult<T> {
+        Ok(ask(&mut self.jog.get()?.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 }
 
@@ -29,26 +36,29 @@ impl Hold {
 impl Hold {
     /// Extends the motion by another lease; false when it is ending or has ended.
     fn renew(&self) -> PyResult<bool> {
-        self.threads.check()?;
-        Ok(self.with(|jog| jog.is_some_and(Jog::renew)))
+        self.with(|jog| jog.as_ref().is_some_and(Jog::renew))
     }
 
     /// Whether the motion is still held.
     #[getter]
-    fn held(&self) -> bool {
-        self.with(|jog| jog.is_some_and(Jog::is_held))
+    fn held(&self) -> PyResult<bool> {
+        self.with(|jog| jog.as_ref().is_some_and(Jog::is_held))
     }
 
-    /// Stops the motion; ends, with the way it ended, when the drive is at rest.
-    fn release(&self) -> PyResult<Operation> {
-        self.threads.check()?;
-        let jog = self.jog.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let jog = jog.ok_or_else(|| PyRuntimeError::new_err("the motion was released already"))?;
+    /// Stops the motion; ends, with the way it ended, when the drive is at rest, and with `unknown` when that
+    /// takes longer. Stop is still sent then.
+    fn release(&self, within_s: f64) -> PyResult<Operation> {
+        let within = seconds(within_s, WAITS_S)?;
+        let jog = self.with(Option::take)?;
+        let jog = jog.ok_or_else(|| PyRuntimeError::new_err(say("released", &[])))?;
         // The Stop goes out at once, whether or not the end is waited for.
         let ending = self.threads.handle().spawn(jog.release());
         Ok(Operation::new(self.threads.clone(), async move {
-            let end = ending.await.map_err(|_| Error::Closed)?;
-            Ok(Outcome::End(word(end)?.to_owned()))
+            let how = match timeout(within, ending).await {
+                Ok(end) => word(end.map_err(|_| Error::Closed)?)?,
+                Err(_) => "unknown",
+            };
+            Ok(Outcome::End(how.to_owned()))
         }))
     }
 }

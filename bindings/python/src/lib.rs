@@ -3,12 +3,14 @@
 
 mod answers;
 mod failures;
+mod fork;
 mod hold;
 mod link;
 mod operation;
 mod requests;
 mod runtime;
 mod simulator;
+mod texts;
 
 use pyo3::prelude::*;
 
@@ -18,6 +20,8 @@ mod _native {
     use crate::answers::{Answer, Frame, Record, decode, encode};
     #[pymodule_export]
     use crate::failures::set_language;
+    #[pymodule_export]
+    use crate::fork::{after_fork_in_child, after_fork_in_parent, before_fork};
     #[pymodule_export]
     use crate::hold::Hold;
     #[pymodule_export]

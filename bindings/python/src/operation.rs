@@ -13,9 +13,11 @@ use pyo3::types::{PyCFunction, PyList};
 
 use crate::answers::Answer;
 use crate::failures::Failure;
+use crate::fork::Own;
 use crate::hold::Hold;
 use crate::link::Link;
 use crate::runtime::Threads;
+use crate::texts::say;
 
 /// How often Ctrl-C is looked for.
 const SIGNALS: Duration = Duration::from_millis(50);
@@ -36,7 +38,7 @@ type Work = Pin<Box<dyn Future<Output = Result<Outcome, Failure>> + Send>>;
 #[pyclass(frozen, module = "lafet._native")]
 pub struct Operation {
     threads: Arc<Threads>,
-    work: Mutex<Option<Work>>,
+    work: Own<Mutex<Option<Work>>>,
     /// It goes on when its future is cancelled.
     goes_on: bool,
 }
@@ -46,7 +48,7 @@ impl Operation {
         threads: Arc<Threads>,
         work: impl Future<Output = Result<Outcome, Failure>> + Send + 'static,
     ) -> Self {
-        Self { threads, work: Mutex::new(Some(Box::pin(work))), goes_on: false }
+        Self { threads, work: Own::new(Mutex::new(Some(Box::pin(work)))), goes_on: false }
     }
 
     /// A Stop that was asked for is sent, whatever becomes of who asked.
@@ -56,9 +58,8 @@ impl Operation {
     }
 
     fn take(&self) -> PyResult<Work> {
-        self.threads.check()?;
-        let taken = self.work.lock().unwrap_or_else(PoisonError::into_inner).take();
-        taken.ok_or_else(|| PyRuntimeError::new_err("this operation was started already"))
+        let taken = self.work.get()?.lock().unwrap_or_else(PoisonError::into_inner).take();
+        taken.ok_or_else(|| PyRuntimeError::new_err(say("operation-started", &[])))
     }
 }
 
@@ -87,7 +88,7 @@ impl Operation {
                     }
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(PyRuntimeError::new_err("the operation was lost"));
+                    return Err(PyRuntimeError::new_err(say("operation-lost", &[])));
                 }
             }
         }

@@ -9,6 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::failures::{Failure, language};
+use crate::texts::say;
 
 /// A request to a subsystem, encoded.
 #[pyclass(frozen, module = "lafet._native")]
@@ -19,7 +20,8 @@ pub struct Request(pub RequestBuf);
 pub fn subsystem(name: &str) -> PyResult<SubsystemId> {
     SubsystemId::from_name(name).ok_or_else(|| {
         let all: Vec<&str> = SubsystemId::TABLE.into_iter().filter_map(SubsystemId::name).collect();
-        PyValueError::new_err(format!("no subsystem {name:?}: All, Motors, {}", all.join(", ")))
+        let all = all.join(", ");
+        PyValueError::new_err(say("no-subsystem", &[("name", &name), ("all", &all)]))
     })
 }
 
@@ -167,9 +169,7 @@ impl Request {
             [("off", LimitsState::Off), ("on", LimitsState::On), ("reject", LimitsState::Reject)];
         let found = known.into_iter().find(|(name, _)| *name == state);
         let Some((_, state)) = found else {
-            return Err(PyValueError::new_err(format!(
-                "limits {state:?}: 'off', 'on' or 'reject'"
-            )));
+            return Err(PyValueError::new_err(say("limits-state", &[("state", &state)])));
         };
         request(subsystem(whose)?, Body::SwitchLimits { new_state: state as u16 })
     }

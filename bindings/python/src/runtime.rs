@@ -7,6 +7,8 @@ use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
 use tokio::runtime::{Builder, Handle, Runtime};
 
+use crate::texts::say;
+
 /// What has to happen with the interpreter's lock held.
 type Delivery = Box<dyn FnOnce() + Send>;
 
@@ -38,7 +40,7 @@ impl Threads {
 
     fn start(process: u32) -> PyResult<Self> {
         let failed =
-            |e: std::io::Error| PyRuntimeError::new_err(format!("cannot start a thread: {e}"));
+            |e: std::io::Error| PyRuntimeError::new_err(say("no-thread", &[("error", &e)]));
         let mut builder = Builder::new_multi_thread();
         let builder = builder.worker_threads(1).thread_name("lafet").enable_all();
         let runtime = builder.build().map_err(failed)?;
@@ -56,16 +58,5 @@ impl Threads {
     pub fn deliver(&self, delivery: impl FnOnce() + Send + 'static) {
         // The receiver lives as long as the process.
         let _ = self.deliveries.send(Box::new(delivery));
-    }
-
-    /// An error in a fork of the process that these threads belong to.
-    pub fn check(&self) -> PyResult<()> {
-        if self.process == std::process::id() {
-            return Ok(());
-        }
-        Err(PyRuntimeError::new_err(format!(
-            "this connection belongs to process {}, this is a fork of it: connect again here",
-            self.process
-        )))
     }
 }

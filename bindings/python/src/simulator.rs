@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use lafet_client::os_text;
 use lafet_device::Source;
 use lafet_device::image::Axis;
 use lafet_device::port::Port;
@@ -14,6 +15,10 @@ use lafet_sim::fault::Fault;
 use lafet_sim::sim::{Config, Sim};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
+
+use crate::failures::language;
+use crate::fork::Own;
+use crate::texts::say;
 
 /// How often the world is brought up to date.
 const PACE: Duration = Duration::from_millis(5);
@@ -50,16 +55,16 @@ impl Shared {
 
 #[pyclass(frozen, subclass, module = "lafet._native")]
 pub struct Simulator {
-    shared: Arc<Shared>,
+    shared: Own<Arc<Shared>>,
     url: String,
     life: Mutex<Option<JoinHandle<()>>>,
-    process: u32,
 }
 
 impl Simulator {
     /// Something with the simulation, without the interpreter's lock: a step may have it for a while.
-    fn with<T: Send>(&self, py: Python<'_>, ask: impl FnOnce(&mut Sim) -> T + Send) -> T {
-        py.detach(|| ask(&mut self.shared.sim()))
+    fn with<T: Send>(&self, py: Python<'_>, ask: impl FnOnce(&mut Sim) -> T + Send) -> PyResult<T> {
+        let shared = self.shared.get()?;
+        Ok(py.detach(|| ask(&mut shared.sim())))
     }
 }
 
@@ -77,19 +82,21 @@ impl Simulator {
     ) -> PyResult<Self> {
         let mut config = Config { seed, address, wind, ..Config::default() };
         if let Some(name) = profile {
-            let unknown = || PyValueError::new_err(format!("no profile {name:?}"));
+            let unknown = || PyValueError::new_err(say("no-profile", &[("name", &name)]));
             config.profile(name).ok_or_else(unknown)?;
         }
         if !(1..=127).contains(&address) {
-            return Err(PyValueError::new_err(format!("address {address}: 1 to 127")));
+            return Err(PyValueError::new_err(say("address", &[("address", &address)])));
         }
         if wind.0.hypot(wind.1).is_nan() || wind.0.hypot(wind.1) >= WIND_MPS {
-            return Err(PyValueError::new_err(format!("wind {wind:?} m/s: less than {WIND_MPS}")));
+            let speed = wind.0.hypot(wind.1);
+            let text = say("wind", &[("speed", &speed), ("most", &WIND_MPS)]);
+            return Err(PyValueError::new_err(text));
         }
         for fire in fires {
             config.fires.push(fire.parse().map_err(PyValueError::new_err)?);
         }
-        let failed = |error: io::Error| PyOSError::new_err(error.to_string());
+        let failed = |error: io::Error| PyOSError::new_err(os_text(&error, language()));
         let listener = TcpListener::bind("127.0.0.1:0").map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let place = listener.local_addr().map_err(failed)?;
@@ -102,7 +109,8 @@ impl Simulator {
         let life = thread::Builder::new().name("lafet-sim".into());
         let life = life.spawn(move || live(&listener, &own)).map_err(failed)?;
         let url = format!("tcp://{place}?addr={address}");
-        Ok(Self { shared, url, life: Mutex::new(Some(life)), process: std::process::id() })
+        let shared = Own::saying("fork-of-simulator", shared);
+        Ok(Self { shared, url, life: Mutex::new(Some(life)) })
     }
 
     /// Where it listens.
@@ -113,20 +121,21 @@ impl Simulator {
 
     /// Simulated time since it was built, s.
     #[getter]
-    fn now(&self, py: Python<'_>) -> f64 {
-        self.with(py, |sim| sim.now_ms()) as f64 / 1000.0
+    fn now(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.with(py, |sim| sim.now_ms())? as f64 / 1000.0)
     }
 
     /// Lets time pass at once, s.
     fn skip(&self, py: Python<'_>, seconds: f64) -> PyResult<()> {
         if !(0.0..=SKIP_S).contains(&seconds) {
-            return Err(PyValueError::new_err(format!("{seconds} s: 0 to {SKIP_S}")));
+            let text = say("skip", &[("seconds", &seconds), ("most", &SKIP_S)]);
+            return Err(PyValueError::new_err(text));
         }
         // In slices, so that clients are answered and Ctrl-C is seen meanwhile.
         let mut left = (seconds * 1000.0) as u64;
         while left > 0 {
             let slice = left.min(SLICE_MS);
-            self.with(py, |sim| sim.advance_ms(slice));
+            self.with(py, |sim| sim.advance_ms(slice))?;
             left -= slice;
             py.check_signals()?;
         }
@@ -136,19 +145,19 @@ impl Simulator {
     /// Breaks something; returns the faults that there are now.
     fn inject(&self, py: Python<'_>, name: &str) -> PyResult<Vec<String>> {
         let fault = fault(name)?;
-        Ok(self.with(py, |sim| {
+        self.with(py, |sim| {
             sim.world_mut().inject(fault);
             active(sim)
-        }))
+        })
     }
 
     /// Repairs something; returns the faults that are left.
     fn repair(&self, py: Python<'_>, name: &str) -> PyResult<Vec<String>> {
         let fault = fault(name)?;
-        Ok(self.with(py, |sim| {
+        self.with(py, |sim| {
             sim.world_mut().clear(fault);
             active(sim)
-        }))
+        })
     }
 
     /// The names of all faults.
@@ -160,12 +169,12 @@ impl Simulator {
     /// Lights a fire; returns its number.
     fn light(&self, py: Python<'_>, fire: &str) -> PyResult<usize> {
         let spec = fire.parse().map_err(PyValueError::new_err)?;
-        Ok(self.with(py, |sim| sim.world_mut().light(spec)))
+        self.with(py, |sim| sim.world_mut().light(spec))
     }
 
     /// Whether each fire burns.
     #[getter]
-    fn burning(&self, py: Python<'_>) -> Vec<bool> {
+    fn burning(&self, py: Python<'_>) -> PyResult<Vec<bool>> {
         self.with(py, |sim| sim.world().fires.iter().map(|fire| fire.burns()).collect())
     }
 
@@ -175,34 +184,34 @@ impl Simulator {
             "Vertical" => Axis::Vertical,
             "Horizontal" => Axis::Horizontal,
             "Nozzle" => Axis::Nozzle,
-            _ => return Err(PyValueError::new_err(format!("no drive {drive:?}"))),
+            _ => return Err(PyValueError::new_err(say("not-a-drive", &[("name", &drive)]))),
         };
-        Ok(self.with(py, |sim| sim.world().drives[axis as usize].position))
+        self.with(py, |sim| sim.world().drives[axis as usize].position)
     }
 
     /// Water that leaves the nozzle, l/s.
     #[getter]
-    fn flow(&self, py: Python<'_>) -> f64 {
+    fn flow(&self, py: Python<'_>) -> PyResult<f64> {
         self.with(py, |sim| sim.world().water.jet_lps())
     }
 
     /// Whether it is truly deployed.
     #[getter]
-    fn deployed(&self, py: Python<'_>) -> bool {
+    fn deployed(&self, py: Python<'_>) -> PyResult<bool> {
         self.with(py, |sim| sim.world().deployed())
     }
 
     /// Takes its power for a moment.
-    fn power_cycle(&self, py: Python<'_>) {
-        self.with(py, Sim::power_cycle);
+    fn power_cycle(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, Sim::power_cycle)
     }
 
-    /// Ends it and its connections.
+    /// Ends it and its connections; nothing in a fork, which has not the threads of its parent.
     fn close(&self, py: Python<'_>) {
-        self.shared.ended.store(true, Ordering::Relaxed);
+        let Some(shared) = self.shared.here() else { return };
+        shared.ended.store(true, Ordering::Relaxed);
         let life = self.life.lock().unwrap_or_else(PoisonError::into_inner).take();
-        // A fork has not the thread of its parent.
-        if let Some(life) = life.filter(|_| self.process == std::process::id()) {
+        if let Some(life) = life {
             // It ends by itself; a panic of it has been shown.
             let _ = py.detach(|| life.join());
         }
@@ -211,14 +220,14 @@ impl Simulator {
 
 impl Drop for Simulator {
     fn drop(&mut self) {
-        self.shared.ended.store(true, Ordering::Relaxed);
+        if let Some(shared) = self.shared.here() {
+            shared.ended.store(true, Ordering::Relaxed);
+        }
     }
 }
 
 fn fault(name: &str) -> PyResult<Fault> {
-    Fault::from_name(name).ok_or_else(|| {
-        PyValueError::new_err(format!("no fault {name:?}: Simulator.faults() names them"))
-    })
+    Fault::from_name(name).ok_or_else(|| PyValueError::new_err(say("no-fault", &[("name", &name)])))
 }
 
 fn active(sim: &Sim) -> Vec<String> {

@@ -421,6 +421,8 @@ def test_a_refusal_or_an_arrival_of_one_thread_is_not_that_of_another() -> None:
     stop = [lafet.Request.stop("Horizontal")]
     first, second = started.claim(stop), started.claim(stop)
     started.refused(first)
+    for claim in [first, second]:
+        started.settled(claim)
     assert len(started.ends()) == 1
     assert not started.ended(first.keys, first.number)
     assert len(started.ends()) == 1

@@ -13,7 +13,7 @@ pytest fixtures. `lafet.codec` has the bytes.
 
 from __future__ import annotations
 
-from . import aio, codec, errors
+from . import _fork, aio, codec, errors
 from ._native import Answer, Request
 from ._texts import set_language
 from .errors import (

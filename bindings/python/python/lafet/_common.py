@@ -73,6 +73,9 @@ class Started:
 
     def __init__(self) -> None:
         self._ends: dict[Key, tuple[int, Request]] = {}
+        #: Claims whose requests have no outcome, by number, each with the thread that waits for it: what they
+        #: start may start after what ends it.
+        self._under_way: dict[int, tuple[list[Key], int]] = {}
         self._number = 0
         #: Set when the block is left: nothing is started over this connection any more.
         self.left = False
@@ -88,7 +91,19 @@ class Started:
             new = [key for key in by_key if key not in self._ends]
             self._number += 1
             self._ends.update({key: (self._number, end) for key, end in by_key.items()})
+            if by_key:
+                self._under_way[self._number] = (list(by_key), threading.get_ident())
             return Claim(self._number, list(by_key), new)
+
+    def settled(self, claim: Claim) -> None:
+        """The outcome of its request is known, or it is not sent any more."""
+        with LOCK:
+            self._under_way.pop(claim.number, None)
+
+    def under_way(self, key: Key) -> set[int]:
+        """The threads that wait for the outcome of what this has to end."""
+        with LOCK:
+            return {thread for keys, thread in self._under_way.values() if key in keys}
 
     def refused(self, claim: Claim) -> None:
         """It was not executed; what another has claimed since stays."""
@@ -99,12 +114,13 @@ class Started:
                     self._ends.pop(key, None)
 
     def ended(self, keys: Iterable[Key], number: int) -> bool:
-        """What was claimed up to this number has ended; false when something was claimed since."""
+        """What was claimed up to this number has ended; false when something was claimed since, or may
+        start only now."""
         with LOCK:
             later = False
             for key in keys:
                 end = self._ends.get(key)
-                if end is not None and end[0] <= number:
+                if end is not None and end[0] <= number and not self.under_way(key):
                     self._ends.pop(key, None)
                 elif end is not None:
                     later = True
@@ -142,7 +158,7 @@ def direction(toward: Direction) -> tuple[Drive, bool]:
     try:
         return DIRECTIONS[toward]
     except KeyError:
-        raise ValueError(f"direction {toward!r}: {', '.join(DIRECTIONS)}") from None
+        raise ValueError(say("direction", name=toward, all=", ".join(DIRECTIONS))) from None
 
 
 def point(place: Point) -> tuple[int, int]:
@@ -158,7 +174,7 @@ def quench(
     corrections: Iterable[int] | None,
 ) -> Request:
     if (distance is None) == (corrections is None):
-        raise ValueError("either the distance to the fire or corrections of the elevation")
+        raise ValueError(say("either"))
     if corrections is not None:
         return Request.quench_corrected(point(centre), point(size), nozzle, step, list(corrections))
     assert distance is not None
@@ -218,6 +234,8 @@ def no_end(error: Exception) -> NotReached:
 
 def ended(drive: Drive, how: str) -> str:
     """How a held motion ended; an error when the drive may be moving, or never did."""
+    if how == "unknown":
+        raise NotReached(say("no-rest", drive=drive, seconds=REACH_S))
     if how == "still moving":
         raise NotReached(say("still-moving", drive=drive))
     if how == "not started":

@@ -24,23 +24,31 @@ _T = TypeVar("_T")
 live: set[Core] = set()
 
 
+class Line:
+    """Those that came from the first monitor of a line by `at`, and whether its block is being left."""
+
+    def __init__(self) -> None:
+        self.cores: WeakSet[Core] = WeakSet()
+        self.left = False
+
+
 class Core(ABC):
     """The requests of a monitor, whatever waits for them."""
 
-    def __init__(
-        self, link: Link, started: Started | None = None, line: WeakSet[Core] | None = None
-    ) -> None:
+    def __init__(self, link: Link, started: Started | None = None, line: Line | None = None) -> None:
         self._link: Link | None = link
         self._endpoint = link.endpoint
         self._started = Started() if started is None else started
         #: A fork does not end what its parent has started.
         self.process = os.getpid()
-        #: The others on the line that came from this one by `at`, or all of those that it is one of itself.
-        self._line: WeakSet[Core] = WeakSet() if line is None else line
+        #: That of the first, for all that came from it.
+        self._line = Line() if line is None else line
         self._is_first = line is None
         if line is not None:
             with LOCK:
-                line.add(self)
+                # One that comes while the block is being left starts nothing either.
+                self._started.left = line.left
+                line.cores.add(self)
 
     def __repr__(self) -> str:
         return f"<Monitor {self._endpoint}>"
@@ -53,8 +61,11 @@ class Core(ABC):
 
     def forbid(self) -> None:
         """The block is being left: other threads and tasks start nothing any more."""
-        for core in self.block():
-            core._started.left = True
+        with LOCK:
+            if self._is_first:
+                self._line.left = True
+            for core in self.block():
+                core._started.left = True
 
     def leave(self) -> None:
         """Closes the connection, unless something is left to be ended over it."""
@@ -65,7 +76,7 @@ class Core(ABC):
     def block(self) -> list[Core]:
         """Those that end with this one's block: of the first of a line, all that came from it by `at`."""
         with LOCK:
-            return [self, *self._line] if self._is_first else [self]
+            return [self, *self._line.cores] if self._is_first else [self]
 
     def _ends(self) -> list[tuple[Core, _common.End]]:
         ends = [(core, end) for core in self.block() for end in core._started.ends()]
@@ -82,29 +93,49 @@ class Core(ABC):
         refuses, is tried again for half a minute."""
         deadline = time.monotonic() + _common.REACH_S
         refused: Counter[tuple[Core, _common.Key]] = Counter()
-        while ends := self._ends():
-            failed: Error | None = None
-            for core, (key, number, request) in ends:
-                # Whatever becomes of one, the others are tried.
-                try:
-                    await self._run(core.link.command(request))
-                except Refused as error:
-                    refused[core, key] += error.status != "Busy"
-                    # A program that moves a drive refuses in its name: if it is not one that ends just now,
-                    # another client has started it.
-                    if error.by == error.to or refused[core, key] < _common.REFUSED_MAX:
-                        failed = failed or error
-                        continue
-                except Error as error:
-                    failed = failed or error
-                    continue
-                if not core._ended([key], number):
-                    failed = failed or NotReached(say("started-anew"))
-            if failed is not None:
+        #: What stays noted: a start of it that is under way cannot come to its outcome before this returns.
+        held_up: set[tuple[Core, _common.Key, int]] = set()
+        failed: Error | None = None
+        while ends := [it for it in self._ends() if (it[0], it[1][0], it[1][1]) not in held_up]:
+            if time.monotonic() > deadline:
                 # What is left stays noted: another call, or the end of the program, tries it again.
-                if time.monotonic() > deadline:
-                    raise _common.no_end(failed) from failed
+                failed = failed or NotReached(say("started-again"))
+                raise _common.no_end(failed) from failed
+            if failed is not None:
                 await self._sleep(_common.POLL_S)
+            failed = None
+            for core, end in ends:
+                # Whatever becomes of one, the others are tried.
+                error = await self._end_one(core, end, refused)
+                key, number, _ = end
+                if error is None and not core._ended([key], number):
+                    threads = core._started.under_way(key)
+                    if threads and all(self._holds_up(thread) for thread in threads):
+                        held_up.add((core, key, number))
+                    else:
+                        error = NotReached(say("started-again"))
+                failed = failed or error
+
+    async def _end_one(
+        self, core: Core, end: _common.End, refused: Counter[tuple[Core, _common.Key]]
+    ) -> Error | None:
+        """Sends what ends it; why that was in vain."""
+        key, _, request = end
+        try:
+            await self._run(core.link.command(request))
+        except Refused as error:
+            refused[core, key] += error.status != "Busy"
+            # A program that moves a drive refuses in its name: if it is not one that ends just now, another
+            # client has started it.
+            if error.by == error.to or refused[core, key] < _common.REFUSED_MAX:
+                return error
+        except Error as error:
+            return error
+        return None
+
+    def _holds_up(self, thread: int) -> bool:
+        """Whether that thread does nothing else before this end has returned."""
+        return False
 
     def _claim(self, ends: Iterable[Request]) -> Claim:
         """Before something is started that these end."""
@@ -113,6 +144,10 @@ class Core(ABC):
             if self._started:
                 live.add(self)
         return claim
+
+    def _settled(self, claim: Claim) -> None:
+        """The outcome of what was claimed is known, or it is not sent any more."""
+        self._started.settled(claim)
 
     def _refused(self, claim: Claim) -> None:
         """What was claimed was not executed."""
@@ -183,6 +218,8 @@ class Core(ABC):
         except NotSent:
             self._refused(claim)
             raise
+        finally:
+            self._settled(claim)
         if not any(answer.accepted for answer in answers):
             self._refused(claim)
         return answers
@@ -312,6 +349,8 @@ class Core(ABC):
         except (Refused, NotSent):
             self._refused(claim)
             raise
+        finally:
+            self._settled(claim)
         return claim
 
     async def _move(self, targets: dict[Drive, int], wait: float | None) -> None:
@@ -353,6 +392,11 @@ class HoldCore:
     def _begins(self) -> None:
         """Before it begins: the end of the monitor's block ends it too, whoever renews it."""
         self._claimed = self._core._claim([Request.stop(self._drive)])
+
+    def _has_begun(self) -> None:
+        """It has, or it could not: a Stop over the same connection ends it from now on."""
+        if self._claimed is not None:
+            self._core._settled(self._claimed)
 
     def _has_ended(self, how: str) -> None:
         try:

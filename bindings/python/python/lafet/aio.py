@@ -83,6 +83,8 @@ class Hold(HoldCore):
         except Exception:
             self._never_moved()
             raise
+        finally:
+            self._has_begun()
         return self
 
     async def __aexit__(
@@ -94,7 +96,7 @@ class Hold(HoldCore):
         if self._hold is None:
             return
         try:
-            self._has_ended(await self._hold.release().start())
+            self._has_ended(await self._hold.release(_common.REACH_S).start())
         except Refused as failure:
             self._never_moved()
             raise_unless_worse(failure, error)

@@ -11,11 +11,10 @@ from collections.abc import Coroutine, Iterable
 from multiprocessing import util
 from types import TracebackType
 from typing import Any, TypeVar
-from weakref import WeakSet
 
 from . import _common, _native
 from ._common import Direction, Drive, Point, Progress, Started, Valve
-from ._core import Core, HoldCore, live
+from ._core import Core, HoldCore, Line, live
 from ._native import Answer, Link, Operation, Request
 from .errors import Refused
 from .state import Hotbed, Limits, Status
@@ -33,6 +32,11 @@ class _Waiting(Core):
 
     async def _sleep(self, seconds: float) -> None:
         time.sleep(seconds)
+
+    def _holds_up(self, thread: int) -> bool:
+        # One that is interrupted by a signal, or waits for the end of the program.
+        ends = Started.ending and thread == threading.main_thread().ident
+        return ends or thread == threading.get_ident()
 
 
 def _now(work: Coroutine[Any, Any, _T]) -> _T:
@@ -62,7 +66,7 @@ class Monitor:
     stopped, valves that were opened are closed. Ctrl-C leaves it too.
     """
 
-    def __init__(self, link: Link, line: WeakSet[Core] | None = None) -> None:
+    def __init__(self, link: Link, line: Line | None = None) -> None:
         self._core = _Waiting(link, line=line)
 
     def __enter__(self) -> Monitor:
@@ -228,7 +232,8 @@ class Monitor:
 
 class Hold(HoldCore):
     """A motion that lasts while it is renewed, and ends with its `with` block. It ends by itself when it is
-    not renewed in time (`lease`, at most 2 s), when the connection is lost and when this program ends."""
+    not renewed in time (`lease`, at most 2 s), when the connection is lost and when this program ends. A drive
+    that does not answer is waited for half a minute: then `NotReached`."""
 
     def __enter__(self) -> Hold:
         self._begins()
@@ -237,6 +242,8 @@ class Hold(HoldCore):
         except Exception:
             self._never_moved()
             raise
+        finally:
+            self._has_begun()
         return self
 
     def __exit__(
@@ -248,7 +255,7 @@ class Hold(HoldCore):
         if self._hold is None:
             return
         try:
-            self._has_ended(self._hold.release().wait())
+            self._has_ended(self._hold.release(_common.REACH_S).wait())
         except Refused as failure:
             self._never_moved()
             raise_unless_worse(failure, error)

@@ -87,7 +87,7 @@ class Status(Mapping[str, Subsystem]):
         try:
             return self._all[name]
         except KeyError:
-            raise KeyError(f"no {name}: this monitor has {', '.join(self._all)}") from None
+            raise KeyError(say("not-here", name=name, all=", ".join(self._all))) from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all)
@@ -146,7 +146,7 @@ def limits(answers: list[Answer]) -> Limits:
     try:
         return Limits(fields["min"], fields["max"])
     except KeyError:
-        raise Error(f"limits with the fields {', '.join(fields)}") from None
+        raise Error(say("limits-fields", all=", ".join(fields))) from None
 
 
 def hotbeds(values: list[int]) -> list[Hotbed]:

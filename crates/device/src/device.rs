@@ -311,11 +311,21 @@ impl Device {
     /// lockout alone is written (§3.3.1/4).
     fn store(&mut self, now: Millis, hal: &mut impl Storage) {
         let locked = self.general.is_locked();
-        match self.general.has_bad_power() {
+        match self.keeps_to_lockout() {
             true if locked => self.params.flush_lockout(now, hal),
             false if locked || self.outputs.is_still() => self.params.flush(now, hal),
             _ => {}
         }
+    }
+
+    /// Nothing but the lockout is stored: on a bad supply, and on trial, since the old program has to be able
+    /// to read what is stored.
+    fn keeps_to_lockout(&self) -> bool {
+        #[cfg(feature = "update")]
+        if self.software.is_on_trial() {
+            return true;
+        }
+        self.general.has_bad_power()
     }
 
     /// In working position, or without a Deployer.
@@ -615,7 +625,7 @@ impl Device {
         hal.write(&self.outputs);
         self.causes = Causes::all(Rule::Inert);
         match reset {
-            Reset::Restart if bad => self.params.flush_lockout(now, hal),
+            Reset::Restart if self.keeps_to_lockout() => self.params.flush_lockout(now, hal),
             Reset::Restart => self.params.flush_all(now, hal),
             Reset::CleanFlash if hal.erase().is_err() => return self.general.erase_failed(),
             Reset::CleanFlash => {}

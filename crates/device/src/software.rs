@@ -44,6 +44,12 @@ impl Updating {
         self.report.is_some_and(|report| report.trial)
     }
 
+    /// Before it is confirmed, what is on trial may not move anything; nor may a monitor that a later
+    /// start would put on trial.
+    pub(crate) fn keeps_locked(&self) -> bool {
+        self.report.is_some_and(|report| report.trial || report.pending)
+    }
+
     fn report(&self) -> Report {
         let report = Report { waits: self.held_len > 0, ..self.report.unwrap_or_default() };
         let reason = if self.dropped { Report::NOT_READY } else { report.reason };
@@ -59,13 +65,16 @@ impl Updating {
 }
 
 impl Device {
-    /// Standby, locked out, everything closed and at rest, on a good supply.
+    /// Standby, locked out and so at the next start, everything closed and at rest, on a good supply.
     fn may_update(&self) -> bool {
         let stowed = !self.has(SubsystemId::DEPLOYER) || self.deployer.is_wrapped();
         let mut valves = self.valves.iter().zip(&ValveNo::ALL);
         let closed = valves.all(|(valve, no)| !self.has(no.id()) || valve.is_closed());
-        let rests = self.outputs().is_still() && !self.general.has_bad_power();
-        self.general.is_locked() && stowed && closed && rests
+        // What turns though it is not fed would turn again after the restart, which ends the cut.
+        let turns = self.drives.iter().any(|drive| drive.is_moving() || drive.output().cut);
+        let rests = self.outputs().is_still() && !turns && !self.general.has_bad_power();
+        let stored = self.params.lockout() && self.params.lockout_is_stored();
+        self.general.is_locked() && stored && stowed && closed && rests
     }
 
     /// Answers an order. It passes the lockout, as it requires it.
@@ -122,7 +131,7 @@ impl Device {
     /// What is on trial stays locked out until it is confirmed.
     pub(crate) fn wake_software(&mut self, hal: &mut impl Hal) {
         self.software.report = hal.software().map(|software| software.report());
-        if self.software.is_on_trial() {
+        if self.software.keeps_locked() {
             self.general.set_locked(true);
         }
     }

@@ -27,10 +27,12 @@ pub const PART_MAX: usize = 152;
 pub const UNIT: usize = 8;
 /// Bytes of the word that confirms an image.
 pub const WORD_LEN: usize = 16;
+/// Bytes of its SHA-256.
+pub const DIGEST_LEN: usize = 32;
 /// Bytes of an order at most.
-pub const ORDER_MAX: usize = 3 + HEADER_LEN;
+pub const ORDER_MAX: usize = 3 + HEADER_LEN + DIGEST_LEN;
 /// Bytes of a report.
-pub const REPORT_LEN: usize = 20;
+pub const REPORT_LEN: usize = 24;
 
 /// What a request to update asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +43,8 @@ pub enum Order<'a> {
     Begin {
         /// The header, signed.
         header: &'a [u8; HEADER_LEN],
+        /// SHA-256 of the word that will confirm it.
+        digest: &'a [u8; DIGEST_LEN],
     },
     /// The next part of the payload.
     Data {
@@ -53,8 +57,8 @@ pub enum Order<'a> {
     Verify,
     /// Restarts the monitor with the image, on trial.
     Commit {
-        /// SHA-256 of the word that will confirm it.
-        digest: &'a [u8; 32],
+        /// As in `Begin`: what another sender has started since is not committed.
+        digest: &'a [u8; DIGEST_LEN],
     },
     /// Keeps the image that is on trial.
     Confirm {
@@ -83,7 +87,10 @@ impl<'a> Order<'a> {
         }
         let (key, rest) = rest.split_first_chunk().ok_or(size)?;
         let order = match kind {
-            1 => Self::Begin { header: rest.try_into().map_err(|_| size)? },
+            1 => {
+                let (header, digest) = rest.split_first_chunk().ok_or(size)?;
+                Self::Begin { header, digest: digest.try_into().map_err(|_| size)? }
+            }
             2 => {
                 let (offset, part) = rest.split_first_chunk().ok_or(size)?;
                 if part.is_empty() || part.len() > PART_MAX || !part.len().is_multiple_of(UNIT) {
@@ -110,7 +117,7 @@ impl<'a> Order<'a> {
         let at;
         let (kind, key, middle, rest): (u8, &[u8], &[u8], &[u8]) = match self {
             Self::State => (0, &[], &[], &[]),
-            Self::Begin { header } => (1, &key, &[], *header),
+            Self::Begin { header, digest } => (1, &key, *header, *digest),
             Self::Data { offset, part } => {
                 at = offset.to_le_bytes();
                 (2, &key, &at, part)
@@ -149,8 +156,8 @@ impl Phase {
 /// The answer to every order.
 ///
 /// ```text
-/// phase u8 | slot u8: 1 A, 2 B | bits u8: 0 on trial, 1 the last trial failed, 2 an order waits |
-/// reason u8 | received u32 | size u32 | version 4 × u16
+/// phase u8 | slot u8: 1 A, 2 B | bits u8: 0 on trial, 1 the last trial failed, 2 an order waits,
+/// 3 a commit is pending | reason u8 | received u32 | size u32 | version 4 × u16 | image 4 bytes
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
@@ -164,6 +171,9 @@ pub struct Report {
     pub failed: bool,
     /// An order has been accepted and not been carried out yet.
     pub waits: bool,
+    /// What was committed is not on trial, and a later start may still try it: until that could be
+    /// taken back, the lockout is not released.
+    pub pending: bool,
     /// Why the last order was refused that could not be carried out; 0 after one that was. The
     /// numbers are in docs/update.md.
     pub reason: u8,
@@ -173,6 +183,9 @@ pub struct Report {
     pub size: u32,
     /// The version that is running, from left to right.
     pub version: [u16; 4],
+    /// The first bytes of the SHA-256 of the payload that is being received: a sender sees by them
+    /// whether it is its own. Zeros in [`Phase::IDLE`].
+    pub image: [u8; 4],
 }
 
 impl Report {
@@ -189,7 +202,8 @@ impl Report {
         let data: &[u8; REPORT_LEN] = data.try_into().map_err(|_| size)?;
         let [phase, slot, bits, reason, r0, r1, r2, r3, s0, s1, s2, s3, rest @ ..] = data;
         let mut version = [0; 4];
-        for (number, bytes) in version.iter_mut().zip(rest.as_chunks().0) {
+        let (numbers, image) = rest.split_last_chunk().ok_or(size)?;
+        for (number, bytes) in version.iter_mut().zip(numbers.as_chunks().0) {
             *number = u16::from_le_bytes(*bytes);
         }
         Ok(Self {
@@ -198,19 +212,23 @@ impl Report {
             trial: bits & 1 != 0,
             failed: bits & 2 != 0,
             waits: bits & 4 != 0,
+            pending: bits & 8 != 0,
             reason: *reason,
             received: u32::from_le_bytes([*r0, *r1, *r2, *r3]),
             size: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
             version,
+            image: *image,
         })
     }
 
     /// The data of an answer.
     pub fn to_bytes(&self) -> [u8; REPORT_LEN] {
-        let bits = u8::from(self.trial) | u8::from(self.failed) << 1 | u8::from(self.waits) << 2;
+        let bits = [self.trial, self.failed, self.waits, self.pending];
+        let bits = bits.iter().rev().fold(0, |bits, bit| bits << 1 | u8::from(*bit));
         let [r0, r1, r2, r3] = self.received.to_le_bytes();
         let [s0, s1, s2, s3] = self.size.to_le_bytes();
         let [[v0, v1], [v2, v3], [v4, v5], [v6, v7]] = self.version.map(u16::to_le_bytes);
+        let [i0, i1, i2, i3] = self.image;
         [
             self.phase.0,
             self.slot,
@@ -232,6 +250,10 @@ impl Report {
             v5,
             v6,
             v7,
+            i0,
+            i1,
+            i2,
+            i3,
         ]
     }
 }
@@ -245,11 +267,11 @@ mod tests {
         let header = &[7; HEADER_LEN];
         std::vec![
             Order::State,
-            Order::Begin { header },
+            Order::Begin { header, digest: &[8; DIGEST_LEN] },
             Order::Data { offset: 0x0102_0304, part: &[9; UNIT] },
             Order::Data { offset: 0, part: &[3; PART_MAX] },
             Order::Verify,
-            Order::Commit { digest: &[5; 32] },
+            Order::Commit { digest: &[5; DIGEST_LEN] },
             Order::Confirm { word: &[6; WORD_LEN] },
         ]
     }
@@ -304,22 +326,25 @@ mod tests {
 
     #[test]
     fn reports_come_back() {
-        for bits in 0..8_u8 {
+        for bits in 0..16_u8 {
             let report = Report {
                 phase: Phase(bits),
                 slot: 2,
                 trial: bits & 1 != 0,
                 failed: bits & 2 != 0,
                 waits: bits & 4 != 0,
+                pending: bits & 8 != 0,
                 reason: 16,
                 received: 0x0102_0304,
                 size: 0xF0F1_F2F3,
                 version: [1, 2, 3, 0x1234],
+                image: [9, 8, 7, 6],
             };
-            let bytes = report.to_bytes();
-            assert_eq!(Report::decode(&bytes), Ok(report));
-            assert_eq!(bytes[4..8], [4, 3, 2, 1]);
-            assert_eq!(bytes[18..], [0x34, 0x12]);
+            let data = report.to_bytes();
+            assert_eq!(Report::decode(&data), Ok(report));
+            assert_eq!(data[2], bits);
+            assert_eq!(data[4..8], [4, 3, 2, 1]);
+            assert_eq!(data[18..], [0x34, 0x12, 9, 8, 7, 6]);
         }
         assert!(Report::decode(&[0; REPORT_LEN - 1]).is_err());
     }

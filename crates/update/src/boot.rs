@@ -1,6 +1,6 @@
 //! What a bootloader does before it starts a program.
 
-use crate::decide::{Decision, decide};
+use crate::decide::{Decision, Verified, decide};
 use crate::image::{Board, Header};
 use crate::memory::Memory;
 use crate::record::{Other, Record, Recorded, Slot};
@@ -18,40 +18,43 @@ pub enum Boot {
         /// It is on trial: unless it is confirmed, the next start goes back.
         trial: bool,
     },
-    /// No slot has an image that may be started.
+    /// No slot has an image that may be started. What could not be read now may be read later, so
+    /// the bootloader resets after a pause of some seconds.
     Nothing,
 }
 
-/// Decides what to start, verifies it, and stores what has to be remembered.
+/// Decides what to start, verifies it, and stores what has to be remembered. `feed` is called all
+/// the while, for a watchdog.
 ///
-/// It writes the record alone, and only when a trial begins or ends or the active image no longer
-/// verifies. A trial that cannot be noted is not started, unless there is nothing else
-/// to start.
-pub fn boot<F: NorFlash>(memory: &mut Memory<F>, board: &Board<'_>) -> Boot {
-    let verify = |memory: &mut Memory<F>, recorded: &Recorded| {
-        decide(recorded, |slot, revoked| memory.verify(slot, board, revoked))
-    };
+/// It writes the record alone, and only when a trial begins or ends, the active image no longer
+/// verifies, or a copy of the record has been damaged. A trial is noted before its image is looked
+/// at, so what a bootloader dies of is not tried twice. One that cannot be noted is not started,
+/// unless there is nothing else to start.
+pub fn boot<F: NorFlash>(
+    memory: &mut Memory<F>,
+    board: &Board<'_>,
+    mut feed: impl FnMut(),
+) -> Boot {
     let recorded = memory.record();
-    let decision = verify(memory, &recorded);
-    let stored = match &decision.record {
-        Some(record) => memory.keep(record).is_ok(),
-        None => true,
-    };
-    if let Recorded::Known(record) = recorded
-        && decision.trial
-        && !stored
-    {
-        let without = Recorded::Known(Record { other: Other::Empty, ..record });
-        let active = verify(memory, &without).start();
-        if active != Boot::Nothing {
-            return active;
+    let noted = match recorded {
+        Recorded::Known(record) if record.other == Other::Committed => {
+            memory.keep(&Record { other: Other::Tried, ..record }).is_ok()
         }
+        _ => false,
+    };
+    let decision = decide(&recorded, noted, |slot, revoked| {
+        let header = memory.verify(slot, board, revoked, &mut feed)?;
+        Ok(Verified { header, trusted: memory.is_trusted(slot) })
+    });
+    if let Some(record) = &decision.record {
+        // Whatever is not stored is decided in the same way by the next start.
+        let _ = memory.keep(record);
     }
-    decision.start()
+    decision.boot()
 }
 
 impl Decision {
-    fn start(&self) -> Boot {
+    fn boot(&self) -> Boot {
         match self.start {
             Some((slot, header)) => Boot::Start { slot, header, trial: self.trial },
             None => Boot::Nothing,

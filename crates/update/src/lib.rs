@@ -33,7 +33,7 @@ mod refusal;
 mod sign;
 
 pub use boot::{Boot, boot};
-pub use decide::{Decision, decide};
+pub use decide::{Decision, Verified, decide};
 pub use hash::Hash;
 pub use image::{
     Board, BoardName, HEADER_LEN, Header, Layouts, PublicKey, UNIT, Version, VersionError,

@@ -1,10 +1,12 @@
 //! The part of the flash that updating uses: two slots, and the pages of the record.
 //!
 //! ```text
-//! slot    header 160 bytes | a mark for each page of the payload | to the end of the page
+//! slot    header 160 bytes | a mark for each page of the payload | received | confirmed
 //!         payload, from a page of its own on
+//! record  a store with the record | another one with the same record
 //! ```
-//! A mark is a word of zeros: the page of the payload is complete.
+//! A mark is a word of zeros. That of a page of the payload: the page is complete. `received`: the
+//! image came over the link; `confirmed`: it has been confirmed since.
 
 use crate::hash::Hasher;
 use crate::image::{Board, HEADER_LEN, Header, UNIT};
@@ -19,6 +21,8 @@ pub(crate) const CHUNK: usize = 64;
 /// Longest word of a flash, bytes.
 const WORD_MAX: usize = 8;
 const RECORD: Key = Key(1);
+/// What fails may fail but once: a read, a write, a verification.
+const TRIES: usize = 3;
 
 /// Where in the flash the slots and the record are: at starts of pages.
 #[derive(Clone, Copy, Debug)]
@@ -29,59 +33,88 @@ pub struct Partition {
     pub slot_pages: u16,
     /// The address of the record.
     pub record: u32,
-    /// Pages of the record: two or more.
+    /// Pages of the record: four or more, an even number. Each half has a copy of it.
     pub record_pages: u16,
 }
 
 /// The slots and the record.
 #[derive(Clone, Debug)]
 pub struct Memory<F> {
-    store: Store<F, 1>,
+    flash: F,
     partition: Partition,
 }
 
 impl<F: NorFlash> Memory<F> {
-    /// Starts on a part of the flash. It writes only what a power cut has left unsettled in the
-    /// pages of the record.
-    pub fn mount(flash: F, partition: Partition) -> Self {
-        let store = Store::mount(flash, partition.record, partition.record_pages);
-        Self { store, partition }
+    /// On a part of the flash. Nothing is read or written yet.
+    pub const fn new(flash: F, partition: Partition) -> Self {
+        Self { flash, partition }
     }
 
     /// The flash.
     pub const fn flash(&self) -> &F {
-        self.store.flash()
+        &self.flash
     }
 
     /// The flash, for settings of its own.
     pub const fn flash_mut(&mut self) -> &mut F {
-        self.store.flash_mut()
+        &mut self.flash
     }
 
     /// Ends it.
     pub fn into_flash(self) -> F {
-        self.store.into_flash()
+        self.flash
     }
 
-    /// The record.
+    /// The record. It writes what a power cut has left unsettled in its pages, and a copy that has
+    /// been damaged or is behind.
     pub fn record(&mut self) -> Recorded {
+        match [0, 1].map(|half| self.copy(half)) {
+            // The first is written first, so where both can be read it is the newer one.
+            [Recorded::Known(record), other] | [other, Recorded::Known(record)] => {
+                if other != Recorded::Known(record) {
+                    let _ = self.keep(&record);
+                }
+                Recorded::Known(record)
+            }
+            [Recorded::Fresh, Recorded::Fresh] => Recorded::Fresh,
+            _ => Recorded::Lost,
+        }
+    }
+
+    fn copy(&mut self, half: u16) -> Recorded {
         let mut buffer = [0; RECORD_LEN];
-        match self.store.load(RECORD, &mut buffer) {
+        match self.store(half).load(RECORD, &mut buffer) {
             Ok(None) => Recorded::Fresh,
             Ok(Some(bytes)) => Record::decode(bytes).map_or(Recorded::Lost, Recorded::Known),
             Err(_) => Recorded::Lost,
         }
     }
 
-    /// Stores the record, whole or not at all.
+    /// Half of the pages of the record.
+    fn store(&mut self, half: u16) -> Store<&mut F, 1> {
+        let pages = self.partition.record_pages / 2;
+        let before = u32::from(half * pages).saturating_mul(F::ERASE_SIZE as u32);
+        let start = self.partition.record.saturating_add(before);
+        Store::mount(&mut self.flash, start, pages)
+    }
+
+    /// Stores the record, whole or not at all. It is stored when its first copy is: the next
+    /// [`Self::record`] makes up for the second.
     pub(crate) fn keep(&mut self, record: &Record) -> Result<(), Refusal> {
-        self.store.store(RECORD, &record.encode()).map_err(|_| Refusal::Flash)
+        let bytes = record.encode();
+        for half in [0, 1] {
+            let kept = (0..TRIES).any(|_| self.store(half).store(RECORD, &bytes).is_ok());
+            if half == 0 && !kept {
+                return Err(Refusal::Flash);
+            }
+        }
+        Ok(())
     }
 
     /// Pages of a slot in front of the payload.
     pub const fn header_pages(&self) -> usize {
-        let all = self.partition.slot_pages as usize;
-        (HEADER_LEN + all * F::WRITE_SIZE).div_ceil(F::ERASE_SIZE)
+        let marks = self.confirmed() + 1;
+        (HEADER_LEN + marks * F::WRITE_SIZE).div_ceil(F::ERASE_SIZE)
     }
 
     /// Bytes of the largest payload.
@@ -110,7 +143,9 @@ impl<F: NorFlash> Memory<F> {
         size > 0 && size <= self.capacity() && size.is_multiple_of(UNIT)
     }
 
-    /// Verifies the image in a slot: header, signature, place, payload.
+    /// Verifies the image in a slot: header, signature, place, payload. What does not verify is
+    /// looked at again, since nothing may be given up for a bit that was read wrongly once. `feed` is
+    /// called all the while, for a watchdog.
     ///
     /// # Errors
     ///
@@ -121,7 +156,26 @@ impl<F: NorFlash> Memory<F> {
         slot: Slot,
         board: &Board<'_>,
         revoked: u16,
+        feed: &mut impl FnMut(),
     ) -> Result<Header, Refusal> {
+        let mut verified = Err(Refusal::Flash);
+        for _ in 0..TRIES {
+            verified = self.verify_once(slot, board, revoked, feed);
+            if verified.is_ok() {
+                break;
+            }
+        }
+        verified
+    }
+
+    fn verify_once(
+        &mut self,
+        slot: Slot,
+        board: &Board<'_>,
+        revoked: u16,
+        feed: &mut impl FnMut(),
+    ) -> Result<Header, Refusal> {
+        feed();
         let raw = self.header(slot)?;
         let header = Header::check(&raw, board, revoked)?;
         if header.place.is_some_and(|place| place != slot) {
@@ -131,7 +185,11 @@ impl<F: NorFlash> Memory<F> {
             return Err(Refusal::Size);
         }
         let mut hasher = Hasher::default();
-        self.hash(slot, 0..header.size, &mut hasher)?;
+        for from in (0..header.size).step_by(CHUNK) {
+            feed();
+            let end = header.size.min(from.saturating_add(CHUNK as u32));
+            self.hash(slot, from..end, &mut hasher)?;
+        }
         if hasher.finish() == header.hash { Ok(header) } else { Err(Refusal::Hash) }
     }
 
@@ -163,30 +221,52 @@ impl<F: NorFlash> Memory<F> {
     /// How many pages of the payload, from the first on, are marked as complete.
     pub(crate) fn marked(&mut self, slot: Slot) -> usize {
         let pages = self.capacity() / F::ERASE_SIZE;
-        let is_set = |page: &usize| {
-            let mut word = [0xFF; WORD_MAX];
-            let word = word.get_mut(..F::WRITE_SIZE).ok_or(Refusal::Flash);
-            let read = word.and_then(|word| {
-                self.read(self.mark(slot, *page), word).map(|()| word.iter().all(|byte| *byte == 0))
-            });
-            read == Ok(true)
-        };
-        (0..pages).take_while(is_set).count()
+        (0..pages).take_while(|page| self.is_set(slot, *page) == Ok(true)).count()
     }
 
-    /// Marks a page of the payload as complete.
-    pub(crate) fn set_mark(&mut self, slot: Slot, page: usize) -> Result<(), Refusal> {
+    /// An image that has been confirmed, or that did not come over the link.
+    pub(crate) fn is_trusted(&mut self, slot: Slot) -> bool {
+        let received = self.is_set(slot, self.received());
+        received == Ok(false) || self.is_set(slot, self.confirmed()) == Ok(true)
+    }
+
+    /// Marks the image of a slot as one that has been confirmed.
+    pub(crate) fn trust(&mut self, slot: Slot) -> Result<(), Refusal> {
+        if self.is_trusted(slot) { Ok(()) } else { self.set_mark(slot, self.confirmed()) }
+    }
+
+    /// Marks behind those of the pages, which are fewer than the pages of a slot.
+    const fn received(&self) -> usize {
+        (self.partition.slot_pages as usize).saturating_sub(1)
+    }
+
+    const fn confirmed(&self) -> usize {
+        self.partition.slot_pages as usize
+    }
+
+    /// Whether most bits of a mark are: one of them may have flipped.
+    fn is_set(&mut self, slot: Slot, mark: usize) -> Result<bool, Refusal> {
+        let mut word = [0xFF; WORD_MAX];
+        let word = word.get_mut(..F::WRITE_SIZE).ok_or(Refusal::Flash)?;
+        self.read(self.mark(slot, mark), word)?;
+        let zeros: u32 = word.iter().map(|byte| byte.count_zeros()).sum();
+        Ok(zeros as usize > word.len() * 4)
+    }
+
+    /// Sets a mark: that of a page of the payload, when it is complete.
+    pub(crate) fn set_mark(&mut self, slot: Slot, mark: usize) -> Result<(), Refusal> {
         let zeros = [0; WORD_MAX];
         let word = zeros.get(..F::WRITE_SIZE).ok_or(Refusal::Flash)?;
-        self.write(self.mark(slot, page), word)
+        self.write(self.mark(slot, mark), word)
     }
 
-    const fn mark(&self, slot: Slot, page: usize) -> u32 {
-        let at = HEADER_LEN + page.saturating_mul(F::WRITE_SIZE);
+    const fn mark(&self, slot: Slot, mark: usize) -> u32 {
+        let at = HEADER_LEN + mark.saturating_mul(F::WRITE_SIZE);
         self.start_of(slot).saturating_add(at as u32)
     }
 
-    /// Makes the header of a slot again, with the marks of the first pages.
+    /// Makes the header of a slot again, with the marks of the first pages. There is no header
+    /// without the mark that it was received.
     pub(crate) fn begin(
         &mut self,
         slot: Slot,
@@ -194,15 +274,16 @@ impl<F: NorFlash> Memory<F> {
         marked: usize,
     ) -> Result<(), Refusal> {
         self.forget(slot)?;
+        self.set_mark(slot, self.received())?;
         self.write(self.start_of(slot), raw)?;
         (0..marked).try_for_each(|page| self.set_mark(slot, page))
     }
 
-    /// Erases the header of a slot.
+    /// Erases the header of a slot, then its marks.
     pub(crate) fn forget(&mut self, slot: Slot) -> Result<(), Refusal> {
         let start = self.start_of(slot);
-        let pages = 0..self.header_pages() as u32;
-        pages.rev().try_for_each(|page| {
+        let mut pages = 0..self.header_pages() as u32;
+        pages.try_for_each(|page| {
             self.erase(start.saturating_add(page.saturating_mul(F::ERASE_SIZE as u32)))
         })
     }
@@ -210,14 +291,15 @@ impl<F: NorFlash> Memory<F> {
     /// Erases the page that begins at an address.
     pub(crate) fn erase(&mut self, address: u32) -> Result<(), Refusal> {
         let end = address.checked_add(F::ERASE_SIZE as u32).ok_or(Refusal::Flash)?;
-        self.flash_mut().erase(address, end).map_err(|_| Refusal::Flash)
+        self.flash.erase(address, end).map_err(|_| Refusal::Flash)
     }
 
     pub(crate) fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), Refusal> {
-        self.flash_mut().write(address, bytes).map_err(|_| Refusal::Flash)
+        self.flash.write(address, bytes).map_err(|_| Refusal::Flash)
     }
 
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), Refusal> {
-        self.flash_mut().read(address, bytes).map_err(|_| Refusal::Flash)
+        let read = (0..TRIES).any(|_| self.flash.read(address, bytes).is_ok());
+        if read { Ok(()) } else { Err(Refusal::Flash) }
     }
 }

@@ -19,7 +19,9 @@ impl<F: NorFlash> Receiver<'_, F> {
 impl<F: NorFlash> Software for Receiver<'_, F> {
     fn perform(&mut self, order: &Order<'_>) {
         let result = match order {
-            Order::Begin { header } => self.begin(header, self.pressed).map(drop),
+            Order::Begin { header, digest } => {
+                self.begin(header, Hash(**digest), self.pressed).map(drop)
+            }
             Order::Data { offset, part } => self.data(*offset, part).map(drop),
             Order::Verify => self.verify(),
             Order::Commit { digest } => self.commit(Hash(**digest)),
@@ -49,10 +51,12 @@ impl<F: NorFlash> Software for Receiver<'_, F> {
             trial: report.started.trial,
             failed: report.failed,
             waits: false,
+            pending: report.pending,
             reason: self.reason,
             received: report.received,
             size: report.size,
             version: report.started.version.0,
+            image: report.image,
         }
     }
 }

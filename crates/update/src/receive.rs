@@ -9,6 +9,8 @@ use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes that [`Receiver::poll`] hashes at most: a fraction of a millisecond on a Cortex-M3.
 pub const HASHED_PER_POLL: u32 = 512;
+/// A commit that could not be taken back is tried again after so many calls of [`Receiver::poll`].
+const TAKE_BACK_POLLS: u16 = 1024;
 
 /// What the bootloader has started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,8 +49,12 @@ pub struct Report {
     pub received: u32,
     /// Bytes of the payload; 0 in `Idle`.
     pub size: u32,
+    /// The beginning of its hash, by which senders know their images; zeros in `Idle`.
+    pub image: [u8; 4],
     /// The last trial was not confirmed, or its image no longer verified.
     pub failed: bool,
+    /// An image that was committed is not on trial, and a later start may still try it.
+    pub pending: bool,
 }
 
 #[derive(Clone)]
@@ -60,6 +66,15 @@ enum State {
     Committed,
 }
 
+/// The image that is received.
+#[derive(Clone, Copy)]
+struct Image {
+    header: Header,
+    raw: [u8; HEADER_LEN],
+    /// The digest of the word that will confirm it.
+    word: Hash,
+}
+
 /// The receiving side, in the running program.
 pub struct Receiver<'a, F> {
     memory: Memory<F>,
@@ -68,11 +83,17 @@ pub struct Receiver<'a, F> {
     /// Layout of the stored parameters.
     layout: u16,
     state: State,
-    /// The header of the image, and its bytes, from `begin` on.
-    image: Option<(Header, [u8; HEADER_LEN])>,
+    /// As it was read at the start, or stored since: one that is known is not read again.
+    recorded: Recorded,
+    /// From `begin` on.
+    image: Option<Image>,
     received: u32,
     failed: bool,
     on_trial: bool,
+    /// The last image was rejected, and its marks could not be erased.
+    rejected: bool,
+    /// Calls of `poll` until a commit is taken back; `None` without such a one.
+    pending: Option<u16>,
     /// A press at the board is in force.
     pub(crate) pressed: bool,
     /// Why the last order was refused; 0 after one that was not.
@@ -82,25 +103,31 @@ pub struct Receiver<'a, F> {
 impl<'a, F: NorFlash> Receiver<'a, F> {
     /// The receiving side of a program that [`crate::boot()`] has started; `layout` is that in which
     /// its parameters are stored.
+    ///
+    /// A commit whose trial has not been started is taken back: it would be at a later start, when
+    /// it is not expected any more.
     pub fn new(mut memory: Memory<F>, board: Board<'a>, started: Started, layout: u16) -> Self {
-        let failed =
-            matches!(memory.record(), Recorded::Known(Record { other: Other::Failed, .. }));
-        let on_trial = started.trial;
-        let (state, image, received) = (State::Idle, None, 0);
-        let (pressed, reason) = (false, 0);
-        Self {
+        let recorded = memory.record();
+        let other =
+            if let Recorded::Known(record) = recorded { record.other } else { Other::Empty };
+        let mut receiver = Self {
             memory,
             board,
             started,
             layout,
-            state,
-            image,
-            received,
-            failed,
-            on_trial,
-            pressed,
-            reason,
-        }
+            state: State::Idle,
+            recorded,
+            image: None,
+            received: 0,
+            failed: other == Other::Failed,
+            on_trial: started.trial,
+            rejected: false,
+            pending: (other == Other::Committed && !started.trial).then_some(0),
+            pressed: false,
+            reason: 0,
+        };
+        receiver.take_back();
+        receiver
     }
 
     /// The flash and the record.
@@ -138,26 +165,83 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             State::Verified => Phase::Verified,
             State::Committed => Phase::Committed,
         };
-        let size = self.image.map_or(0, |(header, _)| header.size);
+        let size = self.image.map_or(0, |image| image.header.size);
+        let [h0, h1, h2, h3, ..] = self.image.map_or([0; 32], |image| image.header.hash.0);
         let started = Started { trial: self.on_trial, ..self.started };
-        Report { started, phase, received: self.received, size, failed: self.failed }
+        Report {
+            started,
+            phase,
+            received: self.received,
+            size,
+            image: [h0, h1, h2, h3],
+            failed: self.failed,
+            pending: self.pending.is_some(),
+        }
     }
 
     /// Begins to receive an image, or goes on with it: returns how many bytes are there already.
-    /// `pressed`: a press at the board allows an image that is not newer.
+    /// `word` is the digest of what will confirm it. `pressed`: a press at the board allows an image
+    /// that is not newer.
+    ///
+    /// On trial, the other slot is written only when there is nothing in it to go back to, or
+    /// nothing that could confirm the trial. What is running is the active image from then on.
     ///
     /// # Errors
     ///
     /// Those of [`Header::check`], [`Refusal::OnTrial`], [`Refusal::Place`], [`Refusal::Size`],
     /// [`Refusal::Layout`], [`Refusal::NotNewer`]: then nothing has changed. [`Refusal::Flash`].
-    pub fn begin(&mut self, raw: &[u8; HEADER_LEN], pressed: bool) -> Result<u32, Refusal> {
-        if self.on_trial {
+    pub fn begin(
+        &mut self,
+        raw: &[u8; HEADER_LEN],
+        word: Hash,
+        pressed: bool,
+    ) -> Result<u32, Refusal> {
+        let record = self.record()?;
+        let header = self.check(raw, &record, pressed)?;
+        let (slot, running) = (self.target(), self.started.slot);
+        if self.on_trial
+            && self.awaits_word(&record)
+            && self.memory.verify(slot, &self.board, record.revoked, &mut || {}).is_ok()
+        {
             return Err(Refusal::OnTrial);
         }
-        let mut record = self.record();
+        let image = Image { header, raw: *raw, word };
+        if self.image.is_some_and(|begun| begun.raw == *raw) {
+            self.image = Some(image);
+            return Ok(self.received);
+        }
+        // The old image of this slot is given up before anything of it is erased.
+        self.drop_image();
+        self.keep(&Record {
+            // Another one was active whose image no longer verifies.
+            active: running,
+            other: Other::Empty,
+            allowed: header.version <= record.floor,
+            ..record
+        })?;
+        self.failed = false;
+        if !self.on_trial {
+            let _ = self.memory.trust(running);
+        }
+        let there = !self.rejected && self.memory.header(slot) == Ok(*raw);
+        let marked = if there { self.memory.marked(slot) } else { 0 };
+        self.memory.begin(slot, raw, marked)?;
+        self.rejected = false;
+        self.received = (marked * F::ERASE_SIZE).min(header.size as usize) as u32;
+        self.image = Some(image);
+        self.state = State::Receiving;
+        Ok(self.received)
+    }
+
+    /// Whether an image may be received.
+    fn check(
+        &self,
+        raw: &[u8; HEADER_LEN],
+        record: &Record,
+        pressed: bool,
+    ) -> Result<Header, Refusal> {
         let header = Header::check(raw, &self.board, record.revoked)?;
-        let slot = self.target();
-        if header.place.is_some_and(|place| place != slot) {
+        if header.place.is_some_and(|place| place != self.target()) {
             return Err(Refusal::Place);
         }
         if !self.memory.takes(header.size) {
@@ -166,25 +250,13 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         if !header.layouts.reads(self.layout) {
             return Err(Refusal::Layout);
         }
-        let newer = header.version > record.floor;
-        if !newer && !pressed {
-            return Err(Refusal::NotNewer);
+        // What was confirmed last may be had again when an older image has taken its place.
+        let again = header.version == record.floor && self.started.version < record.floor;
+        if header.version > record.floor || again || pressed {
+            Ok(header)
+        } else {
+            Err(Refusal::NotNewer)
         }
-        if self.image.is_some_and(|(_, begun)| begun == *raw) {
-            return Ok(self.received);
-        }
-        // The old image of this slot is given up before anything of it is erased.
-        (record.other, record.allowed) = (Other::Empty, !newer);
-        self.drop_image();
-        self.memory.keep(&record)?;
-        self.failed = false;
-        let there = self.memory.header(slot) == Ok(*raw);
-        let marked = if there { self.memory.marked(slot) } else { 0 };
-        self.memory.begin(slot, raw, marked)?;
-        self.received = (marked * F::ERASE_SIZE).min(header.size as usize) as u32;
-        self.image = Some((header, *raw));
-        self.state = State::Receiving;
-        Ok(self.received)
     }
 
     /// Writes the next part of the payload; returns how many bytes are there now.
@@ -194,7 +266,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     /// [`Refusal::NotBegun`]; [`Refusal::Misplaced`], and nothing has changed; [`Refusal::Flash`],
     /// and the image has to be started again.
     pub fn data(&mut self, offset: u32, bytes: &[u8]) -> Result<u32, Refusal> {
-        let (State::Receiving, Some((header, _))) = (&self.state, self.image) else {
+        let (State::Receiving, Some(Image { header, .. })) = (&self.state, self.image) else {
             return Err(Refusal::NotBegun);
         };
         let end = (offset as usize).saturating_add(bytes.len());
@@ -239,7 +311,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     ///
     /// [`Refusal::NotBegun`], [`Refusal::Incomplete`].
     pub fn verify(&mut self) -> Result<(), Refusal> {
-        let Some((header, _)) = self.image else { return Err(Refusal::NotBegun) };
+        let Some(Image { header, .. }) = self.image else { return Err(Refusal::NotBegun) };
         match self.state {
             State::Idle => Err(Refusal::NotBegun),
             State::Receiving if self.received < header.size => Err(Refusal::Incomplete),
@@ -258,8 +330,9 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     /// [`Refusal::Hash`], [`Refusal::Flash`]: the image is no longer there, and has to be started
     /// again.
     pub fn poll(&mut self) -> Result<(), Refusal> {
+        self.take_back();
         let slot = self.target();
-        let (State::Verifying { hashed, hasher }, Some((header, raw))) =
+        let (State::Verifying { hashed, hasher }, Some(Image { header, raw, .. })) =
             (&mut self.state, self.image)
         else {
             return Ok(());
@@ -278,66 +351,110 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             Err(refusal) => {
                 self.drop_image();
                 // What is wrong somewhere is received again from its beginning.
-                let _ = self.memory.forget(slot);
+                self.rejected = self.memory.forget(slot).is_err();
                 return Err(refusal);
             }
         }
         Ok(())
     }
 
-    /// Has the image started on trial by the next start; `word` is the digest of what will confirm
-    /// it.
+    /// Has the image started on trial by the next start; `word` is the digest that [`Self::begin`]
+    /// was given.
     ///
     /// # Errors
     ///
-    /// [`Refusal::NotVerified`], [`Refusal::Flash`].
+    /// [`Refusal::NotVerified`], [`Refusal::Word`], [`Refusal::Flash`].
     pub fn commit(&mut self, word: Hash) -> Result<(), Refusal> {
-        if !matches!(self.state, State::Verified | State::Committed) {
+        let (State::Verified | State::Committed, Some(image)) = (&self.state, self.image) else {
             return Err(Refusal::NotVerified);
+        };
+        // Another sender has taken it over.
+        if word != image.word {
+            return Err(Refusal::Word);
         }
-        let record = Record { other: Other::Committed, word, ..self.record() };
-        self.memory.keep(&record)?;
-        self.state = State::Committed;
-        Ok(())
+        let record = self.record()?;
+        let kept = self.keep(&Record { other: Other::Committed, word, ..record });
+        match kept {
+            Ok(()) => self.state = State::Committed,
+            // It may be in the flash all the same.
+            Err(_) => self.pending = Some(0),
+        }
+        kept
     }
 
-    /// Keeps the image that is on trial: it is what is started from now on. `word` is what was
-    /// agreed upon when it was committed.
+    /// Keeps the image that is on trial: it is what is started from now on. `word` is that whose
+    /// digest was committed.
     ///
     /// # Errors
     ///
-    /// [`Refusal::NotOnTrial`], [`Refusal::Word`], [`Refusal::Flash`].
+    /// [`Refusal::NotOnTrial`], [`Refusal::Word`]; those of [`Header::check`] and [`Refusal::Flash`],
+    /// and it may be tried again.
     pub fn confirm(&mut self, word: &[u8]) -> Result<(), Refusal> {
-        let Recorded::Known(record) = self.memory.record() else {
+        if !self.on_trial {
             return Err(Refusal::NotOnTrial);
-        };
-        let tried = record.other == Other::Tried && record.active == self.target();
-        if !self.on_trial || !tried {
+        }
+        let record = self.record()?;
+        if !self.awaits_word(&record) {
             return Err(Refusal::NotOnTrial);
         }
         if Hash::of(word) != record.word {
             return Err(Refusal::Word);
         }
-        let header = Header::parse(&self.memory.header(self.started.slot)?)?;
-        self.memory.keep(&Record {
-            active: self.started.slot,
+        let slot = self.started.slot;
+        // What is never taken back comes from what was signed.
+        let header = Header::check(&self.memory.header(slot)?, &self.board, record.revoked)?;
+        self.keep(&Record {
+            active: slot,
             other: Other::Kept,
             floor: header.version,
             revoked: record.revoked | header.revokes,
+            layout: header.layouts.newest,
             allowed: false,
             word: Hash::default(),
         })?;
+        // What could not be marked is when the next update begins.
+        let _ = self.memory.trust(slot);
         self.on_trial = false;
         Ok(())
     }
 
+    /// Whether there is a word that confirms what is on trial.
+    fn awaits_word(&self, record: &Record) -> bool {
+        // The bootloader could not note the trial of one that is still committed.
+        let tried = matches!(record.other, Other::Tried | Other::Committed);
+        tried && record.active == self.target()
+    }
+
     /// The record, or what it would be on a board that has none yet.
-    fn record(&mut self) -> Record {
-        match self.memory.record() {
-            Recorded::Known(record) => record,
+    fn record(&mut self) -> Result<Record, Refusal> {
+        if !matches!(self.recorded, Recorded::Known(_)) {
+            self.recorded = self.memory.record();
+        }
+        match self.recorded {
+            Recorded::Known(record) => Ok(record),
             Recorded::Fresh | Recorded::Lost => {
-                Record::starting(self.started.slot, self.started.version)
+                let slot = self.started.slot;
+                let header = Header::check(&self.memory.header(slot)?, &self.board, 0)?;
+                Ok(Record::starting(slot, &header))
             }
+        }
+    }
+
+    /// Stores the record; without another word, no commit is pending.
+    fn keep(&mut self, record: &Record) -> Result<(), Refusal> {
+        self.memory.keep(record)?;
+        self.recorded = Recorded::Known(*record);
+        self.pending = None;
+        Ok(())
+    }
+
+    /// Takes back a commit whose trial has not been started, when it is time to.
+    fn take_back(&mut self) {
+        let (Some(polls), Recorded::Known(record)) = (self.pending, self.recorded) else { return };
+        self.pending = polls.checked_sub(1);
+        if self.pending.is_none() {
+            self.pending = Some(TAKE_BACK_POLLS);
+            self.failed = self.keep(&Record { other: Other::Failed, ..record }).is_ok();
         }
     }
 

@@ -1,7 +1,7 @@
 //! What is remembered of the two slots; it is stored as one value, whole or not at all.
 
 use crate::hash::Hash;
-use crate::image::Version;
+use crate::image::{Header, Version};
 
 /// One of the two places for an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,8 @@ impl Slot {
 pub enum Other {
     /// Nothing, or an image that is being received.
     Empty,
-    /// An image that was confirmed once: it is started when the active one no longer verifies.
+    /// An image that was confirmed once: it is started when the active one no longer verifies, on
+    /// trial if it may not be able to read the stored parameters.
     Kept,
     /// An image that is to be started once, on trial.
     Committed,
@@ -68,7 +69,10 @@ pub struct Record {
     pub floor: Version,
     /// The keys that are no longer trusted, a bit each.
     pub revoked: u16,
-    /// A press at the board allows the committed image not to be newer.
+    /// The layout in which parameters may be stored by now.
+    pub layout: u16,
+    /// The committed image need not be newer: a press at the board allows it, or it is what was
+    /// confirmed last, to be had again.
     pub allowed: bool,
     /// The digest of the word that confirms the committed image.
     pub word: Hash,
@@ -91,8 +95,21 @@ const FORMAT: u8 = 1;
 
 impl Record {
     /// What a board starts with: the image that is running, confirmed by its being there.
-    pub const fn starting(active: Slot, floor: Version) -> Self {
-        Self { active, other: Other::Empty, floor, revoked: 0, allowed: false, word: Hash([0; 32]) }
+    pub const fn starting(active: Slot, running: &Header) -> Self {
+        Self {
+            active,
+            other: Other::Empty,
+            floor: running.version,
+            revoked: running.revokes,
+            layout: running.layouts.newest,
+            allowed: false,
+            word: Hash([0; 32]),
+        }
+    }
+
+    /// Whether the committed image may be started, by its version.
+    pub(crate) fn admits(&self, image: &Header) -> bool {
+        self.allowed || image.version > self.floor
     }
 
     pub(crate) fn encode(&self) -> [u8; RECORD_LEN] {
@@ -104,9 +121,9 @@ impl Record {
             Other::Failed => 4,
         };
         let head = [FORMAT, self.active.code(), other, u8::from(self.allowed)];
-        let revoked = self.revoked.to_le_bytes().into_iter().chain([0, 0]);
-        let floor = self.floor.0.into_iter().flat_map(u16::to_le_bytes);
-        let values = head.into_iter().chain(revoked).chain(floor).chain(self.word.0);
+        let numbers = [self.revoked, self.layout].into_iter().chain(self.floor.0);
+        let numbers = numbers.flat_map(u16::to_le_bytes);
+        let values = head.into_iter().chain(numbers).chain(self.word.0);
         let mut bytes = [0; RECORD_LEN];
         for (byte, value) in bytes.iter_mut().zip(values) {
             *byte = value;
@@ -116,7 +133,7 @@ impl Record {
 
     pub(crate) fn decode(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; RECORD_LEN] = bytes.try_into().ok()?;
-        let [format, active, other, allowed, r0, r1, 0, 0, rest @ ..] = bytes else { return None };
+        let [format, active, other, allowed, r0, r1, l0, l1, rest @ ..] = bytes;
         if *format != FORMAT {
             return None;
         }
@@ -137,6 +154,7 @@ impl Record {
             },
             floor: version,
             revoked: u16::from_le_bytes([*r0, *r1]),
+            layout: u16::from_le_bytes([*l0, *l1]),
             allowed: match allowed {
                 0 => false,
                 1 => true,

@@ -46,7 +46,7 @@ pub enum Refusal {
     OnTrial = 18,
     /// No image is on trial.
     NotOnTrial = 19,
-    /// Not the word that was agreed upon when the image was committed.
+    /// Not the word that the image was committed with, or not the digest that it was started with.
     Word = 20,
     /// The flash cannot be read or written.
     Flash = 21,

@@ -19,9 +19,8 @@ impl Device {
                 self.params.set_lockout(true);
                 Status::OK
             }
-            // What is on trial may not move anything before it is confirmed.
             #[cfg(feature = "update")]
-            key::DISABLE if self.software.is_on_trial() => Status::DENIED,
+            key::DISABLE if self.software.keeps_locked() => Status::DENIED,
             // §3.18/4
             key::DISABLE => {
                 self.general.set_locked(false);

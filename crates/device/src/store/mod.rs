@@ -23,6 +23,8 @@ pub const KEYS: usize = 40;
 
 /// Bytes read or written at a time.
 const CHUNK: usize = 64;
+/// A read that fails once, or reads a bit wrongly, must not cost what is stored.
+const TRIES: usize = 3;
 
 /// A power-safe `Storage` on the pages of a NOR flash.
 ///
@@ -199,8 +201,13 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
         true
     }
 
-    /// Reads a value piece by piece; whether its checksum is right.
+    /// Reads a value piece by piece, from its beginning again when it is wrong; whether its checksum
+    /// is right.
     fn read_value(&mut self, slot: Slot, take: &mut dyn FnMut(usize, &[u8])) -> bool {
+        (0..TRIES).any(|_| self.read_value_once(slot, take))
+    }
+
+    fn read_value_once(&mut self, slot: Slot, take: &mut dyn FnMut(usize, &[u8])) -> bool {
         let len = slot.entry().value_len();
         let stored = (len + CHECK).next_multiple_of(F::WRITE_SIZE);
         let mut check = ValueCheck::new(slot.entry());
@@ -226,7 +233,7 @@ impl<F: NorFlash, const N: usize> Store<F, N> {
 
     fn read(&mut self, page: u32, at: usize, buffer: &mut [u8]) -> Option<()> {
         let address = self.address(page, at, buffer.len())?;
-        self.flash.read(address, buffer).ok()
+        (0..TRIES).find_map(|_| self.flash.read(address, buffer).ok())
     }
 
     /// What cannot be read is not erased: a half-written word of a flash that checks its words.

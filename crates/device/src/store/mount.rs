@@ -26,12 +26,19 @@ enum Stage {
 
 impl<F: NorFlash, const N: usize> Store<F, N> {
     pub(super) fn scan(&mut self) {
-        let Some((newest, stage)) = self.newest_page() else {
+        let Some((mut newest, mut stage)) = self.newest_page() else {
             // Not an empty store: what is there is not known.
             let mut pages = 0..self.geometry.pages.get();
             self.lost = pages.all(|page| self.read(page, 0, &mut [0; PAGE_HEADER]).is_none());
             return;
         };
+        // What could not be read a moment ago is not given up for the page before it.
+        let next = self.header(self.place(newest.seq.wrapping_add(1)));
+        if let Some((header, Stage::Sure)) = next
+            && header.seq > newest.seq
+        {
+            (newest, stage) = (header, Stage::Sure);
+        }
         let first = newest.seq.saturating_sub(newest.span.into());
         self.head = Head { seq: newest.seq, first, end: Self::FIRST, is_open: false };
         self.lost = newest.lost;

@@ -39,6 +39,19 @@ pub struct Cut {
     pub torn: Torn,
 }
 
+/// What is wrong with a read, while power stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blip {
+    /// It fails.
+    Failed,
+    /// One bit is read wrongly, and nothing reports it.
+    Misread,
+}
+
+impl Blip {
+    pub const ALL: [Self; 2] = [Self::Failed, Self::Misread];
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Failed;
 
@@ -80,8 +93,12 @@ pub struct Flash<const WORD: usize, const PAGE: usize> {
     pub worn: Vec<Range<u32>>,
     /// This bit always has this value, and nothing reports it.
     pub stuck: Option<(usize, bool)>,
+    /// What is wrong with these reads, by the number that `reads` gives them.
+    pub blip: Option<(Range<u64>, Blip)>,
     random: Cell<u64>,
     cut: Cell<Option<Cut>>,
+    /// Power is not cut: the step fails, and those that follow do not.
+    stays_on: Cell<bool>,
     off: bool,
     pub reads: u64,
     pub steps: u64,
@@ -101,8 +118,10 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             deaf: false,
             worn: Vec::new(),
             stuck: None,
+            blip: None,
             random: Cell::new(seed),
             cut: Cell::new(None),
+            stays_on: Cell::new(false),
             off: false,
             reads: 0,
             steps: 0,
@@ -116,6 +135,18 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
 
     pub fn cut(&self, cut: Cut) {
         self.cut.set(Some(cut));
+        self.stays_on.set(false);
+    }
+
+    /// This step fails, once, and leaves what a cut would.
+    pub fn fail(&self, cut: Cut) {
+        self.cut.set(Some(cut));
+        self.stays_on.set(true);
+    }
+
+    /// Whether that has not happened yet.
+    pub fn is_to_fail(&self) -> bool {
+        self.cut.get().is_some()
     }
 
     pub fn clear_cut(&self) {
@@ -193,7 +224,8 @@ impl<const WORD: usize, const PAGE: usize> Flash<WORD, PAGE> {
             self.cut.set(Some(Cut { step: cut.step - 1, ..cut }));
             return None;
         }
-        self.off = true;
+        self.cut.set(None);
+        self.off = !self.stays_on.get();
         Some(cut.torn)
     }
 }
@@ -208,7 +240,9 @@ impl<const WORD: usize, const PAGE: usize> ReadNorFlash for Flash<WORD, PAGE> {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failed> {
         check_read(self, offset, bytes.len())?;
         self.reads += 1;
-        if self.off || self.deaf {
+        let blip = self.blip.as_ref().filter(|(reads, _)| reads.contains(&self.reads));
+        let blip = blip.map(|(_, blip)| *blip);
+        if self.off || self.deaf || blip == Some(Blip::Failed) {
             return Err(Failed);
         }
         let start = offset as usize;
@@ -228,6 +262,10 @@ impl<const WORD: usize, const PAGE: usize> ReadNorFlash for Flash<WORD, PAGE> {
                 let word = self.torn(choice, old, self.word(start / WORD + index)).0;
                 chunk.copy_from_slice(&word);
             }
+        }
+        if blip == Some(Blip::Misread) {
+            let bit = self.random() as usize % (bytes.len() * 8);
+            bytes[bit / 8] ^= 1 << (bit % 8);
         }
         Ok(())
     }
@@ -261,7 +299,7 @@ impl<const WORD: usize, const PAGE: usize> NorFlash for Flash<WORD, PAGE> {
                 }
             }
         }
-        if self.off { Err(Failed) } else { Ok(()) }
+        if torn.is_some() { Err(Failed) } else { Ok(()) }
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failed> {

@@ -7,7 +7,7 @@ use lafet_device::hal::{Key, Storage, StorageError, VALUE_MAX};
 use lafet_device::store::Store;
 
 /// A log over all pages but one, with values in each.
-fn image<const W: usize, const P: usize>(pages: usize) -> (Flash<W, P>, Values) {
+pub fn image<const W: usize, const P: usize>(pages: usize) -> (Flash<W, P>, Values) {
     let mut store: Store<_, 10> = start(Flash::<W, P>::new(pages, 3));
     let mut values = Values::new();
     let mut version = 0;

@@ -7,8 +7,10 @@ use lafet_update::{
 };
 use std::sync::LazyLock;
 
-/// Pages of a slot; the record has two.
+/// Pages of a slot.
 pub const SLOT_PAGES: u16 = 5;
+/// Pages of the record.
+pub const RECORD_PAGES: u16 = 4;
 /// The layout in which parameters are stored.
 pub const LAYOUT: u16 = 2;
 /// The word that confirms.
@@ -66,13 +68,18 @@ pub fn signed(key: &SigningKey, header: &Header, payload: Vec<u8>) -> Image {
 
 pub const fn partition(page: usize) -> Partition {
     let slot = SLOT_PAGES as u32 * page as u32;
-    Partition { slots: [0, slot], slot_pages: SLOT_PAGES, record: 2 * slot, record_pages: 2 }
+    Partition {
+        slots: [0, slot],
+        slot_pages: SLOT_PAGES,
+        record: 2 * slot,
+        record_pages: RECORD_PAGES,
+    }
 }
 
 /// A flash as it leaves the factory: `image` in slot A, nothing that means anything elsewhere,
 /// and two pages behind it that updating must leave alone.
 pub fn factory<const W: usize, const P: usize>(image: &Image, seed: u64) -> Chip<W, P> {
-    let mut flash = Flash::new(2 * usize::from(SLOT_PAGES) + 4, seed);
+    let mut flash = Flash::new(usize::from(2 * SLOT_PAGES + RECORD_PAGES) + 2, seed);
     put(&mut flash, Slot::A, image);
     flash
 }
@@ -80,7 +87,7 @@ pub fn factory<const W: usize, const P: usize>(image: &Image, seed: u64) -> Chip
 /// Puts an image into a slot, as a programmer does.
 pub fn put<const W: usize, const P: usize>(flash: &mut Chip<W, P>, slot: Slot, image: &Image) {
     use embedded_storage::nor_flash::NorFlash;
-    let memory = Memory::mount(flash.clone(), partition(P));
+    let memory = memory(flash.clone());
     let (start, payload) = (memory.start_of(slot), memory.payload_of(slot));
     let end = start + u32::from(SLOT_PAGES) * P as u32;
     for page in (start..end).step_by(P) {
@@ -91,7 +98,7 @@ pub fn put<const W: usize, const P: usize>(flash: &mut Chip<W, P>, slot: Slot, i
 }
 
 pub fn memory<const W: usize, const P: usize>(flash: Chip<W, P>) -> Memory<Chip<W, P>> {
-    Memory::mount(flash, partition(P))
+    Memory::new(flash, partition(P))
 }
 
 /// Starts the board; its flash when nothing can be started.
@@ -99,7 +106,7 @@ pub fn start<const W: usize, const P: usize>(
     flash: Chip<W, P>,
 ) -> Result<Receiver<'static, Chip<W, P>>, Box<Chip<W, P>>> {
     let mut memory = memory(flash);
-    match boot(&mut memory, &board()) {
+    match boot(&mut memory, &board(), || {}) {
         Boot::Start { slot, header, trial } => {
             let started = Started { slot, version: header.version, trial };
             Ok(Receiver::new(memory, board(), started, LAYOUT))
@@ -114,7 +121,7 @@ pub fn receive<const W: usize, const P: usize>(
     image: &Image,
     part: usize,
 ) -> Result<(), Refusal> {
-    let there = receiver.begin(&image.raw, false)?;
+    let there = receiver.begin(&image.raw, Hash::of(WORD), false)?;
     for (index, bytes) in image.payload[there as usize..].chunks(part).enumerate() {
         receiver.data(there + (index * part) as u32, bytes)?;
     }

@@ -1,6 +1,8 @@
 //! Power cuts: in every word and every erase of an update, in the recovery, and at random.
 
-use crate::bench::{Chip, Image, SLOT_PAGES, WORD, factory, image, memory, start, update};
+use crate::bench::{
+    Chip, Image, RECORD_PAGES, SLOT_PAGES, WORD, factory, image, memory, start, update,
+};
 use crate::flash::{Cut, Torn};
 use lafet_update::{Slot, Version};
 
@@ -19,8 +21,8 @@ struct Life<const W: usize> {
 
 /// What may not change: the running slot, and what is not a part of the partition.
 fn kept<const W: usize>(flash: &Chip<W, 256>) -> Vec<u8> {
-    let slot = usize::from(SLOT_PAGES) * 256;
-    [&flash.bytes()[..slot], &flash.bytes()[2 * slot + 2 * 256..]].concat()
+    let (slot, record) = (usize::from(SLOT_PAGES) * 256, usize::from(RECORD_PAGES) * 256);
+    [&flash.bytes()[..slot], &flash.bytes()[2 * slot + record..]].concat()
 }
 
 impl<const W: usize> Life<W> {
@@ -98,7 +100,7 @@ impl<const W: usize> Life<W> {
                     flash = app.into_memory().into_flash();
                 }
                 let mut memory = memory(flash);
-                let old = memory.verify(Slot::A, &crate::bench::board(), 0);
+                let old = memory.verify(Slot::A, &crate::bench::board(), 0, &mut || {});
                 assert!(old.is_ok(), "the old image is kept");
                 return self.cuts_done >= wanted;
             }
@@ -170,7 +172,7 @@ fn two_cuts(stride: u64) -> usize {
 
 #[test]
 fn a_cut_in_the_recovery() {
-    let count = two_cuts(7);
+    let count = two_cuts(13);
     assert!(count > 1000, "{count}");
 }
 

@@ -1,4 +1,4 @@
-//! Updating: images, the decision of the start, receiving, power cuts.
+//! Updating: images, the decision of the start, receiving, power cuts, what fails once.
 
 mod bench;
 #[path = "../../../device/tests/common/mod.rs"]
@@ -10,5 +10,6 @@ mod decision;
 mod flash;
 mod images;
 mod monitor;
+mod once;
 mod orders;
 mod receiving;

@@ -5,7 +5,7 @@ use crate::common::{ADDRESS, Plant};
 use crate::flash::{Cut, Torn};
 use lafet_device::guard::Passed;
 use lafet_device::hal::{Hal, Key, Software, Storage, StorageError};
-use lafet_device::image::{Inputs, Outputs};
+use lafet_device::image::{Axis, Inputs, Outputs};
 use lafet_device::{Composition, Device, Source};
 use lafet_proto::flags::GeneralFlags;
 use lafet_proto::id::key;
@@ -13,17 +13,24 @@ use lafet_proto::param::Param;
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::status::GeneralStatus;
-use lafet_proto::update::{Order, PART_MAX, Phase, Report, WORD_LEN};
+use lafet_proto::update::{DIGEST_LEN, Order, PART_MAX, Phase, Report, WORD_LEN};
 use lafet_proto::{Ints, Record, Request, RequestId, Status, SubsystemId};
 use lafet_update::{Hash, Header, Receiver, Refusal, SigningKey};
+use std::sync::LazyLock;
 
 type App = Receiver<'static, Chip<8, 256>>;
 
 const STEP_MS: u32 = 10;
 /// The word of these updates.
 const LONG_WORD: &[u8; WORD_LEN] = b"sixteen letters.";
+/// Its digest.
+static DIGEST: LazyLock<[u8; DIGEST_LEN]> = LazyLock::new(|| Hash::of(LONG_WORD).0);
 /// `lafet_device` restarts an image that is not confirmed after this long.
 const TRIAL_MS: u32 = 180_000;
+
+fn begin(image: &Image) -> Order<'_> {
+    Order::Begin { header: &image.raw, digest: &DIGEST }
+}
 
 /// The plant of the device's tests, with a receiver.
 struct Board {
@@ -203,7 +210,7 @@ impl Site {
     /// Sends an image and has it verified; whether it got there.
     fn send(&mut self, image: &Image) -> bool {
         let starts = self.starts;
-        let mut report = self.accepts(&Order::Begin { header: &image.raw });
+        let mut report = self.accepts(&begin(image));
         while starts == self.starts && report.reason == 0 && report.phase == Phase::RECEIVING {
             let there = report.received as usize;
             let rest = &image.payload[there..];
@@ -226,7 +233,7 @@ impl Site {
 
     /// Has what was verified restarted.
     fn commit(&mut self) {
-        let report = self.accepts(&Order::Commit { digest: &Hash::of(LONG_WORD).0 });
+        let report = self.accepts(&Order::Commit { digest: &DIGEST });
         assert_eq!((report.phase, report.reason), (Phase::COMMITTED, 0));
         self.run_still(1000);
     }
@@ -235,6 +242,12 @@ impl Site {
         let answers = self.ask(SubsystemId::GENERAL, Body::GetStatus);
         let status = GeneralStatus::from_bytes(answers[0].2.as_slice().try_into().unwrap());
         status.flags.contains(GeneralFlags::LOCKED_OUT)
+    }
+
+    fn set_speed(&mut self, value: i32) -> Status {
+        let body =
+            Body::SetParam { id: Param::HorizontalSpeed.id(), values: Ints::Values(&[value]) };
+        self.ask(SubsystemId::HORIZONTAL, body)[0].1
     }
 
     /// A parameter that an update must keep; that of a remote unit takes a while to be read.
@@ -260,11 +273,7 @@ impl Site {
 fn an_update() {
     for composition in Composition::ALL {
         let mut site = Site::new(composition);
-        let values = Ints::Values(&[7]);
-        site.ask(
-            SubsystemId::HORIZONTAL,
-            Body::SetParam { id: Param::HorizontalSpeed.id(), values },
-        );
+        site.set_speed(7);
         site.run(500);
         let speed = site.speed();
         site.lock();
@@ -298,7 +307,7 @@ fn an_update() {
 fn absent() {
     let mut site = Site::with(Composition::FULL, None);
     let mut buffer = [0; 256];
-    for order in [Order::State, Order::Verify, Order::Begin { header: &image(2, 8).raw }] {
+    for order in [Order::State, Order::Verify, begin(&image(2, 8))] {
         let data = order.encode(&mut buffer).unwrap().to_vec();
         let answer = site.raw(SubsystemId::GENERAL, &data);
         assert_eq!(answer, (SubsystemId::GENERAL, Status::WRONG_REQUEST, vec![]));
@@ -313,8 +322,8 @@ fn absent() {
 fn refused_by_form() {
     let mut site = Site::locked();
     let mut buffer = [0; 256];
-    let begin = Order::Begin { header: &image(2, 8).raw };
-    let mut data = begin.encode(&mut buffer).unwrap().to_vec();
+    let new = image(2, 8);
+    let mut data = begin(&new).encode(&mut buffer).unwrap().to_vec();
     let general = SubsystemId::GENERAL;
     assert_eq!(site.raw(general, &data[..162]).1, Status::WRONG_DATA);
     assert_eq!(site.raw(general, &[]).1, Status::WRONG_DATA);
@@ -336,7 +345,7 @@ fn refused_by_form() {
 #[test]
 fn refused_by_state() {
     let new = image(2, 512);
-    let begin = Order::Begin { header: &new.raw };
+    let begin = begin(&new);
     let denied = |site: &mut Site, what: &str| {
         let steps = site.app().memory().flash().steps;
         assert_eq!(site.order(&begin).0, Status::DENIED, "{what}");
@@ -417,12 +426,110 @@ fn a_drive_that_moves() {
     assert!(tried > 0);
 }
 
+/// A drive that turns though it is not fed, and one whose supply is cut for that: after the restart
+/// it would turn again.
+#[test]
+fn a_drive_that_turns_by_itself() {
+    let mut tried = 0;
+    for mut site in without_deployer() {
+        site.lock();
+        site.run(10_000);
+        assert_ne!(site.order(&Order::Verify).0, Status::DENIED, "at rest");
+        site.run(100);
+        site.board.plant.drive(Axis::Horizontal).runaway_tenths = 100;
+        site.run(20);
+        assert!(site.device.outputs().is_still());
+        assert_eq!(site.order(&Order::Verify).0, Status::DENIED, "it turns");
+        site.run(10_000);
+        let [_, horizontal, _, _] = site.device.outputs().drives;
+        assert!(
+            horizontal.cut && site.device.inputs().drives.iter().all(|it| it.speed_tenths == 0)
+        );
+        assert_eq!(site.order(&Order::Verify).0, Status::DENIED, "without its supply");
+        tried += 1;
+    }
+    assert!(tried > 0);
+}
+
+/// A lockout that a loss of power would release is none: there is no update under it.
+#[test]
+fn a_lockout_that_is_not_stored() {
+    let mut site = Site::new(Composition::FULL);
+    site.board.plant.store_fails = true;
+    site.lock();
+    assert!(site.is_locked());
+    assert_eq!(site.order(&begin(&image(2, 512))).0, Status::DENIED);
+    site.board.plant.store_fails = false;
+    site.lock();
+    assert_eq!(site.order(&begin(&image(2, 512))).0, Status::ACCEPTED);
+}
+
+/// A monitor that a later start would put on trial is not released before that is taken back.
+#[test]
+fn a_commit_that_is_pending() {
+    let mut site = Site::locked();
+    assert!(site.send(&image(2, 512)));
+    let record = 10 * 256..14 * 256;
+    site.accepts(&Order::Commit { digest: &DIGEST });
+    site.app().memory_mut().flash_mut().worn.push(record);
+    site.run_still(1000);
+    let report = site.report();
+    assert_eq!((site.starts, report.slot, report.trial, report.pending), (1, 1, false, true));
+    for (_, status, _) in site.ask(SubsystemId::ALL, Body::Lockout { key: key::DISABLE }) {
+        assert_eq!(status, Status::DENIED);
+    }
+    site.app().memory_mut().flash_mut().worn.clear();
+    site.run_still(11_000);
+    let report = site.report();
+    assert_eq!((site.starts, report.pending, report.failed), (1, false, true));
+    site.ask(SubsystemId::ALL, Body::Lockout { key: key::DISABLE });
+    assert!(!site.is_locked());
+    site.start();
+    assert!(!site.report().trial, "nothing is tried later");
+}
+
+/// What is set on trial is stored when it is confirmed: the old program may not be able to read it.
+#[test]
+fn what_is_set_on_trial() {
+    for confirmed in [false, true] {
+        let mut site = Site::locked();
+        site.set_speed(7);
+        site.run(500);
+        let memory = site.board.plant.memory.clone();
+        assert!(site.send(&image(2, 512)));
+        site.commit();
+        assert_eq!(site.set_speed(9), Status::ACCEPTED);
+        site.run_still(5000);
+        assert_eq!(site.board.plant.memory, memory);
+        if confirmed {
+            site.accepts(&Order::Confirm { word: LONG_WORD });
+            site.run_still(1000);
+            assert_ne!(site.board.plant.memory, memory);
+        } else {
+            site.run_still(TRIAL_MS);
+            assert_eq!((site.starts, site.report().slot), (2, 1));
+            assert_eq!(site.board.plant.memory, memory, "nor is it by the restart");
+        }
+    }
+}
+
+/// Whose image it is, for two senders that do not know of each other.
+#[test]
+fn whose_image() {
+    let mut site = Site::locked();
+    let new = image(2, 512);
+    assert!(site.send(&new));
+    assert_eq!(site.report().image[..], new.header().hash.0[..4]);
+    let report = site.accepts(&Order::Commit { digest: &[7; DIGEST_LEN] });
+    assert_eq!((report.phase, report.reason), (Phase::VERIFIED, Refusal::Word.code()));
+}
+
 /// What is on trial is locked out even if its memory says nothing of a lockout.
 #[test]
 fn a_trial_without_parameters() {
     let mut site = Site::locked();
     assert!(site.send(&image(2, 512)));
-    let report = site.accepts(&Order::Commit { digest: &Hash::of(LONG_WORD).0 });
+    let report = site.accepts(&Order::Commit { digest: &DIGEST });
     assert_eq!(report.phase, Phase::COMMITTED);
     site.board.plant.memory.clear();
     site.run_still(1000);
@@ -462,10 +569,9 @@ fn all_else_goes_on() {
     let mut twin = Site::with(Composition::FULL, None);
     twin.lock();
     let mut site = Site::locked();
-    let digest = Hash::of(LONG_WORD).0;
     let orders = [
         Order::State,
-        Order::Begin { header: &new.raw },
+        begin(&new),
         Order::Data { offset: 0, part: &new.payload[..PART_MAX] },
         Order::Data { offset: 152, part: &new.payload[152..304] },
         Order::Data { offset: 304, part: &new.payload[304..456] },
@@ -483,7 +589,7 @@ fn all_else_goes_on() {
         }
     }
     site.run(100);
-    assert_eq!(site.order(&Order::Commit { digest: &digest }).0, Status::ACCEPTED);
+    assert_eq!(site.order(&Order::Commit { digest: &DIGEST }).0, Status::ACCEPTED);
     alike(&mut site, &mut twin);
     site.run(1000);
     assert!(site.report().trial);
@@ -505,7 +611,7 @@ fn a_dead_link() {
     assert_eq!(report.version, [1, 0, 0, 0]);
     assert!(site.is_locked());
     // The data are still there: it is tried again without being sent.
-    let report = site.accepts(&Order::Begin { header: &image(2, 512).raw });
+    let report = site.accepts(&begin(&image(2, 512)));
     assert_eq!(report.received, 512);
 }
 
@@ -535,7 +641,7 @@ fn reasons() {
         (image(2, 2048), Refusal::Size),
     ];
     for (bad, reason) in cases {
-        let report = site.accepts(&Order::Begin { header: &bad.raw });
+        let report = site.accepts(&begin(&bad));
         assert_eq!((report.phase, report.reason), (Phase::IDLE, reason.code()));
     }
     let mut flipped = image(2, 512);
@@ -545,9 +651,9 @@ fn reasons() {
     assert_eq!((report.phase, report.reason), (Phase::IDLE, Refusal::Hash.code()));
     // A press at the board, and only while it holds.
     site.app().set_pressed(true);
-    assert_eq!(site.accepts(&Order::Begin { header: &image(1, 8).raw }).reason, 0);
+    assert_eq!(site.accepts(&begin(&image(1, 8))).reason, 0);
     site.app().set_pressed(false);
-    let report = site.accepts(&Order::Begin { header: &image(1, 16).raw });
+    let report = site.accepts(&begin(&image(1, 16)));
     assert_eq!(report.reason, Refusal::NotNewer.code());
 }
 
@@ -558,7 +664,7 @@ fn out_of_order() {
     let part = &[1; 8];
     assert_eq!(site.order(&Order::Data { offset: 0, part }).0, Status::INVALID_VALUE);
     let new = image(2, 512);
-    site.accepts(&Order::Begin { header: &new.raw });
+    site.accepts(&begin(&new));
     let first = Order::Data { offset: 0, part: &new.payload[..64] };
     site.accepts(&first);
     for order in [first, Order::Data { offset: 128, part }, Order::Data { offset: u32::MAX, part }]
@@ -579,14 +685,14 @@ fn dropped() {
     let mut site = Site::locked();
     let steps = site.app().memory().flash().steps;
     let new = image(2, 8);
-    assert_eq!(site.order(&Order::Begin { header: &new.raw }).0, Status::ACCEPTED);
+    assert_eq!(site.order(&begin(&new)).0, Status::ACCEPTED);
     site.ask(SubsystemId::ALL, Body::Lockout { key: key::DISABLE });
     site.run(100);
     let report = site.report();
     assert_eq!((report.phase, report.reason), (Phase::IDLE, Report::NOT_READY));
     assert_eq!(site.app().memory().flash().steps, steps);
     site.lock();
-    assert_eq!(site.accepts(&Order::Begin { header: &new.raw }).reason, 0);
+    assert_eq!(site.accepts(&begin(&new)).reason, 0);
 }
 
 /// Power fails anywhere in the update, three times: it is gone on with, and ends with the new
@@ -614,7 +720,7 @@ fn power_cuts() {
             if report.trial {
                 site.accepts(&Order::Confirm { word: LONG_WORD });
             } else if site.send(&new) && site.starts == starts {
-                site.order(&Order::Commit { digest: &Hash::of(LONG_WORD).0 });
+                site.order(&Order::Commit { digest: &DIGEST });
             }
             site.run_still(1000);
         }

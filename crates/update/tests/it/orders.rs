@@ -39,7 +39,7 @@ impl Player {
         let there = app.report().received;
         // Most are refused, which is right: what counts is what is started afterwards.
         let _ = match self.roll(16) {
-            0 | 1 => app.begin(&image.raw, false).map(drop),
+            0 | 1 => app.begin(&image.raw, Hash::of(WORD), false).map(drop),
             2..=9 => {
                 let rest = image.payload.get(there as usize..).unwrap_or_default();
                 let part = &rest[..rest.len().min(8 * (1 + self.roll(4) as usize))];

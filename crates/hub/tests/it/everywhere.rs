@@ -83,7 +83,8 @@ async fn repetitions_are_counted_until_another_request_comes() {
     socket.send(json!({ "type": "stop", "id": 100 })).await;
     socket.send(json!({ "type": "stop", "id": 101 })).await;
     let ask = json!({ "type": "request", "monitor": "M1", "request": "Move Vertical 300" });
-    assert!(socket.ask(ask).await["error"].is_null());
+    let answer = socket.ask(ask).await;
+    assert!(answer["error"].is_null(), "{answer}");
     socket.send(json!({ "type": "stop", "id": 102 })).await;
     site.post(&other, "/api/stop", json!({})).await;
     let all = entries(&site, "effect", 4).await;

@@ -3,12 +3,13 @@
 use lafet_proto::id::key;
 use lafet_proto::record::{HEADER_SIZE, Records, Writer};
 use lafet_proto::request::Body;
-use lafet_proto::{Answer, DecodeError, ParamId, Record, Request, RequestId, Status, SubsystemId};
+use lafet_proto::{
+    Answer, Asked, DecodeError, ParamId, Record, Request, RequestId, Status, SubsystemId,
+};
 use smallvec::SmallVec;
 
 use crate::error::Error;
 use crate::session::jog::MOVE_HOLD;
-use crate::session::matching::is_group;
 
 /// Bytes of the longest record.
 const RECORD_MAX: usize = HEADER_SIZE + lafet_proto::record::DATA_MAX;
@@ -85,6 +86,11 @@ impl RequestBuf {
         self.id
     }
 
+    /// What its answers have to fit.
+    pub const fn asked(&self) -> Asked {
+        Asked { request: self.id, to: self.to, param: self.param }
+    }
+
     /// The parameter that is read or set.
     pub const fn param(&self) -> Option<ParamId> {
         self.param
@@ -92,7 +98,7 @@ impl RequestBuf {
 
     /// Whether it goes to All or Motors: every subsystem that supports the request answers (§1).
     pub fn is_group(&self) -> bool {
-        is_group(self.to)
+        self.to.is_group()
     }
 
     /// Whether it changes nothing in the monitor.

@@ -6,7 +6,7 @@ use lafet_proto::{DecodeError, ParamId, Record, RequestId, Status, SubsystemId};
 use lafet_texts::{Argument, Lang, Shown, Text, Undecodable, client as text};
 
 use crate::answers::{AnswerBuf, RequestBuf};
-use crate::session::matching::{deal, is_group};
+use crate::session::matching::deal;
 
 /// A deviation of an answer from the protocol.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -143,7 +143,7 @@ fn pair(request: &RequestBuf, record: &Record<'_>) -> Option<Deviation> {
         let (asked, answered) = (request.to(), record.device);
         return Some(Deviation::OtherSubsystem { asked, answered });
     }
-    if request.is_group() && (is_group(record.device) || record.device.name().is_none()) {
+    if request.is_group() && (record.device.is_group() || record.device.name().is_none()) {
         return Some(Deviation::NoSubsystem { answered: record.device });
     }
     match (request.param()?, record.data) {

@@ -97,6 +97,11 @@ hashed_ids! {
 }
 
 impl SubsystemId {
+    /// All and Motors are only addressees; no answer comes from them (§1).
+    pub const fn is_group(self) -> bool {
+        matches!(self, Self::ALL | Self::MOTORS)
+    }
+
     /// The 14 real subsystems in the table's order (§1): bit n of the parameter Chain is entry n.
     pub const TABLE: [Self; 14] = [
         Self::GENERAL,

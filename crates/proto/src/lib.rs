@@ -27,6 +27,7 @@
 extern crate std;
 
 pub mod answer;
+pub mod asked;
 pub mod bus;
 pub mod crash;
 pub mod crc;
@@ -45,6 +46,7 @@ pub mod text;
 pub mod update;
 
 pub use answer::Answer;
+pub use asked::Asked;
 pub use error::{DecodeError, Expected};
 pub use id::{ParamId, RequestId, Status, SubsystemId};
 pub use ints::{Bytes, Ints};

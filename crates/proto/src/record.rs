@@ -21,6 +21,11 @@ pub struct Record<'a> {
 }
 
 impl Record<'_> {
+    /// General's report that its buffer for answers is full (§1, note).
+    pub fn is_full(&self) -> bool {
+        self.device == SubsystemId::GENERAL && self.status == Status::NO_ROOM
+    }
+
     /// Bytes on the wire.
     pub const fn size(&self) -> usize {
         HEADER_SIZE + self.data.len()

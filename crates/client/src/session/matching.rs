@@ -1,6 +1,6 @@
 //! Assignment of answers to requests (§1, §2); answers that do not match are rejected.
 
-use lafet_proto::{ParamId, Record, RequestId, Status, SubsystemId};
+use lafet_proto::{Record, Status, SubsystemId};
 use smallvec::SmallVec;
 
 use crate::answers::{AnswerBuf, Answers, RequestBuf};
@@ -44,7 +44,7 @@ fn deal_out(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Slots> {
         // General's last record instead of an answer: no request from here on was executed. If it
         // is the only record, it remains an answer, because sending the same again would not help.
         if let [last] = rest
-            && is_full(last)
+            && last.is_full()
             && !slots.is_empty()
             && !(last.request == request.id() && request.to() == SubsystemId::GENERAL)
             && requests.iter().any(|other| other.id() == last.request)
@@ -61,7 +61,7 @@ fn deal_out(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Slots> {
         // A subsystem without room reports it, and General adds that the others were not executed
         // (§1, note).
         let lacks_room = answers.last().is_some_and(|record| record.status == Status::NO_ROOM);
-        if lacks_room && matches!(rest, [] | [_]) && rest.iter().all(is_full) {
+        if lacks_room && matches!(rest, [] | [_]) && rest.iter().all(Record::is_full) {
             rest = &[];
             full = true;
         }
@@ -71,11 +71,7 @@ fn deal_out(requests: &[RequestBuf], records: &[Record<'_>]) -> Option<Slots> {
 
 /// Number of records that answer a request to one subsystem: one.
 fn single(request: &RequestBuf, records: &[Record<'_>]) -> Option<usize> {
-    let record = records.first()?;
-    let answers = record.request == request.id()
-        && may_answer(request, record.device, record.status)
-        && fits_param(request, record);
-    answers.then_some(1)
+    records.first().is_some_and(|record| request.asked().is_answered_by(record)).then_some(1)
 }
 
 /// Number of records that answer a request to All or Motors: each subsystem answers once.
@@ -85,83 +81,18 @@ fn group(request: &RequestBuf, records: &[Record<'_>]) -> Option<usize> {
         .iter()
         .take_while(|record| {
             let double = &mut seen[usize::from(record.device.0)];
-            record.request == request.id()
-                && !is_group(record.device)
-                && fits_param(request, record)
-                && !std::mem::replace(double, true)
+            request.asked().is_answered_by(record) && !std::mem::replace(double, true)
         })
         .count();
     // Unknown subsystems may be among them, but no monitor consists only of those.
     records[..count].iter().any(|record| record.device.name().is_some()).then_some(count)
 }
 
-/// All and Motors are only addressees; no answer comes from them (§1).
-pub const fn is_group(id: SubsystemId) -> bool {
-    matches!(id, SubsystemId::ALL | SubsystemId::MOTORS)
-}
-
-/// The addressee may answer anything; other subsystems may only refuse in its stead (§1).
-fn may_answer(request: &RequestBuf, from: SubsystemId, status: Status) -> bool {
-    if from == request.to() {
-        return true;
-    }
-    if status.is_success() {
-        return false;
-    }
-    match from {
-        SubsystemId::GENERAL => true,
-        // «Обработчики» of §3.1, §3.2, §3.8–§3.11, §3.14, §3.16.
-        SubsystemId::DEPLOYER
-        | SubsystemId::DETECTOR
-        | SubsystemId::CONTROL
-        | SubsystemId::EXTERNAL_CONN
-        | SubsystemId::RADIO => is_control(request.id()),
-        // An open valve forbids folding the barrel (ours).
-        SubsystemId::VALVE1 | SubsystemId::VALVE2 => {
-            request.id() == RequestId::WRAP
-                || (request.id() == RequestId::MOVE && request.to() == SubsystemId::DEPLOYER)
-        }
-        _ => false,
-    }
-}
-
-fn is_control(request: RequestId) -> bool {
-    matches!(
-        request,
-        RequestId::MOVE
-            | RequestId::STOP
-            | RequestId::OPEN
-            | RequestId::CLOSE
-            | RequestId::DEPLOY
-            | RequestId::WRAP
-            | RequestId::START_JUSTIFY
-            | RequestId::START_QUENCH
-            | RequestId::START_TRAJECTORY
-            | RequestId::START_SEEK
-            | RequestId::SWITCH_LIMITS
-    )
-}
-
-/// §3.4, §3.5, §3.21: whether an answer repeats the id of the parameter. A refusal may omit it.
-fn fits_param(request: &RequestBuf, record: &Record<'_>) -> bool {
-    let Some(param) = request.param() else { return true };
-    match record.data {
-        [a, b, ..] => ParamId(u16::from_le_bytes([*a, *b])) == param,
-        [_] => false,
-        [] => !record.status.is_success(),
-    }
-}
-
-/// Whether General reports a full output buffer.
-fn is_full(record: &Record<'_>) -> bool {
-    record.device == SubsystemId::GENERAL && record.status == Status::NO_ROOM
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lafet_proto::Request;
     use lafet_proto::request::Body;
+    use lafet_proto::{ParamId, Request, RequestId};
 
     fn buf(to: SubsystemId, body: Body<'_>) -> RequestBuf {
         RequestBuf::new(&Request::new(to, body)).expect("fits a record")

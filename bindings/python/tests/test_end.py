@@ -7,7 +7,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from types import FrameType
 
@@ -15,19 +15,7 @@ import lafet
 import pytest
 from lafet import Monitor, Request, Simulator, _common
 from lafet._native import Link, Operation
-
-
-def until(so: Callable[[], bool], within: float = 10.0) -> None:
-    deadline = time.monotonic() + within
-    while not so():
-        assert time.monotonic() < deadline, f"not within {within} s"
-        time.sleep(0.02)
-
-
-@pytest.fixture
-def deployed(monitor: Monitor) -> Monitor:
-    monitor.deploy(wait=60)
-    return monitor
+from waiting import until
 
 
 class Late:

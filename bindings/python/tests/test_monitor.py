@@ -19,19 +19,7 @@ import lafet
 import pytest
 from lafet import Monitor, Simulator, _common
 from lafet._native import Link, Operation
-
-
-def until(so: Callable[[], bool], within: float = 10.0) -> None:
-    deadline = time.monotonic() + within
-    while not so():
-        assert time.monotonic() < deadline, f"not within {within} s"
-        time.sleep(0.02)
-
-
-@pytest.fixture
-def deployed(monitor: Monitor) -> Monitor:
-    monitor.deploy(wait=60)
-    return monitor
+from waiting import until
 
 
 def test_from_the_box_to_water(monitor: Monitor, simulator: Simulator) -> None:

@@ -50,6 +50,10 @@ pub struct Exchange {
 pub struct Bench<'a> {
     pub line: &'a mut dyn Line,
     pub options: &'a Options,
+    /// Address at which the monitor answers now: the one in the options but while its memory is erased.
+    pub monitor: u8,
+    /// No other monitor answers on the line, as a look at all addresses has shown.
+    pub alone: bool,
     pub log: Vec<Exchange>,
     /// Number of frames sent since the start, and of those repeated.
     pub frames: u64,
@@ -72,6 +76,9 @@ pub struct Bench<'a> {
     pub restoring: bool,
     /// The states of the monitor cannot be read: only reads are tested.
     pub blind: bool,
+    /// Something moved unasked, the run was ended from outside, or something could not be undone: the
+    /// tester moves nothing any more.
+    pub no_motion: bool,
     /// Observations while the memory was erased.
     pub erased: Option<Erased>,
     splitter: Splitter,
@@ -85,6 +92,8 @@ impl<'a> Bench<'a> {
         Self {
             line,
             options,
+            monitor: options.monitor,
+            alone: false,
             log: Vec::new(),
             frames: 0,
             repeats: 0,
@@ -98,6 +107,7 @@ impl<'a> Bench<'a> {
             water: false,
             restoring: false,
             blind: false,
+            no_motion: false,
             erased: None,
             splitter: Splitter::default(),
             records_in: Vec::new(),
@@ -168,7 +178,7 @@ impl<'a> Bench<'a> {
     /// A link frame to the monitor.
     pub fn framed_bytes(&self, payload: &[u8]) -> Vec<u8> {
         match self.options.framing {
-            Framing::Link => raw::frame(self.options.monitor, self.options.source, payload),
+            Framing::Link => raw::frame(self.monitor, self.options.source, payload),
             Framing::Records => payload.to_vec(),
         }
     }
@@ -232,7 +242,7 @@ impl<'a> Bench<'a> {
         let size = 4 + usize::from(*self.records_in.get(3)?);
         (self.records_in.len() >= size).then(|| Incoming::Frame {
             dst: self.options.source,
-            src: self.options.monitor,
+            src: self.monitor,
             payload: std::mem::take(&mut self.records_in),
         })
     }
@@ -250,7 +260,9 @@ impl<'a> Bench<'a> {
             self.repeats += u64::from(attempt > 0);
             let incoming = self.exchange(&wire, 1, self.options.timeout_ms)?;
             if let Some(first) = incoming.into_iter().next() {
-                return self.answer(first);
+                let records = self.answer(first)?;
+                self.line.heard();
+                return Ok(records);
             }
         }
         fail(text::AnswerFrame, text::NothingWithin { ms: self.options.timeout_ms })
@@ -263,7 +275,7 @@ impl<'a> Bench<'a> {
                 return fail(text::FrameWithoutErrors, Shown(raw::hex(&raw)));
             }
         };
-        let (monitor, source) = (self.options.monitor, self.options.source);
+        let (monitor, source) = (self.monitor, self.options.source);
         must(
             (dst, src) == (source, monitor),
             text::AddressesSwapped,
@@ -506,7 +518,12 @@ impl<'a> Bench<'a> {
 
     /// Sets a parameter; it is not restored.
     pub fn put(&mut self, of: S, name: &str, value: i32) -> Step {
-        let rec = self.try_set(of, name, &[value])?;
+        self.put_all(of, name, &[value])
+    }
+
+    /// Sets all values of a parameter; they are not restored.
+    pub fn put_all(&mut self, of: S, name: &str, values: &[i32]) -> Step {
+        let rec = self.try_set(of, name, values)?;
         must(
             matches!(rec.status, Status::OK | Status::ACCEPTED) && rec.device == of,
             Shown("§3.5: Accepted"),

@@ -19,6 +19,7 @@ mod safety;
 pub mod spec;
 mod verdict;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -77,6 +78,9 @@ pub struct Options {
     pub framing: Framing,
     /// How long to wait for an answer, ms of the monitor's clock.
     pub timeout_ms: u64,
+    /// Folder of the file with the stored parameters, as `lafet param restore` takes it, that there is
+    /// while a test may erase them, and that stays when they could not be written back.
+    pub keep_in: PathBuf,
     /// Set from outside to end the run; everything is stopped and restored first.
     pub interrupt: Arc<AtomicBool>,
 }
@@ -92,6 +96,7 @@ impl Default for Options {
             source: 0x81,
             framing: Framing::Link,
             timeout_ms: 1000,
+            keep_in: std::env::temp_dir(),
             interrupt: Arc::default(),
         }
     }

@@ -43,6 +43,8 @@ pub trait Line {
     fn renew(&mut self) -> io::Result<bool> {
         Ok(false)
     }
+    /// The monitor has answered: a later loss of the connection is a new one.
+    fn heard(&mut self) {}
     /// Whether the user does not wait any more, not even until everything is restored.
     fn is_given_up(&self) -> bool {
         false
@@ -69,8 +71,10 @@ pub struct LinkLine {
     handle: Handle,
     start: Instant,
     speed: f64,
-    /// Since when nothing has been received over any connection.
+    /// Since when the monitor has not answered over any connection. Bytes alone do not count: a gateway
+    /// may greet while no monitor is behind it.
     lost: Option<Instant>,
+    reach: Duration,
     cut: Cut,
 }
 
@@ -93,7 +97,14 @@ impl LinkLine {
     /// Wraps an open link. `speed` is 1 except for a simulator with a faster clock.
     pub fn new(link: Link, endpoint: Option<Endpoint>, handle: Handle, speed: f64) -> Self {
         let (datagrams, start, cut) = (link.is_datagram(), Instant::now(), Cut::default());
-        Self { link: Some(link), datagrams, endpoint, handle, start, speed, lost: None, cut }
+        let (lost, reach) = (None, REACH);
+        Self { link: Some(link), datagrams, endpoint, handle, start, speed, lost, reach, cut }
+    }
+
+    /// Sets for how long a monitor that does not answer is sought over new connections: 30 s if not set.
+    #[must_use]
+    pub fn reach(self, reach: Duration) -> Self {
+        Self { reach, ..self }
     }
 
     /// Sets what to do when the connection is lost.
@@ -125,10 +136,7 @@ impl LinkLine {
             }
         });
         match read {
-            Ok(Ok(len)) => {
-                self.lost = None;
-                Ok(buffer.get(..len).unwrap_or_default().to_vec())
-            }
+            Ok(Ok(len)) => Ok(buffer.get(..len).unwrap_or_default().to_vec()),
             Ok(Err(error)) => Err(error),
             Err(_) => Ok(Vec::new()),
         }
@@ -170,9 +178,14 @@ impl Line for LinkLine {
         if let Some(tell) = self.cut.tell.take() {
             tell();
         }
+        let until = *self.lost.get_or_insert_with(Instant::now) + self.reach;
+        if Instant::now() >= until {
+            // It opens, again and again, and nothing answers. The last Stop is sent over what is open.
+            self.cut.give_up.store(true, Ordering::Relaxed);
+            return Err(io::ErrorKind::TimedOut.into());
+        }
         // A port can be opened again only after it is closed.
         self.link = None;
-        let until = *self.lost.get_or_insert_with(Instant::now) + REACH;
         loop {
             if self.is_given_up() {
                 return Err(io::ErrorKind::Interrupted.into());
@@ -202,6 +215,10 @@ impl Line for LinkLine {
                 Err(_) => {}
             }
         }
+    }
+
+    fn heard(&mut self) {
+        self.lost = None;
     }
 
     fn is_given_up(&self) -> bool {

@@ -141,17 +141,19 @@ fn all(
     }
 }
 
-/// Restores what was changed.
+/// Restores what was changed. The barrel returns while the drives are still slowed down, and is left where it
+/// is if anything speaks against a motion.
 fn restore(bench: &mut Bench<'_>, slowed: Vec<Undo>, report: &mut Report) {
     bench.log.clear();
-    bench.undo.extend(slowed);
     bench.dirty = true;
-    let back = bench.put_back();
-    let home = match bench.options.level > Level::ReadOnly {
-        true => bench.return_home(),
-        false => Ok(()),
-    };
-    let back = back.and(home);
+    let stays = bench.no_motion || bench.options.interrupt.load(Ordering::Relaxed);
+    let home = bench.put_back().and_then(|()| match bench.options.level {
+        Level::ReadOnly => Ok(()),
+        _ if stays => bench.left(),
+        _ => bench.return_home(),
+    });
+    bench.undo.extend(slowed);
+    let back = home.and(bench.put_back());
     report.cut = matches!(back, Err(Halt::Link(_))) || (back.is_err() && bench.silent);
     report.not_restored = back.err().map(|halt| told(&halt));
 }
@@ -242,6 +244,7 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
             (ended.expected, ended.found) = (expected, found);
         }
         Err(halt) => {
+            bench.no_motion |= matches!(halt, Halt::Abort(_));
             // An interrupt by the user is not a fault of the monitor.
             let wished = bench.options.interrupt.load(Ordering::Relaxed);
             ended.outcome = if wished { Outcome::NotApplicable } else { Outcome::Fail };
@@ -255,6 +258,7 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
         let odd = matches!(halt, Halt::Fail { .. }) && bench.options.level == Level::ReadOnly;
         if !odd {
             end = Some(told(&halt));
+            bench.no_motion = true;
         }
         if ended.outcome != Outcome::Fail {
             ended.outcome = Outcome::Fail;
@@ -264,6 +268,16 @@ fn one(bench: &mut Bench<'_>, test: &Test) -> (TestReport, Option<Note>) {
     }
     ended.log = std::mem::take(&mut bench.log);
     ended.took_ms = bench.now_ms() - began_ms;
+    // What a lockout by others refuses fails a test. What the test has locked out is released by now.
+    let failed = matches!(ended.outcome, Outcome::Fail | Outcome::Differs);
+    if failed
+        && end.is_none()
+        && bench.options.level > Level::ReadOnly
+        && let Err(halt @ Halt::Abort(_)) = bench.unlocked()
+    {
+        bench.no_motion = true;
+        end = Some(told(&halt));
+    }
     (ended, end)
 }
 

@@ -6,9 +6,9 @@ use lafet_texts::{Fixed, Text as _, conform as text};
 
 use crate::Level;
 use crate::bench::{Bench, Exchange};
-use crate::checks::bits;
+use crate::checks::{self, bits};
 use crate::raw::{self, Rec};
-use crate::verdict::{Halt, Note, Step, fail};
+use crate::verdict::{Halt, Note, Step, fail, must};
 
 /// Drives that aim.
 pub const AIMING: [S; 3] = [S::HORIZONTAL, S::VERTICAL, S::NOZZLE];
@@ -27,6 +27,10 @@ const UNDO_TRIES: u32 = 4;
 const LATE_MS: u64 = 500;
 /// Change of a position that is jitter of the sensor, not motion.
 const JITTER: i32 = 12;
+/// Distance from the initial position that is not moved back, arc-minutes or mm.
+const AT_HOME: u32 = 2;
+/// Longest time for a unit that is busy to switch its limits on, ms.
+const LIMITS_MS: u64 = 5000;
 
 /// State of the monitor at the start.
 #[derive(Clone, Debug, Default)]
@@ -46,16 +50,20 @@ pub struct Found {
 }
 
 /// A change that a test has made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Undo {
     /// A parameter had this value.
     Param(S, &'static str, i32),
-    /// The lockout was off.
+    /// A parameter had these values.
+    Values(S, &'static str, Vec<i32>),
+    /// The lockout was seen off just before it was switched on.
     Lockout,
     /// Limits were on.
     Limits,
     /// A valve was closed.
     Valve(S),
+    /// The stored parameters had these values.
+    Memory(checks::Kept),
 }
 
 /// An answer of the first look that breaks the protocol.
@@ -129,7 +137,8 @@ impl Bench<'_> {
     /// Fails if the monitor is at work; a monitor to be moved must also be ready for it.
     fn is_ready(&mut self) -> Step {
         let not = |why: Fixed| Err(Halt::Abort(why.words()));
-        if self.moving()?.is_some() {
+        let states = self.states()?;
+        if self.moving(&states).is_some() {
             return not(text::AtWork.fixed());
         }
         for (id, busy) in [
@@ -149,6 +158,19 @@ impl Bench<'_> {
         for valve in VALVES {
             if self.has(valve) && self.flags(valve)? & bits::CLOSED == 0 {
                 return not(text::ValveNotClosed.fixed());
+            }
+        }
+        self.has_limits()
+    }
+
+    /// Fails if limits of a drive are off: nothing would stop it before its end, and limits that were
+    /// set meanwhile would be lost when the tester switches them on.
+    fn has_limits(&mut self) -> Step {
+        for id in DRIVES {
+            if self.has(id) && self.flags(id)? & bits::LIMITLESS != 0 {
+                let found = format!("{}: Limitless", raw::name(id.name(), id.0));
+                let expected = text::LimitsStayOn;
+                return Err(Halt::Abort(text::ExpectedAndFound { expected, found }.words()));
             }
         }
         Ok(())
@@ -185,9 +207,9 @@ impl Bench<'_> {
     }
 
     /// A subsystem that moves or flows although no request asked for it.
-    fn moving(&mut self) -> Step<Option<String>> {
+    fn moving(&mut self, states: &[Rec]) -> Option<String> {
         let mut found = None;
-        for rec in self.states()? {
+        for rec in states {
             let Some(flags) = rec.flags() else { continue };
             let id = rec.device;
             let name = raw::name(id.name(), id.0);
@@ -208,7 +230,7 @@ impl Bench<'_> {
                 }
             }
         }
-        Ok(found)
+        found
     }
 
     /// Records a drive's position; returns the distance from the previous one.
@@ -222,16 +244,48 @@ impl Bench<'_> {
         }
     }
 
-    /// Ends everything if something moves unasked.
+    /// Ends everything if something moves unasked, or if others have locked the monitor out.
     pub fn watch(&mut self) -> Step {
         // Where the states cannot be read, nothing is moved.
         if self.restoring || self.blind {
             return Ok(());
         }
-        match self.moving()? {
-            None => Ok(()),
-            Some(name) => Err(Halt::Abort(text::MovesUnasked { name }.words())),
+        let states = self.states()?;
+        if let Some(name) = self.moving(&states) {
+            return Err(Halt::Abort(text::MovesUnasked { name }.words()));
         }
+        let general = states.iter().find(|rec| rec.device == S::GENERAL);
+        self.is_ours(general.and_then(Rec::flags).unwrap_or(0))
+    }
+
+    /// Before the monitor is locked out: only what was not locked out is released again. A lockout by
+    /// others within the time of one exchange cannot be distinguished.
+    pub fn locks_out(&mut self) -> Step {
+        if !self.has_locked_out() {
+            self.unlocked()?;
+            self.undo.push(Undo::Lockout);
+        }
+        Ok(())
+    }
+
+    /// Ends everything if others have locked the monitor out.
+    pub fn unlocked(&mut self) -> Step {
+        let flags = self.flags(S::GENERAL)?;
+        self.is_ours(flags)
+    }
+
+    fn has_locked_out(&self) -> bool {
+        self.undo.iter().any(|undo| matches!(undo, Undo::Lockout))
+    }
+
+    /// A lockout that began during the run and is not the tester's is left alone, and ends a run that
+    /// moves the monitor.
+    fn is_ours(&self, flags: u32) -> Step {
+        let others = flags & bits::LOCKED_OUT != 0 && !self.has_locked_out();
+        if others && self.options.level > Level::ReadOnly {
+            return Err(Halt::Abort(text::LockedOutByOthers.words()));
+        }
+        Ok(())
     }
 
     /// Permits these subsystems to move.
@@ -302,7 +356,8 @@ impl Bench<'_> {
         fail(text::StopAllStops, text::StillMoves)
     }
 
-    /// Undoes what a test has done. Every step is tried, whatever the outcome of the previous one.
+    /// Undoes what a test has done. Every step is tried, whatever the outcome of the previous one; what
+    /// fails is kept, and tried again at the end of the run.
     pub fn put_back(&mut self) -> Step {
         self.restoring = true;
         let mut worst = Ok(());
@@ -320,18 +375,29 @@ impl Bench<'_> {
             let known = |step: &Step| self.blind && matches!(step, Err(Halt::Fail { .. }));
             [stopped, rests].into_iter().filter(|step| !known(step)).for_each(&mut note);
         }
+        let (mut kept, mut memory) = (Vec::new(), Ok(()));
         for undo in std::mem::take(&mut self.undo).into_iter().rev() {
-            note(self.surely(|b| b.take_back(undo)));
+            let back = self.surely(|b| b.take_back(&undo));
+            let failed = back.is_err();
+            match undo {
+                // Nothing that failed before is worse.
+                Undo::Memory(_) if failed => memory = back,
+                _ => note(back),
+            }
+            if failed {
+                kept.insert(0, undo);
+            }
         }
+        self.undo = kept;
         self.moves(&[]);
         self.water = false;
         self.restoring = false;
-        worst
+        memory.and(worst)
     }
 
     /// Restoring must not fail because one frame was lost or late.
-    fn surely(&mut self, mut step: impl FnMut(&mut Self) -> Step) -> Step {
-        let mut tries = 1;
+    pub fn surely(&mut self, mut step: impl FnMut(&mut Self) -> Step) -> Step {
+        let (mut tries, mut renewed) = (1, false);
         loop {
             let done = step(self);
             if done.is_ok() || tries >= UNDO_TRIES {
@@ -340,16 +406,20 @@ impl Bench<'_> {
             // Late answers are received and discarded. If nothing arrives, a new connection may
             // reach the monitor, which may still move.
             let late = self.line.recv(LATE_MS);
-            let lost =
+            let silent =
                 late.is_err() || (self.silent && matches!(late, Ok(bytes) if bytes.is_empty()));
-            let renewed = lost && self.line.renew().map_err(Halt::Link)?;
+            // A monitor that answers over the new connection is not lost: it only does not answer this.
+            let lost = silent && !(renewed && self.flags(S::GENERAL).is_ok());
+            renewed = lost && self.line.renew().map_err(Halt::Link)?;
             tries += u32::from(!renewed);
         }
     }
 
-    fn take_back(&mut self, undo: Undo) -> Step {
-        match undo {
+    fn take_back(&mut self, undo: &Undo) -> Step {
+        match *undo {
             Undo::Param(of, name, value) => self.put(of, name, value),
+            Undo::Values(of, name, ref values) => self.put_all(of, name, values),
+            Undo::Memory(ref kept) => checks::write_back(self, kept),
             Undo::Lockout => {
                 if self.flags(S::GENERAL)? & bits::LOCKED_OUT == 0 {
                     return Ok(());
@@ -357,27 +427,31 @@ impl Bench<'_> {
                 self.frame(&Rec::new(R::LOCKOUT, S::ALL, &key::DISABLE.to_le_bytes()).bytes())?;
                 self.until_flags(S::GENERAL, 0, bits::LOCKED_OUT, 5000)
             }
-            Undo::Limits => {
+            // A unit that is busy refuses: what counts is that no drive is left without limits.
+            Undo::Limits => self.until(LIMITS_MS, text::LimitsStayOn, |b| {
                 let mut limitless = false;
                 for id in DRIVES {
-                    limitless |= self.has(id) && self.flags(id)? & bits::LIMITLESS != 0;
+                    limitless |= b.has(id) && b.flags(id)? & bits::LIMITLESS != 0;
                 }
                 if limitless {
-                    self.frame(&Rec::new(R::SWITCH_LIMITS, S::ALL, &[2, 0]).bytes())?;
+                    b.frame(&Rec::new(R::SWITCH_LIMITS, S::ALL, &[2, 0]).bytes())?;
                 }
-                Ok(())
-            }
+                Ok(!limitless)
+            }),
             Undo::Valve(valve) => {
                 if self.flags(valve)? & bits::CLOSED != 0 {
                     return Ok(());
                 }
-                self.want(
-                    R::CLOSE,
-                    valve,
-                    &key::CLOSE.to_le_bytes(),
-                    valve,
-                    &[Status::OK, Status::ACCEPTED],
-                )?;
+                // §3.18/1: a lockout by others closes it, and Close is refused meanwhile.
+                if self.flags(S::GENERAL)? & bits::LOCKED_OUT == 0 {
+                    self.want(
+                        R::CLOSE,
+                        valve,
+                        &key::CLOSE.to_le_bytes(),
+                        valve,
+                        &[Status::OK, Status::ACCEPTED],
+                    )?;
+                }
                 self.until_flags(valve, bits::CLOSED, bits::CLOSING, REST_MS)
             }
         }
@@ -391,6 +465,30 @@ impl Bench<'_> {
         home
     }
 
+    /// Fails if the barrel is not where it was found. Moves nothing.
+    pub fn left(&mut self) -> Step {
+        self.restoring = true;
+        let found = self.surely(Self::is_home);
+        self.restoring = false;
+        found
+    }
+
+    fn is_home(&mut self) -> Step {
+        let wrapped = self.has(S::DEPLOYER) && self.flags(S::DEPLOYER)? & bits::WRAPPED != 0;
+        let mut away = Vec::new();
+        if wrapped != self.found.wrapped {
+            away.push(format!("Wrapped: {} → {wrapped}", self.found.wrapped));
+        } else if !wrapped {
+            for (id, position) in self.found.positions.clone() {
+                let now = if AIMING.contains(&id) { self.drive(id)?.1 } else { position };
+                if now.abs_diff(position) > AT_HOME {
+                    away.push(format!("{}: {position} → {now}", raw::name(id.name(), id.0)));
+                }
+            }
+        }
+        must(away.is_empty(), text::AsBeforeTheTest, away.join(", "))
+    }
+
     fn go_home(&mut self) -> Step {
         let now_wrapped = self.has(S::DEPLOYER) && self.flags(S::DEPLOYER)? & bits::WRAPPED != 0;
         if self.found.wrapped {
@@ -398,7 +496,7 @@ impl Bench<'_> {
         }
         self.deployed()?;
         for (id, position) in self.found.positions.clone() {
-            if !AIMING.contains(&id) || self.drive(id)?.1.abs_diff(position) <= 2 {
+            if !AIMING.contains(&id) || self.drive(id)?.1.abs_diff(position) <= AT_HOME {
                 continue;
             }
             let wire = i16::try_from(position).unwrap_or(0).to_le_bytes();

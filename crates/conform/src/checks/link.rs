@@ -218,15 +218,22 @@ pub fn too_long(b: &mut Bench<'_>) -> Step {
 /// §L/8 A frame in the monitor's name makes another one answer it; that answer is not a request.
 pub fn answer_to_another(b: &mut Bench<'_>) -> Step {
     b.framed()?;
-    let (monitor, source) = (b.options.monitor, b.options.source);
+    let monitor = b.options.monitor;
     let other = another(monitor);
-    if !b.exchange(&raw::frame(other, source, &[]), 1, SILENCE_MS)?.is_empty() {
-        return not_applicable(text::AnotherMonitor);
-    }
+    is_free(b, other)?;
     let probe = raw::frame(other, monitor, &[]);
     silent(b, &probe, text::FrameFromOwnAddress.fixed())?;
     let answer = raw::frame(monitor, other, &[]);
     silent(b, &answer, text::AnswersInItsName.fixed())
+}
+
+/// Not applicable if another monitor answers at this address.
+pub fn is_free(b: &mut Bench<'_>, address: u8) -> Step {
+    let probe = raw::frame(address, b.options.source, &[]);
+    match b.exchange(&probe, 1, SILENCE_MS)?.is_empty() {
+        true => Ok(()),
+        false => not_applicable(text::AnotherMonitor),
+    }
 }
 
 /// §L/8 A monitor answers probes from addresses of monitors, but not endlessly.

@@ -1,5 +1,10 @@
 //! §3.19: erases the memory and restores it from a copy.
 
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use lafet_client::backup::{About, Backup};
 use lafet_proto::id::key;
 use lafet_proto::param::{Access, Param, Storage};
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
@@ -8,7 +13,15 @@ use lafet_texts::{Shown, conform as text};
 use super::{bits, le};
 use crate::bench::{Bench, param_data};
 use crate::raw::{Rec, several};
-use crate::verdict::{Step, must, not_applicable};
+use crate::safety::Undo;
+use crate::verdict::{Halt, Note, Step, fail, must, not_applicable};
+
+/// Silence after which there is no monitor at an address, ms.
+const SILENCE_MS: u64 = 400;
+/// How many times the copy is written and the monitor restarted.
+const ROUNDS: u32 = 4;
+/// Most files of earlier copies that were not written back, in one folder.
+const FILES_MAX: u32 = 1000;
 
 /// Observations while the memory was erased.
 #[derive(Clone, Debug, Default)]
@@ -19,12 +32,69 @@ pub struct Erased {
     moved: Option<Rec>,
     first_set: Option<Rec>,
     last_set: Option<Rec>,
-    restored: Option<String>,
 }
 
-type Copy = Vec<(Param, Vec<i32>)>;
+/// A copy of the stored parameters, in memory and in a file: the tester may end before it is written back.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    values: Vec<(Param, Vec<i32>)>,
+    file: PathBuf,
+}
 
-fn copy(b: &mut Bench<'_>) -> Step<Copy> {
+/// Before anything that may erase the memory: what it holds is copied, and written back after the test.
+/// §3.19/3: the monitor may be erased to any address, so it must be alone on its line to be found again.
+fn keep(b: &mut Bench<'_>) -> Step<Kept> {
+    let values = copy(b)?;
+    let own = b.options.monitor;
+    let at_own = |(param, values): &(Param, Vec<i32>)| {
+        *param != Param::GeneralAddress || *values == [i32::from(own)]
+    };
+    if b.is_framed() && !values.iter().all(at_own) {
+        return not_applicable(text::ParametersNotSaved);
+    }
+    if b.is_framed() && !b.alone {
+        for address in (1..=127).filter(|address| *address != own) {
+            super::link::is_free(b, address)?;
+        }
+        b.alone = true;
+    }
+    let Ok(file) = save(b, &values) else { return not_applicable(text::ParametersNotSaved) };
+    let kept = Kept { values, file };
+    b.undo.push(Undo::Memory(kept.clone()));
+    Ok(kept)
+}
+
+/// Writes the copy to a new file, down to the disk.
+fn save(b: &Bench<'_>, values: &[(Param, Vec<i32>)]) -> io::Result<PathBuf> {
+    let about = About {
+        subsystems: b.found.present.iter().map(S::to_string).collect(),
+        made_by: format!("lafet-conform {}", env!("CARGO_PKG_VERSION")),
+        ..About::default()
+    };
+    let backup = Backup { about, values: values.to_vec(), ..Backup::default() };
+    let (folder, address) = (&b.options.keep_in, b.options.monitor);
+    for number in 1..=FILES_MAX {
+        let path = folder.join(format!("lafet-conform-{address}-{number}.toml"));
+        match File::options().write(true).create_new(true).open(&path) {
+            Ok(mut file) => {
+                file.write_all(backup.to_toml().as_bytes())?;
+                file.sync_all()?;
+                sync(folder);
+                return Ok(path);
+            }
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Err(io::ErrorKind::AlreadyExists.into())
+}
+
+/// Not every system can do that to a folder.
+fn sync(folder: &Path) {
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+fn copy(b: &mut Bench<'_>) -> Step<Vec<(Param, Vec<i32>)>> {
     let mut copy = Vec::new();
     for param in Param::ALL {
         let spec = param.spec();
@@ -44,6 +114,7 @@ fn copy(b: &mut Bench<'_>) -> Step<Copy> {
 
 /// §3.19/2
 pub fn wrong_key(b: &mut Bench<'_>) -> Step {
+    keep(b)?;
     for wrong in [0, key::CLEAN_FLASH ^ 1, key::CLEAN_FLASH.swap_bytes()] {
         b.refused(
             R::CLEAN_FLASH,
@@ -60,6 +131,7 @@ pub fn wrong_key(b: &mut Bench<'_>) -> Step {
 
 /// §3.19
 pub fn layout(b: &mut Bench<'_>) -> Step {
+    keep(b)?;
     b.refused(R::CLEAN_FLASH, S::GENERAL, &[0xF6], S::GENERAL, Status::WRONG_DATA)?;
     for id in b.found.present.clone() {
         if id != S::GENERAL {
@@ -75,26 +147,44 @@ pub fn layout(b: &mut Bench<'_>) -> Step {
     Ok(())
 }
 
-/// §3.19/1: erases, observes, restores, verifies.
+/// §3.19/1: erases and observes. The copy is written back and verified whatever was observed.
 pub fn erase(b: &mut Bench<'_>) -> Step {
-    let copy = copy(b)?;
+    let kept = keep(b)?;
     let mut erased = Erased::default();
-    let answer = b.ask(R::CLEAN_FLASH, S::GENERAL, &key::CLEAN_FLASH.to_le_bytes())?;
+    let answer = b.ask(R::CLEAN_FLASH, S::GENERAL, &key::CLEAN_FLASH.to_le_bytes());
+    // It may be erased without an answer. An interrupt must not lose it.
+    b.restoring = true;
+    let back = found_again(b);
+    b.restoring = false;
+    let answer = answer?;
+    back?;
     let done = answer.status.is_success();
     erased.answer = Some(answer.clone());
-    let seen = if done { look(b, &copy, &mut erased) } else { Ok(()) };
-    // The copy is restored, whatever was observed.
-    b.restoring = true;
-    let back = write_back(b, &copy, &mut erased);
-    b.restoring = false;
+    let seen = if done { look(b, &kept, &mut erased) } else { Ok(()) };
     b.erased = Some(erased);
-    back?;
     seen?;
     must(done, Shown("Ok"), answer.words(true))
 }
 
-fn look(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
-    super::service::back(b)?;
+/// Waits until the monitor answers: at its own address, or else at the one that its hardware has.
+fn found_again(b: &mut Bench<'_>) -> Step {
+    b.monitor = b.options.monitor;
+    match super::service::back(b) {
+        Err(Halt::Fail { .. }) if b.alone => {}
+        done => return done,
+    }
+    for address in 1..=127 {
+        b.monitor = address;
+        let wire = b.framed_bytes(&Rec::new(R::GET_STATUS, S::GENERAL, &[]).bytes());
+        if !b.exchange(&wire, 1, SILENCE_MS)?.is_empty() && b.flags(S::GENERAL).is_ok() {
+            return super::service::back(b);
+        }
+    }
+    b.monitor = b.options.monitor;
+    fail(text::AnswersAfterRestart, Shown("—"))
+}
+
+fn look(b: &mut Bench<'_>, kept: &Kept, erased: &mut Erased) -> Step {
     erased.flags = b.flags(S::GENERAL)?;
     erased.read = Some(b.ask(R::GET_PARAM, S::GENERAL, &param_data("MainVoltageMin", &[])[..2])?);
     if b.has(S::HORIZONTAL) && !b.has(S::DEPLOYER) {
@@ -104,7 +194,7 @@ fn look(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
         erased.moved = Some(b.ask(R::MOVE, S::HORIZONTAL, &le(0))?);
     }
     let required =
-        copy.iter().filter(|(p, _)| p.spec().subsystem == S::GENERAL && p.spec().required);
+        kept.values.iter().filter(|(p, _)| p.spec().subsystem == S::GENERAL && p.spec().required);
     let mut required = required.collect::<Vec<_>>();
     let Some((last, last_values)) = required.pop() else { return Ok(()) };
     for (param, values) in required {
@@ -116,39 +206,68 @@ fn look(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
     Ok(())
 }
 
-fn write_back(b: &mut Bench<'_>, copy: &Copy, erased: &mut Erased) -> Step {
+/// Writes the copy back; a failure names its file.
+pub fn write_back(b: &mut Bench<'_>, kept: &Kept) -> Step {
+    let file = kept.file.display();
+    match written(b, &kept.values) {
+        Ok(()) => {
+            let _ = fs::remove_file(&kept.file);
+            Ok(())
+        }
+        Err(Halt::Fail { expected, found }) => {
+            let found = Note::each(|lang| format!("{file}; {}", found.of(lang)));
+            Err(Halt::Fail { expected, found })
+        }
+        Err(Halt::Link(error)) => {
+            Err(Halt::Link(io::Error::new(error.kind(), format!("{file}; {error}"))))
+        }
+        Err(halt) => Err(halt),
+    }
+}
+
+/// Writes values and restarts until the monitor has them, at its own address.
+fn written(b: &mut Bench<'_>, kept: &[(Param, Vec<i32>)]) -> Step {
+    found_again(b)?;
     // Types of drives first: later values may have to go to their remote units.
-    for round in 0..3 {
-        let mut wrong = None;
-        for (param, values) in copy {
+    for round in 0..ROUNDS {
+        let invalid = b.flags(S::GENERAL)? & bits::CONFIG_INVALID != 0;
+        let mut differ = Vec::new();
+        for (param, values) in kept {
             let of = param.spec().subsystem;
             if b.get(of, param.name())?.as_ref() != Some(values) {
-                b.try_set(of, param.name(), values)?;
-                wrong = Some(param.name());
+                differ.push(of);
             }
         }
-        if wrong.is_none() && round > 0 {
+        // All of such a subsystem: an unset parameter may falsely read as its former value.
+        for (param, values) in kept {
+            let of = param.spec().subsystem;
+            if invalid || differ.contains(&of) {
+                b.surely(|b| b.try_set(of, param.name(), values).map(|_| ()))?;
+            }
+        }
+        let wrong = b.monitor != b.options.monitor || !differ.is_empty();
+        if !wrong && (round > 0 || !invalid) {
             break;
         }
         b.wait(1500)?;
-        b.frame(&Rec::new(R::RESTART, S::ALL, &[]).bytes())?;
-        super::service::back(b)?;
+        // Whether it has restarted is seen afterwards: it may answer at another address then.
+        match b.frame(&Rec::new(R::RESTART, S::ALL, &[]).bytes()) {
+            Ok(_) | Err(Halt::Fail { .. }) => {}
+            Err(halt) => return Err(halt),
+        }
+        found_again(b)?;
     }
-    for (param, values) in copy {
-        let read = b.get(param.spec().subsystem, param.name())?;
-        if read.as_ref() != Some(values) {
-            erased.restored = Some(format!(
-                "{}: {}, {}",
-                param.name(),
-                several(values),
-                several(read.as_deref().unwrap_or_default())
-            ));
+    let mut differs = Vec::new();
+    for (param, values) in kept {
+        let read = b.get(param.spec().subsystem, param.name())?.unwrap_or_default();
+        if read != *values {
+            differs.push(format!("{}: {}, {}", param.name(), several(values), several(&read)));
         }
     }
     must(
-        erased.restored.is_none(),
+        differs.is_empty() && b.monitor == b.options.monitor,
         text::CopyIsWrittenBack,
-        erased.restored.clone().unwrap_or_default(),
+        format!("{}; {}", b.monitor, differs.join("; ")),
     )
 }
 

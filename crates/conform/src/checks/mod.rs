@@ -21,7 +21,7 @@ use crate::Level;
 use crate::bench::Bench;
 use crate::verdict::Step;
 
-pub use memory::Erased;
+pub use memory::{Erased, Kept, write_back};
 pub use table::TESTS;
 
 /// A test.

@@ -6,6 +6,7 @@ use lafet_texts::{Shown, conform as text};
 use super::{bits, le};
 use crate::bench::{Bench, param_data};
 use crate::raw;
+use crate::safety::Undo;
 use crate::verdict::{Step, must, not_applicable};
 
 /// A parameter of ours that moves nothing, in order of preference.
@@ -54,9 +55,9 @@ pub fn arrays(b: &mut Bench<'_>) -> Step {
         return not_applicable(text::NoStoredPrograms);
     }
     let new = [10, 20, 30, 40, 50, 6, 7];
+    b.undo.push(Undo::Values(S::CONTROL, "Program7", old));
     let rec = b.try_set(S::CONTROL, "Program7", &new)?;
     let read = b.get(S::CONTROL, "Program7")?;
-    b.try_set(S::CONTROL, "Program7", &old)?;
     must(rec.status.is_success(), Shown("Accepted"), rec.words(true))?;
     must(
         read.as_deref() == Some(&new),
@@ -89,6 +90,7 @@ pub fn unknown_id(b: &mut Bench<'_>) -> Step {
 /// §3.5/3
 pub fn out_of_range(b: &mut Bench<'_>) -> Step {
     let old = b.param(S::GENERAL, "MoveTimeout")?;
+    b.undo.push(Undo::Param(S::GENERAL, "MoveTimeout", old));
     for value in [-1, 60_001, i32::MAX, i32::MIN] {
         let rec = b.try_set(S::GENERAL, "MoveTimeout", &[value])?;
         must(rec.status == Status::INVALID_VALUE, Shown("InvalidValue"), rec.words(true))?;
@@ -100,6 +102,7 @@ pub fn out_of_range(b: &mut Bench<'_>) -> Step {
 /// §3.5/4
 pub fn wrong_count(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
+    b.undo.push(Undo::Param(of, name, value));
     let whole = param_data(name, &[value, value]);
     for len in [10, 9, 5, 3, 2] {
         let rec = b.ask(R::SET_PARAM, of, &whole[..len])?;
@@ -138,7 +141,7 @@ pub fn remote(b: &mut Bench<'_>) -> Step {
         }
         let old = b.param(id, "Speed")?;
         let new = if old > 2 { old - 1 } else { old + 1 };
-        b.undo.push(crate::safety::Undo::Param(id, "Speed", old));
+        b.undo.push(Undo::Param(id, "Speed", old));
         let first = b.ask(R::SET_PARAM, id, &param_data("Speed", &[new]))?;
         let known = [Status::CACHED, Status::ACCEPTED, Status::OK].contains(&first.status);
         must(known, text::CachedThenAccepted, first.words(true))?;
@@ -152,12 +155,15 @@ pub fn remote(b: &mut Bench<'_>) -> Step {
 /// §3.5/8
 pub fn after_restart(b: &mut Bench<'_>) -> Step {
     let address = b.param(S::GENERAL, "Address")?;
-    let other = if address == 1 { 2 } else { 1 };
-    b.put(S::GENERAL, "Address", other)?;
-    // It must still answer, so that its address can be restored.
-    let read = b.param(S::GENERAL, "Address");
-    b.put(S::GENERAL, "Address", address)?;
-    must(read? == other, text::NewValueIsRead, "")
+    let taken = [i32::from(b.options.monitor), address];
+    // Should it lose its power before the address is restored, no other monitor may have the same.
+    let other = (1_u8..=127).rev().find(|it| !taken.contains(&i32::from(*it))).unwrap_or(127);
+    if b.is_framed() {
+        super::link::is_free(b, other)?;
+    }
+    b.set(S::GENERAL, "Address", other.into())?;
+    let read = b.param(S::GENERAL, "Address")?;
+    must(read == i32::from(other), text::NewValueIsRead, format!("{read}"))
 }
 
 /// §3.5/9
@@ -178,7 +184,7 @@ pub fn stored_already(b: &mut Bench<'_>) -> Step {
 /// §3.5/9: a new value is Accepted first.
 pub fn accepted_first(b: &mut Bench<'_>) -> Step {
     let (of, name, value) = spare(b)?;
-    b.undo.push(crate::safety::Undo::Param(of, name, value));
+    b.undo.push(Undo::Param(of, name, value));
     let rec = b.try_set(of, name, &[value + 2])?;
     must(rec.status == Status::ACCEPTED, text::AcceptedForNewValue, rec.words(true))
 }
@@ -190,7 +196,7 @@ pub fn not_in_motion(b: &mut Bench<'_>) -> Step {
     let (sign, from) = super::motion::room(b, id)?;
     b.done(R::MOVE, id, &le(from + sign * super::motion::small(id).0 * 4))?;
     b.until_flags(id, bits::MOVE, 0, 1000)?;
-    b.undo.push(crate::safety::Undo::Param(of, name, value));
+    b.undo.push(Undo::Param(of, name, value));
     for _ in 0..4 {
         let rec = b.try_set(of, name, &[value + 3])?;
         let moving = b.drive(id)?.0 & bits::MOVE != 0;

@@ -10,9 +10,25 @@ use crate::raw::Rec;
 use crate::safety::{RESET_MS, Undo, VALVES};
 use crate::verdict::{Halt, Step, must, not_applicable};
 
-fn lockout(b: &mut Bench<'_>, key: u16) -> Step<Vec<Rec>> {
-    b.undo.push(Undo::Lockout);
-    b.frame(&Rec::new(R::LOCKOUT, S::ALL, &key.to_le_bytes()).bytes())
+fn lockout(b: &mut Bench<'_>, code: u16) -> Step<Vec<Rec>> {
+    if code == key::ENABLE {
+        b.locks_out()?;
+    }
+    let request = Rec::new(R::LOCKOUT, S::ALL, &code.to_le_bytes());
+    match [key::ENABLE, key::DISABLE].contains(&code) {
+        true => b.frame(&request.bytes()),
+        false => bad(b, &request),
+    }
+}
+
+/// A Lockout that must be refused. One that is taken for a good one is undone; otherwise a lockout is
+/// not the tester's.
+fn bad(b: &mut Bench<'_>, request: &Rec) -> Step<Vec<Rec>> {
+    let records = b.frame(&request.bytes())?;
+    if records.iter().any(|rec| rec.status.is_success()) {
+        b.undo.push(Undo::Lockout);
+    }
+    Ok(records)
 }
 
 fn locked(b: &mut Bench<'_>) -> Step {
@@ -22,7 +38,14 @@ fn locked(b: &mut Bench<'_>) -> Step {
 
 fn released(b: &mut Bench<'_>) -> Step {
     lockout(b, key::DISABLE)?;
-    b.until_flags(S::GENERAL, 0, bits::LOCKED_OUT, 2000)
+    is_off(b)
+}
+
+/// Waits until it is released. From then on a lockout is not the tester's.
+fn is_off(b: &mut Bench<'_>) -> Step {
+    b.until_flags(S::GENERAL, 0, bits::LOCKED_OUT, 2000)?;
+    b.undo.retain(|undo| !matches!(undo, Undo::Lockout));
+    Ok(())
 }
 
 fn whole_chain(b: &Bench<'_>, records: &[Rec]) -> Step {
@@ -47,14 +70,17 @@ pub fn lockout_key(b: &mut Bench<'_>) -> Step {
 
 /// §3.18
 pub fn lockout_layout(b: &mut Bench<'_>) -> Step {
-    b.undo.push(Undo::Lockout);
     for wrong in [&[][..], &[0xFA], &[0xFA, 0x2F, 0]] {
-        let records = b.frame(&Rec::new(R::LOCKOUT, S::ALL, wrong).bytes())?;
+        let records = bad(b, &Rec::new(R::LOCKOUT, S::ALL, wrong))?;
         let refused = records.iter().all(|rec| rec.status == Status::WRONG_DATA);
         must(refused && !records.is_empty(), Shown("WrongData"), list(&records))?;
     }
-    let data = key::ENABLE.to_le_bytes();
-    b.refused(R::LOCKOUT, S::GENERAL, &data, S::GENERAL, Status::WRONG_REQUEST)?;
+    let records = bad(b, &Rec::new(R::LOCKOUT, S::GENERAL, &key::ENABLE.to_le_bytes()))?;
+    let refused = matches!(
+        &records[..],
+        [rec] if rec.device == S::GENERAL && rec.status == Status::WRONG_REQUEST
+    );
+    must(refused, Shown("WrongRequest"), list(&records))?;
     let flags = b.flags(S::GENERAL)?;
     must(flags & bits::LOCKED_OUT == 0, text::NotLockedOut, format!("{flags:#010x}"))
 }
@@ -148,7 +174,7 @@ pub fn lockout_off(b: &mut Bench<'_>) -> Step {
     b.until_flags(id, 0, bits::MOVE, 3000)?;
     let records = lockout(b, key::DISABLE)?;
     whole_chain(b, &records)?;
-    b.until_flags(S::GENERAL, 0, bits::LOCKED_OUT, 2000)?;
+    is_off(b)?;
     b.moves(&[]);
     b.wait(1000)?;
     b.watch()?;

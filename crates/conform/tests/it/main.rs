@@ -1,5 +1,6 @@
 //! Tests of the tester, in one program: it is linked once.
 
+mod harm;
 mod odd_answers;
 mod pages;
 mod profiles;

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use rusqlite::params;
 use serde::Serialize;
@@ -17,10 +18,13 @@ use super::db::{Db, READ_WAIT, StoreError, open_or_begin_anew};
 use super::postgres::{Address, Postgres};
 use super::series::{self, Ids, SCHEMA, Sweep};
 use super::thin::{self, Rows};
+use super::torn::{Hole, Torn};
 use super::work::Work;
 use crate::monitor::link_series::PREFIX;
 use crate::sync::lock;
 
+/// The end of the hub waits so long for PostgreSQL.
+const LAST_WAIT: Duration = Duration::from_secs(4);
 /// The time until which values are known is stored so often.
 const KNOWN_EVERY_MS: u64 = 10_000;
 /// A day.
@@ -58,14 +62,7 @@ struct File {
     failing: AtomicBool,
     lost: AtomicU64,
     ids: Mutex<Ids>,
-    torn: Mutex<HashMap<Arc<Key>, Torn>>,
-}
-
-/// From when on the file lacks changes of a series, and from when on minutes.
-#[derive(Clone, Copy, Debug, Default)]
-struct Torn {
-    raw_ms: Option<u64>,
-    minute_ms: Option<u64>,
+    torn: Torn,
 }
 
 impl File {
@@ -73,22 +70,7 @@ impl File {
     fn lose(&self, rows: &[Row]) {
         self.failing.store(true, Ordering::Relaxed);
         self.lost.fetch_add(rows.len() as u64, Ordering::Relaxed);
-        let mut torn = lock(&self.torn);
-        let first =
-            |before: Option<u64>, at_ms: u64| Some(before.map_or(at_ms, |it| it.min(at_ms)));
-        for row in rows {
-            match row {
-                Row::Raw(key, at_ms, _) => {
-                    let torn = torn.entry(key.clone()).or_default();
-                    torn.raw_ms = first(torn.raw_ms, *at_ms);
-                }
-                Row::Minute(key, at_ms, _) | Row::Gap(key, at_ms) => {
-                    let torn = torn.entry(key.clone()).or_default();
-                    torn.minute_ms = first(torn.minute_ms, *at_ms);
-                }
-                Row::Known(_) => {}
-            }
-        }
+        self.torn.lose(rows);
     }
 }
 
@@ -240,25 +222,35 @@ impl History {
         }
     }
 
-    /// Stores everything, in the file itself; PostgreSQL does that on its own.
+    /// Stores everything, in the file itself; for PostgreSQL it waits a few seconds.
     pub fn settle(&mut self) -> impl Future<Output = Result<(), StoreError>> + Send + use<> {
         self.flush();
         let base = self.base();
         async move {
             match base {
                 Base::Sqlite(db) => db.checkpoint().await,
-                Base::Postgres(_) => Ok(()),
+                Base::Postgres(postgres) => {
+                    let (done, stored) = oneshot::channel();
+                    let taken = postgres.post(Work::Stored(done));
+                    if !taken || !matches!(timeout(LAST_WAIT, stored).await, Ok(Ok(()))) {
+                        tracing::warn!("PostgreSQL has not taken the end of the history");
+                    }
+                    Ok(())
+                }
             }
         }
     }
 
-    /// What the file lacks is not known there; what is current is stored again. Not before it takes rows.
+    /// What the base lacks is not known there; what is current is stored again. Not before it takes rows.
     fn close_gaps(&mut self) {
-        if self.file.failing.load(Ordering::Relaxed) {
+        if self.is_failing() {
             return;
         }
-        let torn = std::mem::take(&mut *lock(&self.file.torn));
-        for (key, Torn { raw_ms, minute_ms }) in torn {
+        let torn = match &self.base {
+            Base::Sqlite(_) => self.file.torn.take(),
+            Base::Postgres(postgres) => postgres.torn(),
+        };
+        for (key, Hole { raw_ms, minute_ms }) in torn {
             self.pending.extend(minute_ms.map(|at_ms| Row::Gap(key.clone(), at_ms)));
             self.pending.extend(raw_ms.map(|at_ms| Row::Raw(key.clone(), at_ms, None)));
             let current = self.now.get_mut(&key.monitor).and_then(|it| it.get_mut(&key.series));
@@ -326,7 +318,9 @@ impl History {
         let db = match &self.base {
             Base::Sqlite(db) => db,
             Base::Postgres(postgres) => {
-                let texts = [Some(id), Some(monitor), Some(before), Some(after), user, reason];
+                let known_by = random_id();
+                let texts =
+                    [Some(id), Some(monitor), Some(before), Some(after), user, reason, known_by];
                 let texts = texts.map(|text| text.map(storable));
                 postgres.post(Work::Alarm(at_ms, Box::new(texts)));
                 return;
@@ -411,6 +405,13 @@ impl Base {
 /// A text as PostgreSQL stores it: without zeros.
 fn storable(text: String) -> String {
     text.replace('\0', "\u{fffd}")
+}
+
+/// By this PostgreSQL knows a row that comes twice; `None`: the system has no random numbers.
+fn random_id() -> Option<String> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).ok()?;
+    Some(format!("{:032x}", u128::from_ne_bytes(bytes)))
 }
 
 /// A number as databases store it.
@@ -531,6 +532,12 @@ mod tests {
         history.note(2000, "M1", "b", 2.0);
         history.flushed().await;
         assert_eq!(raw(&mut history).await, json!([[1000, 1.0]]), "it is stored all the same");
+    }
+
+    #[test]
+    fn each_row_of_an_alarm_is_known_by_an_id_of_its_own() {
+        let (one, other) = (random_id().unwrap(), random_id().unwrap());
+        assert!(one != other && one.len() == 32, "{one} {other}");
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod postgres;
 pub(crate) mod reserve;
 mod series;
 mod thin;
+mod torn;
 mod work;
 
 pub use act::{Act, JogEnding};

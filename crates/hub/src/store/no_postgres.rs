@@ -1,13 +1,16 @@
 //! In the place of the history in PostgreSQL where that is not built in: an address cannot be had, so
 //! nothing else of it happens.
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use lafet_texts::{Text as _, hub as text};
 
 use super::db::StoreError;
-use super::history::{AlarmChange, Change};
+use super::history::{AlarmChange, Change, Key};
 use super::thin::{Piece, Point};
+use super::torn::Hole;
 use super::work::Work;
 use crate::text::Both;
 
@@ -47,6 +50,11 @@ impl Postgres {
 
     /// Rows that were given up.
     pub fn lost(&self) -> u64 {
+        match *self {}
+    }
+
+    /// What the server lacks of each series.
+    pub fn torn(&self) -> HashMap<Arc<Key>, Hole> {
         match *self {}
     }
 

@@ -1,5 +1,7 @@
 //! What goes to a history that writes by itself.
 
+use tokio::sync::oneshot;
+
 use super::history::Row;
 use super::series::Sweep;
 
@@ -8,8 +10,10 @@ use super::series::Sweep;
 pub enum Work {
     /// Rows to store.
     Rows(Vec<Row>),
-    /// What an alarm did: when; id, monitor, before, after, by, reason.
-    Alarm(u64, Box<[Option<String>; 6]>),
+    /// What an alarm did: when; id, monitor, before, after, by, reason, and by what it is known when it comes twice.
+    Alarm(u64, Box<[Option<String>; 7]>),
     /// What is too old is forgotten, piece by piece.
     Forget(Sweep),
+    /// Says that everything before it is stored.
+    Stored(oneshot::Sender<()>),
 }

@@ -1,12 +1,19 @@
 //! The history in a real PostgreSQL. Debian's is started for the test; where there is none, the
 //! test fails unless LAFET_NO_POSTGRES is set: `cargo xtask test` installs it.
 
+use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-use crate::support::{PATIENCE, Site, until};
-use lafet_hub::store::Address;
+use crate::support::{PATIENCE, Site, stays, until};
+use lafet_hub::store::{Address, DAY_MS, History};
 use serde_json::{Value, json};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio_postgres::Client;
 
 /// A server of our own, in a folder of its own.
 struct Server {
@@ -305,4 +312,226 @@ async fn tls_is_as_libpq_has_it() {
             }
         }
     }
+}
+
+/// A server that works, and a client of it beside the hub's.
+async fn started(name: &str) -> Option<(PathBuf, Server, Client)> {
+    let Some(bin) = programs() else {
+        assert!(std::env::var_os("LAFET_NO_POSTGRES").is_some(), "apt-get install postgresql");
+        return None;
+    };
+    let mut server = Server::new(&bin, name);
+    server.start(&bin);
+    let address = Address::parse(&server.url(), Path::new("/")).unwrap();
+    let began = tokio::time::Instant::now();
+    let mut ticks = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        ticks.tick().await;
+        match address.client().await {
+            Ok(client) => return Some((bin, server, client)),
+            Err(said) => assert!(began.elapsed() < PATIENCE, "{said}"),
+        }
+    }
+}
+
+fn history(url: &str) -> History {
+    History::open_postgres(Address::parse(url, Path::new("/")).unwrap()).unwrap()
+}
+
+/// A history that has stored that a valve was closed at 1000.
+async fn with_valve(url: &str) -> History {
+    let mut history = history(url);
+    history.note(1000, "M1", "valve", 0.0);
+    history.flush();
+    until_is(json!([[1000, 0.0]]), async || valve(&history).await).await;
+    history
+}
+
+/// What is stored of the valve.
+async fn valve(history: &History) -> Value {
+    match history.base().values("M1", "valve", (0, u64::MAX), None, 100).await {
+        Ok(rows) => json!(rows),
+        Err(error) => json!(error.to_string()),
+    }
+}
+
+fn raised(history: &History, at_ms: u64, id: &str) {
+    history.alarm(at_ms, [id, "M1", "normal", "unack"].map(str::to_owned), None, None);
+}
+
+/// How many rows an alarm has.
+async fn rows_of(client: &Client, id: &str) -> i64 {
+    let query = "SELECT COUNT(*) FROM lafet_alarm WHERE id = $1";
+    client.query_one(query, &[&id]).await.unwrap().get(0)
+}
+
+/// Waits until an answer is as wanted; for hundreds of thousands of rows that takes a while.
+async fn until_is<T: PartialEq + Debug>(wanted: T, ask: impl AsyncFn() -> T) {
+    let began = tokio::time::Instant::now();
+    let mut ticks = tokio::time::interval(Duration::from_millis(100));
+    loop {
+        ticks.tick().await;
+        let answer = ask().await;
+        if answer == wanted {
+            return;
+        }
+        assert!(began.elapsed() < 2 * PATIENCE, "{answer:?}, not {wanted:?}");
+    }
+}
+
+#[tokio::test]
+async fn the_end_waits_for_what_is_not_stored_yet_but_not_for_ever() {
+    let Some((_, server, client)) = started("postgres-end").await else { return };
+    let mut history = with_valve(&server.url()).await;
+    let lock = "BEGIN; LOCK lafet_alarm IN ACCESS EXCLUSIVE MODE";
+    client.batch_execute(lock).await.unwrap();
+    raised(&history, 2000, "M1/last");
+    let settled = tokio::spawn(history.settle());
+    let waits = stays(Duration::from_millis(500), || !settled.is_finished()).await;
+    assert!(waits, "the server has not taken the alarm yet");
+    client.batch_execute("COMMIT").await.unwrap();
+    settled.await.unwrap().unwrap();
+    assert_eq!(rows_of(&client, "M1/last").await, 1);
+
+    client.batch_execute(lock).await.unwrap();
+    raised(&history, 3000, "M1/late");
+    let settled = tokio::time::timeout(Duration::from_secs(8), history.settle()).await;
+    assert!(settled.is_ok(), "the hub ends without the server");
+}
+
+#[tokio::test]
+async fn old_rows_that_cannot_be_removed_hold_nothing_up() {
+    let Some((_, server, client)) = started("postgres-held").await else { return };
+    let history = with_valve(&server.url()).await;
+    raised(&history, 1000, "M1/old");
+    until_is(1, async || rows_of(&client, "M1/old").await).await;
+    client.batch_execute("BEGIN; SELECT n FROM lafet_alarm FOR UPDATE").await.unwrap();
+    history.forget(10 * DAY_MS, 1, 1);
+    raised(&history, 10 * DAY_MS, "M1/new");
+    until_is(1, async || rows_of(&client, "M1/new").await).await;
+    let query = "SELECT COUNT(*) FROM pg_stat_activity
+        WHERE state = 'active' AND query LIKE 'DELETE FROM lafet%'";
+    let deletes: i64 = client.query_one(query, &[]).await.unwrap().get(0);
+    assert_eq!(deletes, 0, "the server does not go on with what was given up");
+    assert!(!history.is_failing());
+}
+
+/// Opened and closed again while the server was away, and then more changes than wait.
+#[tokio::test]
+async fn what_was_lost_is_a_gap_and_no_value_that_held() {
+    let Some((bin, mut server, client)) = started("postgres-lost").await else { return };
+    let mut history = with_valve(&server.url()).await;
+    drop(client);
+    server.stop();
+    until("it is reported", || history.is_failing()).await;
+    for (at_ms, value) in [(2000, 1.0), (3000, 0.0)] {
+        history.note(at_ms, "M1", "valve", value);
+        history.flush();
+    }
+    let mut at_ms = 4000;
+    for _ in 0..12 {
+        for change in 0..50_000 {
+            at_ms += 200;
+            history.note(at_ms, "M1", "other", f64::from(change % 2));
+        }
+        history.flush();
+    }
+    until("the oldest are lost", || history.given_up() > 0).await;
+    server.start(&bin);
+    until_is(false, async || history.is_failing()).await;
+    history.flush();
+    let expected = json!([[1000, 0.0], [2000, null], [3000, 0.0]]);
+    until_is(expected, async || valve(&history).await).await;
+}
+
+/// A name that no text can be, and a value that a rule of the site's forbids.
+#[tokio::test]
+async fn of_what_is_refused_the_rest_is_stored_and_a_gap_in_its_place() {
+    let Some((_, server, client)) = started("postgres-refused").await else { return };
+    let mut history = with_valve(&server.url()).await;
+    client.batch_execute("ALTER TABLE lafet_raw ADD CHECK (value < 100)").await.unwrap();
+    history.note(2000, "M1", "no\0name", 1.0);
+    history.note(2000, "M1", "valve", 1.0);
+    history.note(3000, "M1", "valve", 500.0);
+    history.flush();
+    let expected = json!([[1000, 0.0], [2000, 1.0], [3000, null]]);
+    until_is(expected, async || valve(&history).await).await;
+    assert_eq!((history.given_up(), history.is_failing()), (2, false));
+}
+
+/// Passes everything on, until it is armed: then it cuts the connection when the server says that it has stored a row.
+async fn cutter(port: u16, armed: Arc<AtomicBool>) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let own = listener.local_addr().unwrap().port();
+    tokio::spawn(async move {
+        while let Ok((client, _)) = listener.accept().await {
+            tokio::spawn(pass(client, port, armed.clone()));
+        }
+    });
+    own
+}
+
+async fn pass(client: TcpStream, port: u16, armed: Arc<AtomicBool>) {
+    let Ok(server) = TcpStream::connect(("127.0.0.1", port)).await else { return };
+    let (mut from_client, mut to_client) = client.into_split();
+    let (mut from_server, mut to_server) = server.into_split();
+    let asked = tokio::io::copy(&mut from_client, &mut to_server);
+    let answered = async {
+        let mut bytes = [0; 4096];
+        while let Ok(count @ 1..) = from_server.read(&mut bytes).await {
+            let answer = &bytes[..count];
+            let stored = answer.windows(10).any(|it| it == b"INSERT 0 1");
+            let cut = stored && armed.swap(false, Ordering::Relaxed);
+            if cut || to_client.write_all(answer).await.is_err() {
+                return;
+            }
+        }
+    };
+    tokio::select! {
+        _ = asked => {}
+        () = answered => {}
+    }
+}
+
+#[tokio::test]
+async fn an_alarm_is_stored_once_though_the_answer_is_lost() {
+    let Some((_, server, client)) = started("postgres-twice").await else { return };
+    let armed = Arc::new(AtomicBool::new(false));
+    let port = cutter(server.port, armed.clone()).await;
+    let url = format!("postgres://lafet@127.0.0.1:{port}/postgres?sslmode=disable");
+    let history = with_valve(&url).await;
+    armed.store(true, Ordering::Relaxed);
+    raised(&history, 2000, "M1/once");
+    raised(&history, 3000, "M1/next");
+    until_is(1, async || rows_of(&client, "M1/next").await).await;
+    assert!(!armed.load(Ordering::Relaxed), "an answer was cut off");
+    assert_eq!(rows_of(&client, "M1/once").await, 1);
+}
+
+/// Its tables are from before a row of an alarm was known by an id.
+#[tokio::test]
+async fn tables_of_before_are_used_on() {
+    let Some((_, server, client)) = started("postgres-former").await else { return };
+    let former = "CREATE TABLE lafet_alarm (
+        n BIGSERIAL PRIMARY KEY, at_ms BIGINT NOT NULL, id TEXT NOT NULL, monitor TEXT NOT NULL,
+        before TEXT NOT NULL, after TEXT NOT NULL, by TEXT, reason TEXT);
+        INSERT INTO lafet_alarm (at_ms, id, monitor, before, after)
+        VALUES (1, 'M1/x', 'M1', 'normal', 'unack'), (2, 'M1/x', 'M1', 'unack', 'ack')";
+    client.batch_execute(former).await.unwrap();
+    let history = with_valve(&server.url()).await;
+    raised(&history, 3000, "M1/x");
+    until_is(3, async || rows_of(&client, "M1/x").await).await;
+}
+
+#[tokio::test]
+async fn a_second_hub_waits_until_the_first_has_ended() {
+    let Some((_, server, _client)) = started("postgres-two").await else { return };
+    let first = with_valve(&server.url()).await;
+    let second = history(&server.url());
+    until("it is reported", || second.is_failing()).await;
+    assert_eq!(valve(&first).await, json!([[1000, 0.0]]), "it goes on in the first");
+    assert_eq!((first.is_failing(), second.given_up()), (false, 0));
+    drop(first);
+    until("the second takes over", || !second.is_failing()).await;
+    until_is(json!([[1000, 0.0], [1001, null]]), async || valve(&second).await).await;
 }

@@ -3,11 +3,12 @@
 mod address;
 mod verify;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
+use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{sleep, timeout};
 use tokio_postgres::error::SqlState;
@@ -20,15 +21,26 @@ use super::db::StoreError;
 use super::history::{AlarmChange, Change, Key, Row, signed};
 use super::series::{Sweep, pieces};
 use super::thin::{Piece, Point};
+use super::torn::{Hole, Torn};
 use super::work::Work;
 
 /// What waits for the server: pieces of a second each.
 const QUEUE_MAX: usize = 256;
 /// Rows that wait while it is away; the oldest are lost then.
 const ROWS_MAX: usize = 500_000;
-/// Pause between attempts to connect, and the longest wait for the server.
+/// Pause between attempts to connect, and the longest wait for an answer of the server.
 const PAUSE: Duration = Duration::from_secs(1);
 const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The server ends a statement before [`PATIENCE`] does: none goes on without its client. A session whose client has
+/// vanished ends within half a minute, and with it its [`OCCUPY`]. Servers before version 12 lack the last setting.
+const SESSION: &str = "SET statement_timeout = 9000; SET tcp_keepalives_idle = 10;
+SET tcp_keepalives_interval = 5; SET tcp_keepalives_count = 3;
+SELECT set_config(name, '25000', false) FROM pg_settings WHERE name = 'tcp_user_timeout';";
+/// Takes the tables for this hub, as long as the session lasts. The number is ours; beside it is the schema.
+const OCCUPY: &str = "SELECT pg_try_advisory_lock(1818322533,
+  COALESCE((SELECT oid::INT4 FROM pg_namespace WHERE nspname = current_schema()), 0))";
+const IN_USE: &str = "another hub uses this database, or this hub's last session has not ended yet";
 
 const SCHEMA: &str = "
 CREATE TABLE IF NOT EXISTS lafet_series (
@@ -45,7 +57,13 @@ CREATE TABLE IF NOT EXISTS lafet_gap (
 CREATE TABLE IF NOT EXISTS lafet_mark (name TEXT PRIMARY KEY, t BIGINT NOT NULL);
 CREATE TABLE IF NOT EXISTS lafet_alarm (
   n BIGSERIAL PRIMARY KEY, at_ms BIGINT NOT NULL, id TEXT NOT NULL, monitor TEXT NOT NULL,
-  before TEXT NOT NULL, after TEXT NOT NULL, by TEXT, reason TEXT);
+  before TEXT NOT NULL, after TEXT NOT NULL, by TEXT, reason TEXT, event TEXT UNIQUE);
+DO $$ BEGIN
+  IF NOT EXISTS (SELECT FROM pg_attribute
+      WHERE attrelid = 'lafet_alarm'::regclass AND attname = 'event' AND NOT attisdropped) THEN
+    ALTER TABLE lafet_alarm ADD COLUMN event TEXT UNIQUE;
+  END IF;
+END $$;
 CREATE INDEX IF NOT EXISTS lafet_alarm_by_time ON lafet_alarm (at_ms);
 CREATE INDEX IF NOT EXISTS lafet_alarm_by_monitor ON lafet_alarm (monitor, at_ms);";
 
@@ -92,6 +110,18 @@ pub struct Postgres {
 struct Figures {
     failing: AtomicBool,
     lost: AtomicU64,
+    torn: Torn,
+}
+
+impl Figures {
+    /// The server will not have this.
+    fn lose(&self, work: &Work) {
+        self.failing.store(true, Ordering::Relaxed);
+        self.lost.fetch_add(rows(work) as u64, Ordering::Relaxed);
+        if let Work::Rows(rows) = work {
+            self.torn.lose(rows);
+        }
+    }
 }
 
 impl Postgres {
@@ -118,14 +148,20 @@ impl Postgres {
         self.figures.lost.load(Ordering::Relaxed)
     }
 
+    /// What the server lacks of each series; it is the caller's to mark.
+    pub fn torn(&self) -> HashMap<Arc<Key>, Hole> {
+        self.figures.torn.take()
+    }
+
     /// Stores something when the server can; `false`: it was not taken.
     pub fn post(&self, work: Work) -> bool {
-        let rows = rows(&work) as u64;
-        let taken = self.work.try_send(work).is_ok();
-        if !taken {
-            self.figures.lost.fetch_add(rows, Ordering::Relaxed);
+        match self.work.try_send(work) {
+            Ok(()) => true,
+            Err(TrySendError::Full(work) | TrySendError::Closed(work)) => {
+                self.figures.lose(&work);
+                false
+            }
         }
-        taken
     }
 
     async fn query(
@@ -263,26 +299,35 @@ fn keep(waiting: &mut VecDeque<Work>, work: Work, figures: &Figures) {
         && let Some(old) = waiting.pop_front()
     {
         kept -= rows(&old);
-        figures.lost.fetch_add(rows(&old) as u64, Ordering::Relaxed);
+        figures.lose(&old);
     }
 }
 
 /// A client that writes, whose tables are there, and one that reads: neither waits for the other.
 async fn connect(address: &Address, resumed: &mut bool) -> Result<(Client, Client), String> {
     let client = address.client().await?;
-    let made = async {
-        client.batch_execute(SCHEMA).await?;
-        if !*resumed {
-            client.batch_execute(RESUME).await?;
-        }
-        Ok::<_, tokio_postgres::Error>(())
-    };
-    match timeout(PATIENCE, made).await {
-        Ok(made) => made.map_err(|error| said(&error))?,
-        Err(_) => return Err(StoreError::Away.to_string()),
+    batch(&client, SESSION).await?;
+    let free = timeout(PATIENCE, client.query_one(OCCUPY, &[])).await;
+    let free = free.map_err(|_| StoreError::Away.to_string())?.map_err(|error| said(&error))?;
+    if !free.get::<_, bool>(0) {
+        return Err(IN_USE.to_owned());
+    }
+    batch(&client, SCHEMA).await?;
+    if !*resumed {
+        batch(&client, RESUME).await?;
     }
     *resumed = true;
-    Ok((client, address.client().await?))
+    let reader = address.client().await?;
+    batch(&reader, SESSION).await?;
+    Ok((client, reader))
+}
+
+/// Executes statements; the wait is for all of them.
+async fn batch(client: &Client, statements: &str) -> Result<(), String> {
+    match timeout(PATIENCE, client.batch_execute(statements)).await {
+        Ok(done) => done.map_err(|error| said(&error)),
+        Err(_) => Err(StoreError::Away.to_string()),
+    }
 }
 
 async fn store(
@@ -292,18 +337,35 @@ async fn store(
     figures: &Figures,
 ) -> Result<(), StoreError> {
     loop {
-        while let Some(work) = waiting.front() {
-            let stored = timeout(PATIENCE, put(client, work)).await;
-            let rest = match stored.map_err(|_| StoreError::Away)? {
-                Err(error) if error.code().is_some_and(is_for_good) => {
-                    let rows = rows(work) as u64;
-                    figures.lost.fetch_add(rows, Ordering::Relaxed);
-                    tracing::warn!(error = said(&error), rows, "PostgreSQL refuses a piece");
+        while let Some(work) = waiting.pop_front() {
+            let stored = put(client, &work).await;
+            let rest = match stored {
+                Ok(rest) => {
+                    if let Work::Stored(done) = work {
+                        // At the end of the hub it may wait no more.
+                        _ = done.send(());
+                    }
+                    rest
+                }
+                Err(error) if matches!(work, Work::Forget(_)) => {
+                    // It comes again within the hour; what is behind it is not held up.
+                    tracing::warn!(%error, "old history is not removed");
+                    if !is_answered(&error) {
+                        return Err(error);
+                    }
                     None
                 }
-                stored => stored?,
+                Err(StoreError::Postgres(error)) if error.code().is_some_and(is_for_good) => {
+                    for part in refused(work, &error, figures).into_iter().rev() {
+                        waiting.push_front(part);
+                    }
+                    None
+                }
+                Err(error) => {
+                    waiting.push_front(work);
+                    return Err(error);
+                }
             };
-            waiting.pop_front();
             // Behind what has come meanwhile.
             while let Ok(work) = queue.try_recv() {
                 keep(waiting, work, figures);
@@ -330,6 +392,39 @@ fn is_for_good(code: &SqlState) -> bool {
     ["22", "23"].iter().any(|class| code.code().starts_with(class))
 }
 
+/// Whether the server has said that: it can be asked another thing.
+fn is_answered(error: &StoreError) -> bool {
+    matches!(error, StoreError::Postgres(error) if error.code().is_some())
+}
+
+/// What is put in the place of something refused for good: of rows the halves, until the one at fault is alone;
+/// of that one, that its value is not known.
+fn refused(work: Work, error: &tokio_postgres::Error, figures: &Figures) -> Vec<Work> {
+    let Work::Rows(mut rows) = work else {
+        figures.lost.fetch_add(1, Ordering::Relaxed);
+        tracing::warn!(error = said(error), "PostgreSQL refuses a change of an alarm");
+        return Vec::new();
+    };
+    if rows.len() > 1 {
+        let second = rows.split_off(rows.len() / 2);
+        return vec![Work::Rows(rows), Work::Rows(second)];
+    }
+    let row = rows.pop();
+    tracing::warn!(error = said(error), ?row, "PostgreSQL refuses a row");
+    let Some(unknown) = row.and_then(unknown) else { return Vec::new() };
+    figures.lost.fetch_add(1, Ordering::Relaxed);
+    vec![Work::Rows(vec![unknown])]
+}
+
+/// That the value of a row is not known.
+fn unknown(row: Row) -> Option<Row> {
+    match row {
+        Row::Raw(key, at_ms, Some(_)) => Some(Row::Raw(key, at_ms, None)),
+        Row::Minute(key, at_ms, _) => Some(Row::Gap(key, at_ms)),
+        Row::Raw(..) | Row::Gap(..) | Row::Known(_) => None,
+    }
+}
+
 /// What PostgreSQL says, with its reasons: an error of its own names the kind alone.
 pub fn said(error: &tokio_postgres::Error) -> String {
     let mut text = error.to_string();
@@ -344,32 +439,46 @@ pub fn said(error: &tokio_postgres::Error) -> String {
 const fn rows(work: &Work) -> usize {
     match work {
         Work::Rows(rows) => rows.len(),
-        _ => 1,
+        Work::Alarm(..) | Work::Forget(_) => 1,
+        Work::Stored(_) => 0,
     }
 }
 
 /// Stores something; what is left of it.
-async fn put(client: &Client, work: &Work) -> Result<Option<Work>, tokio_postgres::Error> {
+async fn put(client: &Client, work: &Work) -> Result<Option<Work>, StoreError> {
     match work {
         Work::Rows(rows) => put_rows(client, rows).await.map(|()| None),
         Work::Alarm(at_ms, texts) => {
             let at = signed(*at_ms);
-            let [id, monitor, before, after, by, reason] = &**texts;
-            let query = "INSERT INTO lafet_alarm (at_ms, id, monitor, before, after, by, reason)
-                VALUES ($1, $2, $3, $4, $5, $6, $7)";
-            client
-                .execute(query, &[&at, id, monitor, before, after, by, reason])
-                .await
-                .map(|_| None)
+            let [id, monitor, before, after, by, reason, event] = &**texts;
+            // Where the answer was lost, it is stored already.
+            let query = "INSERT INTO lafet_alarm
+                (at_ms, id, monitor, before, after, by, reason, event)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (event) DO NOTHING";
+            let values: [&(dyn ToSql + Sync); 8] =
+                [&at, id, monitor, before, after, by, reason, event];
+            run(client, query, &values).await.map(|_| None)
         }
         Work::Forget(sweep) => Ok(forget(client, *sweep).await?.map(Work::Forget)),
+        Work::Stored(_) => Ok(None),
     }
 }
 
+/// Executes a statement; how many rows it has changed.
+async fn run(
+    client: &Client,
+    query: &str,
+    values: &[&(dyn ToSql + Sync)],
+) -> Result<u64, StoreError> {
+    let done = timeout(PATIENCE, client.execute(query, values)).await;
+    Ok(done.map_err(|_| StoreError::Away)??)
+}
+
 /// Forgets a piece; how to go on, if it was not the last.
-async fn forget(client: &Client, mut sweep: Sweep) -> Result<Option<Sweep>, tokio_postgres::Error> {
+async fn forget(client: &Client, mut sweep: Sweep) -> Result<Option<Sweep>, StoreError> {
     let query = "SELECT id FROM lafet_series WHERE id > $1::BIGINT ORDER BY id LIMIT $2";
-    let series = client.query(query, &[&sweep.done, &FORGET_SERIES]).await?;
+    let series = timeout(PATIENCE, client.query(query, &[&sweep.done, &FORGET_SERIES])).await;
+    let series = series.map_err(|_| StoreError::Away)??;
     let series: Vec<i32> = series.iter().map(|row| row.get(0)).collect();
     let mut full = false;
     let tables = ["lafet_raw", "lafet_minute", "lafet_gap"];
@@ -378,12 +487,12 @@ async fn forget(client: &Client, mut sweep: Sweep) -> Result<Option<Sweep>, toki
             "DELETE FROM {table} WHERE ctid = ANY (ARRAY(SELECT ctid FROM {table}
              WHERE series = ANY ($1) AND t < $2 LIMIT $3))"
         );
-        let removed = client.execute(&query, &[&series, &before, &FORGET_ROWS]).await?;
+        let removed = run(client, &query, &[&series, &before, &FORGET_ROWS]).await?;
         full |= removed.cast_signed() == FORGET_ROWS;
     }
     let query = "DELETE FROM lafet_alarm WHERE n = ANY (ARRAY(SELECT n FROM lafet_alarm
         WHERE at_ms < $1 ORDER BY at_ms LIMIT $2))";
-    let alarms = client.execute(query, &[&sweep.minute, &FORGET_ROWS]).await?;
+    let alarms = run(client, query, &[&sweep.minute, &FORGET_ROWS]).await?;
     let last = series.len() < FORGET_SERIES as usize && alarms.cast_signed() < FORGET_ROWS;
     if !full {
         sweep.done = series.last().map_or(sweep.done, |id| i64::from(*id));
@@ -400,7 +509,7 @@ struct Columns {
     values: [Vec<Option<f64>>; 3],
 }
 
-async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), tokio_postgres::Error> {
+async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), StoreError> {
     // One statement must not touch a row twice; the last one is right.
     let (mut raw, mut minute, mut gap) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     let mut known = None;
@@ -429,23 +538,18 @@ async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), tokio_postgres::E
         columns
     };
     let (raw, minute, gap) = (columns(raw), columns(minute), columns(gap));
-    if let Some(known) = known {
-        let query = "INSERT INTO lafet_mark VALUES ('known', $1)
-            ON CONFLICT (name) DO UPDATE SET t = EXCLUDED.t";
-        client.execute(query, &[&known]).await?;
-    }
     for of in [&raw, &minute, &gap] {
         let query = "INSERT INTO lafet_series (monitor, name)
             SELECT DISTINCT m, n FROM UNNEST($1::TEXT[], $2::TEXT[]) AS u (m, n)
             ON CONFLICT DO NOTHING";
-        client.execute(query, &[&of.monitors, &of.names]).await?;
+        run(client, query, &[&of.monitors, &of.names]).await?;
     }
     let query = "INSERT INTO lafet_raw (series, t, value)
         SELECT s.id, t, v FROM UNNEST($1::TEXT[], $2::TEXT[], $3::BIGINT[], $4::FLOAT8[])
         AS u (m, n, t, v) JOIN lafet_series AS s ON s.monitor = m AND s.name = n
         ON CONFLICT (series, t) DO UPDATE SET value = EXCLUDED.value";
     let [values, ..] = &raw.values;
-    client.execute(query, &[&raw.monitors, &raw.names, &raw.times, values]).await?;
+    run(client, query, &[&raw.monitors, &raw.names, &raw.times, values]).await?;
     let query = "INSERT INTO lafet_minute (series, t, mean, least, most)
         SELECT s.id, t, a, b, c FROM
         UNNEST($1::TEXT[], $2::TEXT[], $3::BIGINT[], $4::FLOAT8[], $5::FLOAT8[], $6::FLOAT8[])
@@ -455,12 +559,19 @@ async fn put_rows(client: &Client, rows: &[Row]) -> Result<(), tokio_postgres::E
     let [mean, least, most] = &minute.values;
     let values: [&(dyn ToSql + Sync); 6] =
         [&minute.monitors, &minute.names, &minute.times, mean, least, most];
-    client.execute(query, &values).await?;
+    run(client, query, &values).await?;
     let query = "INSERT INTO lafet_gap (series, t)
         SELECT s.id, t FROM UNNEST($1::TEXT[], $2::TEXT[], $3::BIGINT[])
         AS u (m, n, t) JOIN lafet_series AS s ON s.monitor = m AND s.name = n
         ON CONFLICT DO NOTHING";
-    client.execute(query, &[&gap.monitors, &gap.names, &gap.times]).await.map(|_| ())
+    run(client, query, &[&gap.monitors, &gap.names, &gap.times]).await?;
+    // Last: until then values are known only if what came before is stored.
+    if let Some(known) = known {
+        let query = "INSERT INTO lafet_mark VALUES ('known', $1)
+            ON CONFLICT (name) DO UPDATE SET t = EXCLUDED.t";
+        run(client, query, &[&known]).await?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -476,5 +587,17 @@ mod tests {
         assert_eq!((waiting.len(), figures.lost.load(Ordering::Relaxed)), (2, 200_000));
         let Some(Work::Rows(first)) = waiting.front() else { panic!("rows wait") };
         assert!(matches!(first[0], Row::Raw(_, 2, _)));
+        let hole = Hole { raw_ms: Some(1), minute_ms: None };
+        assert_eq!(figures.torn.take(), HashMap::from([(key, hole)]));
+    }
+
+    #[test]
+    fn in_the_place_of_a_value_that_is_never_taken_comes_a_gap() {
+        let key = Arc::new(Key { monitor: "M1".into(), series: "a".into() });
+        assert!(matches!(unknown(Row::Raw(key.clone(), 1, Some(5.0))), Some(Row::Raw(_, 1, None))));
+        assert!(matches!(unknown(Row::Minute(key.clone(), 2, [0.0; 3])), Some(Row::Gap(_, 2))));
+        for row in [Row::Raw(key.clone(), 3, None), Row::Gap(key, 4), Row::Known(5)] {
+            assert!(unknown(row).is_none(), "it would be refused for ever");
+        }
     }
 }

@@ -20,9 +20,13 @@ pub struct Backup {
     pub about: About,
     /// Parameters with their values, in the order of the dictionary.
     pub values: Vec<(Param, Vec<i32>)>,
-    /// Parameters that could not be read, with the reason; among them those that were never set
-    /// (IncompleteConfig).
+    /// Parameters without a value, with the reason: never set (IncompleteConfig), or unknown to the
+    /// monitor (InvalidId).
     pub unread: Vec<(Param, String)>,
+    /// Parameters that may have a value that the monitor did not supply, with the reason: a remote
+    /// unit that does not answer (NotCached), Busy. Without them the backup is not whole; the file does
+    /// not list them.
+    pub missed: Vec<(Param, String)>,
 }
 
 /// Origin of a backup. The protocol has no request for the version of the monitor's program, so the
@@ -91,6 +95,11 @@ pub fn is_kept(param: Param) -> bool {
     spec.storage == Storage::Stored && spec.access == Access::ReadWrite
 }
 
+/// Whether a parameter that is refused so has no value.
+fn is_without(status: Status) -> bool {
+    matches!(status, Status::INCOMPLETE_CONFIG | Status::INVALID_ID | Status::NOT_SUPPORTED)
+}
+
 impl Monitor {
     /// §3.4 Reads every stored parameter. Those of subsystems that the monitor does not have are
     /// left out.
@@ -98,7 +107,7 @@ impl Monitor {
     /// # Errors
     ///
     /// Those of [`Client::request`](crate::Client::request) except refusals: a parameter that is
-    /// refused is listed in [`Backup::unread`].
+    /// refused is listed in [`Backup::unread`] or [`Backup::missed`].
     pub async fn backup(&self, progress: impl FnMut(Progress)) -> Result<Backup, Error> {
         let status = self.status_all().await?;
         let present: Vec<SubsystemId> = status.present().collect();
@@ -114,7 +123,11 @@ impl Monitor {
                 Ok(values) => backup.values.push((*param, values)),
                 Err(Error::Refused { status: Status::MODULE_NOT_EXIST, .. }) => {}
                 Err(Error::Refused { status, .. }) => {
-                    backup.unread.push((*param, status.to_string()));
+                    let list = match is_without(status) {
+                        true => &mut backup.unread,
+                        false => &mut backup.missed,
+                    };
+                    list.push((*param, status.to_string()));
                 }
                 Err(error) => return Err(error),
             }

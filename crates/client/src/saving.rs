@@ -2,11 +2,13 @@
 //!
 //! A monitor of ours answers Accepted to a value that will be stored, and Ok to one that is stored.
 //! The document has only Accepted; a monitor that never answers Ok may write the value at each
-//! repetition, so there are few.
+//! repetition, so there are few. Meanwhile another client may have set another value, or locked the
+//! monitor out: a value is repeated only while it is in force, and the release of a lockout never.
 
 use std::time::Duration;
 
 use lafet_proto::flags::CommonFlags;
+use lafet_proto::id::key;
 use lafet_proto::request::Body;
 use lafet_proto::{Ints, ParamId, Request, Status, SubsystemId};
 use tokio::time::sleep;
@@ -27,8 +29,9 @@ const UNIT_PAUSE: Duration = Duration::from_millis(150);
 pub enum Saved {
     /// In non-volatile memory: the monitor answered Ok.
     Stored,
-    /// In force, but not confirmed as stored: a drive may be moving, the value may be on a remote
-    /// unit, the monitor may never confirm, or the connection was lost.
+    /// Taken, but not confirmed as stored: a drive may be moving, the value may be on a remote unit,
+    /// the monitor may never confirm, the connection was lost, or another client has set another value
+    /// since. The release of a lockout that was not stored at once is never confirmed.
     Unconfirmed,
     /// It is in force until the next reset: the monitor cannot write it (ConfigWriteFault).
     WriteFailed,
@@ -79,7 +82,9 @@ impl Monitor {
     }
 
     /// §3.18 Locks the monitor out, or releases it, and waits until this state would survive a loss
-    /// of power. Returns the answers to the first request, which is the one that stops the monitor.
+    /// of power. Returns the answers to the first request, which is the one that stops the monitor. A
+    /// release is sent once: repeated, it would end a lockout of another client. Whether it is stored,
+    /// General then says only by ConfigWriteFault.
     ///
     /// # Errors
     ///
@@ -97,8 +102,9 @@ impl Monitor {
     }
 
     /// Sends a request that changes a stored value (SetParam, Lockout), and waits until it is
-    /// stored: at most two seconds and three repetitions. A parameter of a remote unit is repeated
-    /// until the unit has taken it. Returns the first answers; `None` if who stores it has refused.
+    /// stored: at most two seconds and three repetitions, none of them over what another client has
+    /// set since. A parameter of a remote unit is repeated until the unit has taken it. Returns the
+    /// first answers; `None` if who stores it has refused.
     ///
     /// # Errors
     ///
@@ -132,13 +138,18 @@ impl Monitor {
         let mut saved = Saved::Unconfirmed;
         for pause in PAUSES {
             sleep(pause).await;
-            let answers = self.client().request(request).await?;
-            // After a zero point was taken, the position is a different one (§3.17).
-            if refusal(&answers, owner(request)).is_some() {
-                return Ok(Saved::Unconfirmed);
-            }
-            if word(&answers, owner(request)) == Status::OK {
-                return Ok(Saved::Stored);
+            if !is_release(request) {
+                if !self.is_in_force(request).await? {
+                    return Ok(Saved::Unconfirmed);
+                }
+                let answers = self.client().request(request).await?;
+                // After a zero point was taken, the position is a different one (§3.17).
+                if refusal(&answers, owner(request)).is_some() {
+                    return Ok(Saved::Unconfirmed);
+                }
+                if word(&answers, owner(request)) == Status::OK {
+                    return Ok(Saved::Stored);
+                }
             }
             let status = self.status(owner(request)).await?;
             let flags = status.decode().ok().and_then(|answer| answer.data.flags_bits());
@@ -149,11 +160,23 @@ impl Monitor {
         }
         Ok(saved)
     }
+
+    /// Whether a parameter has the values that were set: others are those of another client, or wait
+    /// for SwitchLimits (§3.17). Other requests set none.
+    async fn is_in_force(&self, request: &Request<'_>) -> Result<bool, Error> {
+        let Body::SetParam { id, values } = request.body else { return Ok(true) };
+        Ok(self.param_id(request.to, id).await?.into_iter().eq(values.iter()))
+    }
 }
 
 /// The subsystem that stores the value: General for a request to All (§3.18).
 fn owner(request: &Request<'_>) -> SubsystemId {
     if request.to == SubsystemId::ALL { SubsystemId::GENERAL } else { request.to }
+}
+
+/// Whether it releases the monitor from a lockout.
+fn is_release(request: &Request<'_>) -> bool {
+    matches!(request.body, Body::Lockout { key: code } if code != key::ENABLE)
 }
 
 /// What refused a request. Where the owner took it, others may have nothing to do (a valve that is closed

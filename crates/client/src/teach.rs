@@ -98,13 +98,15 @@ impl Side {
 
 impl Monitor {
     /// Takes the present position of a drive as its limit. Limits that are on are switched off for
-    /// this and on again; after an error the previous limits are kept (Reject). The drive must be
-    /// at rest, otherwise the answer is Busy.
+    /// this and on again; after an error the previous limits are kept (Reject), unless the new ones
+    /// had come into force and only the answer was lost. The drive must be at rest, otherwise the
+    /// answer is Busy.
     ///
     /// # Errors
     ///
     /// As [`Monitor::switch_limits`] and [`Monitor::set_param`]: `BUSY` while the drive moves,
-    /// `INVALID_VALUE` for a position that has changed meanwhile or limits that cross.
+    /// `INVALID_VALUE` for a position that has changed meanwhile or limits that cross. If Reject
+    /// fails as well, its error is returned instead: the limits may be off then.
     pub async fn take_limit(&self, side: Side) -> Result<Taken, Error> {
         let drive = side.drive();
         let was_off = self.drive_now(drive).await?.1;
@@ -113,8 +115,8 @@ impl Monitor {
         }
         let taken = self.take(side, was_off).await;
         if taken.is_err() && !was_off {
-            // The first error is the one returned.
-            let _ = self.switch_limits(drive, LimitsState::Reject).await;
+            // Without it the limits may still be off, which is worse than any other error.
+            self.switch_limits(drive, LimitsState::Reject).await?;
         }
         taken
     }

@@ -110,6 +110,8 @@ pub enum Trouble {
     Water,
     /// The drive reports no position.
     NoPosition(SubsystemId),
+    /// Its limits are off, or it is not homed: a Move goes on until something stops it (§3.1/8).
+    LimitsOff(SubsystemId),
     /// The limits leave less than this, arc-minutes and mm.
     LittleRoom(SubsystemId, i32),
     /// It has stopped here, before its target.
@@ -130,7 +132,8 @@ pub trait Bench: Send {
         name: &'static str,
     ) -> impl Future<Output = Result<i32, Self::Error>> + Send;
 
-    /// Sets a parameter of the drive.
+    /// Sets a parameter of the drive. One that the monitor could not store should be an error: the next reset
+    /// brings the value before back.
     fn set_param(
         &mut self,
         drive: SubsystemId,
@@ -175,13 +178,15 @@ impl Look {
         drive: SubsystemId,
         states: impl Iterator<Item = &'a AnswerBuf>,
     ) -> Result<Self, Trouble> {
-        let (mut at, mut trouble) = (None, None);
+        let (mut at, mut trouble, mut limitless) = (None, None, None);
         for state in states.filter(|state| state.status().is_success()) {
             let Ok(answer) = state.decode() else { continue };
             match answer.data {
                 Reply::Drive(status) if state.from() == drive => {
                     let moves = status.flags.contains(DriveFlags::MOVE);
                     at = Some((i32::from(status.position), moves));
+                    let off = status.flags.contains(DriveFlags::LIMITLESS);
+                    limitless = off.then_some(Trouble::LimitsOff(drive));
                 }
                 Reply::Valve(status) => {
                     let (flags, closed) = (status.flags, ValveFlags::CLOSED);
@@ -196,11 +201,11 @@ impl Look {
             }
         }
         let (position, moves) = at.ok_or(Trouble::NoPosition(drive))?;
-        Ok(Self { position, moves, trouble })
+        Ok(Self { position, moves, trouble: trouble.or(limitless) })
     }
 
-    /// Nothing may move while water flows or may flow.
-    fn dry(self) -> Result<Self, Trouble> {
+    /// Nothing may move while water flows or may flow, or without limits.
+    fn safe(self) -> Result<Self, Trouble> {
         self.trouble.map_or(Ok(self), Err)
     }
 }
@@ -219,13 +224,13 @@ impl Tuning {
     ///
     /// # Errors
     ///
-    /// An open valve, water, limits without room, and those of the bench.
+    /// An open valve, water, limits that are off or leave no room, and those of the bench.
     pub async fn new<B: Bench>(
         bench: &mut B,
         drive: SubsystemId,
         limits: Limits,
     ) -> Result<Self, B::Error> {
-        let look = bench.look(drive).await?.dry()?;
+        let look = bench.look(drive).await?.safe()?;
         let (span, short) = distances(drive);
         let (low, high) = (limits.min + span + short, limits.max - span - short);
         if low > high {
@@ -247,7 +252,8 @@ impl Tuning {
     ///
     /// # Errors
     ///
-    /// Water, a drive that stops before its target or never rests at it, and those of the bench.
+    /// Water, limits that are off, a drive that stops before its target or never rests at it, and those of the
+    /// bench.
     pub async fn measure<B: Bench>(&mut self, bench: &mut B) -> Result<Tuned, B::Error> {
         let Self { drive, centre, before, .. } = *self;
         let (span, short) = distances(drive);
@@ -285,7 +291,7 @@ impl Tuning {
     async fn go<B: Bench>(&mut self, bench: &mut B, target: i32) -> Result<i32, B::Error> {
         let drive = self.drive;
         let near = distances(drive).1;
-        let look = bench.follow(drive, to(drive, target), move |look| match look.dry() {
+        let look = bench.follow(drive, to(drive, target), move |look| match look.safe() {
             Err(trouble) => Judged::Ended(trouble),
             Ok(_) if look.moves => Judged::Running,
             Ok(_) if (look.position - target).abs() <= near => Judged::Done,
@@ -305,7 +311,7 @@ impl Tuning {
     ) -> Result<(), B::Error> {
         let drive = self.drive;
         let third = (target - from).abs() / 3;
-        let passing = bench.follow(drive, to(drive, target), move |look| match look.dry() {
+        let passing = bench.follow(drive, to(drive, target), move |look| match look.safe() {
             Err(trouble) => Judged::Ended(trouble),
             Ok(_) if (look.position - from).abs() >= third => Judged::Done,
             Ok(_) if look.moves => Judged::Running,
@@ -342,18 +348,19 @@ async fn keep_and_write<B: Bench>(
     write(bench, kept.drive, pair).await
 }
 
-/// Sets both values.
+/// Sets both values, the second even if the first fails.
 ///
 /// # Errors
 ///
-/// Those of the bench.
+/// The first of the bench.
 pub async fn write<B: Bench>(
     bench: &mut B,
     drive: SubsystemId,
     pair: Pair,
 ) -> Result<(), B::Error> {
-    bench.set_param(drive, STOP_LAG, pair.lag_ms).await?;
-    bench.set_param(drive, MIN_SPEED, pair.min_tenths).await
+    let lag = bench.set_param(drive, STOP_LAG, pair.lag_ms).await;
+    let min = bench.set_param(drive, MIN_SPEED, pair.min_tenths).await;
+    lag.and(min)
 }
 
 /// To either side, and of a short move.
@@ -382,6 +389,7 @@ impl Argument for Trouble {
             Self::NoPosition(drive) => {
                 text::TuneNoPosition { drive: Shown(drive) }.write(lang, out)
             }
+            Self::LimitsOff(drive) => text::TuneLimitsOff { drive: Shown(drive) }.write(lang, out),
             Self::LittleRoom(drive, room) => {
                 let room = distance(drive, room, lang);
                 text::TuneTooLittleRoom { drive: Shown(drive), room }.write(lang, out)
@@ -407,6 +415,8 @@ fn distance(drive: SubsystemId, value: i32, lang: Lang) -> String {
 
 #[cfg(test)]
 mod tests {
+    use lafet_proto::{Record, RequestId, Status};
+
     use super::*;
 
     /// A drive that is where it was sent, until a step at which something happens.
@@ -418,6 +428,7 @@ mod tests {
         written: Vec<(&'static str, i32)>,
         kept: Vec<Kept>,
         value: Option<i32>,
+        fails: bool,
         sent: Vec<String>,
         faults: i32,
         progress: (usize, usize),
@@ -449,7 +460,7 @@ mod tests {
             value: i32,
         ) -> Result<(), Trouble> {
             self.written.push((name, value));
-            Ok(())
+            if self.fails { Err(Trouble::Water) } else { Ok(()) }
         }
 
         async fn keep(&mut self, kept: &Kept) -> Result<(), Trouble> {
@@ -537,7 +548,16 @@ mod tests {
         };
         assert_eq!(put_back(0), [(STOP_LAG, 7), (MIN_SPEED, 7)]);
         assert_eq!(put_back(12), [(MIN_SPEED, 7)], "12 was never a StopLag of the tuning");
-        assert!(put_back(7).is_empty() && put_back(99).is_empty());
+        assert_eq!(put_back(7), [(STOP_LAG, 7), (MIN_SPEED, 7)], "in force, maybe not stored");
+        assert!(put_back(99).is_empty());
+        // A value that cannot be set does not keep the other from being put back.
+        let mut fake = Fake { value: Some(0), fails: true, ..Fake::default() };
+        assert_eq!(run(kept::put_back(&mut fake, &kept)), Err(Trouble::Water));
+        assert_eq!(fake.written, [(STOP_LAG, 7), (MIN_SPEED, 7)]);
+        fake.written.clear();
+        let before = Pair { lag_ms: 7, min_tenths: 7 };
+        assert_eq!(run(write(&mut fake, DRIVE, before)), Err(Trouble::Water));
+        assert_eq!(fake.written, [(STOP_LAG, 7), (MIN_SPEED, 7)]);
     }
 
     #[test]
@@ -554,5 +574,34 @@ mod tests {
         let mut loose = Fake { faults: missed(DRIVE), ..Fake::default() };
         let mut tuning = run(Tuning::new(&mut loose, DRIVE, WIDE)).unwrap();
         assert_eq!(run(tuning.measure(&mut loose)).unwrap_err(), Trouble::NeverArrives(DRIVE));
+    }
+
+    /// The answer of a subsystem to GetStatus.
+    fn state(from: SubsystemId, flags: u32, rest: &[u8]) -> AnswerBuf {
+        let data: Vec<u8> = flags.to_le_bytes().iter().chain(rest).copied().collect();
+        let (request, status) = (RequestId::GET_STATUS, Status::OK);
+        AnswerBuf::new(&Record { request, device: from, status, data: &data })
+    }
+
+    /// §3.1/8 Without limits a Move goes on to the mechanical end.
+    #[test]
+    fn a_drive_without_limits_does_not_move() {
+        let look = |flags: DriveFlags, valve: ValveFlags| {
+            let states = [
+                state(DRIVE, flags.bits(), &[10, 0, 0, 0]),
+                state(SubsystemId::VALVE1, valve.bits(), &[]),
+            ];
+            Look::of(DRIVE, states.iter()).unwrap()
+        };
+        let on = look(DriveFlags::empty(), ValveFlags::CLOSED);
+        assert_eq!((on.position, on.trouble), (10, None));
+        let off = look(DriveFlags::LIMITLESS, ValveFlags::CLOSED);
+        assert_eq!(off.trouble, Some(Trouble::LimitsOff(DRIVE)));
+        assert_eq!(off.safe(), Err(Trouble::LimitsOff(DRIVE)));
+        let open = look(DriveFlags::LIMITLESS, ValveFlags::OPEN);
+        assert_eq!(open.trouble, Some(Trouble::NotClosed(SubsystemId::VALVE1)), "it comes first");
+        for lang in Lang::ALL {
+            assert!(Trouble::LimitsOff(DRIVE).of(lang).contains("Horizontal"));
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! `lafet param backup|diff|restore`: a monitor's parameters in a file.
 
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -59,22 +59,45 @@ fn param(text: &str) -> Result<Param, String> {
 
 /// Runs `lafet param backup`: reads all parameters and writes them to the file.
 pub async fn run_backup(args: BackupArgs, global: &Global, out: &mut Out) -> Outcome {
-    let to_stdout = args.file.as_os_str() == "-";
-    if !to_stdout && !args.force && args.file.exists() {
-        let name = args.file.display();
-        return Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())));
+    // An end by a signal removes the file beside as well.
+    let mut interrupt = Interrupt::catch()?;
+    tokio::select! {
+        biased;
+        () = interrupt.wait() => Err(Failure::Interrupted),
+        ended = back_up(args, global, out) => ended,
     }
+}
+
+async fn back_up(args: BackupArgs, global: &Global, out: &mut Out) -> Outcome {
+    let to_stdout = args.file.as_os_str() == "-";
+    let is_free = || match !to_stdout && !args.force && args.file.exists() {
+        true => {
+            let name = args.file.display();
+            Err(Failure::Usage(text::FileExists { name: Shown(name) }.of(current())))
+        }
+        false => Ok(()),
+    };
+    is_free()?;
+    // What a link leads to is replaced, not the link.
+    let target = fs::canonicalize(&args.file).unwrap_or_else(|_| args.file.clone());
     // Makes sure that the file can be written, before the monitor is asked anything.
     let reserved = match to_stdout {
         true => None,
-        false => Some(Whole::beside(&args.file).map_err(|e| cannot_write(&args.file, e))?),
+        false => Some(Whole::beside(&target).map_err(|e| cannot_write(&args.file, e))?),
     };
-    let backup = read(&Connection::open(global).await?, args.firmware, out).await?;
+    let backup = read(&Connection::open(global).await?, args.firmware.clone(), out).await?;
     let text = backup.to_toml();
     let Some(reserved) = reserved else {
         return out.show(text.trim_end(), || json!({ "toml": text }));
     };
+    // Another backup may have been made meanwhile.
+    is_free()?;
+    let former = fs::metadata(&target).ok();
     reserved.place(text.as_bytes()).map_err(|error| cannot_write(&args.file, error))?;
+    if let Some(former) = former {
+        let kept = fs::set_permissions(&target, former.permissions());
+        kept.map_err(|error| cannot_write(&args.file, error))?;
+    }
     let (name, count) = (args.file.display().to_string(), backup.values.len());
     let unread: Vec<String> = backup.unread.iter().map(|(param, _)| title(*param)).collect();
     let mut told = text::ParametersSaved { name: &name, count }.of(current());
@@ -94,6 +117,11 @@ async fn read(
     let progress =
         |p: lafet_client::Progress| out.progress(format!("{reading} {}/{}", p.done, p.total));
     let mut backup = connection.monitor.backup(progress).await?;
+    if !backup.missed.is_empty() {
+        let one = |(param, why): &(Param, String)| format!("{} ({why})", title(*param));
+        let list = backup.missed.iter().map(one).collect::<Vec<_>>().join(", ");
+        return Err(Failure::Ended(text::ParametersMissed { list }.of(current())));
+    }
     backup.about.made_by = format!("lafet {}", env!("CARGO_PKG_VERSION"));
     backup.about.firmware = firmware;
     backup.about.profile = profile(&backup).map(str::to_owned);
@@ -120,9 +148,9 @@ fn profile(backup: &Backup) -> Option<&'static str> {
 
 /// Runs `lafet param diff`: shows the differences, and fails with exit code 1 if there are any.
 pub async fn run_diff(args: DiffArgs, global: &Global, out: &mut Out) -> Outcome {
-    let here = load(&args.file)?;
+    let here = load(&args.file, out)?;
     let there = match &args.other {
-        Some(file) => load(file)?,
+        Some(file) => load(file, out)?,
         None => read(&Connection::open(global).await?, None, out).await?,
     };
     let mut differences = here.differences(&there);
@@ -159,25 +187,15 @@ fn value(param: Param, values: Option<&[i32]>) -> String {
 
 /// Runs `lafet param restore`: writes what differs from the file.
 pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> Outcome {
-    let file = load(&args.file)?;
+    let file = load(&args.file, out)?;
     let connection = Connection::open(global).await?;
     let mut interrupt = Interrupt::catch()?;
-    let present = connection.monitor.status_all().await?;
-    let present: Vec<String> = present.present().map(|who| who.to_string()).collect();
-    let (mut wanted, absent) = file.of(&present);
-    wanted.retain(|(param, _)| !args.except.contains(param));
-    if !absent.is_empty() {
-        let absent: Vec<String> = absent.iter().map(|param| title(*param)).collect();
-        let absent = absent.join(", ");
-        out.say(text::ParametersAbsent { absent }.of(current()))?;
-    }
-    if args.dry_run {
-        return plan(&connection, &wanted, out).await;
-    }
-    let other = file.about.subsystems != present;
-    if other && !args.force && wanted.iter().any(|(param, _)| *param == Param::GeneralChain) {
-        return Err(Failure::Usage(another_kind(&file.about.subsystems, &present)));
-    }
+    let wanted = tokio::select! {
+        biased;
+        () = interrupt.wait() => return Err(Failure::Interrupted),
+        wanted = prepare(&args, &file, &connection, out) => wanted?,
+    };
+    let Some(wanted) = wanted else { return Ok(()) };
     let journal = Journal::open(&args.file, connection.client.endpoint())?;
     let anyway = journal.unfinished.clone();
     let told = |step: Step| {
@@ -204,6 +222,64 @@ pub async fn run_restore(args: RestoreArgs, global: &Global, out: &mut Out) -> O
     Err(Failure::Ended(text::RestoreIncomplete.str(current()).into()))
 }
 
+/// Values with their parameters.
+type Values = Vec<(Param, Vec<i32>)>;
+
+/// What is to be written; `None` after a dry run, which shows it. Nothing is changed.
+async fn prepare(
+    args: &RestoreArgs,
+    file: &Backup,
+    connection: &Connection,
+    out: &mut Out,
+) -> Result<Option<Values>, Failure> {
+    let present = connection.monitor.status_all().await?;
+    let present: Vec<String> = present.present().map(|who| who.to_string()).collect();
+    let (mut wanted, absent) = file.of(&present);
+    wanted.retain(|(param, _)| !args.except.contains(param));
+    if !absent.is_empty() {
+        let absent: Vec<String> = absent.iter().map(|param| title(*param)).collect();
+        let absent = absent.join(", ");
+        out.say(text::ParametersAbsent { absent }.of(current()))?;
+    }
+    let objection = match args.force {
+        true => None,
+        false => objection(file, &present, &wanted, connection).await?,
+    };
+    if args.dry_run {
+        plan(connection, &wanted, out).await?;
+    }
+    match objection {
+        Some(text) => Err(Failure::Usage(text)),
+        None => Ok((!args.dry_run).then_some(wanted)),
+    }
+}
+
+/// Why the file seems to be of another monitor: it would give this one other subsystems, or the address of
+/// that one.
+async fn objection(
+    file: &Backup,
+    present: &[String],
+    wanted: &[(Param, Vec<i32>)],
+    connection: &Connection,
+) -> Result<Option<String>, Failure> {
+    let is_wanted = |param: Param| wanted.iter().any(|(one, _)| *one == param);
+    if file.about.subsystems != present && is_wanted(Param::GeneralChain) {
+        return Ok(Some(another_kind(&file.about.subsystems, present)));
+    }
+    let address = Param::GeneralAddress;
+    let Some([theirs]) = file.get(address).filter(|_| is_wanted(address)) else { return Ok(None) };
+    let now = connection.monitor.params(&[address]).await.pop();
+    Ok(match now {
+        Some(Ok(now)) if now != [*theirs] => {
+            let (file, monitor) = (*theirs, now.first().copied().unwrap_or_default());
+            Some(text::OtherAddress { file, monitor }.of(current()))
+        }
+        Some(Err(error)) if !error.is_refused() => return Err(error.into()),
+        // One that was erased has no address.
+        _ => None,
+    })
+}
+
 fn another_kind(file: &[String], present: &[String]) -> String {
     let (file, present) = (file.join(" "), present.join(" "));
     text::OtherSubsystems { file, present }.of(current())
@@ -225,7 +301,11 @@ async fn plan(connection: &Connection, wanted: &[(Param, Vec<i32>)], out: &mut O
     let mut rows = Vec::new();
     let mut all = Vec::new();
     for ((param, wanted), now) in wanted.iter().zip(connection.monitor.params(&params).await) {
-        let now = now.ok();
+        let now = match now {
+            Ok(now) => Some(now),
+            Err(error) if error.is_refused() => None,
+            Err(error) => return Err(error.into()),
+        };
         if now.as_ref() != Some(wanted) {
             let to = value(*param, Some(wanted));
             rows.push(vec![title(*param), value(*param, now.as_deref()), "→".into(), to]);
@@ -290,11 +370,15 @@ fn verdict(one: &Restored) -> String {
     }
 }
 
-fn load(file: &Path) -> Result<Backup, Failure> {
+fn load(file: &Path, out: &mut Out) -> Result<Backup, Failure> {
     let name = file.display().to_string();
     let text = fs::read_to_string(file).map_err(|error| Failure::io(name.clone(), error))?;
-    Backup::from_toml(&text)
-        .map_err(|error| Failure::Usage(format!("{name}: {}", error.localized(current()))))
+    let backup = Backup::from_toml(&text)
+        .map_err(|error| Failure::Usage(format!("{name}: {}", error.localized(current()))))?;
+    if !Backup::has_end(&text) {
+        out.warn(&text::FileWithoutEnd { name }.of(current()));
+    }
+    Ok(backup)
 }
 
 fn cannot_write(file: &Path, error: io::Error) -> Failure {
@@ -316,6 +400,7 @@ fn beside(file: &Path, ending: &str) -> PathBuf {
 /// order; a line `monitor URL` precedes those of each.
 struct Journal {
     path: PathBuf,
+    backup: PathBuf,
     endpoint: String,
     unfinished: Vec<Param>,
 }
@@ -328,7 +413,7 @@ impl Journal {
         let text = opened.and_then(|_| fs::read_to_string(&path));
         let text = text.map_err(|error| Failure::io(path.display().to_string(), error))?;
         let unfinished = unfinished(&text, endpoint);
-        Ok(Self { path, endpoint: endpoint.into(), unfinished })
+        Ok(Self { path, backup: file.into(), endpoint: endpoint.into(), unfinished })
     }
 
     fn note(&self, step: Step) {
@@ -338,13 +423,27 @@ impl Journal {
             _ => return,
         };
         let lines = format!("monitor {}\n{line}\n", self.endpoint);
+        let _alone = self.alone();
+        // Another restore of this backup, which was complete, may have removed it.
+        let file = OpenOptions::new().create(true).append(true).open(&self.path);
         // A restore continues without its journal; only resuming it knows less.
-        let file = OpenOptions::new().append(true).open(&self.path);
-        let _ = file.and_then(|mut file| file.write_all(lines.as_bytes()));
+        let _ = file.and_then(|mut file| {
+            file.write_all(lines.as_bytes())?;
+            file.sync_data()
+        });
+    }
+
+    /// Keeps restores of other monitors from this backup out of the journal, as long as the file is open.
+    /// Other systems than Unix would keep them from reading the backup too.
+    fn alone(&self) -> Option<File> {
+        let file = File::open(&self.backup).ok().filter(|_| cfg!(unix))?;
+        file.lock().ok()?;
+        Some(file)
     }
 
     /// The restore of this monitor is complete: its lines are of no further use.
     fn remove(self) {
+        let _alone = self.alone();
         let text = fs::read_to_string(&self.path).unwrap_or_default();
         let others = of_others(&text, &self.endpoint);
         let _ = match others.is_empty() {
@@ -393,6 +492,21 @@ mod tests {
         assert_eq!(unfinished(journal, "a"), [Param::NozzleSpeed]);
         assert_eq!(unfinished(journal, "b"), []);
         assert_eq!(unfinished("", "a"), []);
+    }
+
+    /// A restore that is complete removes the journal, which another may have opened already.
+    #[test]
+    fn what_is_noted_outlives_a_journal_that_was_removed() {
+        let folder = std::env::temp_dir().join(format!("lafet-journal-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("one.toml");
+        fs::write(&file, "").unwrap();
+        let (one, two) = (Journal::open(&file, "a").unwrap(), Journal::open(&file, "b").unwrap());
+        two.remove();
+        assert!(!one.path.exists());
+        one.note(Step::Begun(Param::NozzleSpeed));
+        assert_eq!(Journal::open(&file, "a").unwrap().unfinished, [Param::NozzleSpeed]);
+        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]

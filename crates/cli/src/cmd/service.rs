@@ -52,7 +52,7 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     let request = Request::lockout(on);
     let connection = Connection::open_for(global, &[request]).await?;
     let lock = || async { Ok(connection.monitor.save_lockout(on).await?) };
-    // A lockout is repeated as a Stop is; its release is not.
+    // A lockout is repeated as a Stop is; its release never is.
     let (answers, saved) =
         if on { insist(&request.to_string(), lock).await? } else { lock().await? };
     let what = text::CrashMemory.str(current());

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use lafet_client::teach::{Side, Taken};
-use lafet_client::{Hold, StatusUpdate};
+use lafet_client::{Error, Hold, StatusUpdate};
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::request::LimitsState;
@@ -71,6 +71,7 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
     let mut hand = if io::stdin().is_terminal() { Hand::keyboard()? } else { Hand::lines() };
     let mut all = Vec::new();
     for drive in drives {
+        let old = present.iter().find(|(id, _)| *id == drive).map(|(_, limits)| *limits);
         let taught = tokio::select! {
             // A signal between two drives keeps the limits of the next one on.
             biased;
@@ -81,7 +82,7 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
             Ok(value) => all.push(value),
             Err(failure) => {
                 drop(hand);
-                return Err(give_up(drive, failure, &connection, out, &mut interrupt).await);
+                return Err(give_up((drive, old), failure, &connection, out, &mut interrupt).await);
             }
         }
     }
@@ -92,7 +93,9 @@ pub async fn run(args: TeachArgs, global: &Global, out: &mut Out) -> Outcome {
 /// Takes the position of a drive as one limit. Limits that were off before stay off.
 async fn take_here(side: Side, connection: &Connection, out: &mut Out) -> Outcome {
     let drive = side.drive();
-    let flags = States::read(connection, &[drive]).await?.flags(drive);
+    let was_off = are_off(drive, connection).await?;
+    // What it cannot report, it refuses to change, and says why.
+    let old = connection.monitor.limits(drive).await.ok();
     let mut interrupt = Interrupt::catch()?;
     let taken = tokio::select! {
         biased;
@@ -101,11 +104,22 @@ async fn take_here(side: Side, connection: &Connection, out: &mut Out) -> Outcom
     };
     match taken {
         Ok(taken) => out.show(taken_text(&taken), || taken_json(&taken)),
-        Err(failure) if flags & DriveFlags::LIMITLESS.bits() != 0 => Err(failure),
-        // What was refused has been put back, and nothing moves because of it.
-        Err(failure) if is_refused(&because(&failure)) => Err(failure),
-        Err(failure) => Err(give_up(drive, failure, connection, out, &mut interrupt).await),
+        Err(failure) if was_off => Err(failure),
+        Err(failure) => {
+            // What was refused and seen to be put back needs no undo: nothing moves because of it.
+            let refused = is_refused(&because(&failure));
+            if refused && matches!(are_off(drive, connection).await, Ok(false)) {
+                return Err(failure);
+            }
+            Err(give_up((drive, old), failure, connection, out, &mut interrupt).await)
+        }
     }
+}
+
+/// Whether a drive is without limits.
+async fn are_off(drive: SubsystemId, connection: &Connection) -> Result<bool, Error> {
+    let flags = States::read(connection, &[drive]).await?.flags(drive);
+    Ok(flags & DriveFlags::LIMITLESS.bits() != 0)
 }
 
 fn because(failure: &Failure) -> Because {
@@ -121,9 +135,10 @@ const fn is_refused(because: &Because) -> bool {
     matches!(because, Because::Failed(_))
 }
 
-/// Stops the drive and switches its limits on: it must not keep moving, or stay, without limits.
+/// Stops the drive and switches its limits on: it must not keep moving, or stay, without limits. Says which
+/// limits apply then.
 async fn give_up(
-    drive: SubsystemId,
+    (drive, old): (SubsystemId, Option<Limits>),
     failure: Failure,
     connection: &Connection,
     out: &mut Out,
@@ -135,10 +150,23 @@ async fn give_up(
     let ended = Undo::teaching(drive).carry_out(connection, out, interrupt, because).await;
     match &ended {
         Failure::BrokenOff(broken) if broken.is_at_rest() => {
-            let told = out.say(text::OldLimitsAgain { drive: Shown(drive) }.of(current()));
+            let told = out.say(in_force(drive, old, connection).await);
             told.err().unwrap_or(if refused { failure } else { ended })
         }
         _ => ended,
+    }
+}
+
+/// The limits that apply, as text: SwitchLimits On may have been executed though its answer was lost.
+async fn in_force(drive: SubsystemId, old: Option<Limits>, connection: &Connection) -> String {
+    let now = connection.monitor.limits(drive).await;
+    match now {
+        Ok(now) if old == Some(now) => text::OldLimitsAgain { drive: Shown(drive) }.of(current()),
+        Ok(now) => {
+            let range = limits_text(drive, now);
+            text::NewLimitsAlready { drive: Shown(drive), range }.of(current())
+        }
+        Err(_) => text::LimitsNotRead { drive: Shown(drive) }.of(current()),
     }
 }
 

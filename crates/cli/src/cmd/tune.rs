@@ -1,5 +1,6 @@
 //! `lafet tune`: measures how a drive answers its motor, and sets StopLag and MinSpeed (ours, §D/9).
 
+use std::fs::{self, File, TryLockError};
 use std::io;
 
 use clap::Args;
@@ -12,6 +13,7 @@ use lafet_proto::{Request, SubsystemId};
 use lafet_texts::{Shown, Text as _, cli as text};
 use serde_json::{Value, json};
 
+use super::param::failed_to_save;
 use crate::angle;
 use crate::cli::{Global, drive};
 use crate::connect::{Connection, url_of};
@@ -41,6 +43,7 @@ pub async fn run(args: TuneArgs, global: &Global, out: &mut Out) -> Outcome {
         return Err(Failure::Usage(text::TuneNotDeployer.str(current()).into()));
     }
     let note = note_of(global)?;
+    let _alone = occupy(&note)?;
     // One for all motions: what comes between two of them keeps the next from starting.
     let mut interrupt = Interrupt::catch()?;
     recover(&mut Terminal::new(&connection, out, &note, &mut interrupt)).await?;
@@ -111,6 +114,22 @@ fn note_of(global: &Global) -> Result<Note, Failure> {
     Ok(Note::new(&state.join("tune"), &format!("{link}-{address}")))
 }
 
+/// Takes the monitor for this tuning, as long as the file is open: the note of one that runs is not of one
+/// that was cut off.
+fn occupy(note: &Note) -> Result<File, Failure> {
+    let path = note.file().with_extension("lock");
+    let failed = |error: io::Error| Failure::io(path.display().to_string(), error);
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+    let file = made.and_then(|()| File::create(&path)).map_err(failed)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => {
+            Err(Failure::Ended(text::TuneRunsAlready.str(current()).into()))
+        }
+        Err(TryLockError::Error(error)) => Err(failed(error)),
+    }
+}
+
 fn in_file(note: &Note, error: io::Error) -> Failure {
     Failure::io(note.file().display().to_string(), error)
 }
@@ -154,8 +173,7 @@ impl Bench for Terminal<'_> {
         name: &'static str,
         value: i32,
     ) -> Result<(), Failure> {
-        self.connection.monitor.set_param(drive, name, &[value]).await?;
-        Ok(())
+        failed_to_save(self.connection.monitor.save_param(drive, name, &[value]).await?)
     }
 
     async fn keep(&mut self, kept: &Kept) -> Result<(), Failure> {

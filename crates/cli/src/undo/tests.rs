@@ -129,13 +129,13 @@ fn cases() -> Vec<Case> {
         Case { brief: true, ..case(path, "The program of extinguishing may") },
         Case { reads: 1, brief: true, ..case(&["program", "run", "3"], "The program of ext") },
         Case {
-            // Two states; then limits are switched off, taken and switched on.
-            reads: 2,
+            // A state, the limits, a state; then limits are switched off, taken and switched on.
+            reads: 3,
             brief: true,
             ..case(&["limits", "teach", "--here", "left"], "limits of Horizontal may still be off")
         },
         Case {
-            reads: 5,
+            reads: 6,
             brief: true,
             ..case(&["limits", "teach", "--here", "left"], "limits of Horizontal may still be off")
         },

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::between::{Fate, between};
 use crate::support::{Run, Running, Sim, lafet};
+use lafet_proto::RequestId;
 use serde_json::json;
 
 fn folder(name: &str) -> PathBuf {
@@ -41,11 +43,12 @@ fn what_was_backed_up_comes_back_and_only_that_is_written() {
     let run = sim.run(&["param", "diff", file]);
     assert!(run.code == 1 && run.out.contains("12 °/s"), "{run:?}");
     assert_eq!(run.out.lines().count(), 4, "{run:?}");
-    let run = sim.done(&["param", "restore", file, "--dry-run"]);
+    let run = sim.done(&["param", "restore", file, "--dry-run", "--force"]);
     assert!(run.out.contains("Vertical.Speed") && run.out.contains('→'), "{run:?}");
     assert_eq!(sim.value(&["param", "get", "vertical", "Speed"])["values"], json!([3]));
 
-    let restored = sim.value(&["param", "restore", file, "--except", "Control.Program3"]);
+    let some = ["param", "restore", file, "--force", "--except", "Control.Program3"];
+    let restored = sim.value(&some);
     let written = restored["written"].as_array().unwrap();
     let names: Vec<&str> = written.iter().map(|one| one["parameter"].as_str().unwrap()).collect();
     assert_eq!(names, ["Vertical.Speed", "General.Address"], "the change of address comes last");
@@ -121,13 +124,14 @@ fn refusals_and_other_monitors() {
     mini.done(&["param", "backup", &small]);
     let run = Run::of(&["param", "diff", &full, &small]);
     assert!(run.code == 1 && run.out.contains("General.Chain") && run.out.contains('—'), "{run:?}");
-    let run = mini.done(&["param", "restore", &full, "--dry-run"]);
+    let run = mini.run(&["param", "restore", &full, "--dry-run"]);
     assert!(run.out.contains("Skipped") && run.out.contains("Deployer.Speed"), "{run:?}");
+    assert!(run.code == 2 && run.err.contains("--except General.Chain"), "{run:?}");
     let run = mini.run(&["param", "restore", &full]);
     assert!(run.code == 2 && run.err.contains("--except General.Chain"), "{run:?}");
     mini.done(&["param", "restore", &full, "--except", "General.Chain"]);
     for (text, word) in [
-        ("", "format = 1"),
+        ("", "format = 2"),
         ("format = 1\n[Vertical]\nSpeed = 999\n", "Vertical.Speed"),
         ("format = 1\n[Vertical]\nSped = 9\n", "Vertical.Sped"),
     ] {
@@ -208,4 +212,121 @@ fn a_file_that_cannot_be_written_is_known_before_the_first_request() {
     let run = Run::of(&["-c", &url, "param", "backup", "/nothing/of/this/name/one.toml"]);
     assert!(run.code == 2 && run.err.contains("/nothing/of/this/name"), "{run:?}");
     assert!(listener.accept().is_err(), "it connected");
+}
+
+/// A monitor's file is not written to its twin: two monitors would have one address after the next restart.
+#[test]
+fn the_file_of_a_twin_is_refused() {
+    let (one, two) = (Sim::start(&[]), Sim::start(&[]));
+    let folder = folder("backup-twin");
+    let file = folder.join("one.toml");
+    let file = file.to_str().unwrap();
+    one.done(&["param", "backup", file]);
+    set(&two, "general", "Address", "2");
+    set(&two, "vertical", "Speed", "3");
+    let speed = || two.value(&["param", "get", "vertical", "Speed"])["values"][0].clone();
+    for words in [&["param", "restore", file] as &[&str], &["param", "restore", file, "--dry-run"]]
+    {
+        let run = two.run(words);
+        assert!(run.code == 2 && run.err.contains("--except General.Address"), "{run:?}");
+        assert!(run.err.contains("the address 1") && run.err.contains("has 2"), "{run:?}");
+    }
+    assert_eq!(speed(), 3);
+    two.done(&["param", "restore", file, "--except", "General.Address"]);
+    assert_ne!(speed(), 3);
+    assert_eq!(two.value(&["param", "get", "general", "Address"])["values"], json!([2]));
+    two.done(&["param", "restore", file, "--force"]);
+    assert_eq!(two.value(&["param", "get", "general", "Address"])["values"], json!([1]));
+}
+
+/// A part of a file is refused; one of the first format, which has no end, is taken with a warning.
+#[test]
+fn a_file_that_was_cut_is_refused() {
+    let sim = Sim::start(&[]);
+    let folder = folder("backup-cut");
+    let path = folder.join("one.toml");
+    let file = path.to_str().unwrap();
+    sim.done(&["param", "backup", file]);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let cut = text.find("MaxLimit = ").unwrap() + "MaxLimit = 1".len();
+    std::fs::write(&path, &text[..cut]).unwrap();
+    let run = sim.run(&["param", "restore", file]);
+    assert!(run.code == 2 && run.err.contains("`# end`"), "{run:?}");
+    std::fs::write(&path, "format = 1\n[Vertical]\nSpeed = 5\n").unwrap();
+    let run = sim.done(&["param", "restore", file]);
+    assert!(run.err.contains("Make sure that it is whole"), "{run:?}");
+}
+
+/// A parameter whose unit does not answer is not "not set": the backup before is kept.
+#[test]
+fn a_backup_without_some_values_replaces_none() {
+    let sim = Sim::start(&["--profile", "ex", "--fault", "vertical-unit-offline"]);
+    let folder = folder("backup-missed");
+    let path = folder.join("one.toml");
+    std::fs::write(&path, "kept").unwrap();
+    let run = sim.run(&["param", "backup", "--force", path.to_str().unwrap()]);
+    assert!(run.code == 1 && run.err.contains("did not supply"), "{run:?}");
+    assert!(run.err.contains("Vertical.") && !run.err.contains("Horizontal."), "{run:?}");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "kept");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+/// The URL of a line to the monitor that is dead from the first parameter on.
+fn silent(sim: &Sim) -> String {
+    let mut cut = false;
+    between(sim, move |asked| {
+        cut |= asked.iter().any(|one| one.request == RequestId::GET_PARAM);
+        if cut { Fate::Lost } else { Fate::Passed }
+    })
+}
+
+/// Without an answer it is not known what a restore would write.
+#[test]
+fn a_dry_run_on_a_dead_line_fails() {
+    let sim = Sim::start(&[]);
+    let folder = folder("backup-dead");
+    let file = folder.join("one.toml");
+    let file = file.to_str().unwrap();
+    sim.done(&["param", "backup", file]);
+    let run = Run::of(&["-c", &silent(&sim), "param", "restore", file, "--dry-run", "--force"]);
+    assert_eq!(run.code, 3, "{run:?}");
+    assert!(!run.out.contains('→'), "{run:?}");
+}
+
+/// A backup that a signal ends leaves nothing.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_backup_leaves_no_file() {
+    let sim = Sim::start(&[]);
+    let folder = folder("backup-signal");
+    let file = folder.join("one.toml");
+    let mut command = lafet();
+    command.args(["-c", &silent(&sim), "--timeout", "30", "param", "backup"]).arg(&file);
+    let mut running = Running::stderr(&mut command);
+    let files = || std::fs::read_dir(&folder).unwrap().count();
+    while files() == 0 {
+        std::thread::park_timeout(std::time::Duration::from_millis(5));
+    }
+    running.signal("INT");
+    assert_eq!(running.code(), Some(130));
+    assert_eq!(files(), 0);
+}
+
+/// A link stays one, and what it leads to keeps its permissions.
+#[cfg(unix)]
+#[test]
+fn what_a_link_leads_to_is_replaced() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    let sim = Sim::start(&[]);
+    let folder = folder("backup-link");
+    let (real, link) = (folder.join("real.toml"), folder.join("link.toml"));
+    std::fs::write(&real, "old").unwrap();
+    std::fs::set_permissions(&real, PermissionsExt::from_mode(0o600)).unwrap();
+    symlink(&real, &link).unwrap();
+    sim.done(&["param", "backup", "--force", link.to_str().unwrap()]);
+    assert!(link.is_symlink());
+    assert!(std::fs::read_to_string(&real).unwrap().contains("[Vertical]"));
+    assert_eq!(std::fs::metadata(&real).unwrap().permissions().mode() & 0o777, 0o600);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
 }

@@ -7,6 +7,7 @@
 mod support;
 
 mod backup;
+mod between;
 #[cfg(unix)]
 mod bus;
 mod calibrate;

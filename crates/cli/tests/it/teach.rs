@@ -1,9 +1,11 @@
 //! `lafet limits teach` on simulated monitors (§3.17).
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::process::Stdio;
 
-use crate::support::{Running, Sim, lafet};
+use crate::between::{Asked, Fate, between};
+use crate::support::{Run, Running, Sim, lafet};
+use lafet_proto::RequestId;
 use serde_json::{Value, json};
 
 fn limits(sim: &Sim, drive: &str) -> (Value, Value) {
@@ -36,6 +38,53 @@ fn the_present_position_becomes_a_limit() {
     assert!(run.code == 1 && run.err.contains("InvalidValue"), "{run:?}");
     assert_eq!(limits(&sim, "horizontal"), before);
     assert!(!sim.flags("horizontal").contains(&"Limitless".to_owned()));
+}
+
+/// The URL of a line to the monitor on which the first SwitchLimits with this state has this fate.
+fn losing(sim: &Sim, state: u8, fate: Fate) -> String {
+    let mut done = false;
+    between(sim, move |asked| {
+        let switches =
+            |one: &Asked| one.request == RequestId::SWITCH_LIMITS && one.data == [state, 0];
+        if done || !asked.iter().any(switches) {
+            return Fate::Passed;
+        }
+        done = true;
+        fate
+    })
+}
+
+/// Limits that a refused change has switched off are on again, although the first Reject is lost.
+#[test]
+fn a_lost_reject_leaves_no_limits_off() {
+    let sim = Sim::start(&["--speed", "40"]);
+    sim.done(&["deploy"]);
+    sim.done(&["move", "horizontal", "30deg"]);
+    sim.done(&["limits", "teach", "--here", "left"]);
+    let before = limits(&sim, "horizontal");
+    let url = losing(&sim, 2, Fate::Lost);
+    // The left limit cannot be the right one as well.
+    let run = Run::of(&["-c", &url, "--lang", "en", "limits", "teach", "--here", "right"]);
+    assert_ne!(run.code, 0, "{run:?}");
+    assert!(!sim.flags("horizontal").contains(&"Limitless".to_owned()), "{run:?}");
+    assert_eq!(limits(&sim, "horizontal"), before);
+    assert!(format!("{}{}", run.out, run.err).contains("keeps its old limits"), "{run:?}");
+}
+
+/// If the answer that switches the new limits on is lost, it is not said that the old ones apply.
+#[test]
+fn limits_that_came_into_force_are_named() {
+    let sim = Sim::start(&["--speed", "40"]);
+    sim.done(&["deploy"]);
+    sim.done(&["move", "horizontal", "30deg"]);
+    let before = limits(&sim, "horizontal");
+    let url = losing(&sim, 1, Fate::AnswerLost);
+    let run = Run::of(&["-c", &url, "--lang", "en", "limits", "teach", "--here", "left"]);
+    assert_ne!(run.code, 0, "{run:?}");
+    assert_ne!(limits(&sim, "horizontal"), before, "it was executed");
+    let said = format!("{}{}", run.out, run.err);
+    assert!(said.contains("the new limits are in force"), "{run:?}");
+    assert!(!said.contains("old limits"), "{run:?}");
 }
 
 /// A guided run in which a program answers in lines.
@@ -96,7 +145,6 @@ fn what_cannot_be_taught_says_why() {
 #[test]
 fn the_arrow_keys_move_it() {
     use std::fs::File;
-    use std::io::Read;
 
     use crate::support::terminal;
 

@@ -1,6 +1,10 @@
 //! `lafet tune` on a simulated monitor whose drive follows late and does not turn slowly.
 
+use std::sync::mpsc::channel;
+
+use crate::between::{Fate, between};
 use crate::support::{Running, Sim, lafet};
+use lafet_proto::RequestId;
 
 /// The fault `lag` is 300 ms, `dead-band` 1 °/s.
 #[test]
@@ -44,6 +48,20 @@ fn nothing_moves_with_an_open_valve_and_a_dry_run_changes_nothing() {
     assert!(run.code == 2 && run.err.contains("nothing to tune"), "{run:?}");
 }
 
+/// §3.1/8 With its limits off a drive would go on to the end of its travel.
+#[test]
+fn a_drive_without_limits_does_not_move() {
+    let sim = Sim::start(&["--speed", "20"]);
+    sim.done(&["deploy"]);
+    sim.done(&["limits", "off", "horizontal"]);
+    let position = || sim.value(&["status", "horizontal"])["Horizontal"]["position_arcmin"].clone();
+    let before = position();
+    let run = sim.run(&["tune", "horizontal"]);
+    assert!(run.code == 1 && run.err.contains("The limits of Horizontal are off"), "{run:?}");
+    assert!(!sim.flags("horizontal").contains(&"Move".to_owned()));
+    assert_eq!(position(), before);
+}
+
 /// Killed while it measures, it leaves values of its own in the monitor; the next start puts those before back.
 #[test]
 fn what_kill_9_leaves_is_put_back() {
@@ -77,48 +95,53 @@ fn what_kill_9_leaves_is_put_back() {
     assert!(run.code == 0 && !run.err.contains("→ 321"), "it is said once: {run:?}");
 }
 
+/// A second tuning leaves the first, its note and its drive alone.
+#[test]
+fn one_tuning_at_a_time() {
+    let sim = Sim::start(&["--speed", "20"]);
+    sim.done(&["deploy"]);
+    let lag = || sim.value(&["param", "get", "horizontal", "StopLag"])["values"][0].clone();
+    sim.done(&["param", "set", "horizontal", "StopLag", "321"]);
+    let mut command = lafet();
+    command.args(["-c", sim.url(), "tune", "horizontal"]);
+    let mut tuning = Running::stdout(&mut command);
+    assert!((0..400).any(|_| lag() == 0), "it measures");
+    let run = sim.run(&["tune", "horizontal"]);
+    assert!(run.code == 1 && run.err.contains("Another lafet tune"), "{run:?}");
+    tuning.signal("INT");
+    assert_eq!(tuning.code(), Some(130));
+    assert_eq!(lag(), 321);
+}
+
+/// What the monitor cannot store is not reported as written.
+#[test]
+fn values_that_are_not_stored_are_no_success() {
+    let faulty = ["--speed", "20", "--fault", "horizontal-lag", "--fault", "flash-write"];
+    let sim = Sim::start(&faulty);
+    sim.done(&["deploy"]);
+    let run = sim.run(&["tune", "horizontal"]);
+    assert!(run.code == 1 && run.err.contains("ConfigWriteFault"), "{run:?}");
+    assert!(!run.out.contains("Written to the monitor"), "{run:?}");
+}
+
 /// Ctrl-C between two motions keeps the next one from starting.
 #[cfg(unix)]
 #[test]
 fn a_signal_between_two_motions_is_not_lost() {
-    use std::io::{Read, Write};
-    use std::net::{TcpListener, TcpStream};
-    use std::sync::mpsc::channel;
-
-    use lafet_proto::RequestId;
-    use lafet_proto::link::Decoder;
-    use lafet_proto::record::Records;
-
     let sim = Sim::start(&["--speed", "20"]);
     sim.done(&["deploy"]);
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let url = format!("tcp://{}?addr=1", listener.local_addr().unwrap());
     let (held, holds) = channel();
     let (go, may) = channel::<()>();
-    let place = sim.place().to_owned();
-    std::thread::spawn(move || {
-        let (mut near, _) = listener.accept().unwrap();
-        let mut far = TcpStream::connect(place).unwrap();
-        let (mut back, mut there) = (far.try_clone().unwrap(), near.try_clone().unwrap());
-        std::thread::spawn(move || std::io::copy(&mut back, &mut there));
-        let mut decoder: Decoder = Decoder::new();
-        let (mut buffer, mut sets) = ([0; 1024], 0);
-        while let Ok(len @ 1..) = near.read(&mut buffer) {
-            for byte in &buffer[..len] {
-                let Some(frame) = decoder.push(*byte) else { continue };
-                let mut records = Records::new(frame.payload).flatten();
-                let writes = records.any(|record| record.request == RequestId::SET_PARAM);
-                sets += u32::from(writes);
-                // The first two are set before anything moves.
-                if writes && sets == 3 {
-                    held.send(()).unwrap();
-                    may.recv().unwrap();
-                }
-            }
-            if far.write_all(&buffer[..len]).is_err() {
-                return;
-            }
+    let mut sets = 0;
+    let url = between(&sim, move |asked| {
+        let writes = asked.iter().any(|one| one.request == RequestId::SET_PARAM);
+        sets += u32::from(writes);
+        // The first two are set before anything moves.
+        if writes && sets == 3 {
+            held.send(()).unwrap();
+            may.recv().unwrap();
         }
+        Fate::Passed
     });
     let mut command = lafet();
     command.args(["-c", &url, "--lang", "en", "--timeout", "30", "tune", "horizontal"]);

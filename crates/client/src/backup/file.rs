@@ -11,7 +11,11 @@ use toml::{Table, Value};
 use super::{About, Backup, is_kept, title};
 
 /// Version of the file format.
-const FORMAT: i64 = 1;
+const FORMAT: i64 = 2;
+/// The version without [`END`].
+const ENDLESS: i64 = 1;
+/// The last line. A file that lacks it was cut, which its values do not show: `4500` is cut to `45`.
+const END: &str = "# end";
 /// The table that describes the monitor and the origin of the file.
 const ABOUT: &str = "monitor";
 
@@ -28,6 +32,8 @@ pub enum FileError {
     },
     /// Another kind of TOML file, or a later version of the format.
     Format,
+    /// Its last line is missing: only a part of it is there.
+    Cut,
     /// A table or a name that the dictionary does not have.
     Unknown {
         /// Its line, from 1.
@@ -65,6 +71,7 @@ impl Argument for FileError {
         match self {
             Self::Syntax { line, what } => text::FileNoToml { line: *line, what }.write(lang, out),
             Self::Format => text::FileFormat { format: FORMAT }.write(lang, out),
+            Self::Cut => text::FileCut { end: END }.write(lang, out),
             Self::Unknown { line, name } => {
                 text::FileUnknown { line: *line, name }.write(lang, out)
             }
@@ -144,11 +151,17 @@ impl Backup {
                 writeln!(text, "# {}: not set ({why})", param.name())?;
             }
         }
-        Ok(())
+        writeln!(text, "\n{END}")
+    }
+
+    /// Whether a file has the line that ends it. One of the first version has none: whether it is whole,
+    /// nothing shows.
+    pub fn has_end(text: &str) -> bool {
+        text.trim_end().lines().next_back() == Some(END)
     }
 
     /// Reads a file. Each of its parameters must be in the dictionary, with values in range.
-    /// Parameters that are left out are not changed by a restore.
+    /// Parameters that are left out are not changed by a restore. See [`Backup::has_end`].
     ///
     /// # Errors
     ///
@@ -158,8 +171,11 @@ impl Backup {
             let line = line_at(text, error.span().map_or(0, |span| span.start));
             FileError::Syntax { line, what: lafet_texts::toml::said(error.message()) }
         })?;
-        if file.get("format").and_then(Value::as_integer) != Some(FORMAT) {
-            return Err(FileError::Format);
+        match file.get("format").and_then(Value::as_integer) {
+            Some(ENDLESS) => {}
+            Some(FORMAT) if Self::has_end(text) => {}
+            Some(FORMAT) => return Err(FileError::Cut),
+            _ => return Err(FileError::Format),
         }
         let mut backup = Self { about: about(file.get(ABOUT)), ..Self::default() };
         for (name, table) in &file {
@@ -273,17 +289,37 @@ mod tests {
                 (Param::ControlTrajectory0, vec![]),
             ],
             unread: vec![],
+            missed: vec![],
         };
         let text = backup.to_toml();
         assert_eq!(Backup::from_toml(&text).as_ref(), Ok(&backup), "{text}");
         assert!(text.contains("MinLimit = -900  # -32767…32767 '"), "{text}");
     }
 
+    /// A file that was cut while it was copied is refused, wherever that was.
+    #[test]
+    fn a_part_of_a_file_is_none() {
+        let values = vec![(Param::GeneralAddress, vec![5]), (Param::VerticalMaxLimit, vec![4500])];
+        let backup = Backup { values, ..Backup::default() };
+        let text = backup.to_toml();
+        let whole = text.trim_end().len();
+        for end in (0..whole).filter(|end| text.is_char_boundary(*end)) {
+            assert!(Backup::from_toml(&text[..end]).is_err(), "{}", &text[..end]);
+        }
+        let value = text.find("4500").unwrap() + 2;
+        assert_eq!(Backup::from_toml(&text[..value]), Err(FileError::Cut));
+        for whole in [&text[..whole], &text, &text.replace('\n', "\r\n")] {
+            assert_eq!(Backup::from_toml(whole).as_ref(), Ok(&backup));
+        }
+        let first = "format = 1\n[Vertical]\nMaxLimit = 45\n";
+        assert!(Backup::from_toml(first).is_ok() && !Backup::has_end(first));
+    }
+
     #[test]
     fn mistakes_are_named() {
         let read = |text: &str| Backup::from_toml(&format!("format = 1\n{text}"));
         assert!(matches!(Backup::from_toml("x"), Err(FileError::Syntax { .. })));
-        assert_eq!(Backup::from_toml("format = 2"), Err(FileError::Format));
+        assert_eq!(Backup::from_toml("format = 3"), Err(FileError::Format));
         for (text, word) in [
             ("[Vertical]\nSped = 1", "Vertical.Sped"),
             ("[Up]\nSpeed = 1", "Up"),

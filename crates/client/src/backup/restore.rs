@@ -8,7 +8,7 @@ use lafet_proto::param::{Effect, Param};
 use tokio::time::sleep;
 
 use super::Backup;
-use crate::error::Error;
+use crate::error::{Cause, Error};
 use crate::monitor::Monitor;
 use crate::saving::Saved;
 
@@ -78,7 +78,8 @@ impl Monitor {
     /// # Errors
     ///
     /// As [`Client::request`](crate::Client::request) while values are read at the start and at the
-    /// end; a parameter that cannot be written is a [`Verdict`], not an error.
+    /// end, and for the first parameter that is not answered however often it is sent: the line is dead
+    /// then, and nothing more is sent. A parameter that is refused is a [`Verdict`], not an error.
     pub async fn restore(
         &self,
         wanted: &[(Param, Vec<i32>)],
@@ -108,6 +109,7 @@ impl Monitor {
             step(Step::Begun(one.param));
             one.verdict = self.write(one, &mut step).await;
             match &one.verdict {
+                Verdict::Failed(error) if is_silence(error) => return Err(error.clone()),
                 Verdict::Failed(error) if is(error, Status::INCOMPLETE_CONFIG) => {
                     incomplete.push(index);
                 }
@@ -120,8 +122,10 @@ impl Monitor {
         for index in incomplete {
             let Some(one) = todo.get_mut(index) else { continue };
             one.verdict = self.write(one, &mut step).await;
-            if matches!(one.verdict, Verdict::Written(Saved::Stored)) {
-                step(Step::Stored(one.param));
+            match &one.verdict {
+                Verdict::Failed(error) if is_silence(error) => return Err(error.clone()),
+                Verdict::Written(Saved::Stored) => step(Step::Stored(one.param)),
+                _ => {}
             }
         }
         step(Step::Verifying);
@@ -180,6 +184,15 @@ fn shuts_out(param: Param) -> bool {
         param,
         Param::GeneralAddress | Param::GeneralChain | Param::ExternalConnCheck | Param::RadioCheck
     )
+}
+
+/// Whether no answer came. A monitor that answers oddly may answer for the next parameter as it should.
+const fn is_silence(error: &Error) -> bool {
+    let odd = matches!(
+        error,
+        Error::Protocol { .. } | Error::OutcomeUnknown { cause: Cause::Odd { .. }, .. }
+    );
+    error.is_no_answer() && !odd
 }
 
 fn is(error: &Error, status: Status) -> bool {

@@ -138,25 +138,28 @@ impl Kept {
 }
 
 /// Puts back what a tuning that was cut off has left in the monitor. A value that it has not set was set by
-/// another client, and stays.
+/// another client, and stays. One that is in force again is set once more: it may not be stored.
 ///
 /// # Errors
 ///
-/// Those of the bench; then the note must stay.
+/// The first of the bench; then the note must stay.
 pub async fn put_back<B: Bench>(bench: &mut B, kept: &Kept) -> Result<Vec<PutBack>, B::Error> {
     let lags = kept.set.iter().map(|set| set.lag_ms).collect();
     let speeds = kept.set.iter().map(|set| set.min_tenths).collect();
     let all: [(_, _, Vec<i32>); 2] =
         [(STOP_LAG, kept.before.lag_ms, lags), (MIN_SPEED, kept.before.min_tenths, speeds)];
-    let mut done = Vec::new();
+    let (mut done, mut all_set) = (Vec::new(), Ok(()));
     for (name, to, set) in all {
         let from = bench.param(kept.drive, name).await?;
-        if from != to && set.contains(&from) {
-            bench.set_param(kept.drive, name, to).await?;
+        if from != to && !set.contains(&from) {
+            continue;
+        }
+        all_set = all_set.and(bench.set_param(kept.drive, name, to).await);
+        if from != to {
             done.push(PutBack { name, from, to });
         }
     }
-    Ok(done)
+    all_set.map(|()| done)
 }
 
 #[cfg(test)]

@@ -117,6 +117,7 @@ async fn accepted_and_stored_are_told_apart() {
                 let status = statuses.next().unwrap_or(Status::ACCEPTED);
                 frame(&[0xF1, 0x0D, status.0, 2, payload[4], payload[5]])
             }
+            0x9D => frame(&[0x9D, 0x0D, 0, 6, payload[4], payload[5], 8, 0, 0, 0]),
             _ => frame(&[0xD4, 0x0D, 0, 8, flags, 0, 0, 0, 0, 0, 0, 0]),
         });
         let saved = Monitor::new(client).save_param(VERTICAL, "Speed", &[8]).await;

@@ -15,6 +15,7 @@ subsystem-and-name-expected = expected a subsystem and a name like Vertical.Spee
 file-exists = { $name } already exists; --force replaces it
 parameters-saved = { $name }: { $count } parameters
 parameters-not-set = ; not set: { $list }
+parameters-missed = The monitor did not supply these parameters, so nothing was written: { $list }. See to the unit that has them, and repeat the command.
 reading-parameters = reading parameters
 no-differences = No differences.
 heading-parameter = parameter
@@ -27,6 +28,10 @@ other-subsystems =
       file:    { $file }
       monitor: { $present }
     --except General.Chain keeps the monitor's own, --force writes those from the file.
+other-address =
+    The file is from a monitor with the address { $file }, this one has { $monitor }.
+    --except General.Address keeps the monitor's own, --force writes the one from the file.
+file-without-end = { $name }: a file of this format does not show where it ends. Make sure that it is whole.
 parameters-differ = { $count } parameters differ
 writing-parameter = writing { $name }
 retrying-parameter = { $name }: busy or no answer, retrying
@@ -284,6 +289,8 @@ not-a-memory = { $path } is not the memory of a simulated monitor, is damaged, o
 # cmd/teach.rs
 deployer-without-limits = The end positions of Deployer are set by its switches: it has no limits to set.
 old-limits-again = { $drive } keeps its old limits; they are on again.
+new-limits-already = { $drive }: the new limits are in force: { $range }. They are on.
+limits-not-read = { $drive }: its limits are on. Which ones could not be read: see `lafet limits { $drive }`.
 limits-are-off = { $drive }: its limits are { $range }. They are off now: only the motor's overload protection stops it at the end of its travel.
 teach-keys = Move { $drive } to its { $word } limit. Enter takes it, s keeps the old one, q gives up.
 limits-are-on = { $drive }: limits are on: { $range }.
@@ -323,6 +330,7 @@ stop-not-answered = Stop All was sent and not answered. If you see danger, use t
 
 # cmd/tune.rs
 tune-not-deployer = Deployer goes from switch to switch: there is nothing to tune.
+tune-runs-already = Another lafet tune moves the drives of this monitor. Wait until it has ended, or end it there.
 tune-put-back = An earlier tuning of { $drive } was cut off: { $name } { $from } → { $to }, as it was before.
 tune-not-put-back = { $drive } may still have the values of the measurement. They are noted: the next lafet tune puts back those before.
 tuned-drive = drive

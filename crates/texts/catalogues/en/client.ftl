@@ -113,6 +113,7 @@ allowed-with-rs485 = left out unless rs485=rts or rs485=rts-low is given
 # backup/file.rs: errors in a file of parameters.
 file-no-toml = this is no TOML, line { $line }: { $what }
 file-format = this is no file of `lafet param backup`, or one of a later lafet: `format = { $format }` is missing
+file-cut = this is only a part of a file: its last line, `{ $end }`, is missing. Take a whole copy
 file-unknown = line { $line }: { $name }: the dictionary has no such parameter
 file-count = line { $line }: { $title }: { $min } to { $max } whole numbers expected
 file-range = line { $line }: { $title }: allowed are { $allowed }
@@ -364,6 +365,7 @@ do-other-service = Check the port: this is some other service.
 tune-valve-open = { $valve } is not closed. Close it first: a drive is tuned without water.
 tune-water = Water flows although every valve is reported as closed. Shut the supply off, and check the valves.
 tune-no-position = { $drive } does not report its position.
+tune-limits-off = The limits of { $drive } are off, or it is not homed: a move would go on to the end of its travel. Switch its limits on first.
 tune-too-little-room = The limits of { $drive } leave less than { $room }: too little to tune it.
 tune-stopped = { $drive } stopped at { $at }.
 tune-no-value = { $drive } does not come to rest at its target with any value. Check its gear for play and its motor for friction; the parameters are as they were.

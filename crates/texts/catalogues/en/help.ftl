@@ -268,7 +268,7 @@ param-diff-arg-other = Another such file; without it, the monitor
 param-restore = Write what differs from a file to the monitor; continues after an interruption
 param-restore-arg-file = A file written by `param backup`
 param-restore-arg-dry-run = Show what would be written, and write nothing
-param-restore-arg-force = Write even a file from a monitor with other subsystems
+param-restore-arg-force = Write even a file from a monitor with other subsystems or another address
 param-restore-arg-except = Parameters to leave alone, separated by commas, like General.Address,Vertical.Speed
 
 lockout = Lock the monitor out, or release it

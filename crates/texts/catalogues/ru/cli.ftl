@@ -15,6 +15,7 @@ subsystem-and-name-expected = ожидаются подсистема и имя,
 file-exists = { $name } уже есть; --force заменит его
 parameters-saved = { $name }: параметров: { $count }
 parameters-not-set = ; не заданы: { $list }
+parameters-missed = Ствол не отдал эти параметры, поэтому файл не записан: { $list }. Проверьте блок, в котором они находятся, и повторите команду.
 reading-parameters = чтение параметров
 no-differences = Различий нет.
 heading-parameter = параметр
@@ -27,6 +28,10 @@ other-subsystems =
       файл:  { $file }
       ствол: { $present }
     --except General.Chain оставит подсистемы ствола, --force запишет те, что в файле.
+other-address =
+    Файл от ствола с адресом { $file }, у этого адрес { $monitor }.
+    --except General.Address оставит адрес ствола, --force запишет тот, что в файле.
+file-without-end = { $name }: по файлу этого формата не видно, где он кончается. Убедитесь, что он полный.
 parameters-differ = отличается параметров: { $count }
 writing-parameter = запись { $name }
 retrying-parameter = { $name }: занято или нет ответа, пробую снова
@@ -284,6 +289,8 @@ not-a-memory = { $path } — не память имитатора ствола, 
 # cmd/teach.rs
 deployer-without-limits = Крайние положения Deployer определяются его датчиками: задать их нельзя.
 old-limits-again = У { $drive } прежние пределы; они снова включены.
+new-limits-already = { $drive }: действуют новые пределы: { $range }. Они включены.
+limits-not-read = { $drive }: пределы включены. Какие, прочитать не удалось: см. `lafet limits { $drive }`.
 limits-are-off = { $drive }: пределы { $range }. Теперь они выключены: в конце хода его остановит только перегрузка двигателя.
 teach-keys = Подведите { $drive }: { $word } предел. Enter — принять, s — оставить прежний, q — отказаться.
 limits-are-on = { $drive }: пределы включены: { $range }.
@@ -323,6 +330,7 @@ stop-not-answered = Stop All послан, ответа нет. При опас�
 
 # cmd/tune.rs
 tune-not-deployer = Deployer движется между датчиками крайних положений: настраивать нечего.
+tune-runs-already = Приводы этого ствола уже настраивает другой lafet tune. Дождитесь его завершения или завершите его там.
 tune-put-back = Прошлая настройка { $drive } была оборвана: { $name } { $from } → { $to }, как было до неё.
 tune-not-put-back = В { $drive } могли остаться значения, нужные для измерения. Прежние записаны: их вернёт следующий lafet tune.
 tuned-drive = привод

@@ -268,7 +268,7 @@ param-diff-arg-other = Другой файл; без него — ствол
 param-restore = Записать в ствол то, что отличается от файла; после прерывания продолжает
 param-restore-arg-file = Файл `param backup`
 param-restore-arg-dry-run = Показать, что было бы записано, и ничего не писать
-param-restore-arg-force = Записать и файл ствола с другими подсистемами
+param-restore-arg-force = Записать и файл ствола с другими подсистемами или другим адресом
 param-restore-arg-except = Параметры, которые не трогать, через запятую: General.Address,Vertical.Speed
 
 lockout = Включить или снять аварийную блокировку

@@ -26,6 +26,8 @@ impl Asked {
     }
 
     /// Whether a record can be the answer, or one of those to a request to All or Motors.
+    // Each answer goes through it, in other crates.
+    #[inline]
     pub fn is_answered_by(&self, answer: &Record<'_>) -> bool {
         answer.request == self.request
             && self.may_come_from(answer.device, answer.status)

@@ -34,6 +34,11 @@ enum When {
     Last,
 }
 
+/// More steps that failed beside others than this have a common cause.
+const AGAIN_MAX: usize = 3;
+/// The summary of the whole begins with it.
+const SUMMARY: &str = "cargo xtask ci: summary";
+
 /// The console comes first because it is built into the hub. The first two that run beside others have cargo's
 /// lock of the tests' folder for seconds at most, so that the tests need not wait for it.
 const STEPS: [CiStep; 26] = [
@@ -84,6 +89,7 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     if !arguments.is_empty() {
         let mut steps = Steps::default();
         run_steps(&mut steps, |_, name| arguments.iter().any(|it| it == name));
+        run_later(&mut steps);
         return Ok(steps.finish("cargo xtask ci"));
     }
     // The packages come while the first steps compile; a step by itself gets its own.
@@ -95,7 +101,15 @@ pub fn ci(arguments: &[String]) -> TaskResult {
     let _ = ahead.join();
     let beside = Beside::start()?;
     run_steps(&mut steps, at(When::Then));
-    steps.step("what ran beside these", || beside.end());
+    let mut failed = Vec::new();
+    steps.step("what ran beside these", || {
+        failed = beside.end()?;
+        Ok(())
+    });
+    for (_, _, headline, run) in failed {
+        steps.step(headline, || passes_alone(headline, run));
+    }
+    run_later(&mut steps);
     run_steps(&mut steps, at(When::Last));
     Ok(steps.finish("cargo xtask ci"))
 }
@@ -106,6 +120,20 @@ fn run_steps(steps: &mut Steps, chosen: impl Fn(When, &str) -> bool) {
             steps.step(headline, run);
         }
     }
+}
+
+/// Runs what steps have left until nothing else runs.
+fn run_later(steps: &mut Steps) {
+    for (headline, run) in run::take_later() {
+        steps.step(headline, run);
+    }
+}
+
+/// Runs a step again that failed beside others.
+fn passes_alone(headline: &str, run: fn() -> StepResult) -> StepResult {
+    run()?;
+    run::unsteady(format!("{headline}: failed beside others, and passed alone"));
+    Ok(())
 }
 
 /// The steps that run beside others, in a process of lower priority; what they print comes at their end.
@@ -129,13 +157,31 @@ impl Beside {
         Ok(Self { process, log })
     }
 
-    fn end(mut self) -> StepResult {
+    /// Waits for its end; returns the steps that failed, if they are few.
+    fn end(mut self) -> Result<Vec<CiStep>, String> {
         let ended = self.process.wait().map_err(|e| e.to_string())?;
         let printed =
             std::fs::read(&self.log).map_err(|e| format!("{}: {e}", self.log.display()))?;
-        println!("{}", String::from_utf8_lossy(&printed));
-        if ended.success() { Ok(()) } else { Err("a step above failed".to_owned()) }
+        let printed = String::from_utf8_lossy(&printed);
+        println!("{printed}");
+        if ended.success() {
+            return Ok(Vec::new());
+        }
+        let failed: Vec<CiStep> = failed_beside(&printed).collect();
+        match failed.len() {
+            1..=AGAIN_MAX => Ok(failed),
+            _ => Err("steps above failed".to_owned()),
+        }
     }
+}
+
+/// The steps that failed, by the summary of the process that ran beside others.
+fn failed_beside(printed: &str) -> impl Iterator<Item = CiStep> {
+    let (_, summary) = printed.rsplit_once(SUMMARY).unwrap_or_default();
+    let beside = STEPS.into_iter().filter(|(when, ..)| *when == When::Beside);
+    beside.filter(move |(_, _, headline, _)| {
+        summary.lines().any(|line| line.starts_with("   FAILED") && line.ends_with(headline))
+    })
 }
 
 fn lock_file() -> StepResult {
@@ -226,6 +272,20 @@ mod tests {
                     cargo xtask test   # all of it\n```\n";
         assert_eq!(command_in(text, TEST_COMMAND).as_deref(), Some("cargo xtask test"));
         assert_eq!(command_in("cargo xtask test\n", TEST_COMMAND), None);
+    }
+
+    /// What the steps print is no summary, and a step of the same name that is not beside is another one.
+    #[test]
+    fn what_failed_beside_is_in_the_summary() {
+        let mut steps = Steps::default();
+        let name = |(_, name, ..): CiStep| name;
+        let summary = "   FAILED, 1.0 s: x\n   FAILED lints\n== cargo xtask ci: summary (time)\n   ok   1 s  \
+                       lints\n   FAILED   1.0 s  1.0 s  lafet for C\n   FAILED   1.0 s  1.0 s  format\n";
+        assert_eq!(failed_beside(summary).map(name).collect::<Vec<_>>(), ["bindings"]);
+        assert_eq!(failed_beside("   FAILED   1.0 s  1.0 s  lints\n").count(), 0);
+        run::later("again", Box::new(|| passes_alone("it", || Err("no".to_owned()))));
+        run_later(&mut steps);
+        assert_eq!(steps.finish("later"), std::process::ExitCode::FAILURE);
     }
 
     #[test]

@@ -226,6 +226,21 @@ pub fn unsteady(what: String) {
     UNSTEADY.lock().unwrap_or_else(PoisonError::into_inner).push(what);
 }
 
+/// Something that is run when nothing else runs, and its headline.
+pub type Later = (&'static str, Box<dyn FnOnce() -> StepResult + Send>);
+
+static LATER: Mutex<Vec<Later>> = Mutex::new(Vec::new());
+
+/// Has something run when nothing else runs.
+pub fn later(headline: &'static str, run: Box<dyn FnOnce() -> StepResult + Send>) {
+    LATER.lock().unwrap_or_else(PoisonError::into_inner).push((headline, run));
+}
+
+/// What is to be run now that nothing else runs.
+pub fn take_later() -> Vec<Later> {
+    std::mem::take(&mut LATER.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
 fn line(command: &Command) -> String {
     let program = Path::new(command.get_program());
     let name = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy();

@@ -62,6 +62,7 @@ export class Jog {
     }
     this.holds.set(key(hold), hold);
     this.beat(hold);
+    if (hold.ended) return hold;
     this.timer ??= setInterval(() => this.beatAll(), this.ways.beat_ms());
     return hold;
   }

@@ -31,6 +31,8 @@ const SEAT_TAKEN = 4410;
 
 /** What moves or opens: the hub refuses it when a stalled network delivers it late. */
 const TIMED = new Set(['request', 'jog', 'tune']);
+/** What moves as long as it is sent: never without a session, though the connection remains for STOP. */
+const HELD = new Set(['jog', 'tune']);
 
 /** A message to the hub. */
 export interface Said {
@@ -137,9 +139,10 @@ class Socket {
     return this.clock.now();
   }
 
-  /** Sends a message without an answer; false if there is no connection. */
+  /** Sends a message without an answer; false if there is no connection, or no session for what is held. */
   send(message: Said): boolean {
     if (this.ws?.readyState !== WebSocket.OPEN) return false;
+    if (!this.wanted && HELD.has(message.type)) return false;
     const up_ms = TIMED.has(message.type) ? this.clock.now() : null;
     this.ws.send(JSON.stringify(up_ms === null ? message : { ...message, up_ms }));
     return true;

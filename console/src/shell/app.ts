@@ -28,7 +28,7 @@ import { unitsChanged } from '../units';
 import { followAuthority } from './authority';
 import './banners';
 import { dialog } from './dialog';
-import { followFire } from './fire';
+import { followFire, soundAgain } from './fire';
 import { guideChanged, guideIsWanted } from './guide-key';
 import './nav';
 import { mayReload, reloadWhenSettled } from './reload';
@@ -332,12 +332,13 @@ export class LfApp extends LitElement {
 
   private leave(to: 'login' | 'setup'): void {
     if (this.phase === to) return;
+    // While there is a connection that takes their ends.
+    jog.endAll();
+    tuning.end();
     this.left = to === 'login' && (session() !== null || socket.resumes) ? UNKNOWN : null;
     this.phase = to;
     if (this.left) void this.lookWhatIsLeft();
     socket.rest();
-    jog.endAll();
-    tuning.end();
     holding.forget();
     dialog.closeAll();
   }
@@ -366,6 +367,7 @@ export class LfApp extends LitElement {
   }
 
   private enter(given: Session): void {
+    soundAgain();
     if (location.pathname === '/setup') {
       history.replaceState(null, '', '/#/overview');
       this.goTo();

@@ -77,15 +77,40 @@ function sound(): void {
   });
 }
 
-/** The sounders of the zones sound for a fire, not for a trouble alone. */
-function zonesSound(): boolean {
+/** What sounds until it is acknowledged or over: each fire, and the sounders of the zones, but not for a trouble alone. */
+function causes(): string[] {
+  const waiting = firesNow().filter(({ state }) => state === 'unack');
   const tone = zones.view()?.state.tone ?? 'off';
-  return tone !== 'off' && tone !== 'trouble';
+  const sounders = tone === 'off' || tone === 'trouble' ? [] : [`zones ${tone}`];
+  return [...waiting.map(({ id, since_ms }) => `${id} ${since_ms}`), ...sounders];
+}
+
+/** The causes that were silenced on this page. */
+let silenced: ReadonlySet<string> = new Set();
+
+export type Sounding = 'none' | 'sounds' | 'silenced';
+
+export function sounding(): Sounding {
+  const all = causes();
+  if (!soundWanted() || all.length === 0) return 'none';
+  return all.every((cause) => silenced.has(cause)) ? 'silenced' : 'sounds';
+}
+
+/** Ends the sound of what there is now, on this page only; what is new sounds. Nothing is acknowledged. */
+export function silenceHere(): void {
+  silenced = new Set(causes());
+}
+
+/** Ends the silence of this page: after a login a fire sounds until it is acknowledged. */
+export function soundAgain(): void {
+  silenced = new Set();
 }
 
 /** Sounds until every fire is acknowledged, and while the zones sound. Whether it can is known before there is a fire. */
 export function followFire(): void {
   const look = () => {
+    // What is over sounds when it comes again.
+    silenced = new Set(causes().filter((cause) => silenced.has(cause)));
     // A context needs a moment until it plays: it is blocked if it does not at the next look.
     turnBlocked(soundWanted() && audio !== null && !plays());
     if (!soundWanted()) return;
@@ -95,8 +120,7 @@ export function followFire(): void {
       return;
     }
     asked = false;
-    const waiting = firesNow().some(({ state }) => state === 'unack');
-    if (waiting || zonesSound()) sound();
+    if (sounding() === 'sounds') sound();
   };
   window.setInterval(look, AGAIN_MS);
   guarded(look);

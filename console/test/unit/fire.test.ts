@@ -118,6 +118,38 @@ test('what the system silences later is said, too', async () => {
   expect(fire.soundBlocked()).toBe(true);
 });
 
+test('silenced on this page: what there is now, until something is new, comes again, or a login', async () => {
+  const { store: own } = await import('../../src/hub/store');
+  const see = (...fires: Alarm[]) => vi.mocked(own.alarmsLive).mockReturnValue(fires);
+  const [one, other] = [
+    { ...FIRE, id: 'M1/fire', since_ms: 1 },
+    { ...FIRE, id: 'M2/fire', since_ms: 2 },
+  ];
+  see(one);
+  Context.pressed = true;
+  fire.followFire();
+  await vi.advanceTimersByTimeAsync(2000);
+  expect([fire.sounding(), tones()]).toEqual(['sounds', 2]);
+  fire.silenceHere();
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect([fire.sounding(), tones()]).toEqual(['silenced', 2]);
+  expect(fire.soundWanted(), 'the setting stays').toBe(true);
+  see(one, other);
+  await vi.advanceTimersByTimeAsync(2000);
+  expect([fire.sounding(), tones()], 'another fire').toEqual(['sounds', 4]);
+  fire.silenceHere();
+  see();
+  await vi.advanceTimersByTimeAsync(2000);
+  expect([fire.sounding(), tones()]).toEqual(['none', 4]);
+  see(one);
+  await vi.advanceTimersByTimeAsync(2000);
+  expect(tones(), 'the same again').toBe(6);
+  fire.silenceHere();
+  fire.soundAgain();
+  await vi.advanceTimersByTimeAsync(2000);
+  expect(tones(), 'after a login').toBe(8);
+});
+
 test('what is switched on is heard at once', async () => {
   kept.delete('lafet.sound');
   Context.pressed = true;

@@ -99,6 +99,15 @@ test('does not begin without a link or on a hidden page', () => {
   expect(sent).toEqual([]);
 });
 
+test('one that cannot be sent at all leaves no heartbeats behind', () => {
+  up = false;
+  const hold = jog.hold('M1', 'Vertical', 'max');
+  expect([hold.ended, jog.busy, vi.getTimerCount()]).toEqual([true, false, 0]);
+  up = true;
+  vi.advanceTimersByTime(600);
+  expect(sent).toEqual([]);
+});
+
 test('endAll releases everything, or one monitor', () => {
   jog.hold('M1', 'Vertical', 'max');
   jog.hold('M2', 'Vertical', 'max');

@@ -172,3 +172,23 @@ test('where a login is asked for, the connection that is heard remains for STOP'
   socket.stop();
   expect(left.close, 'nor after a logout').toHaveBeenCalledTimes(1);
 });
+
+test('without a session nothing that is held is sent, but its end and STOP are', async () => {
+  const { socket } = await import('../../src/hub/socket');
+  socket.start();
+  taken(socket);
+  socket.rest();
+  expect(socket.alive).toBe(true);
+  sent.length = 0;
+  expect(['jog', 'tune', 'jog_end', 'tune_beat'].map((type) => socket.send({ type }))).toEqual([
+    false,
+    false,
+    true,
+    true,
+  ]);
+  socket.ask({ type: 'stop' }).catch(() => {});
+  expect(sent.map(({ type }) => type)).toEqual(['jog_end', 'tune_beat', 'stop']);
+  socket.start();
+  taken(socket);
+  expect(socket.send({ type: 'jog' })).toBe(true);
+});

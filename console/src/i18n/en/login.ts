@@ -24,5 +24,8 @@ export default {
     'Your session was ended by an administrator or by a new password. Only STOP still works here, for {n} min. For LOCKOUT and everything else log in again.',
   'login.ended_nothing':
     'Your session has ended. STOP does NOT work here any more: log in, or stop the monitor from another console or at its own buttons.',
+  'login.silence': 'Silence the fire alarm on this page',
+  'login.silenced':
+    'The sound is off on this page only, and nothing is acknowledged. It returns with a new alarm that this page receives, and after you log in.',
   'login.link_used': 'This link has been used: there is an administrator already. Log in.',
 };

@@ -3,10 +3,12 @@
 import { css, html, LitElement, nothing } from 'lit';
 import { state } from 'lit/decorators.js';
 import { HubError } from '../../hub/errors';
+import { SECOND, TopicController } from '../../hub/store';
 import type { Session } from '../../hub/types';
 import { lang, setLang, t } from '../../i18n';
 import '../../parts/lf-button';
 import { icon } from '../../parts/icons';
+import { silenceHere, sounding } from '../../shell/fire';
 import { base, fields } from '../../theme/shared';
 
 const SECOND_MS = 1000;
@@ -124,6 +126,11 @@ export abstract class Entrance extends LitElement {
   /** The meaning of the hub's refusal here; else its own text is shown. */
   protected abstract refusal(code: string): string;
 
+  constructor() {
+    super();
+    new TopicController(this, () => ['alarms/', 'zones', SECOND], sounding);
+  }
+
   override firstUpdated(): void {
     this.renderRoot.querySelector('input')?.focus();
   }
@@ -145,8 +152,24 @@ export abstract class Entrance extends LitElement {
         <b class="brand"><img src="/icon.svg" width="32" height="32" alt="" />lafet</b>
         <lf-button kind="quiet" lang=${other} @click=${change}>${other === 'ru' ? 'Русский' : 'English'}</lf-button>
       </header>
-      <h1>${title}</h1>`;
+      <h1>${title}</h1>
+      ${this.fireSound()}`;
   }
+
+  /** A fire sounds here as well, and can be acknowledged only after the login. */
+  private fireSound() {
+    const now = sounding();
+    if (now === 'none') return nothing;
+    if (now === 'silenced') {
+      return html`<p class="note" role="status" id="silenced">${icon('info')}<span>${t('login.silenced')}</span></p>`;
+    }
+    return html`<lf-button id="silence" @click=${this.silence}>${t('login.silence')}</lf-button>`;
+  }
+
+  private readonly silence = (): void => {
+    silenceHere();
+    this.requestUpdate();
+  };
 
   protected userField() {
     return html`<label class="field"

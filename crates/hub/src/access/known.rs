@@ -248,7 +248,7 @@ impl Known {
     }
 
     /// Whether a session or token is still valid: neither ended nor expired. The question counts
-    /// as use.
+    /// as use. Of a certificate the time is the date.
     pub fn is_valid(&self, now_ms: u64, principal: &Principal) -> (bool, Option<Touch>) {
         let of = match principal.kind {
             Kind::Session => &self.sessions,

@@ -124,7 +124,8 @@ pub struct Principal {
     pub key: String,
     /// What a browser has to send along.
     pub csrf: String,
-    /// When the session ends, or what is left of it, by the steady time, ms; 0: never.
+    /// When the session ends, or what is left of it, by the steady time, ms; of a certificate, by the date, ms since
+    /// 1970; 0: never.
     pub expires_ms: u64,
     /// Whether the session is valid.
     pub standing: Standing,
@@ -149,7 +150,7 @@ impl Principal {
     }
 
     /// What a connection has left that outlasts the certificate of its client: it is as good as a session that has run
-    /// out.
+    /// out. By the date.
     pub fn outlasted(&self, now_ms: u64) -> Option<Self> {
         let until_ms = self.expires_ms.saturating_add(STALE_MS);
         let outlasts = self.kind == Kind::Certificate && now_ms < until_ms;

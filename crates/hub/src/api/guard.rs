@@ -324,13 +324,12 @@ fn identify(parts: &Parts, hub: &Hub) -> Option<Principal> {
 /// The owner of a certificate that ends at this date: on a connection that outlasts it, it is as good as a session
 /// that has run out.
 fn certified(principal: Principal, ends_ms: u64, hub: &Hub) -> Option<Principal> {
-    let (date_ms, steady_ms) = (hub.clock().now_ms(), hub.clock().steady_ms());
-    let (standing, until_ms) = match date_ms < ends_ms {
+    let date_ms = hub.clock().now_ms();
+    let (standing, expires_ms) = match date_ms < ends_ms {
         true => (Standing::Good, ends_ms),
         false => (Standing::Expired, ends_ms.saturating_add(STALE_MS)),
     };
-    let left_ms = until_ms.checked_sub(date_ms).filter(|left_ms| *left_ms > 0)?;
-    Some(Principal { standing, expires_ms: steady_ms.saturating_add(left_ms), ..principal })
+    (date_ms < expires_ms).then_some(Principal { standing, expires_ms, ..principal })
 }
 
 /// Whether a proxy has passed a request on, as far as it says so.
@@ -361,7 +360,7 @@ pub fn login_needed(hub: &Hub, left: Option<&Principal>) -> ApiError {
     let details = Details {
         setup_needed: Some(setup),
         standing: left.map(|left| left.standing),
-        left_ms: left.map(|left| left.expires_ms.saturating_sub(hub.clock().steady_ms())),
+        left_ms: left.map(|left| left.expires_ms.saturating_sub(hub.now_for(left))),
         ..Details::default()
     };
     ApiError::new(StatusCode::UNAUTHORIZED, "login_needed", text).with(details)

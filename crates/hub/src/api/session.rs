@@ -96,9 +96,10 @@ async fn session(State(hub): State<Hub>, caller: Caller) -> Json<Session> {
 }
 
 fn about(hub: &Hub, principal: &Principal) -> Session {
-    let expires_ms = match principal.expires_ms {
-        0 => 0,
-        steady_ms => hub.access().date_ms(steady_ms),
+    let expires_ms = match (principal.kind, principal.expires_ms) {
+        (_, 0) => 0,
+        (Kind::Certificate, date_ms) => date_ms,
+        (_, steady_ms) => hub.access().date_ms(steady_ms),
     };
     Session {
         user: principal.user.clone(),

@@ -34,6 +34,7 @@ use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::sync::lock;
 use crate::text::Both;
+use crate::words::SavedWord;
 
 /// How the audit log names the source of these requests.
 pub const TUNE: &str = "tune";
@@ -331,17 +332,35 @@ impl Held {
             self.rest(drive).await;
         }
         let until = Instant::now() + INSIST;
-        while tune::write(self, drive, tuning.before()).await.is_err() && Instant::now() < until {
+        let mut written = tune::write(self, drive, tuning.before()).await;
+        while written.is_err() && Instant::now() < until {
             sleep(AGAIN).await;
+            written = tune::write(self, drive, tuning.before()).await;
         }
         self.view.restored = self.has(drive, tuning.before()).await;
+        if let Err(Ended(error)) = &written {
+            let text = text::TuneNotWrittenBack { drive: Shown(drive), error }.words();
+            self.hub.event(Some(self.station.id()), &text);
+        }
         // One that stays is used when the monitor is next connected.
-        if self.view.restored
+        if written.is_ok()
+            && self.view.restored
             && let Some(note) = note_of(&self.hub, &self.station)
         {
             _ = note.remove();
         }
         tuned
+    }
+
+    /// Writes a value of before back, and waits until it is stored: the monitor has those of the measurement in its
+    /// memory, and would have them again after a loss of power. It does so even if another client holds the monitor by now.
+    async fn write_back(&self, request: MonitorRequest) -> Result<(), Ended> {
+        let outcome = self.hub.save(&Caller::hub(), &self.station, request).await?;
+        match outcome.saved {
+            Some(SavedWord::WriteFailed) => Err(Ended(text::TuneNotStored.words())),
+            // As for `lafet tune`: many monitors never confirm it.
+            Some(SavedWord::Stored | SavedWord::Unconfirmed) | None => Ok(()),
+        }
     }
 
     /// Whether these values are in force.
@@ -396,11 +415,9 @@ impl Held {
             joined.result().await?;
             return Ok(());
         }
-        // Values are written back even if another client holds the monitor by now.
-        let caller = if self.ending { Caller::hub() } else { self.caller.clone() };
-        let (station, interrupted, ending) = (self.station.clone(), self.interrupted, self.ending);
-        let valid = move || ending || station.interrupted.load(Ordering::SeqCst) == interrupted;
-        self.hub.command_while(&caller, &self.station, request, Arc::new(valid)).await?;
+        let (station, interrupted) = (self.station.clone(), self.interrupted);
+        let valid = move || station.interrupted.load(Ordering::SeqCst) == interrupted;
+        self.hub.command_while(&self.caller, &self.station, request, Arc::new(valid)).await?;
         Ok(())
     }
 
@@ -423,11 +440,14 @@ impl Bench for Held {
         name: &'static str,
         value: i32,
     ) -> Result<(), Ended> {
-        if !self.ending {
-            self.goes_on()?;
-        }
         let (id, values) = (ParamId::of(name), [value]);
-        self.send(&Request::new(drive, Body::SetParam { id, values: Ints::Values(&values) })).await
+        let request = Request::new(drive, Body::SetParam { id, values: Ints::Values(&values) });
+        if self.ending {
+            return self.write_back(MonitorRequest::new(&request)?).await;
+        }
+        self.goes_on()?;
+        // One of the measurement is in force for seconds: that it is stored is not waited for.
+        self.send(&request).await
     }
 
     async fn keep(&mut self, kept: &Kept) -> Result<(), Ended> {

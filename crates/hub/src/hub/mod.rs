@@ -23,7 +23,7 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 use utoipa::ToSchema;
 
-use crate::access::{Access, Logins, Principal, Turns};
+use crate::access::{Access, Kind, Logins, Principal, Turns};
 use crate::alarms::Alarms;
 use crate::api::{Answering, Lasting, Packing, Places};
 use crate::clock::Clock;
@@ -331,7 +331,16 @@ impl Hub {
 
     /// Whether a client still has the rights with which it was identified.
     pub fn is_still_good(&self, principal: &Principal) -> bool {
-        principal.is_good() && self.access().is_valid(self.clock().steady_ms(), principal)
+        principal.is_good() && self.access().is_valid(self.now_for(principal), principal)
+    }
+
+    /// Now, by the clock by which a client's rights end: those of a certificate at a date, whatever the date is set to
+    /// while a connection lasts; all others after a time that no setting changes.
+    pub fn now_for(&self, principal: &Principal) -> u64 {
+        match principal.kind {
+            Kind::Certificate => self.clock().now_ms(),
+            _ => self.clock().steady_ms(),
+        }
     }
 
     /// The moment of the start.

@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::time::{Duration, Instant, SystemTime};
 
 use lafet_capture::{Format, Piece, ReadError, Recorder};
@@ -15,6 +15,7 @@ use time::OffsetDateTime;
 use super::{Recording, Whose, player};
 use crate::store::replace;
 use crate::store::reserve::try_writing;
+use crate::sync::lock;
 
 /// How often the folder is looked at for what is too old or too much.
 const KEEP: Duration = Duration::from_secs(60);
@@ -83,6 +84,8 @@ pub struct Folder(Arc<Place>);
 struct Place {
     path: PathBuf,
     temporary: bool,
+    /// The names in the folder of what is being written, by the names that were given.
+    written: Mutex<HashMap<String, String>>,
 }
 
 impl Drop for Place {
@@ -102,7 +105,7 @@ impl Folder {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             std::env::temp_dir().join(format!("lafet-recordings-{}-{number}", std::process::id()))
         });
-        Self(Arc::new(Place { path, temporary }))
+        Self(Arc::new(Place { path, temporary, written: Mutex::default() }))
     }
 
     /// Makes it, if it is not there, and takes over what a hub before this one has left in it.
@@ -144,6 +147,12 @@ impl Folder {
     /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.0.path
+    }
+
+    /// The name in the folder of a recording that is being written, by the name that it was given; `None`: it has no
+    /// file.
+    pub fn written(&self, given: &str) -> Option<String> {
+        lock(&self.0.written).get(given).cloned()
     }
 
     /// Whether there is a file of this name.
@@ -384,6 +393,7 @@ impl<'a> Writer<'a> {
                         if let Err(error) = &recorder {
                             self.failed(error);
                         }
+                        lock(&self.place.0.written).insert(given.clone(), name.clone());
                         self.open.insert(given, Written { name, recorder: recorder.ok() });
                     }
                     Err(error) => self.failed(&error),
@@ -401,6 +411,7 @@ impl<'a> Writer<'a> {
             Work::End(meta) => {
                 // Of one that has no file there is nothing to describe: its name may be another's.
                 let Some(Written { name, recorder }) = self.open.remove(&meta.name) else { return };
+                lock(&self.place.0.written).remove(&meta.name);
                 let ended = recorder.map_or(Ok(()), Recorder::finish);
                 let meta = Recording { name, ..meta };
                 if let Err(error) = ended.and_then(|()| tell(self.place.path(), &meta)) {

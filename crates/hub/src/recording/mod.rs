@@ -340,9 +340,12 @@ impl Recordings {
         }
     }
 
-    /// Ends a recording that is being written.
+    /// Ends a recording that is being written, by its name in the folder.
     pub fn end_one(&self, name: &str) {
-        self.end(&mut lock(&self.inner), |it| it.meta.name == name);
+        self.end(&mut lock(&self.inner), |it| {
+            let written = self.folder.written(&it.meta.name);
+            written.as_deref().unwrap_or(&it.meta.name) == name
+        });
     }
 
     /// Ends all, as the hub ends, and waits for the disk, but not for one that does not answer.
@@ -389,15 +392,19 @@ impl Recordings {
         matches!(self.work.try_send(work), Err(TrySendError::Full(_)))
     }
 
-    /// All recordings, the latest first.
+    /// All recordings that are in the folder, the latest first; of those that are being written, how far they are.
+    /// Waits for the disk.
     pub fn list(&self) -> Vec<Recording> {
+        // What was started before has its file and its name then.
+        self.flush();
         let running: Vec<Recording> =
             lock(&self.inner).running.iter().map(|it| it.meta.clone()).collect();
         let mut all = self.folder.list();
         for meta in running {
-            let size = self.folder.size(&meta.name);
-            all.retain(|it| it.name != meta.name);
-            all.push(Recording { size, ..meta });
+            let Some(name) = self.folder.written(&meta.name) else { continue };
+            if let Some(it) = all.iter_mut().find(|it| it.name == name) {
+                *it = Recording { name, size: it.size, ..meta };
+            }
         }
         all.sort_by(|a, b| (b.from_ms, &b.name).cmp(&(a.from_ms, &a.name)));
         all
@@ -512,6 +519,21 @@ mod tests {
         std::fs::write(&old, "old").unwrap();
         let ask = || recordings.ask((at_ms, at_ms, at_ms), whose.clone(), "anna").unwrap().name;
         assert_eq!([ask(), ask()], ["20251121-080000-M1.mcap", "20251121-080000-M1-2.mcap"]);
+        let listed = || {
+            let all = recordings.list().into_iter();
+            let mut all: Vec<String> =
+                all.map(|it| format!("{} {} {}", it.name, it.cause, it.recording)).collect();
+            all.sort();
+            all
+        };
+        let [first, second] =
+            ["20251121-080000-M1-2.mcap asked", "20251121-080000-M1-2-2.mcap asked"];
+        let before = "20251121-080000-M1.mcap uploaded false".to_owned();
+        let expected = [format!("{second} true"), format!("{first} true"), before.clone()];
+        assert_eq!(listed(), expected, "by the names that they have");
+        recordings.end_one("20251121-080000-M1-2.mcap");
+        let expected = [format!("{second} true"), format!("{first} false"), before];
+        assert_eq!(listed(), expected, "it ends the one that has this name");
         recordings.end_all();
         assert_eq!(std::fs::read_to_string(old).unwrap(), "old");
         let mut names: Vec<String> = recordings

@@ -74,6 +74,20 @@ const FORGET: [&str; 3] = [
 const FORGET_ALARMS: &str = "DELETE FROM alarm WHERE rowid IN
   (SELECT rowid FROM alarm WHERE at_ms < ?1 ORDER BY at_ms LIMIT ?2)";
 
+/// Marks the end of values that were current: the last row of a series until a time says that it is known.
+const END_RAW: &str = "INSERT OR IGNORE INTO raw
+  SELECT id, MAX((SELECT t FROM mark WHERE name = 'known'), last + 1), NULL
+  FROM (SELECT id, (SELECT MAX(t) FROM raw WHERE series = id AND t <= ?1) AS last FROM series)
+  WHERE (SELECT value FROM raw WHERE series = id AND t = last) IS NOT NULL";
+const END_MINUTES: &str = "INSERT OR IGNORE INTO gap
+  SELECT id, MAX((SELECT t FROM mark WHERE name = 'known'), last + 1)
+  FROM (SELECT id, (SELECT MAX(t) FROM minute WHERE series = id AND t <= ?1) AS last FROM series)
+  WHERE last IS NOT NULL
+  AND last >= COALESCE((SELECT MAX(t) FROM gap WHERE series = id AND t <= ?1), 0)";
+/// What a hub has stored last is at most so much later than the time until which it says that values are known.
+/// What is later still was stored before the date was put back.
+const KNOWN_LATE_MS: i64 = 2 * MINUTE_MS as i64;
+
 /// Numbers of series that are known, for the thread that writes.
 pub type Ids = HashMap<Arc<Key>, i64>;
 
@@ -89,18 +103,11 @@ pub fn resume(db: &mut Connection) -> Result<(), rusqlite::Error> {
     let dense_ms = dense_ms.map_or(0, |t| t.saturating_add(MINUTE_MS as i64));
     transaction.execute("INSERT OR IGNORE INTO mark VALUES ('sparse', ?1)", [dense_ms])?;
     transaction.execute("INSERT OR IGNORE INTO mark VALUES ('known', ?1)", [dense_ms])?;
-    transaction.execute(
-        "INSERT OR IGNORE INTO raw SELECT id, MAX((SELECT t FROM mark WHERE name = 'known'), last + 1),
-           NULL FROM (SELECT id, (SELECT MAX(t) FROM raw WHERE series = id) AS last FROM series)
-         WHERE (SELECT value FROM raw WHERE series = id AND t = last) IS NOT NULL",
-        [],
-    )?;
-    transaction.execute(
-        "INSERT OR IGNORE INTO gap SELECT id, MAX((SELECT t FROM mark WHERE name = 'known'), last + 1)
-         FROM (SELECT id, (SELECT MAX(t) FROM minute WHERE series = id) AS last FROM series)
-         WHERE last IS NOT NULL AND last >= COALESCE((SELECT MAX(t) FROM gap WHERE series = id), 0)",
-        [],
-    )?;
+    let known_ms: i64 = transaction.query_row(MARK, ["known"], |row| row.get(0))?;
+    for until_ms in [known_ms.saturating_add(KNOWN_LATE_MS), i64::MAX] {
+        transaction.execute(END_RAW, [until_ms])?;
+        transaction.execute(END_MINUTES, [until_ms])?;
+    }
     transaction.commit()
 }
 
@@ -408,6 +415,31 @@ mod tests {
             assert_eq!(raw("b"), [(1000, Some(1.0)), (2000, None)]);
             let all = minutes_of(&db, "M1", "a", (0, u64::MAX)).unwrap();
             assert_eq!((all.len(), all[0].until_ms), (1, 500_000));
+        }
+    }
+
+    /// What was stored at later dates, before the date was put back, hides no end.
+    #[test]
+    fn after_a_kill_nothing_is_known_though_later_dates_have_values() {
+        let mut db = new();
+        resume(&mut db).unwrap();
+        let rows = [
+            Row::Raw(key("a"), DAY_MS, Some(1.0)),
+            Row::Minute(key("a"), DAY_MS, [1.0; 3]),
+            Row::Raw(key("a"), DAY_MS + 5000, None),
+            Row::Gap(key("a"), DAY_MS + 5000),
+            Row::Raw(key("a"), 1000, Some(2.0)),
+            Row::Minute(key("a"), 1000, [2.0; 3]),
+            Row::Known(500_000),
+        ];
+        store(&mut db, &mut Ids::new(), &rows).unwrap();
+        for _ in 0..2 {
+            resume(&mut db).unwrap();
+            let expected =
+                [(1000, Some(2.0)), (500_000, None), (DAY_MS, Some(1.0)), (DAY_MS + 5000, None)];
+            assert_eq!(changes_of(&db, "M1", "a", (0, u64::MAX)).unwrap(), expected);
+            let all = minutes_of(&db, "M1", "a", (0, u64::MAX)).unwrap();
+            assert_eq!((all.len(), all[0].until_ms), (2, 500_000));
         }
     }
 

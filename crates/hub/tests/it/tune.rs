@@ -60,6 +60,14 @@ async fn a_stop_of_another_client_ends_it_and_the_values_are_as_before() {
     assert!(ended["text"]["en"].as_str().unwrap().contains("STOP"), "{ended}");
     assert_eq!(ended["restored"], true, "{ended}");
     assert_eq!(value(&site, "StopLag").await, before);
+    support::until("noted", || site.hub.audit().waiting() == 0).await;
+    let log = site.hub.audit().latest(None, 1000, Some("M1".into()), None).await.unwrap();
+    for name in ["StopLag", "MinSpeed"] {
+        let set = format!("SetParam {DRIVE} {name}");
+        let saved = log.iter().filter(|it| it.record.what.starts_with(&set));
+        let saved = saved.filter(|it| it.record.details["saved"].is_string());
+        assert!(saved.count() > 0, "{name}: that it is stored is waited for: {log:?}");
+    }
     assert!(
         support::stays(Duration::from_secs(2), || !moves(&site)).await,
         "nothing moves after it"

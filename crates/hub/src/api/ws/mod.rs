@@ -147,7 +147,7 @@ struct Pings {
 
 /// How far the client of a connection may go on; `None`: not at all. Memory is asked, no disk.
 fn standing(hub: &Hub, principal: &Principal) -> Option<Standing> {
-    let now_ms = hub.clock().steady_ms();
+    let now_ms = hub.now_for(principal);
     match hub.access().is_valid(now_ms, principal) {
         true => Some(Standing::Good),
         false => principal.outlasted(now_ms).map(|left| left.standing),

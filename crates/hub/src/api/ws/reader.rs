@@ -167,7 +167,8 @@ impl Reader {
 
     /// What is not urgent, of a client whose certificate has ended: it is answered as a session that has run out.
     async fn refuse(&mut self, said: Said) {
-        let left = self.caller.principal.outlasted(self.hub.clock().steady_ms());
+        let principal = &self.caller.principal;
+        let left = principal.outlasted(self.hub.now_for(principal));
         let error = guard::login_needed(&self.hub, left.as_ref());
         match said {
             Said::Jog { monitor, beat } => self.tell(monitor, &beat, Err(error)),

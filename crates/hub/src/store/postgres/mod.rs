@@ -80,6 +80,18 @@ INSERT INTO lafet_gap SELECT id, GREATEST((SELECT t FROM lafet_mark WHERE name =
   FROM lafet_series CROSS JOIN LATERAL
     (SELECT t FROM lafet_minute WHERE series = id ORDER BY t DESC LIMIT 1) AS last
   WHERE last.t >= COALESCE((SELECT MAX(t) FROM lafet_gap WHERE series = id), 0)
+  ON CONFLICT DO NOTHING;
+INSERT INTO lafet_raw SELECT id, GREATEST(known.t, last.t + 1), NULL
+  FROM lafet_mark AS known CROSS JOIN lafet_series CROSS JOIN LATERAL
+    (SELECT r.t, r.value FROM lafet_raw AS r WHERE r.series = id AND r.t <= known.t + 120000
+     ORDER BY r.t DESC LIMIT 1) AS last
+  WHERE known.name = 'known' AND last.value IS NOT NULL ON CONFLICT DO NOTHING;
+INSERT INTO lafet_gap SELECT id, GREATEST(known.t, last.t + 1)
+  FROM lafet_mark AS known CROSS JOIN lafet_series CROSS JOIN LATERAL
+    (SELECT m.t FROM lafet_minute AS m WHERE m.series = id AND m.t <= known.t + 120000
+     ORDER BY m.t DESC LIMIT 1) AS last
+  WHERE known.name = 'known' AND last.t >= COALESCE((SELECT MAX(g.t) FROM lafet_gap AS g
+    WHERE g.series = id AND g.t <= known.t + 120000), 0)
   ON CONFLICT DO NOTHING;";
 
 const ID: &str = "SELECT id FROM lafet_series WHERE monitor = $1 AND name = $2";

@@ -92,3 +92,29 @@ async fn a_websocket_outlasts_the_certificate_of_its_client_to_stop() {
     assert_eq!(socket.next_where(|_| false).await, Err(4401));
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+/// The hub was started with a wrong date, which is set while a connection is open.
+#[tokio::test]
+async fn a_date_that_is_set_ends_a_certificate_on_an_open_websocket() {
+    let folder = std::env::temp_dir().join(format!("lafet-date-set-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let authority = Authority::new();
+    let tls = authority.write(&folder);
+    let time = ManualTime::at(START_MS);
+    let site = Site::at(1, Clock::Manual(time.clone()), |config| config.tls = Some(tls)).await;
+    let connect = async || authority.connect(site.address, Some("scada")).await.unwrap();
+    let about = http_over(connect().await, "localhost", "GET", "/api/session", &[], "").await;
+    let ends_ms = about.body["expires_ms"].as_u64().unwrap();
+    let mut socket = Secure::open(connect().await).await;
+    let take = json!({ "type": "authority", "monitor": "M1", "action": "take" });
+    assert!(socket.ask(take.clone()).await["authority"].is_object());
+
+    time.set_date(ends_ms + 1000);
+    let error = socket.ask(take).await["error"].clone();
+    let expected = (&json!("login_needed"), &json!("expired"));
+    assert_eq!((&error["code"], &error["standing"]), expected, "{error}");
+    assert!((1..DAY_MS).contains(&error["left_ms"].as_u64().unwrap()), "{error}");
+    let answer = socket.ask(json!({ "type": "stop", "monitor": "M1" })).await;
+    assert_eq!(answer["result"]["ok"], true, "{answer}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}

@@ -18,7 +18,14 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-update", &["lafet-device", "lafet-proto"]),
     (
         "lafet-sim",
-        &["lafet-ballistics", "lafet-device", "lafet-plant", "lafet-proto", "lafet-texts"],
+        &[
+            "lafet-ballistics",
+            "lafet-device",
+            "lafet-plant",
+            "lafet-proto",
+            "lafet-texts",
+            "lafet-update",
+        ],
     ),
     ("lafet-site", &["lafet-texts"]),
     ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
@@ -61,6 +68,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-device",
             "lafet-proto",
             "lafet-texts",
+            "lafet-update",
         ],
     ),
     ("xtask", &[]),
@@ -68,7 +76,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 
 /// Further dependencies of tests.
 const TEST_ARROWS: &[(&str, &[&str])] = &[
-    ("lafet-client", &["lafet-sim", "lafet-device"]),
+    ("lafet-client", &["lafet-sim", "lafet-device", "lafet-update"]),
     ("lafet-conform", &["lafet-sim", "lafet-device"]),
     ("lafet-hub", &["lafet-sim", "lafet-device"]),
 ];

@@ -1,14 +1,12 @@
 //! Options for the surroundings of a simulated monitor, besides its fires: wind, and what misleads
 //! or blinds the detector.
 
-use core::fmt::Display;
-
 use clap::Args;
 use lafet_sim::detector::{Glare, Wall};
 use lafet_sim::sim::Config;
-use lafet_texts::{Text, cli as text};
+use lafet_texts::{Text, Words, cli as text};
 
-use crate::lang::{Lang, current};
+use crate::lang::current;
 
 /// Strongest mean wind, m/s; a hurricane reaches 33.
 const WIND_MAX_MPS: f64 = 50.0;
@@ -63,13 +61,9 @@ fn wall(text: &str) -> Result<Wall, String> {
     text.parse().map_err(|error| told(error, text::WallExpected))
 }
 
-/// An error message: what is wrong, which lafet-sim has in English only, and what to write.
-pub fn told(error: impl Display, form: impl Text) -> String {
-    let write = text::WriteInstead { form }.of(current());
-    match current() {
-        Lang::En => format!("{error}; {write}"),
-        Lang::Ru => write,
-    }
+/// An error message: what is wrong, and what to write.
+pub fn told(error: Words, form: impl Text) -> String {
+    format!("{}; {}", error.of(current()), text::WriteInstead { form }.of(current()))
 }
 
 #[cfg(test)]

@@ -155,6 +155,8 @@ pub mod tune;
 #[cfg(feature = "client")]
 mod turn;
 #[cfg(feature = "client")]
+pub mod update;
+#[cfg(feature = "client")]
 pub mod url;
 
 pub use answers::{AnswerBuf, Answers, RequestBuf};

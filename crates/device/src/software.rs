@@ -138,7 +138,8 @@ impl Device {
 
     /// Carries out what was accepted, and restarts what has been committed or was not confirmed.
     pub(crate) fn step_software(&mut self, now: Millis, dt_ms: u32, hal: &mut impl Hal) {
-        let ready = self.may_update() && !self.general.is_restarting();
+        let waits = self.software.held_len > 0;
+        let ready = waits && self.may_update() && !self.general.is_restarting();
         let Updating { report, held, held_len, dropped, on_trial_ms } = &mut self.software;
         let Some(software) = hal.software() else {
             (*report, *held_len) = (None, 0);

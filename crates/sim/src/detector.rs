@@ -15,6 +15,7 @@
 //! fires behind them whose middle lies below their edge. Smoke and the jet do not hide anything.
 
 use lafet_device::image::{DetectorInput, Spot};
+use lafet_texts::{Text as _, Words, sim as text};
 
 use crate::fault::{Faults, SingleFault};
 use crate::fire::Fire;
@@ -51,10 +52,10 @@ pub struct Wall {
 }
 
 impl core::str::FromStr for Glare {
-    type Err = String;
+    type Err = Words;
 
     /// Reads `az=30,el=5,size=0.5,brightness=2000`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Words> {
         let [azimuth_deg, elevation_deg, size_deg, brightness] =
             numbers(text, ["az", "el", "size", "brightness"])?;
         within("az", azimuth_deg, -360.0, 360.0)?;
@@ -66,10 +67,10 @@ impl core::str::FromStr for Glare {
 }
 
 impl core::str::FromStr for Wall {
-    type Err = String;
+    type Err = Words;
 
     /// Reads `from=-10,to=10,range=15,height=3`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Words> {
         let [from_deg, to_deg, range_m, height_m] =
             numbers(text, ["from", "to", "range", "height"])?;
         within("from", from_deg, -180.0, 180.0)?;
@@ -80,28 +81,28 @@ impl core::str::FromStr for Wall {
     }
 }
 
-fn within(name: &str, value: f64, least: f64, most: f64) -> Result<(), String> {
+fn within(name: &str, value: f64, least: f64, most: f64) -> Result<(), Words> {
     match (least..=most).contains(&value) {
         true => Ok(()),
-        false => Err(format!("`{name}={value}`: {least} to {most}")),
+        false => Err(text::GivenOutside { name, value, least, most }.words()),
     }
 }
 
 /// The numbers of `a=1,b=2`, each name once, in the order of the names.
-fn numbers<const N: usize>(text: &str, names: [&str; N]) -> Result<[f64; N], String> {
+fn numbers<const N: usize>(text: &str, names: [&str; N]) -> Result<[f64; N], Words> {
     let mut values = [None; N];
     for field in text.split(',') {
         let (name, value) =
-            field.split_once('=').ok_or_else(|| format!("`{field}`: expected name=value"))?;
+            field.split_once('=').ok_or_else(|| text::GivenUnnamed { field }.words())?;
         let index = names.iter().position(|known| *known == name.trim());
-        let index = index.ok_or_else(|| format!("`{name}`: known are {}", names.join(", ")))?;
+        let index =
+            index.ok_or_else(|| text::GivenUnknown { name, known: names.join(", ") }.words())?;
         let number = value.trim().parse().ok().filter(|number: &f64| number.is_finite());
-        values[index] =
-            Some(number.ok_or_else(|| format!("`{field}`: `{value}` is not a number"))?);
+        values[index] = Some(number.ok_or_else(|| text::GivenNoNumber { field, value }.words())?);
     }
     let mut all = [0.0; N];
     for ((slot, value), name) in all.iter_mut().zip(values).zip(names) {
-        *slot = value.ok_or_else(|| format!("{name}= is needed"))?;
+        *slot = value.ok_or_else(|| text::GivenNeeded { name }.words())?;
     }
     Ok(all)
 }
@@ -369,8 +370,14 @@ mod tests {
             let spots = look(&walled, aim(0.0, 0.0), &fires, &Faults::default());
             assert_eq!(spots.len(), seen, "{wall}");
         }
-        for bad in ["az=1", "az=x,el=1,size=1,brightness=1", "az=1,el=1,size=1,hue=1"] {
-            assert!(bad.parse::<Glare>().is_err(), "{bad}");
+        for (bad, russian) in [
+            ("az", "`az`: ожидается имя=значение"),
+            ("az=1", "нужно el="),
+            ("az=x,el=1,size=1,brightness=1", "`az=x`: `x` — не число"),
+            ("az=1,el=1,size=1,hue=1", "`hue`: известны az, el, size, brightness"),
+            ("az=1,el=1,size=0,brightness=1", "`size=0`: от 0,01 до 90"),
+        ] {
+            assert_eq!(bad.parse::<Glare>().unwrap_err().ru, russian, "{bad}");
         }
     }
 }

@@ -36,6 +36,8 @@
 
 use core::f64::consts::FRAC_PI_4;
 
+use lafet_texts::{Text as _, Words, sim as text};
+
 use crate::airborne::Portion;
 use crate::foam::{Blanket, Falling, Foam};
 use crate::jet::Landing;
@@ -103,19 +105,19 @@ impl Default for FireSpec {
 }
 
 impl core::str::FromStr for FireSpec {
-    type Err = String;
+    type Err = Words;
 
     /// Reads `az=30,range=25,size=1.5,growth=0.01,reignites=1,lit=0,class=hydrocarbon`; az and range
     /// are needed.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, Words> {
         let mut spec = Self::default();
         let (mut azimuth, mut range) = (false, false);
         for field in text.split(',') {
             let (name, value) =
-                field.split_once('=').ok_or_else(|| format!("`{field}`: expected name=value"))?;
+                field.split_once('=').ok_or_else(|| text::GivenUnnamed { field }.words())?;
             if name.trim() == "class" {
                 let known = Class::ALL.into_iter().find(|(class, _)| *class == value.trim());
-                spec.class = known.ok_or_else(|| format!("`{field}`: solid or hydrocarbon"))?.1;
+                spec.class = known.ok_or_else(|| text::GivenClass { field }.words())?.1;
                 continue;
             }
             let number: f64 = value
@@ -123,30 +125,29 @@ impl core::str::FromStr for FireSpec {
                 .parse()
                 .ok()
                 .filter(|number: &f64| number.is_finite())
-                .ok_or_else(|| format!("`{field}`: `{value}` is not a number"))?;
+                .ok_or_else(|| text::GivenNoNumber { field, value }.words())?;
             let positive = |least: f64| {
                 if number >= least {
                     Ok(number)
                 } else {
-                    Err(format!("`{field}`: least is {least}"))
+                    Err(text::GivenTooLittle { field, least }.words())
                 }
             };
             match name.trim() {
                 "az" if number.abs() <= 360.0 => (spec.azimuth_deg, azimuth) = (number, true),
-                "az" => return Err(format!("`{field}`: −360…360 degrees")),
+                "az" => return Err(text::GivenDirection { field }.words()),
                 "range" => (spec.range_m, range) = (positive(0.5)?, true),
                 "size" => spec.size_m = positive(0.05)?,
                 "growth" => spec.growth_mps = positive(0.0)?,
                 "reignites" => spec.reignites = number != 0.0,
                 "lit" => spec.lit = number != 0.0,
                 _ => {
-                    return Err(format!(
-                        "`{name}`: known are az, range, size, growth, reignites, lit, class"
-                    ));
+                    let known = "az, range, size, growth, reignites, lit, class";
+                    return Err(text::GivenUnknown { name, known }.words());
                 }
             }
         }
-        if azimuth && range { Ok(spec) } else { Err("az= and range= are needed".to_owned()) }
+        if azimuth && range { Ok(spec) } else { Err(text::GivenNoPlace.words()) }
     }
 }
 

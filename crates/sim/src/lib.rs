@@ -39,6 +39,7 @@ pub mod scenario;
 mod sensor;
 pub mod sim;
 pub mod site;
+mod software;
 pub mod throw;
 pub mod unit;
 pub mod valve;

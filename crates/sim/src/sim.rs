@@ -12,11 +12,13 @@ use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::Body;
 use lafet_proto::status::FaultInfo;
 use lafet_proto::{Answer, Request, SubsystemId};
+use lafet_update::Started;
 
 use crate::detector::{Glare, Wall};
 use crate::fire::FireSpec;
 use crate::flash::{Cut, Flash};
 use crate::obstacle::Obstacle;
+use crate::software;
 use crate::world::{STEP_MS, World, WorldConfig};
 
 mod monitor;
@@ -24,6 +26,8 @@ mod rest;
 mod trace;
 
 use monitor::Monitor;
+
+pub use crate::software::{Software, SoftwareFlash, Trial};
 
 /// Steps made before it is looked whether the monitor rests, at first and at most.
 const PATIENCE: [u32; 2] = [64, 4096];
@@ -68,6 +72,8 @@ pub struct Config {
     pub clock_ms: u32,
     /// Memory to start with; without one it is a new monitor with the factory's parameters.
     pub flash: Option<Flash>,
+    /// Software that can be updated over the link; without it the monitor does not know the request.
+    pub software: Option<Software>,
     /// Keep a line of trace for each 100 ms.
     pub trace: bool,
     /// Height of the nozzle above ground, m. The monitor's own figure is its parameter Height.
@@ -97,6 +103,7 @@ impl Default for Config {
             relative: [false; AXES],
             clock_ms: 0,
             flash: None,
+            software: None,
             trace: false,
             height_m: world.height_m,
             obstacles: Vec::new(),
@@ -371,6 +378,23 @@ impl Sim {
     /// come yet.
     pub fn cut_power_at(&mut self, cuts: &[Cut]) {
         self.wake().cut_power_at(cuts);
+    }
+
+    /// The same as [`Self::cut_power_at`] in words and erases of the flash that has the software.
+    pub fn cut_software_at(&mut self, cuts: &[Cut]) {
+        self.wake().cut_software_at(cuts);
+    }
+
+    /// Which software runs, of software that can be updated. `None` without such, and while nothing
+    /// runs: no power, no image that may be started, or one that hangs.
+    pub fn running(&self) -> Option<Started> {
+        if self.is_powered() { self.world().running() } else { None }
+    }
+
+    /// The flash of software that can be updated, to be kept in a file: both slots and the record. It
+    /// has changed when [`World::software_chip`] counts other steps.
+    pub fn software_flash(&self) -> Option<Vec<u8>> {
+        self.world().software_chip().map(software::to_bytes)
     }
 
     /// Takes the supply away, until [`Sim::power_on`]: nothing is driven, nothing is answered.

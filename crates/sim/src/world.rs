@@ -6,12 +6,13 @@
 
 use lafet_device::composition::{Composition, DriveKind};
 use lafet_device::guard::Passed;
-use lafet_device::hal::{Hal, Key, Storage, StorageError};
+use lafet_device::hal::{Hal, Key, Software, Storage, StorageError};
 use lafet_device::image::{
     AXES, Axis, Inputs, Outputs, UNITS as UNIT_COUNT, UnitInput, VALVES, ValveNo, ValveOutput,
 };
 use lafet_proto::SubsystemId;
 use lafet_proto::flags::{Button, ButtonState};
+use lafet_update::Started;
 
 use crate::airborne::{Airborne, Portion};
 use crate::climate::Climate;
@@ -22,13 +23,14 @@ use crate::event::{Event, Events, What};
 use crate::fault::{ButtonFault, DriveFault, Fault, Faults, Post, UNITS};
 use crate::fire::{Fire, FireSpec};
 use crate::fires::Fires;
-use crate::flash::Flash;
+use crate::flash::{Chip, Flash};
 use crate::gust::Gusts;
 use crate::jet::{Jet, Landing};
 use crate::nozzle::MONITOR;
 use crate::power::Power;
 use crate::rng::Rng;
 use crate::sensor::Sensors;
+use crate::software::Programs;
 use crate::unit::{POLL_MS, RemoteUnit};
 use crate::valve::Valve;
 use crate::water::Water;
@@ -140,6 +142,8 @@ pub struct World {
     pub gusts: Gusts,
     /// Height of the nozzle above ground, m.
     pub height_m: f64,
+    /// Software that can be updated, where the monitor has it.
+    pub(crate) software: Option<Box<Programs>>,
     deployer: bool,
     /// In boxes: few monitors have any, and the others need not walk past them in each step.
     units: [Option<Box<RemoteUnit>>; UNIT_COUNT],
@@ -184,6 +188,7 @@ impl World {
             wind: config.wind,
             gusts: Gusts::new(config.gusts, config.seed),
             height_m: config.height_m,
+            software: None,
             deployer: config.deployer,
             units: UNITS
                 .map(|unit| config.remote[unit as usize].then(|| Box::new(RemoteUnit::new(unit)))),
@@ -312,8 +317,11 @@ impl World {
         let now_us = (self.now_ms + STEP_MS) * 1000;
         if self.busy_until_us > now_us {
             let left_us = self.busy_until_us - now_us;
-            let busy_us = self.flash.chip().busy_us();
-            self.flash.interrupt(busy_us.saturating_sub(left_us));
+            let at_us = self.busy_us().saturating_sub(left_us);
+            self.flash.interrupt(at_us);
+            if let Some(chip) = self.software_chip_mut() {
+                chip.interrupt(at_us);
+            }
         }
         self.busy_until_us = 0;
         self.commanded = Outputs::default();
@@ -331,6 +339,46 @@ impl World {
         self.busy_until_us >= (self.now_ms + STEP_MS) * 1000
     }
 
+    /// What runs of the software that can be updated; `None` where there is none, or nothing runs.
+    pub(crate) fn running(&self) -> Option<Started> {
+        self.software.as_deref().and_then(Programs::running)
+    }
+
+    /// The flash of the software that can be updated, where the monitor has such.
+    pub fn software_chip(&self) -> Option<&Chip> {
+        self.software.as_deref().map(Programs::chip)
+    }
+
+    /// The flash of the software that can be updated: bits to flip.
+    pub fn software_chip_mut(&mut self) -> Option<&mut Chip> {
+        self.software.as_deref_mut().map(Programs::chip_mut)
+    }
+
+    /// Whether a cut has taken the power, in the memory or in the flash of the software.
+    pub(crate) fn is_off(&self) -> bool {
+        self.flash.chip().is_off() || self.software_chip().is_some_and(Chip::is_off)
+    }
+
+    /// Time that the flash was written and erased in this step, µs: one part of it after the other.
+    fn busy_us(&self) -> u64 {
+        let busy_us = self.flash.chip().busy_us();
+        self.software_chip().map_or(busy_us, |chip| chip.busy_us().max(busy_us))
+    }
+
+    /// A step of the program begins.
+    pub(crate) fn begin_flash(&mut self) {
+        self.flash.begin();
+        if let Some(chip) = self.software_chip_mut() {
+            chip.begin();
+        }
+    }
+
+    /// The bootloader starts the software that can be updated. Where nothing runs then: after how long
+    /// the next reset comes, ms.
+    pub(crate) fn start_software(&mut self) -> Option<u64> {
+        self.software.as_deref_mut().and_then(Programs::start)
+    }
+
     /// The program starts: the store is mounted, encoders begin to count.
     pub(crate) fn start_flash(&mut self) {
         for (drive, input) in self.drives.iter_mut().zip(&mut self.sensed.drives) {
@@ -340,12 +388,15 @@ impl World {
             }
         }
         self.flash.begin();
+        if let Some(software) = &self.software {
+            self.flash.chip_mut().wait_until(software.chip().busy_us());
+        }
         self.flash.start(&self.faults);
     }
 
     /// What the program did at this time took the flash so long.
     pub(crate) fn stall(&mut self) {
-        self.busy_until_us = self.now_ms * 1000 + self.flash.chip().busy_us();
+        self.busy_until_us = self.now_ms * 1000 + self.busy_us();
     }
 
     /// Moves time; a part of a step is left out.
@@ -551,7 +602,7 @@ impl World {
 impl World {
     /// Drives it like this. What is left of a step in which power failed drives nothing.
     pub fn drive(&mut self, outputs: Outputs) {
-        if !self.flash.chip().is_off() {
+        if !self.is_off() {
             self.commanded = outputs;
         }
     }
@@ -567,7 +618,13 @@ impl Hal for World {
     }
 
     fn reset(&mut self) {
-        self.reset_requested = !self.flash.chip().is_off();
+        self.reset_requested = !self.is_off();
+    }
+
+    fn software(&mut self) -> Option<&mut dyn Software> {
+        let software = self.software.as_deref_mut()?;
+        software.follow(self.flash.chip());
+        software.receiver()
     }
 }
 
@@ -581,10 +638,16 @@ impl Storage for World {
     }
 
     fn store(&mut self, key: Key, value: &[u8]) -> Result<(), StorageError> {
+        if self.is_off() {
+            return Err(StorageError::Write);
+        }
         self.flash.store(key, value, &self.faults)
     }
 
     fn erase(&mut self) -> Result<(), StorageError> {
+        if self.is_off() {
+            return Err(StorageError::Write);
+        }
         self.flash.erase(&self.faults)
     }
 }

@@ -59,6 +59,16 @@ impl Argument for Words {
 
 impl Text for Words {}
 
+/// In English, as errors show themselves to programmers.
+impl fmt::Display for Words {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.of(Lang::En))
+    }
+}
+
+/// What a text that is read has wrong.
+impl std::error::Error for Words {}
+
 impl Argument for Fixed {
     fn write(&self, lang: Lang, out: &mut dyn fmt::Write) -> fmt::Result {
         out.write_str(self.str(lang))

@@ -76,6 +76,7 @@ struct Image {
 }
 
 /// The receiving side, in the running program.
+#[derive(Clone)]
 pub struct Receiver<'a, F> {
     memory: Memory<F>,
     board: Board<'a>,

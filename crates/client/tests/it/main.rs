@@ -24,4 +24,5 @@ mod saving;
 mod silence;
 mod stop_beside;
 mod subscribe;
+mod update;
 mod urgent;

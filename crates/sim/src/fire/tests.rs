@@ -110,6 +110,19 @@ fn reads_a_spec() {
     ] {
         assert!(bad.parse::<FireSpec>().is_err(), "{bad}");
     }
+    for (bad, english, russian) in [
+        ("az=x,range=1", "`az=x`: `x` is not a number", "`az=x`: `x` — не число"),
+        ("az=1,range=0", "`range=0`: least is 0.5", "`range=0`: не меньше 0,5"),
+        (
+            "az=1,range=5,class=gas",
+            "`class=gas`: solid or hydrocarbon",
+            "`class=gas`: solid или hydrocarbon",
+        ),
+        ("range=25", "az= and range= are needed", "нужны az= и range="),
+    ] {
+        let error = bad.parse::<FireSpec>().unwrap_err();
+        assert_eq!((error.en.as_str(), error.ru.as_str()), (english, russian), "{bad}");
+    }
 }
 
 fn pair(gap_m: f64, size_m: f64) -> Vec<Fire> {

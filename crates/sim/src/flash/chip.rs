@@ -14,14 +14,12 @@ use crate::rng::Rng;
 pub const WORD: usize = 8;
 /// Bytes of a page.
 pub const PAGE: usize = 2048;
-/// Pages of the chip.
+/// Pages of the memory of parameters.
 pub const PAGES: usize = 4;
 /// Time to write a word, µs: the most that the data sheet of an STM32L4 allows, as recalled.
 pub const WRITE_US: u64 = 91;
 /// Time to erase a page, µs; likewise.
 pub const ERASE_US: u64 = 24_500;
-
-const SIZE: usize = PAGE * PAGES;
 
 /// What a power cut leaves of the word or page that was being changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +79,7 @@ pub struct Chip {
     written: Vec<bool>,
     /// Unstable words: what they were.
     unstable: BTreeMap<usize, [u8; WORD]>,
-    erases: [u32; PAGES],
+    erases: Vec<u32>,
     steps: u64,
     busy_us: u64,
     /// What has been changed since `begin`, so that a power cut can come in the middle of it.
@@ -104,17 +102,22 @@ struct Change {
 }
 
 impl Chip {
-    /// An erased chip.
+    /// An erased chip for the memory of parameters.
     pub fn new(seed: u64) -> Self {
-        Self::with(vec![0xFF; SIZE], [0; PAGES], seed)
+        Self::sized(PAGES, seed)
     }
 
-    /// A chip with this content and these erases of its pages; `None` for another size.
-    pub fn of(bytes: &[u8], erases: [u32; PAGES]) -> Option<Self> {
-        (bytes.len() == SIZE).then(|| Self::with(bytes.to_vec(), erases, 1))
+    /// An erased chip of so many pages.
+    pub(crate) fn sized(pages: usize, seed: u64) -> Self {
+        Self::with(vec![0xFF; PAGE * pages], vec![0; pages], seed)
     }
 
-    fn with(bytes: Vec<u8>, erases: [u32; PAGES], seed: u64) -> Self {
+    /// A chip with this content and these erases of its pages; `None` unless there is a page for each.
+    pub fn of(bytes: &[u8], erases: Vec<u32>) -> Option<Self> {
+        (bytes.len() == PAGE * erases.len()).then(|| Self::with(bytes.to_vec(), erases, 1))
+    }
+
+    fn with(bytes: Vec<u8>, erases: Vec<u32>, seed: u64) -> Self {
         let written = bytes.chunks(WORD).map(|word| word != [0xFF; WORD]).collect();
         Self {
             bytes,
@@ -138,8 +141,8 @@ impl Chip {
     }
 
     /// How often each page has been erased.
-    pub const fn erases(&self) -> [u32; PAGES] {
-        self.erases
+    pub fn erases(&self) -> &[u32] {
+        &self.erases
     }
 
     /// Words written and pages erased so far.
@@ -170,23 +173,32 @@ impl Chip {
     }
 
     /// From here on time counts from 0.
-    pub(super) fn begin(&mut self) {
+    pub(crate) fn begin(&mut self) {
         self.busy_us = 0;
         self.journal.clear();
     }
 
+    /// It is not used before this time after `begin`, µs.
+    pub(crate) fn wait_until(&mut self, us: u64) {
+        self.busy_us = self.busy_us.max(us);
+    }
+
     /// Cuts the power at this word or erase; takes the cut back without one.
-    pub(super) const fn arm(&mut self, cut: Option<Cut>) {
+    pub(crate) const fn arm(&mut self, cut: Option<Cut>) {
         self.cut = cut;
     }
 
-    pub(super) const fn power_on(&mut self) {
+    pub(crate) const fn power_on(&mut self) {
         self.off = false;
+    }
+
+    pub(crate) const fn power_off(&mut self) {
+        self.off = true;
     }
 
     /// Power failed at this time after `begin`: what was done later was not done, and what was being
     /// done then is torn.
-    pub(super) fn interrupt(&mut self, at_us: u64) {
+    pub(crate) fn interrupt(&mut self, at_us: u64) {
         while let Some(Change { from_us, to_us, word, old }) = self.journal.pop() {
             if to_us <= at_us {
                 break;
@@ -290,7 +302,7 @@ impl ReadNorFlash for Chip {
     }
 
     fn capacity(&self) -> usize {
-        SIZE
+        self.bytes.len()
     }
 }
 
@@ -362,7 +374,7 @@ mod tests {
         assert_eq!((chip.steps(), chip.busy_us()), (3, 3 * WRITE_US));
         chip.begin();
         chip.erase(0, PAGE as u32).unwrap();
-        assert_eq!((chip.busy_us(), chip.erases()), (ERASE_US, [1, 0, 0, 0]));
+        assert_eq!((chip.busy_us(), chip.erases()), (ERASE_US, [1, 0, 0, 0].as_slice()));
         assert_eq!(read(&mut chip, 0), [0xFF; WORD]);
     }
 

@@ -125,10 +125,8 @@ impl Flash {
             return Err(Damaged);
         }
         let (counts, image) = rest.split_at_checked(4 * PAGES).ok_or(Damaged)?;
-        let mut erases = [0; PAGES];
-        for (erases, count) in erases.iter_mut().zip(counts.as_chunks().0) {
-            *erases = u32::from_le_bytes(*count);
-        }
+        let counts = counts.as_chunks::<4>().0.iter();
+        let erases = counts.map(|count| u32::from_le_bytes(*count)).collect();
         Chip::of(image, erases).map(Self::on).ok_or(Damaged)
     }
 }

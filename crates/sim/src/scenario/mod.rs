@@ -12,6 +12,7 @@ use lafet_device::image::Axis;
 use lafet_proto::flags::Button;
 use lafet_proto::record::Writer;
 use lafet_proto::text;
+use lafet_texts::{Lang, Words};
 
 use crate::condition::Condition;
 use crate::fault::{Fault, Post, axis_name, button_name};
@@ -293,6 +294,11 @@ impl Case {
     }
 }
 
+/// Scenario files are in English, and so is what is wrong with them.
+fn english(words: Words) -> String {
+    words.of(Lang::En).to_owned()
+}
+
 /// A setting; `None` when the word is none.
 fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), String>> {
     let finite = |text: &str| text.trim().parse().ok().filter(|it: &f64| it.is_finite());
@@ -309,9 +315,9 @@ fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), S
         "clock" => {
             rest.parse().map(|ms| config.clock_ms = ms).map_err(|_| "milliseconds".to_owned())
         }
-        "fire" => rest.parse().map(|fire| config.fires.push(fire)),
-        "glare" => rest.parse().map(|glare| config.glares.push(glare)),
-        "wall" => rest.parse().map(|wall| config.walls.push(wall)),
+        "fire" => rest.parse().map(|fire| config.fires.push(fire)).map_err(english),
+        "glare" => rest.parse().map(|glare| config.glares.push(glare)).map_err(english),
+        "wall" => rest.parse().map(|wall| config.walls.push(wall)).map_err(english),
         "ambient" => number().map(|celsius| config.ambient_c = celsius),
         "nozzle" => number().map(|mm| config.nozzle_mm = mm),
         "wind" => pair().map(|wind| config.wind = wind),
@@ -376,7 +382,7 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
         "crash" if rest.is_empty() => Step::Crash,
         "crash" => return Err("`crash` alone".to_owned()),
         "damage" => Step::Damage(Key(rest.parse().map_err(|_| "the number of a stored value")?)),
-        "fire" => Step::Fire(rest.parse()?),
+        "fire" => Step::Fire(rest.parse::<FireSpec>().map_err(english)?),
         _ => {
             return Err(
                 "a line of a case (> ! < state source after until expect never always end \

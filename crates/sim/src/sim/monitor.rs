@@ -11,7 +11,8 @@ use lafet_proto::status::FaultInfo;
 use super::Config;
 use super::trace::trace_line;
 use crate::event::What;
-use crate::flash::Cut;
+use crate::flash::{Chip, Cut};
+use crate::software::Programs;
 use crate::world::{STEP_MS, World};
 
 /// Time without power in a power cycle, ms.
@@ -29,6 +30,10 @@ pub(super) struct Monitor {
     pub(super) booted_ms: u64,
     pub(super) resets: u32,
     pub(super) cuts: VecDeque<Cut>,
+    /// In the flash of the software.
+    pub(super) software_cuts: VecDeque<Cut>,
+    /// Nothing runs until a reset at this time.
+    pub(super) hung_until_ms: Option<u64>,
     pub(super) powered: bool,
     pub(super) stood_still: bool,
     pub(super) passed_over_ms: u64,
@@ -48,6 +53,9 @@ impl Monitor {
             let provisioned = Device::provision(&mut world, &config.composition, config.address);
             debug_assert_eq!(provisioned, Ok(()));
         }
+        let software = config.software.and_then(|software| Programs::new(software, config.seed));
+        world.software = software.map(Box::new);
+        let hung_ms = world.start_software();
         world.start_flash();
         let Config { composition, address, clock_ms, .. } = config;
         let device = Device::power_up(clock_ms, &composition, address, None, &mut world);
@@ -62,6 +70,8 @@ impl Monitor {
             booted_ms: 0,
             resets: 0,
             cuts: VecDeque::new(),
+            software_cuts: VecDeque::new(),
+            hung_until_ms: hung_ms,
             powered: true,
             stood_still: false,
             passed_over_ms: 0,
@@ -73,9 +83,11 @@ impl Monitor {
     /// One step of 10 ms. While the flash is being written or erased the program is stopped.
     pub(super) fn tick(&mut self) {
         self.world.advance(STEP_MS);
-        self.stood_still = !self.powered || self.world.is_stalled();
+        self.stood_still = !self.powered || self.world.is_stalled() || self.is_hung();
         if !self.stood_still {
             self.run();
+        } else if self.powered && self.is_over() {
+            self.start(None);
         }
         if self.world.now_ms().is_multiple_of(TRACE_MS) && self.trace.is_some() {
             let line = trace_line(&self.world);
@@ -89,7 +101,24 @@ impl Monitor {
     /// Whether it can make its steps later: each takes its 10 ms, and none adds to the trace.
     pub(super) fn may_wait(&self) -> bool {
         // Where power fails by itself a step takes as long as the cut.
-        self.trace.is_none() && !self.world.flash.chip().is_cut_ahead()
+        let ahead = self.world.software_chip().is_some_and(Chip::is_cut_ahead);
+        self.trace.is_none() && !ahead && !self.world.flash.chip().is_cut_ahead()
+    }
+
+    /// Nothing runs: the bootloader has found nothing to start, or what it has started hangs.
+    pub(super) const fn is_hung(&self) -> bool {
+        self.hung_until_ms.is_some()
+    }
+
+    /// The reset that ends this comes now.
+    fn is_over(&self) -> bool {
+        self.hung_until_ms.is_some_and(|at_ms| at_ms <= self.world.now_ms())
+    }
+
+    /// It does not answer, though it has power.
+    fn is_deaf(&self) -> bool {
+        let software = self.world.software.as_deref();
+        self.is_hung() || software.is_some_and(Programs::has_dead_link)
     }
 
     /// Makes up for so many steps that were counted: it has rested through them, or they have
@@ -103,10 +132,10 @@ impl Monitor {
     }
 
     fn run(&mut self) {
-        self.world.flash.begin();
+        self.world.begin_flash();
         self.device.step(self.device_ms(), &mut self.world);
         self.world.stall();
-        if self.world.flash.chip().is_off() {
+        if self.world.is_off() {
             self.power_cycle();
         } else if self.world.take_reset() {
             self.resets += 1;
@@ -115,25 +144,28 @@ impl Monitor {
         }
     }
 
-    /// A frame that comes while the flash is busy is looked at when the program runs again.
-    fn wait_for_flash(&mut self) {
+    /// Whether a frame is looked at: one that comes while the flash is busy, when the program runs again.
+    fn listens(&mut self) -> bool {
+        if !self.powered || self.is_deaf() {
+            return false;
+        }
         while self.world.stays_stalled() {
             self.tick();
         }
+        !self.is_deaf()
     }
 
     /// Gives the monitor the records of a frame; returns the records that it answers. Time passes
     /// when the program is stopped.
     pub(super) fn request(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
-        if !self.powered {
-            return Vec::new();
-        }
-        self.wait_for_flash();
-        self.handle(source, payload)
+        if self.listens() { self.handle(source, payload) } else { Vec::new() }
     }
 
     /// The program's answer at this very moment, whatever the flash is at.
     pub(super) fn handle(&mut self, source: Source, payload: &[u8]) -> Vec<u8> {
+        if self.is_deaf() {
+            return Vec::new();
+        }
         let mut out = [0; PAYLOAD_MAX];
         let len = self.device.handle(self.device_ms(), source, payload, &mut out);
         out[..len].to_vec()
@@ -156,10 +188,9 @@ impl Monitor {
         mut bytes: &[u8],
         mut receive: impl FnMut(u32, &mut Device, &[u8], &mut [u8]) -> (usize, usize),
     ) -> Vec<u8> {
-        if !self.powered {
+        if !self.listens() {
             return Vec::new();
         }
-        self.wait_for_flash();
         let (mut answers, mut out) = (Vec::with_capacity(WIRE_MAX), [0; WIRE_MAX]);
         while !bytes.is_empty() {
             let now_ms = self.device_ms();
@@ -172,10 +203,9 @@ impl Monitor {
 
     /// Gives the monitor a datagram, which is one link frame; returns that of its answer.
     pub(super) fn datagram(&mut self, source: Source, bytes: &[u8]) -> Option<Vec<u8>> {
-        if !self.powered {
+        if !self.listens() {
             return None;
         }
-        self.wait_for_flash();
         let mut out = [0; WIRE_MAX];
         let now_ms = self.device_ms();
         let len =
@@ -199,6 +229,19 @@ impl Monitor {
         self.cuts = cuts.iter().copied().collect();
         let next = self.cuts.pop_front();
         self.world.flash.cut(next);
+    }
+
+    /// The same for the flash of the software.
+    pub(super) fn cut_software_at(&mut self, cuts: &[Cut]) {
+        self.software_cuts = cuts.iter().copied().collect();
+        self.arm_software();
+    }
+
+    fn arm_software(&mut self) {
+        let next = self.software_cuts.pop_front();
+        if let Some(chip) = self.world.software_chip_mut() {
+            chip.arm(next);
+        }
     }
 
     /// Takes the supply away, until [`Sim::power_on`]: nothing is driven, nothing is answered.
@@ -225,17 +268,27 @@ impl Monitor {
     }
 
     fn start(&mut self, crash: Option<FaultInfo>) {
-        if self.world.flash.chip().is_off() {
+        let is_cut = |chip: &Chip| chip.is_off() && !chip.is_cut_ahead();
+        if is_cut(self.world.flash.chip()) {
             let next = self.cuts.pop_front();
             self.world.flash.cut(next);
         }
-        self.world.start_flash();
-        if self.world.flash.chip().is_off() {
+        if self.world.software_chip().is_some_and(is_cut) {
+            self.arm_software();
+        }
+        let hung_ms = self.world.start_software();
+        if !self.world.software_chip().is_some_and(Chip::is_off) {
+            self.world.start_flash();
+        }
+        if self.world.is_off() {
             return self.power_cycle();
         }
-        self.booted_ms = self.world.now_ms();
-        let Self { clock_ms, composition, address, world, .. } = self;
-        self.device = Device::power_up(*clock_ms, composition, *address, crash, world);
+        self.hung_until_ms = hung_ms.map(|ms| self.world.now_ms() + ms);
+        if !self.is_hung() {
+            self.booted_ms = self.world.now_ms();
+            let Self { clock_ms, composition, address, world, .. } = self;
+            self.device = Device::power_up(*clock_ms, composition, *address, crash, world);
+        }
         self.world.stall();
     }
 

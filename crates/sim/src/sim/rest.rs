@@ -1,10 +1,12 @@
 //! Time passes over rest: the same as step by step, and much faster.
 
 use lafet_device::guard::Passed;
-use lafet_device::hal::{Hal, Key, Storage, StorageError};
+use lafet_device::hal::{Hal, Key, Software, Storage, StorageError};
 use lafet_device::image::{Inputs, Outputs};
+use lafet_proto::update::{Order, Phase, Report};
 
 use super::Monitor;
+use crate::software::Programs;
 use crate::world::STEP_MS;
 
 /// Steps made one by one before it is looked again whether all rests: one, then ever more.
@@ -57,7 +59,8 @@ impl Monitor {
     /// For how many steps the program will not stir, with the inputs as they are, in a world at
     /// rest.
     fn program_rests_for(&self, most: u64) -> u64 {
-        let waits = !self.powered || self.world.is_stalled() || !self.world.outputs().is_still();
+        let stops = !self.powered || self.is_hung() || self.world.is_stalled();
+        let waits = stops || !self.world.outputs().is_still();
         if waits || self.trace.is_some() || !self.monitor_rests(1) || !self.world.is_at_rest() {
             return 0;
         }
@@ -68,11 +71,15 @@ impl Monitor {
     /// Whether a step of the monitor so many steps from now leaves all as it is.
     fn monitor_rests(&self, steps: u64) -> bool {
         let mut device = self.device.clone();
-        let mut probe = Probe { inputs: self.world.inputs(), outputs: None, disturbed: false };
+        let report = self.world.software.as_deref().and_then(Programs::report);
+        let software = report.map(|report| Tried { report, disturbed: false });
+        let mut probe =
+            Probe { inputs: self.world.inputs(), outputs: None, disturbed: false, software };
         let now_ms = self.device_ms().wrapping_add((steps * STEP_MS) as u32);
         device.step(now_ms, &mut probe);
         let drives_the_same = probe.outputs.as_ref() == Some(self.world.outputs());
-        !probe.disturbed && drives_the_same && device.is_same_state(&self.device)
+        let disturbed = probe.disturbed || probe.software.is_some_and(|tried| tried.disturbed);
+        !disturbed && drives_the_same && device.is_same_state(&self.device)
     }
 }
 
@@ -82,6 +89,29 @@ struct Probe<'a> {
     outputs: Option<Outputs>,
     /// It asked for more than inputs and outputs.
     disturbed: bool,
+    software: Option<Tried>,
+}
+
+/// Software that can be updated, in a step that is tried: nothing of it may change. While it is on trial,
+/// the device counts.
+struct Tried {
+    report: Report,
+    /// It has something to do.
+    disturbed: bool,
+}
+
+impl Software for Tried {
+    fn perform(&mut self, _: &Order<'_>) {
+        self.disturbed = true;
+    }
+
+    fn poll(&mut self) {
+        self.disturbed |= self.report.phase == Phase::VERIFYING || self.report.pending;
+    }
+
+    fn report(&self) -> Report {
+        self.report
+    }
 }
 
 impl Hal for Probe<'_> {
@@ -95,6 +125,10 @@ impl Hal for Probe<'_> {
 
     fn reset(&mut self) {
         self.disturbed = true;
+    }
+
+    fn software(&mut self) -> Option<&mut dyn Software> {
+        self.software.as_mut().map(|tried| tried as &mut dyn Software)
     }
 }
 

@@ -103,7 +103,8 @@ fn a_year_of_ordinary_operation() {
     let mut sim = Sim::new(Config::default());
     sim.advance_ms(500);
     let rest = |sim: &mut Sim| sim.advance_ms(300);
-    let (erases, steps) = (sim.world().flash.chip().erases(), sim.world().flash.chip().steps());
+    let chip = sim.world().flash.chip();
+    let (erases, steps) = (chip.erases().to_vec(), chip.steps());
     let mut longest_us = 0;
     for day in 0..365 {
         if day % 2 == 0 {

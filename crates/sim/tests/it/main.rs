@@ -9,5 +9,6 @@ mod power_cuts;
 mod rest;
 mod scenarios;
 mod trace;
+mod update;
 mod waiting;
 mod water_hammer;

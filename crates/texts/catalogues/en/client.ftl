@@ -372,6 +372,66 @@ tune-no-value = { $drive } does not come to rest at its target with any value. C
 tune-mm = { $distance } mm
 tune-degrees = { $distance }°
 
+# update/image.rs: why a file is no image that could be sent.
+image-foreign = This is no image: it does not begin with LAFETIMG. `lafet image sign` makes one of a program.
+image-too-large = The file has { $there } bytes, more than the { $most } MiB of an image. Is it another file?
+image-cut = The file ends too early: { $there } of { $wanted } bytes are there. Copy it again, whole.
+image-longer = There is something behind the end of the image: the file has { $there } bytes, the image { $wanted }. Copy it again, alone.
+image-format = The image has the format { $format }, and this lafet knows format { $known }. Use the lafet that made it, or a later one.
+image-unit = Byte 12: the size of the payload is { $size }; it has to be a multiple of 8, and not 0. The file is corrupt: copy it again.
+image-board = Byte 24: no name of a board (1 to 16 visible ASCII characters, zeros behind them). The file is corrupt: copy it again.
+image-slot = Byte 40: slot { $slot }; there are 1 (A), 2 (B) and 0 (either). The file is corrupt: copy it again.
+image-key = Byte 41: key { $key }; there are 0 to 15. The file is corrupt: copy it again.
+image-revokes-itself = Byte 42: the image would revoke key { $key }, with which it is signed. Sign it with another key.
+image-layouts = Byte 44: the image reads layouts of parameters from { $oldest } on, and writes { $newest }. The file is corrupt: copy it again, or sign it again.
+image-reserved = Bytes 10–11 or 48–63 are not zero. The file is corrupt, or made by a later lafet: copy it again, or use that lafet.
+image-digest = The payload is not the one that was signed: its SHA-256 differs from bytes 64–95. The file is corrupt: copy it again.
+
+# update/error.rs: why an update has ended.
+update-not-supported = The monitor answers { $status } to Update: it cannot be updated over its link. Its program has to be built with the update, or is updated at the board.
+update-no-image = Slot { $slot } would be written, as the other one is running, and none of the images is for it. Give the image for slot { $slot } as well.
+update-already-running = Version { $version } is running already, confirmed. Nothing was changed.
+update-not-ready = The monitor is not in a state to be updated. { $why } Then update it again: it goes on where it was.
+update-not-locked-out = It is not locked out: lock it out (`lafet lockout on`).
+update-not-stowed = It is not in standby: stow it (`lafet wrap`), and wait until it is wrapped.
+update-valve-open = { $valve } is not closed: close it (`lafet close`), and wait until it is closed.
+update-drive-moves = { $drive } moves: wait until it is at rest, or stop it.
+update-bad-supply = Its supply is out of range (BadPower): check the supply.
+update-not-ready-hidden = Its status does not show why. The lockout may not be stored yet: lock it out once more (`lafet lockout on`). Or a drive has turned by itself, and its supply is cut: look at the drives.
+update-refused = The monitor has not carried the order out: { $why }
+update-refused-unknown = The monitor has not carried the order out, for the reason { $number }, which this lafet does not know. Use a later lafet.
+update-reason-no-image = what it was sent is no image. The line or the file is corrupt: update it again.
+update-reason-format = it does not know the format of the image. Sign the image with a lafet that fits the monitor's program.
+update-reason-field = a field of the header is not possible. Sign the image again.
+update-reason-board = the image is for another board. Take the image for this one (`lafet image show` shows the board).
+update-reason-place = the image is linked for the slot that is running. Take the one for the other slot.
+update-reason-size = the image is empty, does not fit into the slot, or is no multiple of 8 bytes. Build a smaller program, or sign it again.
+update-reason-unknown-key = the monitor does not know the key of the image. Sign it with a key that is in the monitor's list.
+update-reason-revoked-key = the key of the image has been revoked. Sign it with another key.
+update-reason-revokes-itself = the image would revoke its own key. Sign it with another key.
+update-reason-signature = the signature is not that of the key. Only the maker of the board can sign an image for it.
+update-reason-not-newer = the image is not newer than the one that was confirmed last. Sign it with a greater version; or press the button at the board while the update starts, which allows an older one.
+update-reason-layout = the image cannot read the parameters as they are stored. Take a version that can.
+update-reason-nothing-started = no update has been started: it may have restarted. Update it again.
+update-reason-misplaced = data came for another place than awaited. Does another program update it as well? Update it again.
+update-reason-incomplete = not all data are there. Update it again: it goes on where it was.
+update-reason-digest = the data that it has are not those that were signed, although the file is whole. Update it again; if this comes again, its flash is faulty.
+update-reason-not-verified = the image has not been verified. Update it again.
+update-reason-trial-first = another image is on trial. Confirm that one with the program that sent it, or wait 3 minutes until the monitor has gone back; then update it again.
+update-reason-no-trial = no image is on trial. It may have gone back: update it again.
+update-reason-word = the word is not that of this update: another program, or another computer, has started it. Go on with that one; or wait 3 minutes until the monitor has gone back, and update it again.
+update-reason-flash = its flash cannot be read or written. Update it again; if this comes again, its flash is faulty.
+update-reason-not-ready = it was no longer in a state for it. See that it stays in standby and locked out, and update it again.
+update-other-sender = Another program has started another update of this monitor meanwhile. Nothing more was sent: find out which of the two is wanted, and end the other.
+update-stalled = The monitor answers, but the update does not go on ({ $done } of { $size } bytes). Update it again; if this comes again, restart the monitor.
+update-silent = The monitor was to restart with the new image, and does not answer: { $error } What is not confirmed goes back by itself 3 minutes after its start. Then ask for its state, and update it again.
+update-went-back = Version { $wanted } was tried and not kept: { $running } is running, locked out as before. The image may crash at its start on this monitor: do not send it again before its maker has looked into it.
+update-changed = On trial the monitor was not as before, so the new image was not confirmed, and { $running } is running again. { $what } Do not send this image again before its maker has looked into it.
+update-changed-still = On trial the monitor was not as before, so the new image was not confirmed; that the old one is running again was not seen. { $what } Ask for its state in 3 minutes; if it is on trial even then, switch its power off and on.
+update-absent = { $subsystem } answered before, and does not answer.
+update-new-fault = General has the flag { $flag }, which it did not have.
+update-unreadable = Its status cannot be read: { $error }
+
 # decode_error.rs: why bytes cannot be decoded.
 at-byte = at byte { $offset }: { $what }
 header-expected = a record header needs 4 bytes, { $got } left

@@ -160,3 +160,14 @@ note-elevation = Rows are known for elevations of 20–45° only: the band is ex
 note-monitor = No row states the middle or the top of a monitor's jet: their bands are those of smooth bores, widened by that of the greatest reach.
 note-spray = No row of a spray is known: its band is wider by a share that is ours.
 note-wind = No row of a jet in wind is known: the band is wider by a third of what the wind changes (ours).
+
+# What is wrong with a fire, a glare or a wall on a line: az=30,range=25.
+given-unnamed = `{ $field }`: expected name=value
+given-unknown = `{ $name }`: known are { $known }
+given-no-number = `{ $field }`: `{ $value }` is not a number
+given-too-little = `{ $field }`: least is { $least }
+given-outside = `{ $name }={ $value }`: { $least } to { $most }
+given-direction = `{ $field }`: -360 to 360 degrees
+given-class = `{ $field }`: solid or hydrocarbon
+given-needed = { $name }= is needed
+given-no-place = az= and range= are needed

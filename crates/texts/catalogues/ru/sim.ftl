@@ -160,3 +160,14 @@ note-elevation = Данные известны только для возвыш�
 note-monitor = Середину и высоту струи лафетных стволов не указывает ни один источник: их интервалы взяты от гладких насадков и расширены на интервал наибольшей дальности.
 note-spray = Данных о распылённых струях нет: интервал расширен на долю, выбранную нами.
 note-wind = Данных о струях на ветру нет: интервал расширен на треть влияния ветра (выбрано нами).
+
+# Что не так с очагом, источником света или стеной в одной строке: az=30,range=25.
+given-unnamed = `{ $field }`: ожидается имя=значение
+given-unknown = `{ $name }`: известны { $known }
+given-no-number = `{ $field }`: `{ $value }` — не число
+given-too-little = `{ $field }`: не меньше { $least }
+given-outside = `{ $name }={ $value }`: от { $least } до { $most }
+given-direction = `{ $field }`: от -360 до 360 градусов
+given-class = `{ $field }`: solid или hydrocarbon
+given-needed = нужно { $name }=
+given-no-place = нужны az= и range=

@@ -111,8 +111,8 @@ impl Years {
         }
         let chip = self.sim.world().flash.chip();
         let erases = chip.erases();
-        self.report.flash_erases = erases.into_iter().max().unwrap_or(0);
-        let pages: u64 = erases.into_iter().map(u64::from).sum();
+        self.report.flash_erases = erases.iter().copied().max().unwrap_or(0);
+        let pages: u64 = erases.iter().copied().map(u64::from).sum();
         self.report.flash_words = chip.steps().saturating_sub(pages);
         self.report.days += 1;
         self.report.ms = self.sim.now_ms();

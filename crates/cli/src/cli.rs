@@ -98,6 +98,9 @@ pub enum Command {
     Lockout(cmd::service::LockoutArgs),
     Restart(cmd::service::RestartArgs),
     Crash(cmd::service::CrashArgs),
+    Update(cmd::update::UpdateArgs),
+    #[command(subcommand)]
+    Image(cmd::image::ImageCommand),
     Send(cmd::send::SendArgs),
     Decode(cmd::decode::DecodeArgs),
     Bus(Box<cmd::bus::BusArgs>),

@@ -42,6 +42,7 @@ mod top;
 mod undo;
 mod version;
 mod whole;
+mod word;
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -154,6 +155,8 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Lockout(args) => cmd::service::run_lockout(args, global, out).await,
         Command::Restart(_) => cmd::service::run_restart(global, out).await,
         Command::Crash(_) => cmd::service::run_crash(global, out).await,
+        Command::Update(args) => cmd::update::run(args, global, out).await,
+        Command::Image(command) => cmd::image::run(&command, out),
         Command::Send(args) => cmd::send::run(args, global, out).await,
     }
 }

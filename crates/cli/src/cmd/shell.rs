@@ -411,6 +411,7 @@ const fn leaves_keyboard(command: &Command) -> bool {
             | Command::Trajectory(_)
             | Command::Tune(_)
             | Command::Program(_)
+            | Command::Update(_)
     )
 }
 

@@ -10,12 +10,14 @@ use lafet_sim::fault::Fault;
 use lafet_sim::fire::FireSpec;
 use lafet_sim::flash::Flash;
 use lafet_sim::radio::RadioConfig;
-use lafet_sim::sim::Config;
+use lafet_sim::sim::{Config, Software, SoftwareFlash, Trial};
 use lafet_texts::{Shown, Text as _, cli as text};
+use lafet_update::BoardName;
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
 use crate::cmd::exercise;
+use crate::cmd::image::{Numbered, board, numbered, public_key};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
@@ -45,6 +47,7 @@ const SEED: u64 = 7;
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
                         lafet sim --radio rate=9600,latency=80,loss=0.05\n  \
                         lafet sim --on qemu --firmware lafet-firmware --fire az=30,range=25\n  \
+                        lafet sim --board my-board --update-key 0=key0.pub\n  \
                         lafet sim --site tank-farm\n  \
                         lafet sim run radio-loss --svg report.svg"
 )]
@@ -82,8 +85,47 @@ pub struct SimArgs {
     on: Option<String>,
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
+    #[command(flatten)]
+    software: SoftwareArgs,
     #[arg(long, value_name = "SCENARIO", conflicts_with_all = ["profile", "addr", "fire", "wind", "gusts", "glare", "wall", "flash"])]
     site: Option<String>,
+}
+
+/// Options of a monitor whose software can be updated.
+#[derive(Debug, Args)]
+struct SoftwareArgs {
+    #[arg(long, value_name = "BOARD", value_parser = board, requires = "update_key",
+          conflicts_with_all = ["firmware", "site"])]
+    board: Option<BoardName>,
+    #[arg(long, value_name = "N=FILE", value_parser = numbered, requires = "board")]
+    update_key: Vec<Numbered>,
+    #[arg(long, value_name = "KIND", value_parser = ["dead-link", "hangs"], requires = "board")]
+    bad_trial: Option<String>,
+}
+
+impl SoftwareArgs {
+    /// The software that is kept beside this memory, or that of a new monitor; `None` without a board.
+    fn software(&self, memory: Option<&Path>) -> Result<Option<Software>, Failure> {
+        let Some(board) = &self.board else { return Ok(None) };
+        let own = Software::factory_key().public().id;
+        let keys = self.update_key.iter().map(public_key).collect::<Result<Vec<_>, _>>()?;
+        if keys.iter().any(|key| key.id == own) {
+            return Err(Failure::Usage(text::OwnKeyOfSimulator.str(current()).into()));
+        }
+        let kept = |memory: &Path| load(&software_file(memory), SoftwareFlash::from_bytes);
+        let trial = match self.bad_trial.as_deref() {
+            Some("dead-link") => Trial::DeadLink,
+            Some(_) => Trial::Hangs,
+            None => Trial::Good,
+        };
+        Ok(Some(Software {
+            board: board.as_str().to_owned(),
+            keys,
+            flash: memory.map_or(Ok(None), kept)?,
+            trial,
+            ..Software::default()
+        }))
+    }
 }
 
 /// Subcommands of `lafet sim`.
@@ -95,8 +137,7 @@ enum SimCommand {
 /// Parameters accepted at rest are stored before the power is cut.
 fn keep_last(sim: &Shared, path: &Path) -> Outcome {
     sim.lock().advance_ms(LAST_MS);
-    let image = sim.lock().world().flash.to_bytes();
-    store(path, &image).map_err(|error| cannot_keep(path, error))
+    store_all(sim, path).map_err(|error| cannot_keep(path, error))
 }
 
 /// Runs `lafet sim` until SIGINT or SIGTERM.
@@ -118,13 +159,16 @@ pub async fn run(args: SimArgs, out: &mut Out) -> Outcome {
         return emulate(firmware, &args, out).await;
     }
     let mut interrupt = Interrupt::catch()?;
-    let flash = args.flash.as_deref().map_or(Ok(None), load)?;
+    let memory = args.flash.as_deref();
+    let flash = memory.map_or(Ok(None), |path| load(path, Flash::from_bytes))?;
+    let software = args.software.software(memory)?;
     let mut sim = simulator::power_up(Config {
         seed: args.seed.unwrap_or(SEED),
         composition: args.profile,
         address: args.addr,
         fires: args.fire,
         flash,
+        software,
         ..args.surroundings.config()
     });
     args.fault.iter().for_each(|fault| sim.world_mut().inject(*fault));
@@ -226,33 +270,55 @@ fn cannot_keep(path: &Path, error: io::Error) -> Failure {
     Failure::io(what, error)
 }
 
-/// Reads the memory; a file that does not exist yet gives a new monitor.
-fn load(path: &Path) -> Result<Option<Flash>, Failure> {
+/// Reads what is kept; a file that does not exist yet gives a new monitor.
+fn load<T, E>(path: &Path, parse: impl Fn(&[u8]) -> Result<T, E>) -> Result<Option<T>, Failure> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(cannot_keep(path, error)),
     };
-    Flash::from_bytes(&bytes).map(Some).map_err(|_| {
+    parse(&bytes).map(Some).map_err(|_| {
         let path = path.display();
         Failure::Usage(text::NotAMemory { path: Shown(path) }.of(current()))
     })
 }
 
-/// Writes the memory to the file whenever it has changed.
+/// Writes the memory to the file whenever it has changed, and the software to the one beside it.
 async fn keep(sim: Shared, path: PathBuf) -> io::Result<()> {
     let mut kept = None;
     loop {
-        let steps = sim.lock().world().flash.chip().steps();
+        let steps = steps(&sim);
         if kept != Some(steps) {
-            let image = sim.lock().world().flash.to_bytes();
-            store(&path, &image)?;
+            store_all(&sim, &path)?;
             kept = Some(steps);
         }
         sleep(KEEP).await;
     }
 }
 
+/// Words written and pages erased so far: in the memory, and in the software that can be updated.
+fn steps(sim: &Shared) -> (u64, Option<u64>) {
+    let sim = sim.lock();
+    let software = sim.world().software_chip().map(|chip| chip.steps());
+    (sim.world().flash.chip().steps(), software)
+}
+
+fn store_all(sim: &Shared, path: &Path) -> io::Result<()> {
+    let (memory, software) = {
+        let sim = sim.lock();
+        (sim.world().flash.to_bytes(), sim.software_flash())
+    };
+    store(path, &memory)?;
+    software.map_or(Ok(()), |software| store(&software_file(path), &software))
+}
+
 fn store(path: &Path, image: &[u8]) -> io::Result<()> {
     Whole::beside(path)?.place(image)
+}
+
+/// The file of the software, beside that of the memory.
+fn software_file(memory: &Path) -> PathBuf {
+    let mut name = memory.as_os_str().to_owned();
+    name.push(".software");
+    name.into()
 }

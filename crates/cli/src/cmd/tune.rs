@@ -1,6 +1,5 @@
 //! `lafet tune`: measures how a drive answers its motor, and sets StopLag and MinSpeed (ours, §D/9).
 
-use std::fs::{self, File, TryLockError};
 use std::io;
 
 use clap::Args;
@@ -43,7 +42,8 @@ pub async fn run(args: TuneArgs, global: &Global, out: &mut Out) -> Outcome {
         return Err(Failure::Usage(text::TuneNotDeployer.str(current()).into()));
     }
     let note = note_of(global)?;
-    let _alone = occupy(&note)?;
+    let taken = text::TuneRunsAlready.str(current());
+    let _alone = state::occupy(&note.file().with_extension("lock"), taken)?;
     // One for all motions: what comes between two of them keeps the next from starting.
     let mut interrupt = Interrupt::catch()?;
     recover(&mut Terminal::new(&connection, out, &note, &mut interrupt)).await?;
@@ -98,36 +98,10 @@ async fn recover(bench: &mut Terminal<'_>) -> Result<(), Failure> {
     note.remove().map_err(|error| in_file(note, error))
 }
 
-/// The note of this monitor: of its link and address, whatever the other options of its URL.
+/// The note of this monitor.
 fn note_of(global: &Global) -> Result<Note, Failure> {
-    let url = url_of(global)?;
-    let endpoint: Endpoint = url.parse().map_err(lafet_client::Error::from)?;
-    let address = endpoint.addresses().monitor;
-    let link = match &endpoint {
-        Endpoint::Tcp { host, port, .. } => format!("tcp-{host}-{port}"),
-        Endpoint::Udp { host, port, .. } => format!("udp-{host}-{port}"),
-        Endpoint::Serial { path, .. } => format!("serial-{}", path.display()),
-        _ => "sim".to_owned(),
-    };
-    let state = state::folder()
-        .ok_or_else(|| Failure::io("XDG_STATE_HOME", io::ErrorKind::NotFound.into()))?;
-    Ok(Note::new(&state.join("tune"), &format!("{link}-{address}")))
-}
-
-/// Takes the monitor for this tuning, as long as the file is open: the note of one that runs is not of one
-/// that was cut off.
-fn occupy(note: &Note) -> Result<File, Failure> {
-    let path = note.file().with_extension("lock");
-    let failed = |error: io::Error| Failure::io(path.display().to_string(), error);
-    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
-    let file = made.and_then(|()| File::create(&path)).map_err(failed)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => {
-            Err(Failure::Ended(text::TuneRunsAlready.str(current()).into()))
-        }
-        Err(TryLockError::Error(error)) => Err(failed(error)),
-    }
+    let endpoint: Endpoint = url_of(global)?.parse().map_err(lafet_client::Error::from)?;
+    Ok(Note::new(&state::notes("tune")?, &state::monitor(&endpoint)))
 }
 
 fn in_file(note: &Note, error: io::Error) -> Failure {

@@ -139,6 +139,9 @@ fn every_output_is_as_described() {
                   [[modbus_server]]\nname = \"plc\"\nlisten = \"tcp://127.0.0.1:15020\"\n";
     std::fs::write(&site, config).unwrap();
     let (_, port) = sim.place().rsplit_once(':').unwrap();
+    let (key, image) = (file("key0"), file("program.image"));
+    let numbered = format!("0={key}");
+    let signed = ["--board=bench", "--version=1.2", "--layouts=1-1", "--revokes=1"];
     let alone: Vec<(&str, Vec<&str>)> = vec![
         ("decode", vec!["decode", &recording]),
         ("decode", vec!["decode", "ff c0 01 81 4d 0d 00 02 a0 ab aa ac c0"]),
@@ -150,6 +153,10 @@ fn every_output_is_as_described() {
             vec!["throw", "--kind=smooth", "--outlet=19", "--pressure=4bar", "--elevation=5..9"],
         ),
         ("map", vec!["map", "modbus", &site]),
+        ("image-key", vec!["image", "key", &key]),
+        ("image-public", vec!["image", "public", "0", &key]),
+        ("image", [&["image", "sign", "--key", &numbered, &site, &image], &signed[..]].concat()),
+        ("image", vec!["image", "show", &image]),
         ("tests", vec!["conform", "--list"]),
         ("script", vec!["completions", "bash"]),
         ("page", vec!["man"]),
@@ -190,11 +197,13 @@ fn every_shape_is_seen(shapes: Shapes) {
     for shape in shapes.root["$defs"].as_object().unwrap().keys() {
         assert!(PAGE.contains(&format!("`{shape}`")), "docs/json.md does not name `{shape}`");
         let part = ["hex", "state", "states", "device", "frame", "noise", "summary", "figure"];
-        // The tests of `ports` and `bus` check theirs; `jog` needs a terminal.
+        // The tests of `ports`, `bus` and `update` check theirs; `jog` needs a terminal.
         let elsewhere = ["port", "jog", "bus", "bus-who", "bus-log", "bus-totals"];
+        let updates = ["update", "update-state"];
         let known = seen.contains(shape)
             || part.contains(&shape.as_str())
-            || elsewhere.contains(&shape.as_str());
+            || elsewhere.contains(&shape.as_str())
+            || updates.contains(&shape.as_str());
         assert!(known, "no command prints `{shape}`");
     }
 }

@@ -122,7 +122,7 @@ const OFTEN: Duration = Duration::from_millis(20);
 const BEFORE: Duration = Duration::from_millis(2900);
 
 /// Every command that opens a line and listens to it, with the words after its URL.
-const COMMANDS: [&[&str]; 40] = [
+const COMMANDS: [&[&str]; 41] = [
     &["status"],
     &["watch", "--count", "1"],
     &["bus", "who"],
@@ -158,6 +158,7 @@ const COMMANDS: [&[&str]; 40] = [
     &["lockout", "off"],
     &["restart"],
     &["crash"],
+    &["update", "--state"],
     &["send", "GetStatus All", "Stop All"],
     &["send", "Restart General"],
     &["shell"],
@@ -166,7 +167,7 @@ const COMMANDS: [&[&str]; 40] = [
 ];
 
 /// Every other command, and why it is not among them.
-const OTHERS: [(&[&str], &str); 6] = [
+const OTHERS: [(&[&str], &str); 7] = [
     (&["stop", "close"], "do not wait: `what_stops_waits_for_nothing`"),
     (&["top"], "goes on trying: `a_stop_at_the_dashboard_does_not_wait`"),
     (&["doctor"], "reports what it hears: crates/client/tests/it/doctor.rs"),
@@ -175,6 +176,7 @@ const OTHERS: [(&[&str], &str); 6] = [
         &["sim", "sim run", "serve", "demo", "coverage", "throw", "map modbus", "decode", "replay"],
         "open no line to a monitor",
     ),
+    (&["image key", "image public", "image sign", "image show"], "have to do with files alone"),
     (
         &["ports", "dissector", "completions", "man", "schema"],
         "print what this computer or program has",

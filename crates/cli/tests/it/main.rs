@@ -52,3 +52,4 @@ mod try_next;
 mod tune;
 #[cfg(unix)]
 mod tutorial;
+mod update;

@@ -142,6 +142,41 @@ cannot-read-scenario = cannot read { $name }
 no-such-scenario = There is no file `{ $name }`, and no scenario of this name. lafet has: { $known }.
 cannot-write-path = cannot write { $path }
 
+# cmd/image.rs
+numbered-key-expected = expected the number of a key, 0 to 15, and its file, like 0=key0
+board-name-expected = expected the name of a board: 1 to 16 visible ASCII characters
+image-version-expected = expected one to four numbers of 0 to 65535 with dots between them, like 1.2.3
+layouts-expected = expected the oldest and the newest layout of stored parameters that the program reads, like 1-2
+key-made = { $file }: a new key. It signs what monitors take for their software: keep it where no one else can read it, and a copy in a safe.
+public-key-other = { $file } has the public half of key { $id }, not of { $given }.
+public-key-not-one = { $file } is no public key: `lafet image public` writes one.
+key-not-one = { $file } is no key: it has { $is } bytes, not 32. `lafet image key` makes one.
+image-too-long = { $file } is longer than { $mib } MiB: it is no image.
+never-written-over = { $name } exists already and is never written over: choose another name.
+image-not-one = { $file } is no image: `lafet image sign` makes one of a program.
+image-other-format = { $file } is an image of another format than this lafet knows: use the version of lafet that made it.
+image-empty = { $file } is empty, or larger than an image can be: nothing was signed.
+image-revokes-itself = An image cannot revoke the key that it is signed with: sign it with another key.
+image-malformed = { $file }: the header has a value that it cannot have. The file is damaged: copy it again.
+image-cut = { $file }: behind the header there are { $is } bytes instead of { $size }. The file is not whole: copy it again.
+image-changed = { $file }: the program is not the one that was signed (its SHA-256 differs). The file is damaged: copy it again.
+image-signature-wrong = { $file }: the signature is not that of key { $key }. No board with that key takes this image.
+image-other-key = { $file } is signed with key { $key }, and --public gives key { $given }: the signature was not checked.
+image-board = board
+image-version = version
+image-size = bytes
+image-slot = slot
+image-slot-either = either
+image-key = key
+image-revokes = revokes keys
+image-layouts = layouts
+image-hash = SHA-256 of the program
+image-signature = signature
+image-signature-unchecked = not checked (--public)
+image-signature-right = right
+image-signature-bad = wrong
+image-signature-other = not checked: another key
+
 # cmd/install.rs
 cannot-write-to = cannot write to { $shown }
 pages-written = { $shown }: { $count } pages
@@ -285,6 +320,7 @@ radio-expected = `{ $part }`: expected rate=300…10000000, latency=0…10000 (m
 cannot-listen-sim = cannot listen on { $place } (is another simulator running? port 0 takes a free one)
 cannot-keep-memory = cannot keep the memory in { $path }
 not-a-memory = { $path } is not the memory of a simulated monitor, is damaged, or comes from an earlier version. Remove it to start with a new one, or give another file.
+own-key-of-simulator = Key 15 is the simulator's own: give --update-key a number of 0 to 14.
 
 # cmd/teach.rs
 deployer-without-limits = The end positions of Deployer are set by its switches: it has no limits to set.
@@ -336,6 +372,51 @@ tune-not-put-back = { $drive } may still have the values of the measurement. The
 tuned-drive = drive
 tuned-lag = StopLag, ms
 tuned-error = error at rest
+
+# cmd/update.rs
+update-runs-already = Another lafet update of this monitor runs. Wait until it has ended, or end it there.
+update-two-images = Two images have to be of one version for one board, one linked for slot A and one for slot B.
+update-sending = sending: { $percent } % of { $size } bytes
+update-sending-left = sending: { $percent } % of { $size } bytes, { $left } left
+update-verifying = the monitor verifies what it has received
+update-committed = committed: the monitor tries the new version
+update-restarting = waiting for the monitor to come back
+update-on-trial = the new version runs, on trial
+update-confirming = confirming
+update-confirmed = confirmed
+update-done =
+    { $from } → { $to }, confirmed.
+    The monitor is still locked out: `lafet lockout off` releases it.
+update-done-trial =
+    { $to } was on trial and is confirmed.
+    The monitor is still locked out: `lafet lockout off` releases it.
+update-interrupted = Ended here: { $far }. Nothing was undone: the same command goes on.
+update-interrupted-trial = Ended here: { $far }. Unless the same command is run again before, the monitor goes back to its old version 180 s after its start.
+update-goes-on = How far it was: { $far }. The same command goes on.
+update-note-damaged = { $file } is no whole note of an update. Nothing depends on it: it is replaced.
+update-note-unreadable = The monitor has an image committed or on trial, and what confirms it cannot be read from { $file }. Wait until the monitor has gone back by itself, 180 s after its start, or restart it with `lafet restart`. Then repeat the command.
+update-word-elsewhere = The monitor has an image committed or on trial that was not sent from here, so nothing here confirms it. Run the command where it was sent from, or wait until the monitor has gone back by itself, 180 s after its start.
+update-other-image = The monitor has another image committed or on trial, which was sent from here. Run the command with that image to confirm it, or wait until the monitor has gone back by itself, 180 s after its start.
+update-row-version = version
+update-row-slot = slot
+update-row-running = runs
+update-row-phase = update
+update-row-order = last order
+update-row-trial = last trial
+update-row-pending = commit
+update-in-service = in service
+update-is-on-trial = on trial: unless it is confirmed, the next start goes back
+update-phase-idle = none since the start
+update-phase-receiving = receiving: { $done } of { $size } bytes are there
+update-phase-verifying = verifying { $size } bytes
+update-phase-verified = verified, not committed
+update-phase-committed = committed: the next start tries it
+update-phase-unknown = phase { $n }, which this lafet does not know
+update-order-done = carried out
+update-order-waits = waits
+update-order-refused = { $why } (reason { $n })
+update-trial-failed = not confirmed, so the monitor went back
+update-commit-pending = not taken back yet: the lockout is not released before
 
 # cmd/watch.rs
 enter-ends = Enter ends
@@ -798,6 +879,9 @@ install-program-old = { $unit } runs the program from before an upgrade; the new
 install-recordings-denied = { $user } may not write { $folder }, where recordings are to be.
 install-clock = The clock of this machine is not synchronized: times in the audit log and the history are only as good as it is.
 install-clock-remedy = timedatectl set-ntp true, with a time server that this machine can reach.
+
+# word.rs
+no-random-bytes = the system gives no random bytes
 
 # version.rs
 version-commit = commit

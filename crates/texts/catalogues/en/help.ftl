@@ -26,7 +26,10 @@ sim-arg-gusts = Gusts: standard deviation of the wind's speed over its mean, 0 t
 sim-arg-glare = The sun or a hot machine, which the detector takes for a fire: az=DEGREES,el=DEGREES,size=DEGREES,brightness=N; a fire of 1.5 m at 25 m has 1400. May be repeated
 sim-arg-wall = A wall that hides fires from the detector, not from the water: from=DEGREES,to=DEGREES,range=METRES,height=METRES. May be repeated
 sim-arg-radio = Put radio modems between the radio+ listeners and the monitor, all on one half-duplex channel: rate=BITS/S,latency=MS,loss=SHARE,errors=SHARE (of bits); defaults rate=9600,latency=40,loss=0,errors=0. Without such a listener: radio+tcp://127.0.0.1:10486
-sim-arg-flash = Keep the monitor's memory (parameters, lockout) in this file
+sim-arg-flash = Keep the monitor's memory (parameters, lockout) in this file; with --board its software as well, in FILE.software
+sim-arg-board = Let the software be updated over the link (`lafet update`): the name of the board that images are for
+sim-arg-update-key = A public key that images are signed with: 0=key0.pub, as `lafet image public` writes it; 0 to 14, may be repeated
+sim-arg-bad-trial = What becomes of an image on trial: dead-link (it answers nothing) or hangs; without it, it works
 sim-arg-site = Serve all monitors of this scenario (a file, or the name of one that comes with lafet), with its fires and events, where it specifies; --listen puts all of them on one bus elsewhere
 
 sim-run = Run a scenario in virtual time and report the result
@@ -278,6 +281,35 @@ restart = Restart the monitor's program
 
 crash = Show the record of the last hardware fault
 
+update = Put new software into the monitor, over its link: it must be stowed and locked out
+update-arg-images = The signed image: one that is linked for either slot, or two, one for each
+update-arg-pace = How much of the line's time is used for it, 1 to 100 percent (default 20 on a serial line or a bus, where others wait meanwhile, else 100)
+update-arg-state = Only show which version runs and how far an update is
+
+image = Keys and signed images for `lafet update`
+
+image-key = Make a key that signs images
+image-key-arg-file = The new file: 32 random bytes, for its owner alone; an existing file is never written over
+
+image-public = Print the public half of a key, as a board knows it
+image-public-arg-id = The number of the key, 0 to 15
+image-public-arg-file = The key
+image-public-arg-out = A new file for it as well: for `image show --public` and `sim --update-key`
+
+image-sign = Make a signed image of a program
+image-sign-arg-program = The program, as bytes; it is filled up to a multiple of 8
+image-sign-arg-image = The new file
+image-sign-arg-key = The key that signs, by its number on the board: 0=key0
+image-sign-arg-board = The board that it is for: 1 to 16 visible ASCII characters
+image-sign-arg-version = Its version: one to four numbers, like 1.2.3; it has to be newer than what the monitor runs
+image-sign-arg-slot = The slot that the program is linked for, a or b; without it, it runs in either
+image-sign-arg-revokes = The number of a key that is no longer trusted once this image is confirmed; may be repeated
+image-sign-arg-layouts = The layouts of stored parameters that it reads, the oldest and the newest, which it writes: 1-2
+
+image-show = Show what an image is, and whether it is whole
+image-show-arg-image = The image
+image-show-arg-public = Check the signature with this public key: 0=key0.pub
+
 send = Send any requests, written as text or in hexadecimal
 send-arg-requests = Requests as text: each in quotes, or a single one without; or records in hexadecimal; - reads lines from standard input. Several are sent in one frame
 
@@ -331,6 +363,7 @@ schema-arg-pretty = Print several lines, indented
 
 # Names of the values, which the usage shows.
 value-address = ADDRESS
+value-board = BOARD
 value-channel = CHANNEL
 value-degrees = DEGREES
 value-drive = DRIVE
@@ -350,20 +383,26 @@ value-h-v = H,V
 value-h-v-m-ds = H,V,M,DS
 value-hex-file = HEX|FILE
 value-hosts = HOSTS
+value-image = IMAGE
 value-item = ITEM
 value-kind = KIND
 value-lang = LANG
+value-layouts = LAYOUTS
 value-list = LIST
 value-metres = METRES
 value-mm = MM
 value-ms = MS
+value-n-file = N=FILE
 value-name = NAME
 value-number = NUMBER
+value-out = OUT
 value-p-deg-m = P,DEG,M
 value-page = PAGE
+value-percent = PERCENT
 value-port = PORT
 value-position = POSITION
 value-pressure = PRESSURE
+value-program = PROGRAM
 value-range = RANGE
 value-request = REQUEST
 value-scenario = SCENARIO
@@ -371,12 +410,14 @@ value-seconds = SECONDS
 value-share = SHARE
 value-shell = SHELL
 value-side = SIDE
+value-slot = SLOT
 value-speed = SPEED
 value-subsystem = SUBSYSTEM
 value-text = TEXT
 value-user = USER
 value-value = VALUE
 value-valve = VALVE
+value-version = VERSION
 value-w-h = W,H
 value-wall = WALL
 value-where = WHERE

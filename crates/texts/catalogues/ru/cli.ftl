@@ -142,6 +142,41 @@ cannot-read-scenario = не читается { $name }
 no-such-scenario = Нет файла `{ $name }` и сценария с таким именем. С lafet поставляются: { $known }.
 cannot-write-path = не удаётся записать { $path }
 
+# cmd/image.rs
+numbered-key-expected = ожидаются номер ключа, от 0 до 15, и его файл, например 0=key0
+board-name-expected = ожидается имя платы: от 1 до 16 видимых знаков ASCII
+image-version-expected = ожидается от одного до четырёх чисел от 0 до 65535 через точку, например 1.2.3
+layouts-expected = ожидаются самая старая и самая новая раскладка хранимых параметров, которые читает программа, например 1-2
+key-made = { $file }: новый ключ. Им подписывают то, что стволы примут за своё ПО: храните его там, где его не прочитает никто другой, а копию — в сейфе.
+public-key-other = В { $file } открытая половина ключа { $id }, а не { $given }.
+public-key-not-one = { $file } — не открытый ключ: его записывает `lafet image public`.
+key-not-one = { $file } — не ключ: байтов в нём { $is }, а не 32. Ключ создаёт `lafet image key`.
+image-too-long = { $file } длиннее { $mib } МиБ: это не образ.
+never-written-over = { $name } уже есть, и поверх него ничего не записывается: выберите другое имя.
+image-not-one = { $file } — не образ: образ из программы делает `lafet image sign`.
+image-other-format = { $file } — образ другого формата, чем известен этой программе: возьмите ту версию lafet, которой он сделан.
+image-empty = { $file } пуст или больше, чем бывает образ: ничего не подписано.
+image-revokes-itself = Образ не может отозвать ключ, которым он подписан: подпишите его другим ключом.
+image-malformed = { $file }: в заголовке значение, которого не бывает. Файл повреждён: скопируйте его заново.
+image-cut = { $file }: за заголовком байтов { $is }, а не { $size }. Файл неполный: скопируйте его заново.
+image-changed = { $file }: программа не та, что была подписана (не совпадает SHA-256). Файл повреждён: скопируйте его заново.
+image-signature-wrong = { $file }: подпись не соответствует ключу { $key }. Ни одна плата с этим ключом такой образ не примет.
+image-other-key = { $file } подписан ключом { $key }, а в --public указан ключ { $given }: подпись не проверена.
+image-board = плата
+image-version = версия
+image-size = байтов
+image-slot = область
+image-slot-either = любая
+image-key = ключ
+image-revokes = отзывает ключи
+image-layouts = раскладки
+image-hash = SHA-256 программы
+image-signature = подпись
+image-signature-unchecked = не проверена (--public)
+image-signature-right = соответствует ключу
+image-signature-bad = не соответствует ключу
+image-signature-other = не проверена: другой ключ
+
 # cmd/install.rs
 cannot-write-to = не удаётся записать в { $shown }
 pages-written = { $shown }: страниц: { $count }
@@ -285,6 +320,7 @@ radio-expected = `{ $part }`: ожидается rate=300…10000000, latency=0�
 cannot-listen-sim = нельзя открыть { $place } (не запущен ли другой имитатор? порт 0 — любой свободный)
 cannot-keep-memory = не удаётся сохранить память в { $path }
 not-a-memory = { $path } — не память имитатора ствола, повреждён или создан прежней версией. Удалите файл, чтобы начать с новой памяти, или укажите другой.
+own-key-of-simulator = Ключ 15 у имитатора свой: в --update-key укажите номер от 0 до 14.
 
 # cmd/teach.rs
 deployer-without-limits = Крайние положения Deployer определяются его датчиками: задать их нельзя.
@@ -336,6 +372,51 @@ tune-not-put-back = В { $drive } могли остаться значения, 
 tuned-drive = привод
 tuned-lag = StopLag, мс
 tuned-error = ошибка в покое
+
+# cmd/update.rs
+update-runs-already = Этот ствол уже обновляет другая команда lafet update. Дождитесь её завершения или прервите её там.
+update-two-images = Два образа должны быть одной версии и для одной платы: один собран для области A, другой для области B.
+update-sending = передача: { $percent } % из { $size } байт
+update-sending-left = передача: { $percent } % из { $size } байт, осталось { $left }
+update-verifying = ствол проверяет принятое
+update-committed = назначено: ствол пробует новую версию
+update-restarting = жду, когда ствол снова ответит
+update-on-trial = новая версия работает, на пробе
+update-confirming = подтверждение
+update-confirmed = подтверждено
+update-done =
+    { $from } → { $to }, подтверждено.
+    Аварийная блокировка ствола не снята: её снимает `lafet lockout off`.
+update-done-trial =
+    Версия { $to } была на пробе и подтверждена.
+    Аварийная блокировка ствола не снята: её снимает `lafet lockout off`.
+update-interrupted = Прервано здесь: { $far }. Ничего не отменено: та же команда продолжит.
+update-interrupted-trial = Прервано здесь: { $far }. Если до этого не повторить команду, через 180 с после запуска ствол вернётся к старой версии.
+update-goes-on = На чём остановилось: { $far }. Та же команда продолжит.
+update-note-damaged = { $file } — неполная запись об обновлении. От неё ничего не зависит: она заменяется.
+update-note-unreadable = У ствола есть образ, который назначен или на пробе, а то, что его подтвердит, не прочитать из { $file }. Подождите, пока ствол сам вернётся к старой версии, 180 с после запуска, или перезапустите его: `lafet restart`. Затем повторите команду.
+update-word-elsewhere = У ствола есть образ, который назначен или на пробе и послан не отсюда, поэтому здесь нечем его подтвердить. Повторите команду там, откуда он послан, или подождите, пока ствол сам вернётся к старой версии, 180 с после запуска.
+update-other-image = У ствола есть другой образ, который назначен или на пробе и послан отсюда. Подтвердите его этой командой с тем образом или подождите, пока ствол сам вернётся к старой версии, 180 с после запуска.
+update-row-version = версия
+update-row-slot = область
+update-row-running = работает
+update-row-phase = обновление
+update-row-order = последнее указание
+update-row-trial = последняя проба
+update-row-pending = назначение
+update-in-service = постоянно
+update-is-on-trial = на пробе: без подтверждения следующий запуск вернёт старую версию
+update-phase-idle = с запуска не начиналось
+update-phase-receiving = приём: есть { $done } из { $size } байт
+update-phase-verifying = проверяется { $size } байт
+update-phase-verified = проверено, не назначено
+update-phase-committed = назначено: попробует следующий запуск
+update-phase-unknown = фаза { $n }, неизвестная этой программе
+update-order-done = выполнено
+update-order-waits = ждёт
+update-order-refused = { $why } (причина { $n })
+update-trial-failed = не подтверждена, ствол вернулся к старой версии
+update-commit-pending = ещё не отменено: до этого блокировка не снимается
 
 # cmd/watch.rs
 enter-ends = Enter — конец
@@ -798,6 +879,9 @@ install-program-old = { $unit } выполняет программу, кото�
 install-recordings-denied = { $user } не может писать в { $folder }, где должны быть записи.
 install-clock = Часы этой машины не синхронизированы: время в журнале аудита и в истории не точнее их.
 install-clock-remedy = timedatectl set-ntp true; нужен сервер времени, доступный этой машине.
+
+# word.rs
+no-random-bytes = система не даёт случайных байтов
 
 # version.rs
 version-commit = коммит

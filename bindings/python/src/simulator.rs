@@ -2,6 +2,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -12,6 +13,7 @@ use lafet_device::Source;
 use lafet_device::image::Axis;
 use lafet_device::port::Port;
 use lafet_sim::fault::Fault;
+use lafet_sim::fire::FireSpec;
 use lafet_sim::sim::{Config, Sim};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -94,7 +96,7 @@ impl Simulator {
             return Err(PyValueError::new_err(text));
         }
         for fire in fires {
-            config.fires.push(fire.parse().map_err(PyValueError::new_err)?);
+            config.fires.push(spec_of(&fire)?);
         }
         let failed = |error: io::Error| PyOSError::new_err(os_text(&error, language()));
         let listener = TcpListener::bind("127.0.0.1:0").map_err(failed)?;
@@ -168,7 +170,7 @@ impl Simulator {
 
     /// Lights a fire; returns its number.
     fn light(&self, py: Python<'_>, fire: &str) -> PyResult<usize> {
-        let spec = fire.parse().map_err(PyValueError::new_err)?;
+        let spec = spec_of(fire)?;
         self.with(py, |sim| sim.world_mut().light(spec))
     }
 
@@ -289,4 +291,11 @@ fn serve(mut stream: TcpStream, shared: &Shared) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Reads what a fire is; what is wrong with it is said in the language of the exceptions.
+fn spec_of(fire: &str) -> PyResult<FireSpec> {
+    let wrong =
+        |error: <FireSpec as FromStr>::Err| PyValueError::new_err(error.of(language()).to_owned());
+    fire.parse().map_err(wrong)
 }

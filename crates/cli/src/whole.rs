@@ -1,6 +1,6 @@
 //! Files that are replaced whole: whatever happens meanwhile, the old content or the new one is there.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -18,25 +18,12 @@ pub struct Whole {
 impl Whole {
     /// Makes the file beside, under a name that no file has.
     pub fn beside(path: &Path) -> io::Result<Self> {
-        Self::made(path, File::options().write(true).create_new(true))
-    }
-
-    /// The same for what its owner alone may read.
-    pub fn secret(path: &Path) -> io::Result<Self> {
-        let mut options = File::options();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        Self::made(path, &options)
-    }
-
-    fn made(path: &Path, options: &OpenOptions) -> io::Result<Self> {
         let id = std::process::id();
         for number in 0..NAMES {
             let mut name = path.as_os_str().to_owned();
             name.push(format!(".{id}-{number}.new"));
             let beside = PathBuf::from(name);
-            match options.open(&beside) {
+            match File::create_new(&beside) {
                 Ok(file) => return Ok(Self { file, beside, path: path.into(), placed: false }),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),

@@ -1,21 +1,17 @@
 //! The word that confirms an update (docs/update.md), on disk before the monitor gets its digest. A command
 //! that is killed in the middle of an update leaves it to the next one.
 
-use std::fs::{self, File};
-use std::io::{self, Read as _};
-use std::path::{Path, PathBuf};
+use std::io;
 
+use lafet_client::note::{self, Noted};
 use lafet_client::update::Word;
 use lafet_texts::cli as text;
 
 use crate::failure::Failure;
 use crate::lang::current;
-use crate::whole::Whole;
 
 /// The first line of a note.
 const HEAD: &str = "lafet update 1";
-/// No note is longer, bytes.
-const LONGEST: u64 = 4096;
 
 /// A word, and the SHA-256 of the payload of each image that it was made for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,54 +23,12 @@ pub struct Kept {
 }
 
 /// The note of one monitor in a folder.
-#[derive(Clone, Debug)]
-pub struct Note {
-    file: PathBuf,
-}
+pub type Note = note::Note<Kept>;
 
-impl Note {
-    /// The note of the monitor with this name, which may have any characters.
-    pub fn new(folder: &Path, monitor: &str) -> Self {
-        let plain = |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'-' | b'.');
-        let one = |c: u8| if plain(c) { char::from(c).to_string() } else { format!("_{c:02x}") };
-        let name: String = monitor.bytes().map(one).collect();
-        Self { file: folder.join(format!("{name}.word")) }
-    }
+impl Noted for Kept {
+    const ENDING: &'static str = "word";
+    const SECRET: bool = true;
 
-    /// Where it is.
-    pub fn file(&self) -> &Path {
-        &self.file
-    }
-
-    /// What it says; `None` where there is none. A file that is not a whole note is an error.
-    pub fn read(&self) -> io::Result<Option<Kept>> {
-        let file = match File::open(&self.file) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            file => file?,
-        };
-        let mut text = String::new();
-        file.take(LONGEST).read_to_string(&mut text)?;
-        Kept::parse(&text).map(Some).ok_or_else(|| io::ErrorKind::InvalidData.into())
-    }
-
-    /// Writes it for its owner alone, whole or not at all; it is on the disk then.
-    pub fn write(&self, kept: &Kept) -> io::Result<()> {
-        if let Some(folder) = self.file.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        Whole::secret(&self.file)?.place(kept.text().as_bytes())
-    }
-
-    /// The update has come to its end.
-    pub fn remove(&self) -> io::Result<()> {
-        match fs::remove_file(&self.file) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl Kept {
     fn text(&self) -> String {
         let images: String =
             self.images.iter().map(|image| format!("image {}\n", hex(image))).collect();
@@ -122,6 +76,8 @@ pub fn unhex<const N: usize>(text: &str) -> Option<[u8; N]> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -127,6 +127,8 @@ mod lead;
 #[cfg(feature = "client")]
 mod monitor;
 #[cfg(feature = "client")]
+pub mod note;
+#[cfg(feature = "client")]
 pub mod overhear;
 #[cfg(feature = "client")]
 mod plan;

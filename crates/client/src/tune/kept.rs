@@ -2,18 +2,13 @@
 //! middle of a tuning leaves the values of the measurement in the monitor, and a note of those before; the next
 //! start puts them back.
 
-use std::fs::{self, File};
-use std::io::{self, Read as _, Write as _};
-use std::path::{Path, PathBuf};
-
 use lafet_proto::SubsystemId;
 
 use super::{Bench, MIN_SPEED, Pair, STOP_LAG};
+use crate::note::{self, Noted};
 
 /// The first line of a note.
 const HEAD: &str = "lafet tune 1";
-/// No note is longer, bytes.
-const LONGEST: u64 = 4096;
 
 /// The values before a tuning, and those that it has set since.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,82 +32,13 @@ pub struct PutBack {
     pub to: i32,
 }
 
-/// The note of one monitor in a folder.
-#[derive(Clone, Debug)]
-pub struct Note {
-    file: PathBuf,
-}
+/// The note of one monitor in a folder; none where no tuning was cut off.
+pub type Note = note::Note<Kept>;
 
-impl Note {
-    /// The note of the monitor with this name, which may have any characters.
-    pub fn new(folder: &Path, monitor: &str) -> Self {
-        let plain = |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'-' | b'.');
-        let mut name = String::new();
-        for c in monitor.bytes() {
-            match plain(c) {
-                true => name.push(c.into()),
-                false => name.push_str(&format!("_{c:02x}")),
-            }
-        }
-        Self { file: folder.join(format!("{name}.tune")) }
-    }
+impl Noted for Kept {
+    const ENDING: &'static str = "tune";
+    const SECRET: bool = false;
 
-    /// Where it is.
-    pub fn file(&self) -> &Path {
-        &self.file
-    }
-
-    /// What it says; `None` where no tuning was cut off.
-    ///
-    /// # Errors
-    ///
-    /// A file that cannot be read, or is no note.
-    pub fn read(&self) -> io::Result<Option<Kept>> {
-        let file = match File::open(&self.file) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            file => file?,
-        };
-        let mut text = String::new();
-        file.take(LONGEST).read_to_string(&mut text)?;
-        Kept::parse(&text).map(Some).ok_or_else(|| io::ErrorKind::InvalidData.into())
-    }
-
-    /// Writes it, whole or not at all; it is on the disk then.
-    ///
-    /// # Errors
-    ///
-    /// A folder or disk that cannot be written.
-    pub fn write(&self, kept: &Kept) -> io::Result<()> {
-        if let Some(folder) = self.file.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        let new = self.file.with_extension("new");
-        let mut file = File::create(&new)?;
-        file.write_all(kept.text().as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&new, &self.file)?;
-        // The name is in the folder.
-        #[cfg(unix)]
-        if let Some(folder) = self.file.parent() {
-            File::open(folder)?.sync_all()?;
-        }
-        Ok(())
-    }
-
-    /// The values are in force again, or others are wanted.
-    ///
-    /// # Errors
-    ///
-    /// A file that cannot be removed.
-    pub fn remove(&self) -> io::Result<()> {
-        match fs::remove_file(&self.file) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl Kept {
     fn text(&self) -> String {
         let pair =
             |word: &str, pair: &Pair| format!("{word} {} {}\n", pair.lag_ms, pair.min_tenths);
@@ -164,6 +90,8 @@ pub async fn put_back<B: Bench>(bench: &mut B, kept: &Kept) -> Result<Vec<PutBac
 
 #[cfg(test)]
 mod tests {
+    use std::{fs, io};
+
     use super::*;
 
     #[test]

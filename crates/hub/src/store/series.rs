@@ -88,6 +88,11 @@ const END_MINUTES: &str = "INSERT OR IGNORE INTO gap
 /// What is later still was stored before the date was put back.
 const KNOWN_LATE_MS: i64 = 2 * MINUTE_MS as i64;
 
+/// Up to where the ends of values are looked for, if they are known until this time.
+pub fn ends(known_ms: i64) -> [i64; 2] {
+    [known_ms.saturating_add(KNOWN_LATE_MS), i64::MAX]
+}
+
 /// Numbers of series that are known, for the thread that writes.
 pub type Ids = HashMap<Arc<Key>, i64>;
 
@@ -104,7 +109,7 @@ pub fn resume(db: &mut Connection) -> Result<(), rusqlite::Error> {
     transaction.execute("INSERT OR IGNORE INTO mark VALUES ('sparse', ?1)", [dense_ms])?;
     transaction.execute("INSERT OR IGNORE INTO mark VALUES ('known', ?1)", [dense_ms])?;
     let known_ms: i64 = transaction.query_row(MARK, ["known"], |row| row.get(0))?;
-    for until_ms in [known_ms.saturating_add(KNOWN_LATE_MS), i64::MAX] {
+    for until_ms in ends(known_ms) {
         transaction.execute(END_RAW, [until_ms])?;
         transaction.execute(END_MINUTES, [until_ms])?;
     }

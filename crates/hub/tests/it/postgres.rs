@@ -444,6 +444,28 @@ async fn what_was_lost_is_a_gap_and_no_value_that_held() {
     until_is(expected, async || valve(&history).await).await;
 }
 
+/// What was stored at later dates, before the date was put back, hides no end.
+#[tokio::test]
+async fn after_a_start_nothing_is_known_though_later_dates_have_values() {
+    let Some((_, server, client)) = started("postgres-put-back").await else { return };
+    drop(with_valve(&server.url()).await);
+    let later = "INSERT INTO lafet_raw SELECT id, t, value FROM lafet_series,
+          (VALUES (900000::BIGINT, 1.0::FLOAT8), (900005, NULL)) AS later (t, value);
+        INSERT INTO lafet_minute SELECT id, t, 0, 0, 0 FROM lafet_series,
+          (VALUES (1000::BIGINT), (900000)) AS minutes (t);
+        INSERT INTO lafet_gap SELECT id, 900005 FROM lafet_series;
+        UPDATE lafet_mark SET t = 500000 WHERE name = 'known'";
+    client.batch_execute(later).await.unwrap();
+    let expected = json!([[1000, 0.0], [500_000, null], [900_000, 1.0], [900_005, null]]);
+    for _ in 0..2 {
+        let history = history(&server.url());
+        until_is(expected.clone(), async || valve(&history).await).await;
+        let query = "SELECT ARRAY(SELECT t FROM lafet_gap ORDER BY t)";
+        let gaps: Vec<i64> = client.query_one(query, &[]).await.unwrap().get(0);
+        assert_eq!(gaps, [500_000, 900_005]);
+    }
+}
+
 /// A name that no text can be, and a value that a rule of the site's forbids.
 #[tokio::test]
 async fn of_what_is_refused_the_rest_is_stored_and_a_gap_in_its_place() {

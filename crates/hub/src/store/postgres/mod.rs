@@ -19,7 +19,7 @@ pub use address::Address;
 
 use super::db::StoreError;
 use super::history::{AlarmChange, Change, Key, Row, signed};
-use super::series::{Sweep, pieces};
+use super::series::{Sweep, ends, pieces};
 use super::thin::{Piece, Point};
 use super::torn::{Hole, Torn};
 use super::work::Work;
@@ -67,32 +67,23 @@ END $$;
 CREATE INDEX IF NOT EXISTS lafet_alarm_by_time ON lafet_alarm (at_ms);
 CREATE INDEX IF NOT EXISTS lafet_alarm_by_monitor ON lafet_alarm (monitor, at_ms);";
 
-/// As [`resume`](super::series::resume) of the SQLite history.
-const RESUME: &str = "
+const MARKS: &str = "
 INSERT INTO lafet_mark SELECT name, COALESCE((SELECT MAX(last) + 60000 FROM (SELECT
     (SELECT MAX(t) FROM lafet_minute WHERE series = id) AS last FROM lafet_series) AS all_last), 0)
-  FROM (VALUES ('sparse'), ('known')) AS names (name) ON CONFLICT DO NOTHING;
+  FROM (VALUES ('sparse'), ('known')) AS names (name) ON CONFLICT DO NOTHING";
+const KNOWN: &str = "SELECT t FROM lafet_mark WHERE name = 'known'";
+/// As those of the SQLite history.
+const END_RAW: &str = "
 INSERT INTO lafet_raw SELECT id, GREATEST((SELECT t FROM lafet_mark WHERE name = 'known'), last.t + 1),
     NULL FROM lafet_series CROSS JOIN LATERAL
-    (SELECT t, value FROM lafet_raw WHERE series = id ORDER BY t DESC LIMIT 1) AS last
-  WHERE last.value IS NOT NULL ON CONFLICT DO NOTHING;
+    (SELECT t, value FROM lafet_raw WHERE series = id AND t <= $1 ORDER BY t DESC LIMIT 1) AS last
+  WHERE last.value IS NOT NULL ON CONFLICT DO NOTHING";
+const END_MINUTES: &str = "
 INSERT INTO lafet_gap SELECT id, GREATEST((SELECT t FROM lafet_mark WHERE name = 'known'), last.t + 1)
   FROM lafet_series CROSS JOIN LATERAL
-    (SELECT t FROM lafet_minute WHERE series = id ORDER BY t DESC LIMIT 1) AS last
-  WHERE last.t >= COALESCE((SELECT MAX(t) FROM lafet_gap WHERE series = id), 0)
-  ON CONFLICT DO NOTHING;
-INSERT INTO lafet_raw SELECT id, GREATEST(known.t, last.t + 1), NULL
-  FROM lafet_mark AS known CROSS JOIN lafet_series CROSS JOIN LATERAL
-    (SELECT r.t, r.value FROM lafet_raw AS r WHERE r.series = id AND r.t <= known.t + 120000
-     ORDER BY r.t DESC LIMIT 1) AS last
-  WHERE known.name = 'known' AND last.value IS NOT NULL ON CONFLICT DO NOTHING;
-INSERT INTO lafet_gap SELECT id, GREATEST(known.t, last.t + 1)
-  FROM lafet_mark AS known CROSS JOIN lafet_series CROSS JOIN LATERAL
-    (SELECT m.t FROM lafet_minute AS m WHERE m.series = id AND m.t <= known.t + 120000
-     ORDER BY m.t DESC LIMIT 1) AS last
-  WHERE known.name = 'known' AND last.t >= COALESCE((SELECT MAX(g.t) FROM lafet_gap AS g
-    WHERE g.series = id AND g.t <= known.t + 120000), 0)
-  ON CONFLICT DO NOTHING;";
+    (SELECT t FROM lafet_minute WHERE series = id AND t <= $1 ORDER BY t DESC LIMIT 1) AS last
+  WHERE last.t >= COALESCE((SELECT MAX(t) FROM lafet_gap WHERE series = id AND t <= $1), 0)
+  ON CONFLICT DO NOTHING";
 
 const ID: &str = "SELECT id FROM lafet_series WHERE monitor = $1 AND name = $2";
 const RAW: &str = "SELECT t, value FROM lafet_raw WHERE series = $1 AND t <= $3
@@ -326,12 +317,27 @@ async fn connect(address: &Address, resumed: &mut bool) -> Result<(Client, Clien
     }
     batch(&client, SCHEMA).await?;
     if !*resumed {
-        batch(&client, RESUME).await?;
+        resume(&client).await.map_err(|error| match error {
+            StoreError::Postgres(error) => said(&error),
+            error => error.to_string(),
+        })?;
     }
     *resumed = true;
     let reader = address.client().await?;
     batch(&reader, SESSION).await?;
     Ok((client, reader))
+}
+
+/// As [`resume`](super::series::resume) of the SQLite history. What is done twice changes nothing.
+async fn resume(client: &Client) -> Result<(), StoreError> {
+    run(client, MARKS, &[]).await?;
+    let known = timeout(PATIENCE, client.query_one(KNOWN, &[])).await;
+    let known_ms: i64 = known.map_err(|_| StoreError::Away)??.get(0);
+    for until_ms in ends(known_ms) {
+        run(client, END_RAW, &[&until_ms]).await?;
+        run(client, END_MINUTES, &[&until_ms]).await?;
+    }
+    Ok(())
 }
 
 /// Executes statements; the wait is for all of them.

@@ -50,26 +50,45 @@ impl Secure {
     }
 }
 
+/// A client that is known by its certificate, on a WebSocket that is open.
+struct Certified {
+    folder: std::path::PathBuf,
+    time: std::sync::Arc<ManualTime>,
+    site: Site,
+    socket: Secure,
+    /// When the certificate ends.
+    ends_ms: u64,
+}
+
+impl Certified {
+    async fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("lafet-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let authority = Authority::new();
+        let tls = authority.write(&folder);
+        let time = ManualTime::at(START_MS);
+        let site = Site::at(1, Clock::Manual(time.clone()), |config| config.tls = Some(tls)).await;
+        let connect = async || authority.connect(site.address, Some("scada")).await.unwrap();
+        let about = http_over(connect().await, "localhost", "GET", "/api/session", &[], "").await;
+        let ends_ms = about.body["expires_ms"].as_u64().unwrap();
+        let mut socket = Secure::open(connect().await).await;
+        assert!(socket.ask(take()).await["authority"].is_object());
+        Self { folder, time, site, socket, ends_ms }
+    }
+}
+
+fn take() -> Value {
+    json!({ "type": "authority", "monitor": "M1", "action": "take" })
+}
+
 #[tokio::test]
 async fn a_websocket_outlasts_the_certificate_of_its_client_to_stop() {
-    let folder = std::env::temp_dir().join(format!("lafet-outlasts-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let authority = Authority::new();
-    let tls = authority.write(&folder);
-    let time = ManualTime::at(START_MS);
-    let site = Site::at(1, Clock::Manual(time.clone()), |config| config.tls = Some(tls)).await;
-    let connect = async || authority.connect(site.address, Some("scada")).await.unwrap();
-    let about = http_over(connect().await, "localhost", "GET", "/api/session", &[], "").await;
-    let ends_ms = about.body["expires_ms"].as_u64().unwrap();
-    let mut socket = Secure::open(connect().await).await;
-    let take = json!({ "type": "authority", "monitor": "M1", "action": "take" });
-    assert!(socket.ask(take.clone()).await["authority"].is_object());
-
+    let Certified { folder, time, site, mut socket, ends_ms } = Certified::new("outlasts").await;
     time.pass(ends_ms - START_MS + 1000);
     // Connections look at once whether they may go on.
     site.hub.access_changed();
     let up = json!({ "type": "request", "monitor": "M1", "request": "Move Vertical 900" });
-    for refused in [up, take, json!({ "type": "subscribe" })] {
+    for refused in [up, take(), json!({ "type": "subscribe" })] {
         let error = socket.ask(refused).await["error"].clone();
         let expected = (&json!("login_needed"), &json!("expired"));
         assert_eq!((&error["code"], &error["standing"]), expected, "{error}");
@@ -96,21 +115,10 @@ async fn a_websocket_outlasts_the_certificate_of_its_client_to_stop() {
 /// The hub was started with a wrong date, which is set while a connection is open.
 #[tokio::test]
 async fn a_date_that_is_set_ends_a_certificate_on_an_open_websocket() {
-    let folder = std::env::temp_dir().join(format!("lafet-date-set-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let authority = Authority::new();
-    let tls = authority.write(&folder);
-    let time = ManualTime::at(START_MS);
-    let site = Site::at(1, Clock::Manual(time.clone()), |config| config.tls = Some(tls)).await;
-    let connect = async || authority.connect(site.address, Some("scada")).await.unwrap();
-    let about = http_over(connect().await, "localhost", "GET", "/api/session", &[], "").await;
-    let ends_ms = about.body["expires_ms"].as_u64().unwrap();
-    let mut socket = Secure::open(connect().await).await;
-    let take = json!({ "type": "authority", "monitor": "M1", "action": "take" });
-    assert!(socket.ask(take.clone()).await["authority"].is_object());
-
+    let Certified { folder, time, site: _site, mut socket, ends_ms } =
+        Certified::new("date-set").await;
     time.set_date(ends_ms + 1000);
-    let error = socket.ask(take).await["error"].clone();
+    let error = socket.ask(take()).await["error"].clone();
     let expected = (&json!("login_needed"), &json!("expired"));
     assert_eq!((&error["code"], &error["standing"]), expected, "{error}");
     assert!((1..DAY_MS).contains(&error["left_ms"].as_u64().unwrap()), "{error}");

@@ -547,13 +547,9 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
     async fn state(&self) -> Result<Report, UpdateError> {
         let since = Instant::now();
         loop {
-            let asked = give(self.monitor, &Order::State).await;
-            match asked.and_then(Given::report) {
+            match give(self.monitor, &Order::State).await.and_then(Given::report) {
                 Ok(report) => return Ok(report),
-                Err(error) if !passes(&error) || since.elapsed() >= PATIENCE => {
-                    return Err(error.into());
-                }
-                Err(_) => sleep(PAUSE).await,
+                Err(error) => outlast(error, since).await?,
             }
         }
     }
@@ -564,10 +560,7 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
         loop {
             match self.monitor.status_all().await {
                 Ok(status) => return Ok(status),
-                Err(error) if !passes(&error) || since.elapsed() >= PATIENCE => {
-                    return Err(error.into());
-                }
-                Err(_) => sleep(PAUSE).await,
+                Err(error) => outlast(error, since).await?,
             }
         }
     }
@@ -579,6 +572,15 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
             Err(_) => UpdateError::NotReady(vec![Unready::Hidden]),
         }
     }
+}
+
+/// The pause before the same is asked again; the error, where that is of no use or has been done for long enough.
+async fn outlast(error: Error, since: Instant) -> Result<(), UpdateError> {
+    if !passes(&error) || since.elapsed() >= PATIENCE {
+        return Err(error.into());
+    }
+    sleep(PAUSE).await;
+    Ok(())
 }
 
 /// Whether an order with this status was not accepted, but may be in another state.

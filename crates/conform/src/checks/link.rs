@@ -8,7 +8,7 @@ use crate::raw::{self, Incoming, Rec};
 use crate::verdict::{Step, must, not_applicable};
 
 /// Silence after which a frame counts as not answered, ms.
-const SILENCE_MS: u64 = 400;
+pub const SILENCE_MS: u64 = 400;
 /// Frames in a row that must each be answered at the first try.
 const IN_A_ROW: usize = 40;
 /// §L/6 Largest payload, bytes.

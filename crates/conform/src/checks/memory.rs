@@ -10,14 +10,13 @@ use lafet_proto::param::{Access, Param, Storage};
 use lafet_proto::{RequestId as R, Status, SubsystemId as S};
 use lafet_texts::{Shown, conform as text};
 
+use super::link::SILENCE_MS;
 use super::{bits, le};
 use crate::bench::{Bench, param_data};
 use crate::raw::{Rec, several};
 use crate::safety::Undo;
 use crate::verdict::{Halt, Note, Step, fail, must, not_applicable};
 
-/// Silence after which there is no monitor at an address, ms.
-const SILENCE_MS: u64 = 400;
 /// How many times the copy is written and the monitor restarted.
 const ROUNDS: u32 = 4;
 /// Most files of earlier copies that were not written back, in one folder.

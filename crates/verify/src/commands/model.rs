@@ -4,6 +4,7 @@ use clap::Args;
 use lafet_device::Device;
 use lafet_verify::model::configuration::{ALL, Configuration};
 use lafet_verify::model::report::{Effort, Outcome, run as explore};
+use std::cmp::Reverse;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -73,16 +74,18 @@ pub fn run(options: &Options) -> Result<(), String> {
 }
 
 /// Runs each configuration on one thread, so that every run explores the same states; `threads` of
-/// them at a time.
+/// them at a time, those that take longest first.
 fn quickly(chosen: &[&'static Configuration], effort: Effort) -> Vec<Outcome> {
+    let mut turns: Vec<_> = chosen.iter().copied().enumerate().collect();
+    turns.sort_by_key(|(_, configuration)| Reverse(configuration.quick_states));
     let next = AtomicUsize::new(0);
     let work = || {
         let mut outcomes = Vec::new();
         loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(configuration) = chosen.get(place) else { return outcomes };
+            let turn = next.fetch_add(1, Ordering::Relaxed);
+            let Some((place, configuration)) = turns.get(turn) else { return outcomes };
             let effort = Effort { threads: 1, states: Some(configuration.quick_states), ..effort };
-            outcomes.push((place, explore::<Device>(configuration, effort)));
+            outcomes.push((*place, explore::<Device>(configuration, effort)));
         }
     };
     let mut outcomes = thread::scope(|scope| {

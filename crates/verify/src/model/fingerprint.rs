@@ -7,6 +7,7 @@
 use lafet_device::Device;
 use lafet_device::params::Params;
 use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::fmt::{self, Debug, Write};
 use std::hash::{DefaultHasher, Hasher};
 
@@ -110,12 +111,29 @@ struct Part {
 /// Most hashes of sets of parameters that are cached.
 const PARAMS_KEPT: usize = 16;
 
+/// Most hashes of devices that are cached: many actions from a state change nothing in the device.
+const DEVICES_KEPT: usize = 8;
+
 thread_local! {
     static PARAMS: RefCell<Vec<(Params, u64)>> = const { RefCell::new(Vec::new()) };
+    static DEVICES: RefCell<VecDeque<(Device, u32, u64)>> = const { RefCell::new(VecDeque::new()) };
 }
 
 /// Hash of everything in a device that affects its further behaviour.
 pub fn of(device: &Device, now_ms: u32) -> u64 {
+    DEVICES.with_borrow_mut(|kept| {
+        let same = |(known, at, _): &&(Device, u32, u64)| *at == now_ms && known == device;
+        if let Some((_, _, hash)) = kept.iter().find(same) {
+            return *hash;
+        }
+        let hash = of_new(device, now_ms);
+        kept.truncate(DEVICES_KEPT - 1);
+        kept.push_front((device.clone(), now_ms, hash));
+        hash
+    })
+}
+
+fn of_new(device: &Device, now_ms: u32) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write(&Reader::read(device, now_ms).kept);
     hasher.write_u64(of_params(device.params(), now_ms));

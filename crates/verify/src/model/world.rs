@@ -162,7 +162,7 @@ impl<M: Monitor> World<M> {
             }
             Action::PowerLoss => {
                 world.note_disturbance(Disturbance::PowerLoss);
-                world.reset(composition, true);
+                let _seen = world.reset(composition, true);
             }
         }
         world.take_fingerprint();
@@ -230,17 +230,18 @@ impl<M: Monitor> World<M> {
 
     /// Runs cycles until an observer or a client sees a change.
     fn wait(&mut self, composition: &Composition) {
-        let start = (self.plant.sight(), self.look());
+        let mut view = self.look();
+        let start = (self.plant.sight(), view);
         for _ in 0..CYCLES_MAX {
-            self.cycle(composition);
-            if (self.plant.sight(), self.look()) != start || !self.broken.is_empty() {
+            view = self.cycle(composition, &view);
+            if (self.plant.sight(), view) != start || !self.broken.is_empty() {
                 return;
             }
         }
     }
 
-    fn cycle(&mut self, composition: &Composition) {
-        let before = self.look();
+    /// Runs a cycle from what a client sees before it; returns what a client sees after it.
+    fn cycle(&mut self, composition: &Composition, before: &View) -> View {
         let (wet_before, up_before) = (self.plant.is_wet(), self.plant.is_deployed());
         self.now_ms = self.now_ms.wrapping_add(CYCLE_MS);
         self.plant.advance();
@@ -251,33 +252,35 @@ impl<M: Monitor> World<M> {
             self.mandate.sure = true;
             self.plant.stored = 0;
         }
-        self.judge(&before);
+        let now = self.look();
+        self.judge(before, &now);
         if self.plant.reset {
             self.happened.note(Event::Restarted, true);
             return self.reset(composition, false);
         }
-        let now = self.look();
-        self.note_events(&before, &now, wet_before, up_before);
+        self.note_events(before, &now, wet_before, up_before);
         self.judge_view(&now);
-        self.mandate.note_cycle(&before, &now);
+        self.mandate.note_cycle(before, &now);
+        now
     }
 
-    /// The program starts again; stored values survive.
-    fn reset(&mut self, composition: &Composition, by_power: bool) {
+    /// The program starts again; stored values survive. Returns what a client sees then.
+    fn reset(&mut self, composition: &Composition, by_power: bool) -> View {
         self.plant.outputs = Default::default();
         self.plant.reset = false;
         let sure = self.mandate.sure || !by_power;
         self.monitor = M::power_up(self.now_ms, composition, &mut self.plant);
         self.plant.stored = 0;
-        let locked = self.look().general().contains(GeneralFlags::LOCKED_OUT);
+        let view = self.look();
+        let locked = view.general().contains(GeneralFlags::LOCKED_OUT);
         self.broken.judge(Law::LockoutStays, !sure || locked == self.mandate.locked);
         self.mandate = Mandate::after_reset(locked);
+        view
     }
 
     /// Judges the present outputs by the present situation.
-    fn judge(&mut self, before: &View) {
-        let now = self.look();
-        for rule in self.moment(before, &now).judge() {
+    fn judge(&mut self, before: &View, now: &View) {
+        for rule in self.moment(before, now).judge() {
             self.broken.add(rule);
         }
         let Self { plant, mandate, broken, .. } = self;

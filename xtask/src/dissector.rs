@@ -2,8 +2,8 @@
 
 use std::process::{Command, ExitCode};
 
-use crate::run::{StepResult, cargo, output, show_tests};
-use crate::{TaskResult, flag, setup};
+use crate::run::{StepResult, output, root, show_tests};
+use crate::{TaskResult, flag, plugs, setup};
 
 pub fn dissector(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
@@ -16,6 +16,7 @@ pub fn check() -> StepResult {
     if !there("tshark") || !there("text2pcap") {
         setup::debian(&["tshark"])?;
     }
-    let test = ["test", "--package", "lafet-capture", "--test", "it", "--", "--ignored"];
-    show_tests(cargo(&test).arg("dissector::"))
+    let folder = "crates/capture";
+    let mut tests = Command::new(plugs::tests_of(&plugs::all_tests()?, folder)?);
+    show_tests(tests.args(["--ignored", "dissector::"]).current_dir(root().join(folder)))
 }

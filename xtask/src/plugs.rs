@@ -32,9 +32,7 @@ pub fn check() -> StepResult {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::iter::once(programs).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(folders).map_err(|e| e.to_string())?;
-    // Built as for all other tests: selected alone, their dependencies would be built again with fewer features.
-    let build = ["test", "--workspace", "--no-run", "--message-format=json"];
-    let messages = output(&mut cargo(&build))?;
+    let messages = all_tests()?;
     for folder in ["crates/hub", "crates/cli"] {
         let program = tests_of(&messages, folder)?;
         let run = |arguments: &[&str]| {
@@ -52,8 +50,13 @@ pub fn check() -> StepResult {
     Ok(())
 }
 
+/// Builds all tests; returns what cargo says. Those of one crate would be built again with fewer features.
+pub fn all_tests() -> Result<String, String> {
+    output(&mut cargo(&["test", "--workspace", "--no-run", "--message-format=json"]))
+}
+
 /// The program of a crate's integration tests, from what cargo says of a build.
-fn tests_of(messages: &str, folder: &str) -> Result<PathBuf, String> {
+pub fn tests_of(messages: &str, folder: &str) -> Result<PathBuf, String> {
     let package = format!("/{folder}#");
     let it = |test: &TestProgram| test.package.contains(&package) && test.name == "it";
     let program = test_programs(messages).find(it).map(|test| test.path);

@@ -9,6 +9,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod flash;
 mod pass;
 
 use lafet_device::image::{Inputs, Outputs};

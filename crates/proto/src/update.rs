@@ -5,8 +5,12 @@
 //! which order it is. Names of their own for the orders would have had the numbers of requests that
 //! act: that of `UpdateBegin` is that of Move. A monitor without it answers WrongRequest.
 
+mod header;
+
 use crate::hash::{conv8, fnv1a32, fold16};
 use crate::{DecodeError, Expected, RequestId};
+
+pub use header::{BOARD_LEN, FORMAT, HeaderError, ImageHeader, KEYS, MAGIC, board_name, is_board};
 
 impl RequestId {
     /// Update (ours); not in the document's table.
@@ -65,6 +69,12 @@ pub enum Order<'a> {
         /// The word.
         word: &'a [u8; WORD_LEN],
     },
+    /// Ends the trial that waits for the word of this digest: the monitor restarts, which leads back to
+    /// the old image.
+    Abandon {
+        /// As in `Commit`: the trial of another word is not ended.
+        digest: &'a [u8; DIGEST_LEN],
+    },
 }
 
 impl<'a> Order<'a> {
@@ -102,6 +112,7 @@ impl<'a> Order<'a> {
             3 => return Err(size),
             4 => Self::Commit { digest: rest.try_into().map_err(|_| size)? },
             5 => Self::Confirm { word: rest.try_into().map_err(|_| size)? },
+            6 => Self::Abandon { digest: rest.try_into().map_err(|_| size)? },
             other => {
                 let got = usize::from(*other);
                 return Err(DecodeError { offset: 0, expected: Expected::Value, got });
@@ -125,6 +136,7 @@ impl<'a> Order<'a> {
             Self::Verify => (3, &key, &[], &[]),
             Self::Commit { digest } => (4, &key, &[], *digest),
             Self::Confirm { word } => (5, &key, &[], *word),
+            Self::Abandon { digest } => (6, &key, &[], *digest),
         };
         let len = 1 + key.len() + middle.len() + rest.len();
         let bytes = core::iter::once(&kind).chain(key).chain(middle).chain(rest);
@@ -157,7 +169,7 @@ impl Phase {
 ///
 /// ```text
 /// phase u8 | slot u8: 1 A, 2 B | bits u8: 0 on trial, 1 the last trial failed, 2 an order waits,
-/// 3 a commit is pending | reason u8 | received u32 | size u32 | version 4 × u16 | image 4 bytes
+/// 3 a commit is pending, 4 what was confirmed last is lost | reason u8 | received u32 | size u32 | version 4 × u16 | image 4 bytes
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
@@ -174,6 +186,8 @@ pub struct Report {
     /// What was committed is not on trial, and a later start may still try it: until that could be
     /// taken back, the lockout is not released.
     pub pending: bool,
+    /// An older image runs than the one that was confirmed last, which does not verify any more.
+    pub lost: bool,
     /// Why the last order was refused that could not be carried out; 0 after one that was. The
     /// numbers are in docs/update.md.
     pub reason: u8,
@@ -213,6 +227,7 @@ impl Report {
             failed: bits & 2 != 0,
             waits: bits & 4 != 0,
             pending: bits & 8 != 0,
+            lost: bits & 16 != 0,
             reason: *reason,
             received: u32::from_le_bytes([*r0, *r1, *r2, *r3]),
             size: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
@@ -221,9 +236,16 @@ impl Report {
         })
     }
 
+    /// Whether a monitor of ours can have said this: another one may answer 24 bytes as well.
+    pub const fn is_possible(&self) -> bool {
+        matches!(self.slot, 1 | 2)
+            && self.phase.0 <= Phase::COMMITTED.0
+            && self.received <= self.size
+    }
+
     /// The data of an answer.
     pub fn to_bytes(&self) -> [u8; REPORT_LEN] {
-        let bits = [self.trial, self.failed, self.waits, self.pending];
+        let bits = [self.trial, self.failed, self.waits, self.pending, self.lost];
         let bits = bits.iter().rev().fold(0, |bits, bit| bits << 1 | u8::from(*bit));
         let [r0, r1, r2, r3] = self.received.to_le_bytes();
         let [s0, s1, s2, s3] = self.size.to_le_bytes();
@@ -273,6 +295,7 @@ mod tests {
             Order::Verify,
             Order::Commit { digest: &[5; DIGEST_LEN] },
             Order::Confirm { word: &[6; WORD_LEN] },
+            Order::Abandon { digest: &[4; DIGEST_LEN] },
         ]
     }
 
@@ -313,10 +336,10 @@ mod tests {
                     Ok((order, _)) => {
                         let mut out = [0; 255];
                         assert_eq!(order.encode(&mut out).unwrap().len(), len);
-                        assert!(kind <= 5);
+                        assert!(kind <= 6);
                     }
                     Err(error) => assert!(
-                        error.expected == Expected::Size || kind > 5,
+                        error.expected == Expected::Size || kind > 6,
                         "{kind} {len}: {error:?}"
                     ),
                 }
@@ -326,7 +349,7 @@ mod tests {
 
     #[test]
     fn reports_come_back() {
-        for bits in 0..16_u8 {
+        for bits in 0..32_u8 {
             let report = Report {
                 phase: Phase(bits),
                 slot: 2,
@@ -334,6 +357,7 @@ mod tests {
                 failed: bits & 2 != 0,
                 waits: bits & 4 != 0,
                 pending: bits & 8 != 0,
+                lost: bits & 16 != 0,
                 reason: 16,
                 received: 0x0102_0304,
                 size: 0xF0F1_F2F3,
@@ -347,6 +371,21 @@ mod tests {
             assert_eq!(data[18..], [0x34, 0x12, 9, 8, 7, 6]);
         }
         assert!(Report::decode(&[0; REPORT_LEN - 1]).is_err());
+    }
+
+    /// Each rule alone.
+    #[test]
+    fn what_a_report_cannot_say() {
+        let well = Report { slot: 1, received: 8, size: 8, ..Report::default() };
+        assert!(well.is_possible() && Report { slot: 2, phase: Phase(4), ..well }.is_possible());
+        for wrong in [
+            Report { slot: 0, ..well },
+            Report { slot: 3, ..well },
+            Report { phase: Phase(5), ..well },
+            Report { received: 9, ..well },
+        ] {
+            assert!(!wrong.is_possible(), "{wrong:?}");
+        }
     }
 
     /// Its number is that of no request of the document, nor of the controller.

@@ -88,6 +88,7 @@ millimetres-expected = expected millimetres, { $least }…{ $most }
 chip-reset = the program was reset
 chip-crashed = the program failed and restarted; `lafet crash` shows what it recorded
 chip-one-address = With --on qemu there is exactly one address to listen on: tcp://HOST:PORT, and not port 0.
+chip-first-image = `{ $file }`: a new board first has an image for the board `{ $board }` that runs in slot A. `lafet image show` says what this one is for.
 emulated-chip = the emulated chip
 
 # cmd/conform.rs
@@ -379,6 +380,7 @@ update-two-images = Two images have to be of one version for one board, one link
 update-sending = sending: { $percent } % of { $size } bytes
 update-sending-left = sending: { $percent } % of { $size } bytes, { $left } left
 update-verifying = the monitor verifies what it has received
+update-committing = asking the monitor to try the new version
 update-committed = committed: the monitor tries the new version
 update-restarting = waiting for the monitor to come back
 update-on-trial = the new version runs, on trial
@@ -394,7 +396,7 @@ update-interrupted = Ended here: { $far }. Nothing was undone: the same command 
 update-interrupted-trial = Ended here: { $far }. Unless the same command is run again before, the monitor goes back to its old version 180 s after its start.
 update-goes-on = How far it was: { $far }. The same command goes on.
 update-note-damaged = { $file } is no whole note of an update. Nothing depends on it: it is replaced.
-update-note-unreadable = The monitor has an image committed or on trial, and what confirms it cannot be read from { $file }. Wait until the monitor has gone back by itself, 180 s after its start, or restart it with `lafet restart`. Then repeat the command.
+update-note-unreadable = The monitor has an image committed or on trial, and what confirms it cannot be read from { $file }. Wait until the monitor has gone back by itself, 180 s after its start, or switch its power off and on. Then repeat the command.
 update-word-elsewhere = The monitor has an image committed or on trial that was not sent from here, so nothing here confirms it. Run the command where it was sent from, or wait until the monitor has gone back by itself, 180 s after its start.
 update-other-image = The monitor has another image committed or on trial, which was sent from here. Run the command with that image to confirm it, or wait until the monitor has gone back by itself, 180 s after its start.
 update-row-version = version
@@ -404,6 +406,7 @@ update-row-phase = update
 update-row-order = last order
 update-row-trial = last trial
 update-row-pending = commit
+update-row-lost = confirmed
 update-in-service = in service
 update-is-on-trial = on trial: unless it is confirmed, the next start goes back
 update-phase-idle = none since the start
@@ -417,6 +420,38 @@ update-order-waits = waits
 update-order-refused = { $why } (reason { $n })
 update-trial-failed = not confirmed, so the monitor went back
 update-commit-pending = not taken back yet: the lockout is not released before
+update-confirmed-lost = the version that was confirmed last does not verify any more, an older one runs: send it again
+update-site-hub-runs = The hub of { $file } runs, or another `lafet update --all` of this file: it has the links to the monitors. Update them in the console of the hub, or stop it first.
+update-site-hub-hidden = Whether a hub uses { $folder } cannot be seen (run the command as the user of the hub, or as root)
+update-site-unknown = The configuration has no monitor { $id }. It has: { $known }.
+update-site-not-ready =
+    Nothing was changed, as these monitors cannot be updated now:
+    { $lines }
+update-site-no-general = General does not answer with its state. See `lafet doctor`.
+update-site-program = A program runs: end it (`lafet stop control`).
+update-site-search = A search or an adjustment runs: end it (`lafet stop detector`).
+update-site-newer = It runs { $version }, which is newer than the image. The monitor takes an older one only while the button at its board is pressed: update it alone.
+update-site-beside-locked = Zone { $zone }: { $id } serves it too and is locked out. Two monitors of a zone are not taken out of service at once: release { $id } first.
+update-site-beside-silent = Zone { $zone }: { $id } serves it too, and it is not known that it is in service. { $error }
+update-site-ready = { $id }: ready, version { $version }
+update-site-locking = { $id }: the monitor is being locked out
+update-site-releasing = { $id }: the lockout is being released
+update-site-not-locked = The monitor does not report the lockout that it was sent.
+update-site-still-locked = The release was sent, and the monitor is still locked out: another client may have locked it out.
+update-site-line-given = It is updated. Its line was given to another program meanwhile, which may have locked it out as well: its lockout was not released.
+update-site-one-done = { $id }: { $from } → { $to }, confirmed; { $lockout }.
+update-site-trial-done = { $id }: { $to } was on trial and is confirmed; { $lockout }.
+update-site-same = { $id }: { $to } is running already. Nothing was changed.
+update-site-released = the lockout was released
+update-site-locked-before = locked out as before
+update-site-locked-here = locked out by this command
+update-site-unlocked = not locked out
+update-site-seen = { $id }: version { $version }, { $running }; update: { $phase }; { $lockout }.
+update-site-unseen = { $id }: its state cannot be read now; { $lockout }.
+update-site-go-on = To go on, run the same command with `--only { $id }`, then `lafet -c "{ $url }" lockout off` (a lockout that the command finds it leaves), then the same command for the others.
+update-site-summary = Done: { $done }. Not touched: { $rest }.
+update-site-untouched = Ended before anything was changed.
+update-site-done = Monitors that were to be updated: { $count }. All of them run { $version }.
 
 # cmd/watch.rs
 enter-ends = Enter ends
@@ -581,6 +616,7 @@ fault-temperature-drift = Temperature reading drifts up, 0.1 °C a second
 fault-heater = Heater's circuit is broken
 fault-button-short = short circuit
 fault-button-break = broken wire
+fault-button-bounce = contact bounces and blips
 fault-button = Button { $button }: { $what }
 fault-motor-open = Motor circuit is broken
 fault-jam = Jammed: does not move
@@ -693,7 +729,7 @@ speed-expected = expected a factor greater than 0, at most { $speed_max }
 profile-expected = expected one of { $known }
 no-such-fault = no such fault; docs/faults.md lists them: horizontal-lag, valve1-jam, pump-off …
 no-such-fault-but = no such fault; expected one of { $known }
-fire-expected = az=DEGREES (left is positive) and range=METRES, and optionally size=METRES, growth=M/S, reignites=1, lit=0; for example az=30,range=25,size=1.5
+fire-expected = az=DEGREES (left is positive) and range=METRES, and optionally size=METRES, growth=M/S, reignites=1, lit=0, class=solid|hydrocarbon; for example az=30,range=25,size=1.5
 
 # surroundings.rs
 wind-expected = expected metres per second forward and left, each at most { $wind_max_mps }: -5,0 is a head wind

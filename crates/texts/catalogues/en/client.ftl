@@ -389,6 +389,7 @@ image-digest = The payload is not the one that was signed: its SHA-256 differs f
 
 # update/error.rs: why an update has ended.
 update-not-supported = The monitor answers { $status } to Update: it cannot be updated over its link. Its program has to be built with the update, or is updated at the board.
+update-deaf = The new program answers { $status } to Update: it has been built without the update, so it can be neither confirmed nor taken back over the link, and does not know that it is on trial. Do not release the monitor from its lockout. Switch its power off and on: the old program starts, locked out.
 update-no-image = Slot { $slot } would be written, as the other one is running, and none of the images is for it. Give the image for slot { $slot } as well.
 update-already-running = Version { $version } is running already, confirmed. Nothing was changed.
 update-not-ready = The monitor is not in a state to be updated. { $why } Then update it again: it goes on where it was.
@@ -397,6 +398,7 @@ update-not-stowed = It is not in standby: stow it (`lafet wrap`), and wait until
 update-valve-open = { $valve } is not closed: close it (`lafet close`), and wait until it is closed.
 update-drive-moves = { $drive } moves: wait until it is at rest, or stop it.
 update-bad-supply = Its supply is out of range (BadPower): check the supply.
+update-waits-for-restart = Its parameter { $param } takes effect at the next start, as which an update would count: release it from its lockout, restart it (`lafet restart`), see that it is where and what it is to be, and lock it out again.
 update-not-ready-hidden = Its status does not show why. The lockout may not be stored yet: lock it out once more (`lafet lockout on`). Or a drive has turned by itself, and its supply is cut: look at the drives.
 update-refused = The monitor has not carried the order out: { $why }
 update-refused-unknown = The monitor has not carried the order out, for the reason { $number }, which this lafet does not know. Use a later lafet.
@@ -417,19 +419,21 @@ update-reason-misplaced = data came for another place than awaited. Does another
 update-reason-incomplete = not all data are there. Update it again: it goes on where it was.
 update-reason-digest = the data that it has are not those that were signed, although the file is whole. Update it again; if this comes again, its flash is faulty.
 update-reason-not-verified = the image has not been verified. Update it again.
-update-reason-trial-first = another image is on trial. Confirm that one with the program that sent it, or wait 3 minutes until the monitor has gone back; then update it again.
-update-reason-no-trial = no image is on trial. It may have gone back: update it again.
+update-reason-trial-first = an image is on trial already. Confirm it with the program that sent it, or wait 3 minutes until the monitor has gone back; then update it again.
+update-reason-no-trial = no image is on trial that a word confirms. It may have gone back: update it again. If it is on trial all the same, its record is lost: only a newer version helps, or a press of the button at the board while the update starts.
 update-reason-word = the word is not that of this update: another program, or another computer, has started it. Go on with that one; or wait 3 minutes until the monitor has gone back, and update it again.
 update-reason-flash = its flash cannot be read or written. Update it again; if this comes again, its flash is faulty.
 update-reason-not-ready = it was no longer in a state for it. See that it stays in standby and locked out, and update it again.
 update-other-sender = Another program has started another update of this monitor meanwhile. Nothing more was sent: find out which of the two is wanted, and end the other.
 update-stalled = The monitor answers, but the update does not go on ({ $done } of { $size } bytes). Update it again; if this comes again, restart the monitor.
 update-silent = The monitor was to restart with the new image, and does not answer: { $error } What is not confirmed goes back by itself 3 minutes after its start. Then ask for its state, and update it again.
-update-went-back = Version { $wanted } was tried and not kept: { $running } is running, locked out as before. The image may crash at its start on this monitor: do not send it again before its maker has looked into it.
+update-went-back = Version { $wanted } was tried and not kept: { $running } is running, locked out as before. The image was not heard on trial. If the line was dead or this computer asleep meanwhile, update it again. Otherwise it may crash at its start on this monitor: do not send it again before its maker has looked into it.
+update-trial-ended = Version { $wanted } answered on trial, and its trial ended before it was confirmed: { $running } is running, locked out as before. If the line was dead, power was lost or this computer was asleep meanwhile, update it again. Otherwise the image crashes on this monitor: do not send it again before its maker has looked into it.
+update-not-noted = What the monitor is before its restart cannot be noted here, so nothing was committed: { $error }. Correct that; the same command goes on.
 update-changed = On trial the monitor was not as before, so the new image was not confirmed, and { $running } is running again. { $what } Do not send this image again before its maker has looked into it.
 update-changed-still = On trial the monitor was not as before, so the new image was not confirmed; that the old one is running again was not seen. { $what } Ask for its state in 3 minutes; if it is on trial even then, switch its power off and on.
 update-absent = { $subsystem } answered before, and does not answer.
-update-new-fault = General has the flag { $flag }, which it did not have.
+update-new-fault = { $who } has the flag { $flag }, which it did not have.
 update-unreadable = Its status cannot be read: { $error }
 
 # decode_error.rs: why bytes cannot be decoded.

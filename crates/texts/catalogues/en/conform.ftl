@@ -254,6 +254,27 @@ set-param-and-move-taken = SetParam and Move are taken
 moves-while-renewed = it moves on while MoveHold is renewed
 renewal-starts-nothing = a renewal starts nothing
 
+# checks/update.rs
+no-update-over-link = the software of this monitor is not updated over its link
+update-under-way = an update is under way: it is left alone
+has-update = the software of this monitor is updated over its link
+report-of-24-bytes = a report of 24 bytes from General
+report-possible = a report of a phase from 0 to 4, slot 1 or 2, no more bytes than there are, and nothing in phase 0
+same-software = the same software, and no update
+nothing-carried-out = nothing is carried out: the report is as before
+wrong-data-without-report = WrongData without a report
+orders-accepted = in standby and locked out, an order is accepted
+order-waits-no-more = the order does not wait any more
+not-started = a header ({ $what }) starts nothing: reason { $reasons }
+not-carried-out = not carried out: reason { $reason }
+header-no-image = no image
+header-format = another format
+header-field = a field that cannot be
+header-revokes = it revokes its own key
+header-board = another board
+header-forged = not signed by its maker
+header-large = larger than a slot
+
 # checks/water.rs
 valve-stays-closed = the valve stays closed
 valve-stays-open = the valve stays open

@@ -54,6 +54,7 @@ place-heater = the heater’s circuit is broken
 
 button-short = short circuit
 button-break = broken wire
+button-bounce = contact bounces and blips
 
 single-pressure-break = Pressure sensor: the loop is broken, 0 mA
 single-pressure-short = Pressure sensor: the loop is shorted, 28 mA

@@ -13,7 +13,8 @@ arg-insist = Send even if others are heard on the line, or bytes that are no fra
 
 sim = Simulate a monitor that others can connect to
 sim-arg-listen = Where to listen: tcp://HOST:PORT, udp://HOST:PORT or pty; prefix radio+ for the radio interface; port 0 takes a free one. May be repeated (default tcp://127.0.0.1:10485)
-sim-arg-firmware = Run this monitor program in QEMU instead of our own (an ELF file for the board lm3s6965evb, see firmware/); listens on one TCP address
+sim-arg-firmware = Run this monitor program in QEMU instead of our own (an ELF file for the board lm3s6965evb, see firmware/; with --boot a signed image); listens on one TCP address
+sim-arg-boot = Run this bootloader (an ELF file for the board mps2, see firmware/) in front of the program, whose software can then be updated over the link; --firmware is the image that a new flash has in slot A. An existing --flash is left as it is
 sim-arg-on = Where the monitor's program runs
 sim-arg-profile = Configuration of the monitor: full, remote, mini, ex or limit-switch (default full)
 sim-arg-addr = Address of the monitor, 1 to 127 (default 1)
@@ -97,6 +98,7 @@ conform-arg-quiet = Show what failed or does not apply, not what passed
 conform-arg-html = Write the report as one HTML page
 conform-arg-junit = Write the report as JUnit XML, for build servers
 conform-arg-text = Write the report as text
+conform-arg-board = The board that signed images for this monitor name: with it, headers that its maker has not signed are tried as well (nothing is ever updated)
 conform-arg-speed = Clock speed of a simulated monitor, times real time (default 1, or speed= of sim:)
 
 status = Show the state of the monitor and what its flags mean
@@ -284,7 +286,10 @@ crash = Show the record of the last hardware fault
 update = Put new software into the monitor, over its link: it must be stowed and locked out
 update-arg-images = The signed image: one that is linked for either slot, or two, one for each
 update-arg-pace = How much of the line's time is used for it, 1 to 100 percent (default 20 on a serial line or a bus, where others wait meanwhile, else 100)
+update-arg-watch = How long the new version has to answer and be as the old one was before it is confirmed, 5 to 120 seconds (default 20)
 update-arg-state = Only show which version runs and how far an update is
+update-arg-all = Update all monitors of this configuration of a hub (hub.toml), one after another in its order: each is locked out if it is not, and released again. The hub must not run; all are examined before anything is changed
+update-arg-only = Of these, only the monitor with this id; may be repeated
 
 image = Keys and signed images for `lafet update`
 
@@ -383,6 +388,7 @@ value-h-v = H,V
 value-h-v-m-ds = H,V,M,DS
 value-hex-file = HEX|FILE
 value-hosts = HOSTS
+value-id = ID
 value-image = IMAGE
 value-item = ITEM
 value-kind = KIND

@@ -63,7 +63,7 @@ alarm-chain-cause = audit.db was edited, or the disk has corrupted it.
 alarm-chain-consequence = Control is not affected. Entries from the one that is named in the event log on prove nothing.
 alarm-chain-remedy = Keep a copy of the folder for the investigation; then restore audit.db, or put it aside and start with --accept-lost audit.
 alarm-state = Files of the state were lost.
-alarm-state-cause = Files in the hub's folder were removed, replaced or cut; the event log names them.
+alarm-state-cause = Files in the hub's folder were removed, replaced or cut, or the disk does not let them be read; the event log names them.
 alarm-state-consequence = Control is not affected. What was in them is missing.
 alarm-state-remedy = Find out who or what did it, restore a copy if there is one; then acknowledge.
 alarm-logins = Passwords are being guessed.
@@ -326,6 +326,7 @@ storage-failed = The hub's storage does not work: { $error }. Check the disk.
 store-engine = { $error }
 store-away = PostgreSQL does not answer
 store-busy = too much waits for the disk
+store-unread = the disk did not let the file be read when the hub started
 store-in-use = another hub uses { $folder }
 store-newer = { $folder } was written by lafet { $program } (format { $format } of the state); this is lafet { $own }, which knows formats up to { $known }. Nothing was changed. Install lafet { $program } or a later version again, or restore a copy of the folder from before the update.
 store-newer-unknown = { $folder } was written by a later version of lafet (format { $format } of the state); this is lafet { $own }, which knows formats up to { $known }. Nothing was changed. Install that version again, or restore a copy of the folder from before the update.
@@ -411,6 +412,7 @@ state-cut = { $name } was cut or is an older copy: { $found } instead of at leas
 state-changed = { $name } was changed: entry { $n } is not the one that was noted.
 state-altered = users or tokens in { $name } are not as the hub left them, and the audit log has no entry for it: another program changed them, or the hub was killed at that moment. Compare them with the audit log.
 state-no-users = { $name } has no user, although there were users.
+state-unread = The disk does not let { $name } be read: { $error }. The hub works without what is in it and does not change it. Repair the disk or the connection to it, then restart the hub.
 state-malformed = { $name } cannot be read: { $error }.
 state-set-aside = { $name } could not be read: { $error }. It is kept as { $aside }; a new one takes its place.
 
@@ -554,12 +556,70 @@ tune-ended = Ended by its operator.
 tune-authority-lost = Ended: control of the monitor was lost.
 tune-page-gone = Ended: the page that started it does not answer.
 
+# Updates of monitors' software: what is refused.
+updates-run-already = An update runs already, started by { $user }. Wait until it has ended, or stop it.
+updates-none-runs = No update runs.
+updates-images-number = Give one image, or two: one for slot A and one for slot B.
+updates-image-missing = The hub has no image { $digest }. Upload it first.
+updates-not-a-set = Two images have to be of one version for one board, one linked for slot A and one for slot B.
+updates-pace-range = pace is 1…100.
+updates-no-monitors = There is no monitor to update.
+updates-images-full = The hub has { $most } images already. Remove one that is no longer needed.
+updates-image-in-use = This image is being sent. Wait until the update has ended, or stop it.
+updates-image-differs = The hub has an image of the same payload with another header: version { $version } for { $board }. Remove that one first.
+updates-image-unusable = The image { $digest } cannot be used: { $error } Remove it, and upload it again.
+updates-order-refused = The software of { $monitor } is being updated: until that has ended, only Stop, Close and Lockout are sent. If the monitor is needed, stop the update first.
+
+# Why a monitor is not updated.
+updates-not-stowed = It is not in standby: stow it, and wait until it is stowed.
+updates-valve-open = { $valve } is not closed: close it, and wait until it is closed.
+updates-drive-moves = { $drive } moves: wait until it is at rest, or stop it.
+updates-bad-supply = Its supply is out of range (BadPower): check the supply.
+updates-general-silent = General does not answer with its state: check the monitor.
+updates-program-runs = It carries out a program: wait until that has ended, or stop it.
+updates-tuning-runs = One of its drives is being tuned: wait until that has ended.
+updates-fire-found = Its detector has found a fire.
+updates-zone-not-quiet = Zone { $zone } is not quiet: wait until its alarm and its release are over, and reset it.
+updates-other-silent = { $other } does not answer, and serves zone { $zone } as well: two monitors of a zone must not be out of service at once. Wait until it answers.
+updates-other-locked = { $other } is locked out, and serves zone { $zone } as well: two monitors of a zone must not be out of service at once. Release its lockout first.
+updates-not-locked = It was not locked out: { $error }
+updates-lockout-not-stored = It is locked out, but has not stored that: after a loss of power it would be released. Check whether General has the flag ConfigWriteFault.
+updates-word-not-noted = What confirms the update cannot be noted on the disk of the hub: { $error }. Nothing was sent: check the disk.
+updates-no-random = The system has no random bytes for the update: { $error }. Nothing was sent.
+updates-other-image = It has another image committed or on trial, which this hub has sent. Update it with that image to confirm it, or wait until it has gone back by itself, 180 s after its start.
+updates-sent-elsewhere = It has an image committed or on trial that this hub has not sent, so nothing here confirms it. Update it from where that was sent, or wait until it has gone back by itself, 180 s after its start.
+updates-note-unreadable = It has an image committed or on trial, and what confirms it cannot be read from { $file }. Wait until it has gone back by itself, 180 s after its start, or restart it. Then update it again.
+updates-not-released = Version { $to } is confirmed, but the lockout could not be released: { $error }
+
+# What follows.
+updates-lockout-stays = The lockout that the update has set stays: release it when the monitor is to be used again.
+updates-lockout-of-others = Another client has locked it out meanwhile: that lockout stays.
+updates-goes-on = What was received stays in the monitor: the same update goes on with it.
+updates-goes-back = The new version is on trial: unless the same update is started before, the monitor goes back to the old one 180 s after its start.
+updates-confirmed-yet = Version { $to } is confirmed.
+
+# Why a run has ended.
+updates-stopped = Stopped by { $user }.
+updates-rights-lost = Ended: the rights of { $user } have ended.
+updates-hub-ends = Ended: the hub ends.
+updates-monitor-replaced = Ended: the hub has other monitors now.
+updates-zone-alarm = Ended: zone { $zone } is not quiet any more.
+updates-failed-at = { $monitor } was not updated; those behind it are as they were.
+updates-broken = Ended by a fault of the hub: its log says which.
+
+# Updates: events.
+updates-event-restarts = Restarts with version { $to } of its software, on trial.
+updates-event-done = Software updated from { $from } to { $to }.
+updates-event-confirmed = Software { $to } confirmed.
+updates-event-failed = Software not updated: { $why }
+
 # The Modbus server: events.
 plug-listening = Modbus server { $name } listens: { $url }.
 plug-not-listening = Modbus server { $name } does not listen: { $why }
 plug-port-lost = The serial port was lost.
 plug-heartbeat-lost = The heartbeat of { $master } ({ $from }) was lost: motions that it has started end, and it has to come back for its authority.
 plug-not-closed = { $client } ({ $from }) was lost, and the monitor { $monitor } has not confirmed that { $valve } closes: Close is repeated each second, for ten minutes at most.
+plug-not-stopped = { $client } ({ $from }) was lost, and the monitor { $monitor } has not confirmed that { $drive } stops: Stop is repeated each second, for ten minutes at most.
 
 # The Modbus server: why a command is refused, by number.
 plug-no-command = There is no command of this number. See the list of commands.

@@ -491,7 +491,7 @@ flag-Buttons-CloseButtonState-remedy = { flag-Buttons-LeftButtonState-remedy }
 param-GeneralAddress = Address of the monitor on the control bus.
 param-GeneralChain = Subsystems that the monitor has: a bit each in the order of the table in §1, from General = bit 0 to ExtButtons = bit 13.
 param-GeneralFaultInfo = Registers saved at the last hardware fault, the same as GetCrashData gives.
-param-GeneralInputFaults = What the inputs contradict, a bit each: 0 water flows though every valve is closed; 1 a valve is open without flow and pressure; 2 the detector is saturated; 3 a valve was closed because no client has confirmed its water; 4 to 7 Vertical, Horizontal, Nozzle, Deployer has turned without being fed, or much faster than it was fed; 8 to 10 the position of Vertical, Horizontal, Nozzle is not known until it is homed; 12 to 15 the same four drives could not come to rest at their last target.
+param-GeneralInputFaults = What the inputs contradict, a bit each: 0 water flows though every valve is closed; 1 a valve is open without flow and pressure; 2 the detector is saturated; 3 a valve was closed because no client has confirmed its water; 4 to 7 Vertical, Horizontal, Nozzle, Deployer has turned or drawn current without being fed, or turned much faster than it was fed; 8 to 10 the position of Vertical, Horizontal, Nozzle is not known until it is homed; 12 to 15 the same four drives could not come to rest at their last target; 16 a switch of Deployer contradicts its position.
 param-GeneralMainVoltageMin = Supply voltage below which BadPower is set.
 param-GeneralMainVoltageMax = Supply voltage above which BadPower is set.
 param-GeneralPressureRange = Pressure that the 4–20 mA sensor shows at 20 mA: the upper end of its scale.

@@ -171,3 +171,53 @@ given-direction = `{ $field }`: -360 to 360 degrees
 given-class = `{ $field }`: solid or hydrocarbon
 given-needed = { $name }= is needed
 given-no-place = az= and range= are needed
+
+# What is wrong with a condition of a scenario.
+word-none-of = `{ $word }` is none of { $known }{ $meant }
+flag-unknown = `{ $name }` is no flag of { $subsystem }{ $meant }
+or-meant = ; did you mean `{ $name }`?
+flag-has-no-states = `{ $flag }` of { $subsystem } has no states: leave out `={ $state }`
+condition-form = `{ $condition }`: expected PATH OP VALUE
+none-is-alone = `none` has to be alone, after = or !=
+path-leads-nowhere = `{ $path }` leads nowhere here
+condition-number = `{ $wanted }`: a number is expected here
+condition-word = `{ $word }` is a word: only = and != fit
+condition-flags = flags: only has, lacks, = and != fit
+condition-words = `{ $path }`: too many words
+fire-has = `{ $what }`: heat, size, density, covered, heated, burning, out, unlit
+
+# What is expected on a line of a test scenario, and what came.
+failure-expected = { $file }:{ $line }: expected { $expected }
+failure-came = came { $came }
+line-first = a setting or `case` before the first case
+line-answer = `<` right after `>`
+line-needs-answer = `<` with the answer (or `!` to prepare)
+line-early-end = `never` or `always` before its `end`
+line-nothing-to-end = nothing to end
+line-checks = a case that checks something
+line-nothing = nothing
+line-number = a number
+line-two-numbers = two numbers
+line-profile = a profile's name
+line-address = an address
+line-milliseconds = milliseconds
+line-drive = a drive
+line-one-of = one of: { $known }
+line-source = external or radio
+line-until = `until CONDITION within TIME`
+line-button = a post and a button: `press buttons left`
+line-fault = the name of a fault
+line-power = power cycle, or power cut N old|new|mixed|random|unstable: in the word after N others
+line-crash = `crash` alone
+line-damage = the number of a stored value
+line-word = a line of a case ({ $known })
+line-hex = hex, not `{ $word }`
+line-time = a time: 500ms or 2.5s
+line-hour = at most an hour
+run-stored-value = a stored value { $key }
+run-nothing-stored = nothing is stored there
+run-no-answer = no further answer
+run-answer-after = `{ $wanted }` after `{ $asked }`
+run-none-after = no further answer after `{ $asked }`
+run-taken = `{ $asked }` to be taken
+run-within = { $condition } within { $ms } ms

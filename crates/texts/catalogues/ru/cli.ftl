@@ -88,6 +88,7 @@ millimetres-expected = ожидаются миллиметры, { $least }…{ $
 chip-reset = программа перезапущена
 chip-crashed = отказ программы, она запущена снова; что записано, покажет `lafet crash`
 chip-one-address = С --on qemu слушать можно в одном месте: tcp://УЗЕЛ:ПОРТ, порт не 0.
+chip-first-image = `{ $file }`: первый образ новой платы — для платы `{ $board }` и области A. Для чего этот, покажет `lafet image show`.
 emulated-chip = эмулируемый контроллер
 
 # cmd/conform.rs
@@ -379,6 +380,7 @@ update-two-images = Два образа должны быть одной вер�
 update-sending = передача: { $percent } % из { $size } байт
 update-sending-left = передача: { $percent } % из { $size } байт, осталось { $left }
 update-verifying = ствол проверяет принятое
+update-committing = команда стволу попробовать новую версию
 update-committed = назначено: ствол пробует новую версию
 update-restarting = жду, когда ствол снова ответит
 update-on-trial = новая версия работает, на пробе
@@ -394,7 +396,7 @@ update-interrupted = Прервано здесь: { $far }. Ничего не о
 update-interrupted-trial = Прервано здесь: { $far }. Если до этого не повторить команду, через 180 с после запуска ствол вернётся к старой версии.
 update-goes-on = На чём остановилось: { $far }. Та же команда продолжит.
 update-note-damaged = { $file } — неполная запись об обновлении. От неё ничего не зависит: она заменяется.
-update-note-unreadable = У ствола есть образ, который назначен или на пробе, а то, что его подтвердит, не прочитать из { $file }. Подождите, пока ствол сам вернётся к старой версии, 180 с после запуска, или перезапустите его: `lafet restart`. Затем повторите команду.
+update-note-unreadable = У ствола есть образ, который назначен или на пробе, а то, что его подтвердит, не прочитать из { $file }. Подождите, пока ствол сам вернётся к старой версии, 180 с после запуска, или выключите и включите его питание. Затем повторите команду.
 update-word-elsewhere = У ствола есть образ, который назначен или на пробе и послан не отсюда, поэтому здесь нечем его подтвердить. Повторите команду там, откуда он послан, или подождите, пока ствол сам вернётся к старой версии, 180 с после запуска.
 update-other-image = У ствола есть другой образ, который назначен или на пробе и послан отсюда. Подтвердите его этой командой с тем образом или подождите, пока ствол сам вернётся к старой версии, 180 с после запуска.
 update-row-version = версия
@@ -404,6 +406,7 @@ update-row-phase = обновление
 update-row-order = последнее указание
 update-row-trial = последняя проба
 update-row-pending = назначение
+update-row-lost = подтверждённая
 update-in-service = постоянно
 update-is-on-trial = на пробе: без подтверждения следующий запуск вернёт старую версию
 update-phase-idle = с запуска не начиналось
@@ -417,6 +420,38 @@ update-order-waits = ждёт
 update-order-refused = { $why } (причина { $n })
 update-trial-failed = не подтверждена, ствол вернулся к старой версии
 update-commit-pending = ещё не отменено: до этого блокировка не снимается
+update-confirmed-lost = версия, подтверждённая последней, больше не проходит проверку, работает более старая: отправьте её снова
+update-site-hub-runs = Работает сервер объекта с настройками { $file } или другая команда `lafet update --all` с этим файлом: связь со стволами у него. Обновляйте их с пульта сервера либо сначала остановите его.
+update-site-hub-hidden = Не видно, пользуется ли сервер объекта папкой { $folder } (выполните команду от имени пользователя сервера или root)
+update-site-unknown = В настройках нет ствола { $id }. Есть: { $known }.
+update-site-not-ready =
+    Ничего не изменено: эти стволы сейчас обновить нельзя:
+    { $lines }
+update-site-no-general = General не сообщает своего состояния. См. `lafet doctor`.
+update-site-program = Идёт программа: завершите её (`lafet stop control`).
+update-site-search = Идёт поиск или юстировка: завершите (`lafet stop detector`).
+update-site-newer = Работает версия { $version }, она новее образа. Более старую ствол принимает только при нажатой кнопке на плате: обновите его отдельно.
+update-site-beside-locked = Зона { $zone }: её защищает и { $id }, а на нём аварийная блокировка. Два ствола одной зоны одновременно не выводятся из работы: сначала снимите блокировку { $id }.
+update-site-beside-silent = Зона { $zone }: её защищает и { $id }, и неизвестно, в работе ли он. { $error }
+update-site-ready = { $id }: готов, версия { $version }
+update-site-locking = { $id }: включается аварийная блокировка
+update-site-releasing = { $id }: снимается аварийная блокировка
+update-site-not-locked = Ствол не сообщает об аварийной блокировке, которая ему послана.
+update-site-still-locked = Снятие послано, но аварийная блокировка осталась: возможно, её включил другой клиент.
+update-site-line-given = Обновление выполнено. Тем временем линию занимала другая программа и могла тоже включить аварийную блокировку, поэтому она не снята.
+update-site-one-done = { $id }: { $from } → { $to }, подтверждено; { $lockout }.
+update-site-trial-done = { $id }: версия { $to } была на пробе и подтверждена; { $lockout }.
+update-site-same = { $id }: версия { $to } уже работает. Ничего не изменено.
+update-site-released = аварийная блокировка снята
+update-site-locked-before = аварийная блокировка осталась, как была
+update-site-locked-here = аварийная блокировка включена этой командой
+update-site-unlocked = аварийной блокировки нет
+update-site-seen = { $id }: версия { $version }, { $running }; обновление: { $phase }; { $lockout }.
+update-site-unseen = { $id }: состояние сейчас не прочитать; { $lockout }.
+update-site-go-on = Чтобы продолжить, повторите команду с `--only { $id }`, затем выполните `lafet -c "{ $url }" lockout off` (блокировку, которая уже была, команда не снимает), затем ту же команду для остальных.
+update-site-summary = Сделано: { $done }. Не затронуты: { $rest }.
+update-site-untouched = Завершено до каких-либо изменений.
+update-site-done = Стволов, которые надо было обновить: { $count }. У всех работает версия { $version }.
 
 # cmd/watch.rs
 enter-ends = Enter — конец
@@ -581,6 +616,7 @@ fault-temperature-drift = Показание температуры уходит
 fault-heater = Обрыв цепи обогревателя
 fault-button-short = короткое замыкание
 fault-button-break = обрыв
+fault-button-bounce = контакт дребезжит
 fault-button = Кнопка { $button }: { $what }
 fault-motor-open = Обрыв цепи двигателя
 fault-jam = Заклинило: не движется
@@ -693,7 +729,7 @@ speed-expected = ожидается множитель больше 0, не бо
 profile-expected = ожидается одно из { $known }
 no-such-fault = такой неисправности нет; список в docs/faults.md: horizontal-lag, valve1-jam, pump-off …
 no-such-fault-but = такой неисправности нет; ожидается одна из: { $known }
-fire-expected = az=ГРАДУСЫ (влево положительно) и range=МЕТРЫ, при желании size=МЕТРЫ, growth=М/С, reignites=1, lit=0; например az=30,range=25,size=1.5
+fire-expected = az=ГРАДУСЫ (влево положительно) и range=МЕТРЫ, при желании size=МЕТРЫ, growth=М/С, reignites=1, lit=0, class=solid|hydrocarbon; например az=30,range=25,size=1.5
 
 # surroundings.rs
 wind-expected = ожидаются метры в секунду вперёд и влево, не более { $wind_max_mps }: -5,0 — встречный ветер

@@ -254,6 +254,27 @@ set-param-and-move-taken = SetParam и Move приняты
 moves-while-renewed = движется, пока MoveHold продлевается
 renewal-starts-nothing = продление ничего не запускает
 
+# checks/update.rs
+no-update-over-link = ПО этого ствола по линии не обновляется
+update-under-way = идёт обновление: его не трогают
+has-update = ПО этого ствола обновляется по линии
+report-of-24-bytes = отчёт из 24 байт от General
+report-possible = отчёт с фазой от 0 до 4, областью 1 или 2, принято не больше, чем есть, а в фазе 0 — ничего
+same-software = то же ПО, и обновления нет
+nothing-carried-out = ничего не выполнено: отчёт прежний
+wrong-data-without-report = WrongData без отчёта
+orders-accepted = в дежурном положении и под блокировкой указание принимается
+order-waits-no-more = указание больше не ждёт
+not-started = заголовок ({ $what }) ничего не начинает: причина { $reasons }
+not-carried-out = не выполнено: причина { $reason }
+header-no-image = не образ
+header-format = другой формат
+header-field = невозможное поле
+header-revokes = отзывает собственный ключ
+header-board = другая плата
+header-forged = подписан не изготовителем
+header-large = больше области
+
 # checks/water.rs
 valve-stays-closed = затвор остаётся закрытым
 valve-stays-open = затвор остаётся открытым

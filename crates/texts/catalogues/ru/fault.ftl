@@ -53,6 +53,7 @@ place-heater = обрыв цепи нагревателя
 
 button-short = короткое замыкание
 button-break = обрыв провода
+button-bounce = контакт дребезжит
 
 single-pressure-break = Датчик давления: обрыв цепи, 0 мА
 single-pressure-short = Датчик давления: замыкание цепи, 28 мА

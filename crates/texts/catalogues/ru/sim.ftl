@@ -171,3 +171,53 @@ given-direction = `{ $field }`: от -360 до 360 градусов
 given-class = `{ $field }`: solid или hydrocarbon
 given-needed = нужно { $name }=
 given-no-place = нужны az= и range=
+
+# Что не так с условием сценария.
+word-none-of = `{ $word }` — не одно из { $known }{ $meant }
+flag-unknown = `{ $name }` — не флаг { $subsystem }{ $meant }
+or-meant = ; может быть, `{ $name }`?
+flag-has-no-states = у `{ $flag }` подсистемы { $subsystem } нет состояний: уберите `={ $state }`
+condition-form = `{ $condition }`: ожидается ПУТЬ ОПЕРАЦИЯ ЗНАЧЕНИЕ
+none-is-alone = `none` стоит одно, после = или !=
+path-leads-nowhere = `{ $path }` здесь никуда не ведёт
+condition-number = `{ $wanted }`: здесь ожидается число
+condition-word = `{ $word }` — слово: подходят только = и !=
+condition-flags = флаги: подходят только has, lacks, = и !=
+condition-words = `{ $path }`: слишком много слов
+fire-has = `{ $what }`: бывает heat, size, density, covered, heated, burning, out, unlit
+
+# Что ожидается в строке испытательного сценария и что пришло.
+failure-expected = { $file }:{ $line }: ожидается { $expected }
+failure-came = пришло { $came }
+line-first = настройка или `case` перед первым случаем
+line-answer = `<` сразу после `>`
+line-needs-answer = `<` с ответом (или `!` для подготовки)
+line-early-end = `never` или `always` перед их `end`
+line-nothing-to-end = заканчивать нечего
+line-checks = случай, который что-то проверяет
+line-nothing = ничего
+line-number = число
+line-two-numbers = два числа
+line-profile = имя профиля
+line-address = адрес
+line-milliseconds = миллисекунды
+line-drive = привод
+line-one-of = одно из: { $known }
+line-source = external или radio
+line-until = `until УСЛОВИЕ within ВРЕМЯ`
+line-button = пост и кнопка: `press buttons left`
+line-fault = имя неисправности
+line-power = power cycle или power cut N old|new|mixed|random|unstable: на слове после N других
+line-crash = одно слово `crash`
+line-damage = номер хранимого значения
+line-word = строка случая ({ $known })
+line-hex = шестнадцатеричное число, а не `{ $word }`
+line-time = время: 500ms или 2.5s
+line-hour = не больше часа
+run-stored-value = хранимое значение { $key }
+run-nothing-stored = там ничего не хранится
+run-no-answer = ответов больше нет
+run-answer-after = `{ $wanted }` после `{ $asked }`
+run-none-after = больше никакого ответа после `{ $asked }`
+run-taken = `{ $asked }` должно быть принято
+run-within = { $condition } за { $ms } мс

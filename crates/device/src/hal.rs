@@ -26,8 +26,8 @@ pub trait Hal: Storage {
 }
 
 /// Updates the software (ours): `lafet-update` has it. It is asked for nothing but in `step`, while
-/// the monitor is locked out and everything rests; an order may take as long as flash takes to be
-/// erased.
+/// the monitor is locked out and everything rests (but for the order that ends a trial, which touches no flash);
+/// an order may take as long as flash takes to be erased, on trial as four signatures and three hashes of a slot.
 #[cfg(feature = "update")]
 pub trait Software {
     /// Carries an order out; what became of it is in the report.

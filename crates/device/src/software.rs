@@ -15,6 +15,9 @@ use lafet_proto::{Answer, Expected, Record, Status, SubsystemId};
 /// How long an image on trial waits to be confirmed before it restarts, which leads back to the old
 /// one, ms.
 pub const TRIAL_MS: u32 = 180_000;
+/// An image on trial is not confirmed before it has run for so long, ms: one that crashes soon after its
+/// start must not be the active one by then.
+pub const PROVEN_MS: u32 = 10_000;
 
 /// What the monitor knows of the update of its software.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,14 +96,13 @@ impl Device {
         if !answers.has_room(general, request, lafet_proto::update::REPORT_LEN) {
             return;
         }
-        let (order, key) = match Order::decode(data) {
-            Ok(decoded) => decoded,
+        let status = match Order::decode(data) {
+            Ok((order, key)) => self.take_order(&order, key, data),
             Err(error) if error.expected == Expected::Size => {
                 return answers.bare(general, request, Status::WRONG_DATA);
             }
-            Err(_) => return answers.bare(general, request, Status::INVALID_VALUE),
+            Err(_) => Status::INVALID_VALUE,
         };
-        let status = self.take_order(&order, key, data);
         let bytes = self.software.report().to_bytes();
         answers.push(&Answer { from: general, request, status, data: Reply::Raw(&bytes) });
     }
@@ -112,13 +114,17 @@ impl Device {
             Order::Data { offset, .. } => {
                 report.phase != Phase::RECEIVING || *offset != report.received
             }
+            Order::Abandon { .. } => !report.trial,
             _ => false,
         };
+        let ends = matches!(order, Order::Abandon { .. });
+        let confirms = matches!(order, Order::Confirm { .. });
+        let early = confirms && report.trial && self.software.on_trial_ms < PROVEN_MS;
         if key != KEY {
             Status::NEED_CONFIRM
-        } else if self.general.is_restarting() || report.waits {
+        } else if self.general.is_restarting() || report.waits || early {
             Status::BUSY
-        } else if !self.may_update() {
+        } else if !ends && !self.may_update() {
             Status::DENIED
         } else if misplaced {
             Status::INVALID_VALUE
@@ -139,7 +145,8 @@ impl Device {
     /// Carries out what was accepted, and restarts what has been committed or was not confirmed.
     pub(crate) fn step_software(&mut self, now: Millis, dt_ms: u32, hal: &mut impl Hal) {
         let waits = self.software.held_len > 0;
-        let ready = waits && self.may_update() && !self.general.is_restarting();
+        let restarting = self.general.is_restarting();
+        let ready = waits && self.may_update() && !restarting;
         let Updating { report, held, held_len, dropped, on_trial_ms } = &mut self.software;
         let Some(software) = hal.software() else {
             (*report, *held_len) = (None, 0);
@@ -148,18 +155,25 @@ impl Device {
         let order = held.get(..usize::from(*held_len)).unwrap_or_default();
         let order = Order::decode(order).ok().map(|(order, _)| order);
         *held_len = 0;
+        let ends = matches!(order, Some(Order::Abandon { .. }));
         if let Some(order) = order {
-            *dropped = !ready;
-            if ready {
+            // What is wrong with a bad image may be its state.
+            *dropped = !(ready || ends && !restarting);
+            if !*dropped {
                 software.perform(&order);
             }
         }
+        let abandoned = ends && !*dropped && software.report().reason == 0;
         software.poll();
         let seen = software.report();
-        *on_trial_ms = if seen.trial { on_trial_ms.saturating_add(dt_ms) } else { 0 };
+        *on_trial_ms = match seen.trial {
+            true if abandoned => TRIAL_MS,
+            true => on_trial_ms.saturating_add(dt_ms),
+            false => 0,
+        };
         let over = seen.phase == Phase::COMMITTED || *on_trial_ms >= TRIAL_MS;
         *report = Some(seen);
-        if over && !self.general.is_restarting() {
+        if over && !restarting {
             self.general.schedule(now, Reset::Restart);
         }
     }

@@ -1,22 +1,13 @@
-//! The header of an image: 96 bytes that are signed, and their signature.
-//!
-//! ```text
-//!  0  "LAFETIMG"                        24  board, ASCII, zeros behind it   16 bytes
-//!  8  format u16 = 1                    40  place u8: 0 any, 1 A, 2 B
-//! 10  zero u16                          41  key u8, 0…15
-//! 12  size of the payload u32           42  keys that it revokes u16, a bit each
-//! 16  version 4 × u16                   44  layouts of stored parameters: oldest that it
-//!                                           reads u16, that it writes u16
-//! 48  zeros                             64  SHA-256 of the payload          32 bytes
-//! 96  ed25519 signature of the bytes 0…95                                   64 bytes
-//! ```
-//! Numbers are little-endian.
+//! The header of an image: 96 bytes that are signed, and their signature. [`ImageHeader`] has its layout.
 
 use crate::hash::Hash;
 use crate::record::Slot;
 use crate::refusal::Refusal;
 use core::fmt;
 use core::str::FromStr;
+use lafet_proto::update::{
+    BOARD_LEN, FORMAT, HeaderError, ImageHeader, MAGIC, board_name, is_board,
+};
 
 /// Bytes of a header with its signature.
 pub const HEADER_LEN: usize = 160;
@@ -24,10 +15,6 @@ pub const HEADER_LEN: usize = 160;
 pub(crate) const SIGNED_LEN: usize = 96;
 /// The size of a payload and of each part of it is a multiple of this, bytes.
 pub const UNIT: usize = 8;
-
-const MAGIC: [u8; 8] = *b"LAFETIMG";
-const FORMAT: u16 = 1;
-const KEYS: u8 = 16;
 
 /// A version, compared from left to right.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -72,26 +59,19 @@ impl FromStr for Version {
 
 /// The name of a board: 1 to 16 visible ASCII characters.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct BoardName([u8; 16]);
+pub struct BoardName([u8; BOARD_LEN]);
 
 impl BoardName {
     /// `None` when it is empty, longer, or has other characters.
     pub fn new(name: &str) -> Option<Self> {
-        let mut bytes = [0; 16];
+        let mut bytes = [0; BOARD_LEN];
         bytes.get_mut(..name.len())?.copy_from_slice(name.as_bytes());
-        Self::parse(bytes)
-    }
-
-    fn parse(bytes: [u8; 16]) -> Option<Self> {
-        let mut rest = bytes.iter().skip_while(|byte| byte.is_ascii_graphic());
-        let named = bytes.first().is_some_and(u8::is_ascii_graphic);
-        (named && rest.all(|byte| *byte == 0)).then_some(Self(bytes))
+        is_board(&bytes).then_some(Self(bytes))
     }
 
     /// The name.
     pub fn as_str(&self) -> &str {
-        let len = self.0.iter().take_while(|byte| **byte != 0).count();
-        self.0.get(..len).and_then(|name| core::str::from_utf8(name).ok()).unwrap_or_default()
+        board_name(&self.0)
     }
 }
 
@@ -164,38 +144,24 @@ impl Header {
     /// [`Refusal::NotAnImage`], [`Refusal::Format`], [`Refusal::Malformed`],
     /// [`Refusal::RevokesItself`].
     pub fn parse(raw: &[u8; HEADER_LEN]) -> Result<Self, Refusal> {
-        let mut rest = raw.as_slice();
-        if take(&mut rest)? != MAGIC {
-            return Err(Refusal::NotAnImage);
-        }
-        if u16::from_le_bytes(take(&mut rest)?) != FORMAT {
-            return Err(Refusal::Format);
-        }
-        let zero = u16::from_le_bytes(take(&mut rest)?);
-        let size = u32::from_le_bytes(take(&mut rest)?);
-        let mut version = Version::default();
-        for number in &mut version.0 {
-            *number = u16::from_le_bytes(take(&mut rest)?);
-        }
-        let board = BoardName::parse(take(&mut rest)?).ok_or(Refusal::Malformed)?;
-        let [place, key] = take(&mut rest)?;
-        let place = match place {
-            0 => None,
-            place => Some(Slot::from_code(place).ok_or(Refusal::Malformed)?),
-        };
-        let revokes = u16::from_le_bytes(take(&mut rest)?);
-        let oldest = u16::from_le_bytes(take(&mut rest)?);
-        let newest = u16::from_le_bytes(take(&mut rest)?);
-        let zeros: [u8; 16] = take(&mut rest)?;
-        let hash = Hash(take(&mut rest)?);
-        if zero != 0 || zeros != [0; 16] || key >= KEYS || oldest > newest {
-            return Err(Refusal::Malformed);
-        }
-        if revokes & (1 << key) != 0 {
-            return Err(Refusal::RevokesItself);
-        }
-        let layouts = Layouts { oldest, newest };
-        Ok(Self { size, version, board, place, key, revokes, layouts, hash })
+        let says = ImageHeader::parse(raw).map_err(|error| match error {
+            HeaderError::Foreign => Refusal::NotAnImage,
+            HeaderError::Format { .. } => Refusal::Format,
+            HeaderError::RevokesItself { .. } => Refusal::RevokesItself,
+            _ => Refusal::Malformed,
+        })?;
+        let [oldest, newest] = says.layouts;
+        Ok(Self {
+            size: says.size,
+            version: Version(says.version),
+            board: BoardName(says.board),
+            // 0: either.
+            place: Slot::from_code(says.slot),
+            key: says.key,
+            revokes: says.revokes,
+            layouts: Layouts { oldest, newest },
+            hash: Hash(says.digest),
+        })
     }
 
     /// Reads a header and checks what can be checked without the payload: form, board, key and
@@ -246,11 +212,4 @@ impl Header {
         }
         bytes
     }
-}
-
-/// The next bytes; a header is long enough for all that is taken from it.
-fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], Refusal> {
-    let (head, tail) = rest.split_first_chunk().ok_or(Refusal::Malformed)?;
-    *rest = tail;
-    Ok(*head)
 }

@@ -26,6 +26,7 @@ impl<F: NorFlash> Software for Receiver<'_, F> {
             Order::Verify => self.verify(),
             Order::Commit { digest } => self.commit(Hash(**digest)),
             Order::Confirm { word } => self.confirm(word.as_slice()),
+            Order::Abandon { digest } => self.abandon(Hash(**digest)),
             Order::State => return,
         };
         self.note(result);
@@ -52,6 +53,7 @@ impl<F: NorFlash> Software for Receiver<'_, F> {
             failed: report.failed,
             waits: false,
             pending: report.pending,
+            lost: report.lost,
             reason: self.reason,
             received: report.received,
             size: report.size,

@@ -55,6 +55,8 @@ pub struct Report {
     pub failed: bool,
     /// An image that was committed is not on trial, and a later start may still try it.
     pub pending: bool,
+    /// An older image runs than the one that was confirmed last, which does not verify any more.
+    pub lost: bool,
 }
 
 #[derive(Clone)]
@@ -97,6 +99,8 @@ pub struct Receiver<'a, F> {
     pending: Option<u16>,
     /// A press at the board is in force.
     pub(crate) pressed: bool,
+    /// Feeds a watchdog.
+    feed: fn(),
     /// Why the last order was refused; 0 after one that was not.
     pub(crate) reason: u8,
 }
@@ -109,8 +113,12 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     /// it is not expected any more.
     pub fn new(mut memory: Memory<F>, board: Board<'a>, started: Started, layout: u16) -> Self {
         let recorded = memory.record();
-        let other =
-            if let Recorded::Known(record) = recorded { record.other } else { Other::Empty };
+        let (other, active) = match recorded {
+            Recorded::Known(record) => (record.other, record.active),
+            Recorded::Fresh | Recorded::Lost => (Other::Empty, started.slot),
+        };
+        // What the board passes may be wrong: the record says which slot has been tried.
+        let on_trial = started.trial || (other == Other::Tried && active != started.slot);
         let mut receiver = Self {
             memory,
             board,
@@ -121,10 +129,11 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             image: None,
             received: 0,
             failed: other == Other::Failed,
-            on_trial: started.trial,
+            on_trial,
             rejected: false,
-            pending: (other == Other::Committed && !started.trial).then_some(0),
+            pending: (other == Other::Committed && !on_trial).then_some(0),
             pressed: false,
+            feed: || {},
             reason: 0,
         };
         receiver.take_back();
@@ -152,6 +161,12 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         self.pressed = pressed;
     }
 
+    /// What feeds the watchdog: it is called before each signature, and for each 64 bytes of a slot that is
+    /// hashed whole. An order on trial verifies up to four signatures and hashes a slot three times.
+    pub const fn set_feed(&mut self, feed: fn()) {
+        self.feed = feed;
+    }
+
     /// The slot that is being written.
     pub const fn target(&self) -> Slot {
         self.started.slot.other()
@@ -177,6 +192,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             image: [h0, h1, h2, h3],
             failed: self.failed,
             pending: self.pending.is_some(),
+            lost: self.is_lost(),
         }
     }
 
@@ -200,9 +216,10 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         let record = self.record()?;
         let header = self.check(raw, &record, pressed)?;
         let (slot, running) = (self.target(), self.started.slot);
+        let mut feed = self.feed;
         if self.on_trial
             && self.awaits_word(&record)
-            && self.memory.verify(slot, &self.board, record.revoked, &mut || {}).is_ok()
+            && self.memory.verify(slot, &self.board, record.revoked, &mut feed).is_ok()
         {
             return Err(Refusal::OnTrial);
         }
@@ -241,6 +258,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         record: &Record,
         pressed: bool,
     ) -> Result<Header, Refusal> {
+        (self.feed)();
         let header = Header::check(raw, &self.board, record.revoked)?;
         if header.place.is_some_and(|place| place != self.target()) {
             return Err(Refusal::Place);
@@ -402,6 +420,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             return Err(Refusal::Word);
         }
         let slot = self.started.slot;
+        (self.feed)();
         // What is never taken back comes from what was signed.
         let header = Header::check(&self.memory.header(slot)?, &self.board, record.revoked)?;
         self.keep(&Record {
@@ -417,6 +436,29 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         let _ = self.memory.trust(slot);
         self.on_trial = false;
         Ok(())
+    }
+
+    /// Whether the trial that waits for the word of this digest may be ended by a restart now.
+    ///
+    /// # Errors
+    ///
+    /// [`Refusal::NotOnTrial`], [`Refusal::Word`]; [`Refusal::Flash`], and it may be tried again.
+    pub fn abandon(&mut self, word: Hash) -> Result<(), Refusal> {
+        if !self.on_trial {
+            return Err(Refusal::NotOnTrial);
+        }
+        let record = self.record()?;
+        match self.awaits_word(&record) {
+            true if word == record.word => Ok(()),
+            true => Err(Refusal::Word),
+            false => Err(Refusal::NotOnTrial),
+        }
+    }
+
+    /// Whether what was confirmed last does not verify any more, and an older image runs in its place.
+    fn is_lost(&self) -> bool {
+        let Recorded::Known(record) = self.recorded else { return false };
+        !self.on_trial && self.started.version < record.floor
     }
 
     /// Whether there is a word that confirms what is on trial.
@@ -435,6 +477,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             Recorded::Known(record) => Ok(record),
             Recorded::Fresh | Recorded::Lost => {
                 let slot = self.started.slot;
+                (self.feed)();
                 let header = Header::check(&self.memory.header(slot)?, &self.board, 0)?;
                 Ok(Record::starting(slot, &header))
             }

@@ -1,5 +1,7 @@
 //! The monitor as a whole: the device with its requests, the bootloader, a flash that loses power.
 
+mod trials;
+
 use crate::bench::{Chip, Image, KEYS, WORD, factory, fields, image, payload, signed, start};
 use crate::common::{ADDRESS, Plant};
 use crate::flash::{Cut, Torn};
@@ -15,7 +17,7 @@ use lafet_proto::request::Body;
 use lafet_proto::status::GeneralStatus;
 use lafet_proto::update::{DIGEST_LEN, Order, PART_MAX, Phase, Report, WORD_LEN};
 use lafet_proto::{Ints, Record, Request, RequestId, Status, SubsystemId};
-use lafet_update::{Hash, Header, Receiver, Refusal, SigningKey};
+use lafet_update::{Hash, Header, Receiver, Refusal, SigningKey, Slot};
 use std::sync::LazyLock;
 
 type App = Receiver<'static, Chip<8, 256>>;
@@ -27,6 +29,8 @@ const LONG_WORD: &[u8; WORD_LEN] = b"sixteen letters.";
 static DIGEST: LazyLock<[u8; DIGEST_LEN]> = LazyLock::new(|| Hash::of(LONG_WORD).0);
 /// `lafet_device` restarts an image that is not confirmed after this long.
 const TRIAL_MS: u32 = 180_000;
+/// It confirms none earlier after its start.
+const PROVEN_MS: u32 = 10_000;
 
 fn begin(image: &Image) -> Order<'_> {
     Order::Begin { header: &image.raw, digest: &DIGEST }
@@ -291,6 +295,7 @@ fn an_update() {
             assert_eq!(status, Status::DENIED);
         }
         assert!(site.is_locked());
+        site.run_still(PROVEN_MS);
         let report = site.accepts(&Order::Confirm { word: LONG_WORD });
         assert_eq!((report.trial, report.reason), (false, 0));
         site.run_still(TRIAL_MS + 1000);
@@ -327,7 +332,10 @@ fn refused_by_form() {
     let general = SubsystemId::GENERAL;
     assert_eq!(site.raw(general, &data[..162]).1, Status::WRONG_DATA);
     assert_eq!(site.raw(general, &[]).1, Status::WRONG_DATA);
-    assert_eq!(site.raw(general, &[6, 0xB7, 0x60]).1, Status::INVALID_VALUE);
+    let report = site.report().to_bytes().to_vec();
+    let unknown = site.raw(general, &[7, 0xB7, 0x60]);
+    assert_eq!(unknown, (general, Status::INVALID_VALUE, report));
+    assert_eq!(site.raw(general, &[6, 0xB7, 0x60]).1, Status::WRONG_DATA);
     for to in [SubsystemId::ALL, SubsystemId::MOTORS] {
         assert_eq!(site.raw(to, &data), (general, Status::WRONG_REQUEST, vec![]));
     }
@@ -499,7 +507,7 @@ fn what_is_set_on_trial() {
         assert!(site.send(&image(2, 512)));
         site.commit();
         assert_eq!(site.set_speed(9), Status::ACCEPTED);
-        site.run_still(5000);
+        site.run_still(PROVEN_MS);
         assert_eq!(site.board.plant.memory, memory);
         if confirmed {
             site.accepts(&Order::Confirm { word: LONG_WORD });
@@ -621,6 +629,7 @@ fn a_wrong_word() {
     let mut site = Site::locked();
     assert!(site.send(&image(2, 512)));
     site.commit();
+    site.run_still(PROVEN_MS);
     for guess in 0..50 {
         let report = site.accepts(&Order::Confirm { word: &[guess; WORD_LEN] });
         assert_eq!((report.trial, report.reason), (true, Refusal::Word.code()));
@@ -718,6 +727,7 @@ fn power_cuts() {
             }
             let starts = site.starts;
             if report.trial {
+                site.run_still(PROVEN_MS);
                 site.accepts(&Order::Confirm { word: LONG_WORD });
             } else if site.send(&new) && site.starts == starts {
                 site.order(&Order::Commit { digest: &DIGEST });

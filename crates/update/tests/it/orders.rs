@@ -38,7 +38,7 @@ impl Player {
         let image = &self.pool[of];
         let there = app.report().received;
         // Most are refused, which is right: what counts is what is started afterwards.
-        let _ = match self.roll(16) {
+        let _ = match self.roll(17) {
             0 | 1 => app.begin(&image.raw, Hash::of(WORD), false).map(drop),
             2..=9 => {
                 let rest = image.payload.get(there as usize..).unwrap_or_default();
@@ -49,6 +49,7 @@ impl Player {
             11 | 12 => app.verify(),
             13 => app.poll(),
             14 => app.commit(Hash::of(WORD)),
+            15 => app.abandon(Hash::of(WORD)),
             _ => {
                 let trial = app.report().started;
                 let word = if self.roll(2) == 0 { WORD } else { b"no" };

@@ -1,14 +1,15 @@
 //! Receiving: what is taken, what is refused and why, where it goes on.
 
 use crate::bench::{
-    Chip, Image, KEYS, LAYOUT, WORD, factory, fields, image, payload, receive, signed, start,
-    update,
+    Chip, Image, KEYS, LAYOUT, WORD, board, factory, fields, image, payload, receive, signed,
+    start, update,
 };
 use crate::flash::{Blip, Cut, Torn};
 use lafet_update::{
-    BoardName, HEADER_LEN, Hash, Header, Layouts, Phase, Receiver, Refusal, SigningKey, Slot, UNIT,
-    Version,
+    BoardName, HEADER_LEN, Hash, Header, Layouts, Phase, Receiver, Refusal, SigningKey, Slot,
+    Started, UNIT, Version,
 };
+use std::sync::atomic::{AtomicU32, Ordering};
 
 type App = Receiver<'static, Chip<8, 256>>;
 
@@ -524,7 +525,8 @@ fn the_confirmed_version_again() {
     assert_eq!(begin(&mut app, &confirmed.raw), Err(Refusal::NotNewer));
     spoil(&mut app, Slot::B);
     app = restart(app);
-    assert_eq!(app.report().started.version, Version([5, 0, 0, 0]));
+    let report = app.report();
+    assert_eq!((report.started.version, report.lost), (Version([5, 0, 0, 0]), true));
     let between = Header { version: Version([5, 9, 0, 0]), ..fields(5) };
     let between = signed(&KEYS[0], &between, payload(5, 512));
     assert_eq!(begin(&mut app, &between.raw), Err(Refusal::NotNewer));
@@ -532,6 +534,61 @@ fn the_confirmed_version_again() {
     assert_eq!(update(&mut app, &confirmed), Err(Refusal::Hash));
     update(&mut app, &confirmed).unwrap();
     app = restart(app);
+    assert!(!app.report().lost, "what is on trial is no older one");
     assert_eq!((app.report().started.slot, app.confirm(WORD)), (Slot::B, Ok(())));
     assert_eq!(begin(&mut app, &confirmed.raw), Err(Refusal::NotNewer));
+    assert!(!app.report().lost);
+}
+
+/// The trial of a word is ended by its digest alone, and only while there is one.
+#[test]
+fn ending_a_trial() {
+    let (mine, other) = (Hash::of(WORD), Hash::of(b"another word"));
+    let mut app = app();
+    assert_eq!(app.abandon(mine), Err(Refusal::NotOnTrial));
+    update(&mut app, &image(6, 512)).unwrap();
+    assert_eq!(app.abandon(mine), Err(Refusal::NotOnTrial), "it does not run yet");
+    app = restart(app);
+    let steps = touched(&app);
+    assert_eq!(app.abandon(other), Err(Refusal::Word));
+    assert_eq!(app.abandon(mine), Ok(()));
+    assert_eq!(touched(&app), steps, "it is the restart that ends it");
+    assert_eq!(app.confirm(WORD), Ok(()));
+    assert_eq!(app.abandon(mine), Err(Refusal::NotOnTrial));
+}
+
+/// A board that does not pass on that an image is on trial does not make it one that stays.
+#[test]
+fn a_trial_that_is_not_passed_on() {
+    let mut app = app();
+    assert!(!app.report().started.trial);
+    update(&mut app, &image(6, 512)).unwrap();
+    app = restart(app);
+    let started = Started { trial: false, ..app.report().started };
+    let mut app = Receiver::new(app.into_memory(), board(), started, LAYOUT);
+    assert!(app.report().started.trial);
+    assert_eq!(begin(&mut app, &image(7, 512).raw), Err(Refusal::OnTrial));
+    assert_eq!(app.confirm(WORD), Ok(()));
+    let started = app.report().started;
+    assert!(!started.trial);
+    let app = Receiver::new(app.into_memory(), board(), started, LAYOUT);
+    assert!(!app.report().started.trial, "it is the active one");
+}
+
+static FED: AtomicU32 = AtomicU32::new(0);
+
+/// The watchdog is fed while an order verifies a slot, three times where it has rotted.
+#[test]
+fn a_long_order_feeds_the_watchdog() {
+    let mut app = app();
+    update(&mut app, &image(6, 512)).unwrap();
+    app = restart(app);
+    spoil(&mut app, Slot::A);
+    app.set_feed(|| {
+        FED.fetch_add(1, Ordering::Relaxed);
+    });
+    assert_eq!(begin(&mut app, &image(7, 512).raw), Ok(0));
+    // For each 64 bytes and each signature.
+    let fed = FED.load(Ordering::Relaxed);
+    assert!(fed > 3 * (512 / 64 + 1), "{fed}");
 }

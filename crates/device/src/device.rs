@@ -7,7 +7,7 @@ use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
 use crate::inputs::{Contacts, Debounce, FLOWING_LPS, Water, bit};
 use crate::params::Params;
-use crate::subsystem::buttons::{ButtonPost, Demand, Held, direction};
+use crate::subsystem::buttons::{ButtonPost, Demand, Held};
 use crate::subsystem::climatics::Climatics;
 use crate::subsystem::conn::{Conn, Source};
 use crate::subsystem::control::Control;
@@ -239,7 +239,8 @@ impl Device {
         self.settling.poll(now);
         self.run(now, dt_ms, starts);
         let (wanted, mut causes) = (self.wanted(), self.wanted_causes());
-        judged.with_ends_of(sensed).put(&mut self.inputs);
+        let believed = if self.deployer.is_doubted() { judged.without_deployed() } else { judged };
+        believed.with_ends_of(sensed).put(&mut self.inputs);
         self.outputs = guard::filter(&self.rules(), &self.inputs, &wanted, &mut causes);
         judged.put(&mut self.inputs);
         hal.write(&self.outputs);
@@ -287,6 +288,9 @@ impl Device {
         }
         if self.detector.is_saturated() {
             bits |= bit::SATURATED;
+        }
+        if self.deployer.is_doubted() {
+            bits |= bit::DEPLOYER_DOUBTED;
         }
         let mut valves = self.valves.iter().zip(ValveNo::ALL);
         if valves.any(|(valve, no)| self.has(no.id()) && valve.is_unconfirmed()) {
@@ -352,8 +356,7 @@ impl Device {
     pub(crate) fn stop_motion(&mut self, valves: bool, why: Cause) {
         self.control.stop();
         self.detector.stop();
-        let [_, _, _, deployer] = self.inputs.drives;
-        self.deployer.stop(&mut self.drives, &deployer, why);
+        self.deployer.stop(&mut self.drives, why);
         for (drive, axis) in self.drives.iter_mut().zip(&Axis::ALL) {
             drive.stop(why);
             self.buttons.disarm(*axis);
@@ -402,7 +405,7 @@ impl Device {
         self.radio.step(now);
         if self.chain.contains(SubsystemId::DEPLOYER) {
             let [_, _, _, deployer] = &inputs.drives;
-            self.deployer.step(now, deployer, &mut self.drives, params);
+            self.deployer.step(now, dt_ms, deployer, &mut self.drives, params);
         }
         if !self.is_deployed() {
             self.end_aims();
@@ -445,33 +448,26 @@ impl Device {
             (SubsystemId::BUTTONS, &mut self.buttons, first),
             (SubsystemId::EXT_BUTTONS, &mut self.ext_buttons, second),
         ];
-        let mut held = [Held::default(); 3];
+        let mut held = [Held::NONE; 3];
         let (mut open, mut close) = (None, None);
         for (id, post, states) in posts {
             if self.chain.contains(id) {
                 let demand: Demand = post.step(dt_ms, &states, locked, restarting);
-                // The posts have the same rights: opposite buttons of the two ask for nothing too.
-                for ((up, down), (more_up, more_down)) in held.iter_mut().zip(demand.held) {
-                    *up = up.or(more_up.then_some(id));
-                    *down = down.or(more_down.then_some(id));
+                for (held, more) in held.iter_mut().zip(demand.held) {
+                    held.join(id, more);
                 }
                 open = open.or(demand.open.then_some(id));
                 close = close.or(demand.close.then_some(id));
             }
         }
         for (axis, held) in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle].into_iter().zip(held) {
-            self.run_direction_button(now, axis, direction(held));
+            self.run_direction_button(now, axis, held);
         }
         self.run_valve_buttons(now, open, close);
     }
 
     #[inline(never)]
-    fn run_direction_button(
-        &mut self,
-        now: Millis,
-        axis: Axis,
-        direction: Option<(bool, SubsystemId)>,
-    ) {
+    fn run_direction_button(&mut self, now: Millis, axis: Axis, held: Held) {
         // §3.3.1/4 What is held may go on, and not begin.
         let goes_on = matches!(of_axis(&self.drives, axis).mover(), Some(Cause::Button(_)));
         let weak = !goes_on && self.general.is_weak();
@@ -481,10 +477,11 @@ impl Device {
         let allowed = self.chain.contains(axis.id()) && !refused;
         // What was pressed while its drive could not run is not to start when that ends by itself: a
         // repaired wire, an E-stop pulled out. Held through a deployment or an overload it acts on purpose.
-        if direction.is_some() && (weak || busy || faulty) {
+        if held.is_pressed() && (weak || busy || faulty) {
             self.buttons.disarm(axis);
             self.ext_buttons.disarm(axis);
         }
+        let direction = held.direction();
         let drive = by_axis(&mut self.drives, axis);
         match direction {
             Some((up, post)) if allowed => {

@@ -4,10 +4,12 @@
 //! The chip's line is a character device of QEMU; the plant goes through a socket of its own. The
 //! plant sets the pace: one step of the monitor for each [`Chip::tick`], on virtual time.
 
+mod program;
+
 use std::io::{self, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 use lafet_device::Composition;
@@ -15,15 +17,19 @@ use lafet_device::hal::Hal;
 use lafet_device::image::{Inputs, Outputs};
 use lafet_plant::{Decoder, Failure, GAUGE, Order, Report, WIRE_MAX};
 
+pub use lafet_plant::flash::BOARD;
+pub use program::Program;
+
 use crate::sim::Config;
 use crate::world::{STEP_MS, World};
 
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
-/// The flash of the board, bytes.
-const FLASH_SIZE: usize = 8 * 1024;
-/// What takes longer does not come any more: the watchdog needs two seconds.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// The file of the flash, in the emulator's folder.
+const FLASH: &str = "flash.bin";
+/// What takes longer does not come any more: the watchdog needs four seconds, a bootloader that verifies what it
+/// starts some more.
+const PATIENCE: Duration = Duration::from_secs(30);
 /// How often it is looked whether the emulator still runs.
 const LOOK: Duration = Duration::from_millis(10);
 /// What the emulator says, in its folder.
@@ -127,19 +133,25 @@ impl Emulator {
 }
 
 impl Chip {
-    /// Starts the firmware; its flash is `flash.bin` in `folder`, which is made when it is not there.
-    pub fn start(firmware: &Path, folder: &Path, config: &Config, line: &Line) -> io::Result<Self> {
+    /// Starts the program; its flash is `flash.bin` in `folder`, which is made when it is not there.
+    pub fn start(
+        program: Program<'_>,
+        folder: &Path,
+        config: &Config,
+        line: &Line,
+    ) -> io::Result<Self> {
         let composition = place_of(&config.composition)?;
         std::fs::create_dir_all(folder)?;
-        let flash = folder.join("flash.bin");
-        let is_new = !flash.exists() || is_erased(&flash)?;
+        let flash = folder.join(FLASH);
         if !flash.exists() {
-            make_flash(&flash)?;
+            program.make_flash(&flash)?;
         }
+        let is_new = program.is_new(&flash)?;
         let (plant_path, line_path) = (folder.join("plant"), folder.join("line"));
         let plant = listen(&plant_path)?;
         let here = matches!(line, Line::Here).then(|| listen(&line_path)).transpose()?;
-        let child = emulator(firmware, folder, line)?
+        let child = program
+            .emulator(folder, line)?
             .spawn()
             .map_err(|error| io::Error::new(error.kind(), format!("cannot run {QEMU}: {error}")))?;
         let mut emulator = Emulator { child, log: folder.join(LOG) };
@@ -324,47 +336,11 @@ fn place_of(composition: &Composition) -> io::Result<u8> {
         .ok_or_else(|| io::Error::other("the firmware has the shipped compositions only"))
 }
 
-/// A flash as new.
-pub fn make_flash(path: &Path) -> io::Result<()> {
-    std::fs::write(path, vec![0xFF; FLASH_SIZE])
-}
-
-fn is_erased(path: &Path) -> io::Result<bool> {
-    let bytes = std::fs::read(path)?;
-    if bytes.len() != FLASH_SIZE {
-        let why = format!("{} has {} bytes, not {FLASH_SIZE}", path.display(), bytes.len());
-        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
-    }
-    Ok(bytes.iter().all(|byte| *byte == 0xFF))
-}
-
 fn listen(path: &PathBuf) -> io::Result<UnixListener> {
     if path.exists() {
         std::fs::remove_file(path)?;
     }
     UnixListener::bind(path)
-}
-
-fn emulator(firmware: &Path, folder: &Path, line: &Line) -> io::Result<Command> {
-    let device = match line {
-        Line::Tcp { host, port } => {
-            format!("socket,id=line,host={host},port={port},server=on,wait=off,nodelay=on")
-        }
-        Line::Here => "socket,id=line,path=line".into(),
-    };
-    let mut command = Command::new(QEMU);
-    command.args(["-M", "lm3s6965evb", "-display", "none", "-monitor", "none"]);
-    command.args(["-semihosting-config", "enable=on,target=native"]);
-    // An instruction takes 16 ns of the chip's time, as many as on a real one: however busy the machine is,
-    // the watchdog does not run out meanwhile. It makes the instructions countable, too.
-    command.args(["-icount", "shift=4"]);
-    command.args(["-chardev", &device, "-serial", "chardev:line"]);
-    command.args(["-chardev", "socket,id=plant,path=plant", "-serial", "chardev:plant"]);
-    command.arg("-kernel").arg(std::fs::canonicalize(firmware)?);
-    command.current_dir(folder).stdin(Stdio::null());
-    // Of a board that it does not know to the last detail, QEMU says more than is of use.
-    command.stderr(std::fs::File::create(folder.join(LOG))?);
-    Ok(command)
 }
 
 fn unexpected(report: &Report) -> io::Error {
@@ -374,6 +350,7 @@ fn unexpected(report: &Report) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::process::Command;
 
     #[test]
     fn an_emulator_that_ends_is_told_with_what_it_has_said() {

@@ -25,6 +25,7 @@ use lafet_proto::flags::{FlagClass, flags_of, set_flags};
 use lafet_proto::request::Body;
 use lafet_proto::text::nearest;
 use lafet_proto::{Answer, ParamId, SubsystemId};
+use lafet_texts::{Argument, Lang, Text as _, Words, sim as text};
 
 use crate::fault::{axis_name, place_name, valve_name};
 use crate::sim::Sim;
@@ -60,28 +61,35 @@ enum Value {
     Flags(Vec<String>),
 }
 
+/// The name that may be meant, if one is near.
+struct Meant(Option<&'static str>);
+
+impl Argument for Meant {
+    fn write(&self, lang: Lang, out: &mut dyn core::fmt::Write) -> core::fmt::Result {
+        self.0.map_or(Ok(()), |name| text::OrMeant { name }.write(lang, out))
+    }
+}
+
 /// A word that is none of those that the path can lead to: which they are, and which may be meant.
-fn unknown_word(word: &str, known: &'static [&'static str]) -> String {
-    let meant = nearest(word, known.iter().copied());
-    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    format!("`{word}` is none of {}{meant}", known.join(", "))
+fn unknown_word(word: &str, known: &'static [&'static str]) -> Words {
+    let meant = Meant(nearest(word, known.iter().copied()));
+    text::WordNoneOf { word, known: known.join(", "), meant }.words()
 }
 
 /// A flag that the subsystem does not have, and which may be meant.
-pub(crate) fn unknown_flag(name: &str, subsystem: &str, class: &'static FlagClass) -> String {
-    let meant = nearest(name, class.flags.iter().map(|flag| flag.name));
-    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    format!("`{name}` is no flag of {subsystem}{meant}")
+pub(crate) fn unknown_flag(name: &str, subsystem: &str, class: &'static FlagClass) -> Words {
+    let meant = Meant(nearest(name, class.flags.iter().map(|flag| flag.name)));
+    text::FlagUnknown { name, subsystem, meant }.words()
 }
 
 /// A flag of the subsystem, a button's with its state or without.
-fn known_flag(name: &str, subsystem: &str, class: &'static FlagClass) -> Result<(), String> {
+fn known_flag(name: &str, subsystem: &str, class: &'static FlagClass) -> Result<(), Words> {
     let (bare, state) = name.split_once('=').map_or((name, None), |(bare, it)| (bare, Some(it)));
     let flag = class.flags.iter().find(|flag| flag.name == bare);
     let flag = flag.ok_or_else(|| unknown_flag(bare, subsystem, class))?;
     let Some(state) = state else { return Ok(()) };
     if flag.button_state(0).is_none() {
-        return Err(format!("`{bare}` of {subsystem} has no states: leave out `={state}`"));
+        return Err(text::FlagHasNoStates { flag: bare, subsystem, state }.words());
     }
     // Released is the absence of the flag: nothing ever has it.
     match ["Pressed", "Short", "Open"].contains(&state) {
@@ -109,8 +117,12 @@ impl core::fmt::Display for Condition {
 
 impl Condition {
     /// Reads a condition.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let mut words: Vec<&str> = text.split_whitespace().collect();
+    ///
+    /// # Errors
+    ///
+    /// What is not understood.
+    pub fn parse(condition: &str) -> Result<Self, Words> {
+        let mut words: Vec<&str> = condition.split_whitespace().collect();
         let negated = words.first() == Some(&"not");
         if negated {
             words.remove(0);
@@ -120,30 +132,34 @@ impl Condition {
             Some((at, op)) => (&words[..at], op, words[at + 1..].join(" ")),
             None => match words.split_last() {
                 Some((last, path)) => (path, Op::Equal, (*last).to_owned()),
-                None => return Err("a condition is missing".to_owned()),
+                None => return Err(text::ConditionMissing.words()),
             },
         };
         if path.is_empty() || value.is_empty() {
-            return Err(format!("`{text}`: expected PATH OP VALUE"));
+            return Err(text::ConditionForm { condition }.words());
         }
         let path: Vec<String> = path.iter().map(|word| (*word).to_owned()).collect();
         if let Some((class, names)) = flags_class(&path).zip(flag_names(op, &value)) {
             let alone = matches!(op, Op::Equal | Op::NotEqual) && value.trim() == "none";
             if !alone && value.split_whitespace().any(|name| name == "none") {
-                return Err("`none` has to be alone, after = or !=".to_owned());
+                return Err(text::NoneIsAlone.words());
             }
             for name in names {
                 known_flag(name, &path[0], class)?;
             }
         }
-        Ok(Self { text: text.trim().to_owned(), path, op, value, negated })
+        Ok(Self { text: condition.trim().to_owned(), path, op, value, negated })
     }
 
-    /// Whether it holds, and what the path led to. `Err` when the path leads nowhere.
-    pub fn holds(&self, sim: &mut Sim) -> Result<(bool, String), String> {
+    /// Whether it holds, and what the path led to.
+    ///
+    /// # Errors
+    ///
+    /// The path leads nowhere, or to something else than the value.
+    pub fn holds(&self, sim: &mut Sim) -> Result<(bool, String), Words> {
         let path: Vec<&str> = self.path.iter().map(String::as_str).collect();
-        let value = look_up(&path, sim)
-            .ok_or_else(|| format!("`{}` leads nowhere here", path.join(" ")))?;
+        let nowhere = || text::PathLeadsNowhere { path: path.join(" ") }.words();
+        let value = look_up(&path, sim).ok_or_else(nowhere)?;
         self.judge(&value)
     }
 
@@ -153,7 +169,7 @@ impl Condition {
     }
 
     /// As [`Condition::holds`], with a number that the path has led to elsewhere.
-    pub(crate) fn judge_number(&self, number: f64) -> Result<(bool, String), String> {
+    pub(crate) fn judge_number(&self, number: f64) -> Result<(bool, String), Words> {
         self.judge(&Value::Number(number))
     }
 
@@ -162,22 +178,21 @@ impl Condition {
         &self,
         word: &'static str,
         known: &'static [&'static str],
-    ) -> Result<(bool, String), String> {
+    ) -> Result<(bool, String), Words> {
         self.judge(&Value::Word(word, known))
     }
 
-    fn judge(&self, value: &Value) -> Result<(bool, String), String> {
+    fn judge(&self, value: &Value) -> Result<(bool, String), Words> {
         let holds = self.compare(value)?;
         Ok((holds != self.negated, format!("{} = {value}", self.path.join(" "))))
     }
 
-    fn compare(&self, value: &Value) -> Result<bool, String> {
-        let text = &self.value;
+    fn compare(&self, value: &Value) -> Result<bool, Words> {
+        let wanted = &self.value;
         match value {
             Value::Number(number) => {
-                let wanted = text.parse().ok().filter(|wanted: &f64| wanted.is_finite());
-                let wanted =
-                    wanted.ok_or_else(|| format!("`{text}`: a number is expected here"))?;
+                let finite = wanted.parse().ok().filter(|it: &f64| it.is_finite());
+                let wanted = finite.ok_or_else(|| text::ConditionNumber { wanted }.words())?;
                 Ok(match self.op {
                     Op::Equal | Op::Has => *number == wanted,
                     Op::NotEqual | Op::Lacks => *number != wanted,
@@ -187,20 +202,20 @@ impl Condition {
                     Op::AtLeast => *number >= wanted,
                 })
             }
-            Value::Word(_, known) if !known.contains(&text.as_str()) => {
-                Err(unknown_word(text, known))
+            Value::Word(_, known) if !known.contains(&wanted.as_str()) => {
+                Err(unknown_word(wanted, known))
             }
             Value::Word(word, _) => match self.op {
-                Op::Equal => Ok(word == text),
-                Op::NotEqual => Ok(word != text),
-                _ => Err(format!("`{word}` is a word: only = and != fit")),
+                Op::Equal => Ok(word == wanted),
+                Op::NotEqual => Ok(word != wanted),
+                _ => Err(text::ConditionWord { word }.words()),
             },
             Value::Flags(flags) => {
                 // A button's flag has a state: its bare name means any but released.
                 let has = |name: &str| {
                     flags.iter().any(|flag| flag == name || flag.split('=').next() == Some(name))
                 };
-                let mut names = text.split_whitespace();
+                let mut names = wanted.split_whitespace();
                 match self.op {
                     Op::Has => Ok(names.all(has)),
                     Op::Lacks => Ok(!names.any(has)),
@@ -209,7 +224,7 @@ impl Condition {
                         let same = wanted.len() == flags.len() && wanted.iter().all(|n| has(n));
                         Ok(same == (self.op == Op::Equal))
                     }
-                    _ => Err("flags: only has, lacks, = and != fit".to_owned()),
+                    _ => Err(text::ConditionFlags.words()),
                 }
             }
         }
@@ -465,8 +480,16 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused() {
-        for text in ["", "not", "Vertical flags has Moved", "output vertical >"] {
-            assert!(Condition::parse(text).is_err(), "{text}");
+        for text in [
+            "",
+            "not",
+            "Vertical flags has Moved",
+            "Vertical flags has none Move",
+            "Vertical flags has Move=Pressed",
+            "Buttons flags has LeftButtonState=Presed",
+            "output vertical >",
+        ] {
+            is_in_russian(text, &Condition::parse(text).unwrap_err());
         }
         let mut sim = Sim::new(Config::default());
         for text in [
@@ -476,8 +499,18 @@ mod tests {
             "not output valve1 openning",
             "output vertical fast",
             "world fire 3 out",
+            "Vertical flags > Move",
         ] {
-            assert!(Condition::parse(text).unwrap().holds(&mut sim).is_err(), "{text}");
+            let error = Condition::parse(text).unwrap().holds(&mut sim).unwrap_err();
+            is_in_russian(text, &error);
         }
+        let near = Condition::parse("Vertical flags has Moved").unwrap_err();
+        assert!(near.of(Lang::En).ends_with("; did you mean `Move`?"), "{near}");
+    }
+
+    /// What is wrong with a condition is said in both languages.
+    fn is_in_russian(condition: &str, error: &Words) {
+        let russian = error.of(Lang::Ru).chars().any(|it| ('а'..='я').contains(&it));
+        assert!(russian && !error.of(Lang::En).is_empty(), "{condition}: {error:?}");
     }
 }

@@ -4,9 +4,10 @@
 //! what is the case for 10, 20 or 30 ms several times a second, at moments of its own. A remote unit
 //! judges its contacts itself, and lets through a blip that only one poll sees. Figures ours.
 
-use lafet_device::image::{Axis, Inputs, UNITS, ValveNo};
+use lafet_device::image::{AXES, Axis, Inputs, UNITS, VALVES, ValveNo};
+use lafet_proto::flags::Button;
 
-use crate::fault::{DriveFault, Fault, Faults, ValveFault};
+use crate::fault::{ButtonFault, DriveFault, Fault, Faults, Post, ValveFault};
 use crate::world::STEP_MS;
 
 /// A contact bounces for so long after it has changed, ms.
@@ -61,6 +62,22 @@ impl Contacts {
         }
     }
 
+    /// Whether a button is pressed, as its contact shows it.
+    pub fn shake_button(
+        &mut self,
+        now_ms: u64,
+        (post, button): (Post, Button),
+        pressed: bool,
+        faults: &Faults,
+    ) -> bool {
+        let fault = Fault::Button(post, button, ButtonFault::Bounce);
+        if !faults.has(fault) {
+            return pressed;
+        }
+        let place = 2 * AXES + 3 * VALVES + Button::ALL.len() * post as usize + button as usize;
+        pressed ^ (self.bounces(now_ms, fault, pressed) || blips(now_ms, place as u64, 3))
+    }
+
     /// Whether it is the other way round in a bounce.
     fn bounces(&mut self, now_ms: u64, fault: Fault, is: bool) -> bool {
         let Some((_, was, at_ms)) = self.changed.iter_mut().find(|(known, ..)| *known == fault)
@@ -78,7 +95,8 @@ impl Contacts {
 
 /// Whether any contact is shaken: what is sensed changes by itself then.
 pub fn any(faults: &Faults) -> bool {
-    all().any(|fault| faults.has(fault))
+    let button = |fault: &Fault| matches!(fault, Fault::Button(.., ButtonFault::Bounce));
+    faults.active().iter().any(button) || all().any(|fault| faults.has(fault))
 }
 
 fn blips(now_ms: u64, place: u64, longest: u64) -> bool {
@@ -145,6 +163,31 @@ mod tests {
             assert!(longest_ms == 30 && blips > 10, "{}: {blips}", fault.name());
         }
         assert!(!any(&Faults::default()));
+    }
+
+    /// So does a button, pressed or not; and no other.
+    #[test]
+    fn a_shaken_button() {
+        for (post, button) in
+            Post::ALL.iter().flat_map(|post| Button::ALL.map(|button| (*post, button)))
+        {
+            let mut faults = Faults::default();
+            faults.inject(Fault::Button(post, button, ButtonFault::Bounce));
+            assert!(any(&faults));
+            for pressed in [false, true] {
+                let mut contacts = Contacts::default();
+                let (mut wrong_ms, mut longest_ms, mut blips) = (0, 0, 0);
+                for now_ms in (0..10_000).step_by(10) {
+                    let shown = contacts.shake_button(now_ms, (post, button), pressed, &faults);
+                    blips += u32::from(shown != pressed && wrong_ms == 0);
+                    wrong_ms = if shown == pressed { 0 } else { wrong_ms + 10 };
+                    longest_ms = longest_ms.max(wrong_ms);
+                }
+                assert!(longest_ms == 30 && blips > 5, "{button:?}: {longest_ms} {blips}");
+                let other = if button == Button::Left { Button::Right } else { Button::Left };
+                assert!(contacts.shake_button(0, (post, other), true, &faults));
+            }
+        }
     }
 
     /// When it changes it goes back once more.

@@ -177,6 +177,8 @@ named! {
         Short "short",
         /// Broken wire.
         Break "break",
+        /// The contact bounces when it changes, and blips: pressed for up to 30 ms without a hand.
+        Bounce "bounce",
     }
 }
 
@@ -386,7 +388,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_lead_back() {
         let mut names: Vec<String> = Fault::all().map(Fault::name).collect();
-        assert_eq!(names.len(), 4 * 24 + 2 * 10 + 5 * 4 + 6 * 9 + 2 * 8 * 2 + 18);
+        assert_eq!(names.len(), 4 * 24 + 2 * 10 + 5 * 4 + 6 * 9 + 2 * 8 * 3 + 18);
         for fault in Fault::all() {
             assert_eq!(Fault::from_name(&fault.name()), Some(fault));
         }

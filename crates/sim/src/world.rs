@@ -588,6 +588,8 @@ impl World {
             for button in Button::ALL {
                 let fault = |fault| self.faults.has(Fault::Button(*post, button, fault));
                 let pressed = self.buttons[*post as usize][button as usize];
+                let pressed =
+                    self.contacts.shake_button(self.now_ms, (*post, button), pressed, &self.faults);
                 self.sensed.buttons[*post as usize][button as usize] = match () {
                     () if fault(ButtonFault::Short) => ButtonState::Short,
                     () if fault(ButtonFault::Break) => ButtonState::Open,

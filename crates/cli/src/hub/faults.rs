@@ -77,6 +77,7 @@ fn words(fault: Fault) -> Both {
             let what = match fault {
                 ButtonFault::Short => text::FaultButtonShort.fixed(),
                 ButtonFault::Break => text::FaultButtonBreak.fixed(),
+                ButtonFault::Bounce => text::FaultButtonBounce.fixed(),
             };
             text::FaultButton { button: format_args!("{button:?}"), what }.words()
         }

@@ -22,10 +22,7 @@ impl Device {
                 approach::stop(&mut self.drives, &detector::PROGRAMS, why);
                 return Status::OK;
             }
-            SubsystemId::DEPLOYER => {
-                let [_, _, _, input] = self.inputs.drives;
-                self.deployer.stop(&mut self.drives, &input, why);
-            }
+            SubsystemId::DEPLOYER => self.deployer.stop(&mut self.drives, why),
             _ => {}
         }
         if let Some(axis) = axis_of(id) {

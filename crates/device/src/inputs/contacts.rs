@@ -10,6 +10,8 @@ pub(crate) const STABLE_MS: u32 = 30;
 const COUNT: usize = 2 * AXES + 3 * VALVES;
 /// End switches of the drives that aim. The two of Deployer come after them, then the valves' contacts.
 const ENDS: u16 = 0b11_1111;
+/// The upper one of Deployer.
+const DEPLOYED: u16 = 1 << (2 * AXES - 1);
 /// Those that do not count any more as soon as they open: a valve that is not reported as closed is open,
 /// and a drive that has left its end may come back. Of Deployer both states have to last, and of
 /// `blocked`: a blip of either must not end an extinguishing.
@@ -67,6 +69,11 @@ impl Contacts {
     /// These, with no valve reported as closed.
     pub const fn without_closed(self) -> Self {
         Self(self.0 & !CLOSED)
+    }
+
+    /// These, with Deployer not reported as deployed.
+    pub const fn without_deployed(self) -> Self {
+        Self(self.0 & !DEPLOYED)
     }
 
     /// These, and the end switches that are sensed as closed.

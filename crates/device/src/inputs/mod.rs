@@ -3,6 +3,8 @@
 //! | what | rule | delay | shows as |
 //! |---|---|---|---|
 //! | a contact: end switches, valves' switches, `blocked` | counts when it has lasted ([`contacts`]), from the start on | 30 ms | the state it reports |
+//! | a button that begins something: pressed, or released for the next press (`subsystem::buttons`) | counts when it has lasted | 30 ms; what ends something at once | its state, at once |
+//! | a switch of Deployer against its position (`subsystem::deployer`) | neither is believed until the reset | 30 ms | InternalFault, InputFaults bit 16 |
 //! | what a heater, a power stage or a drive's sensor says of itself | counts when it has lasted ([`lasted`]) | 30 ms | the fault it reports |
 //! | water that flows though every valve says closed | no such switch is believed ([`water`]) | 3 s | CloseSensorFault, InputFaults bit 0 |
 //! | a supply out of its range | what it forbids to begin | 0.3 s | BadPower, Denied from General |
@@ -29,12 +31,14 @@ pub(crate) mod bit {
     pub const SATURATED: i32 = 1 << 2;
     /// A valve was closed because no client has confirmed its water (§D/8).
     pub const UNCONFIRMED: i32 = 1 << 3;
-    /// A drive has turned though it was not fed: that of the first axis, the others follow.
+    /// A drive has turned, or drawn current, though it was not fed: that of the first axis, the others follow.
     pub const RUNAWAY: i32 = 1 << 4;
     /// The position of a drive is not known (§D/7): that of the first axis, the others follow.
     pub const NOT_HOMED: i32 = 1 << 8;
     /// A drive rests farther from its last target than it may, as above.
     pub const MISSED: i32 = 1 << 12;
+    /// A switch of Deployer has said that it is where its position says it is not.
+    pub const DEPLOYER_DOUBTED: i32 = 1 << 16;
 }
 
 /// A step of what has to last for longer than a contact may blip: whether it has. `ms` says for how long it has lasted,

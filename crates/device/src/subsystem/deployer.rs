@@ -9,9 +9,12 @@
 //!
 //!   Stop, Move, a fault or the time over: Between, or where the switches say it is.
 //! ```
+//! §D/6 A switch that says it has arrived is believed if the position agrees. Of a barrel that rests where it was
+//! believed to be, the position may jump: what is being extinguished goes on.
 
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis, DriveInput};
+use crate::inputs::lasted;
 use crate::params::Params;
 use crate::subsystem::control::approach::PATIENCE_MS;
 use crate::subsystem::drive::Drive;
@@ -62,6 +65,14 @@ pub struct Deployer {
     held: bool,
     failed: bool,
     internal_fault: bool,
+    /// Where its switches say it rests, as far as they are believed.
+    seen: Position,
+    /// For how long its position has contradicted a switch, ms.
+    differs_ms: u8,
+    /// It has for longer than a contact may blip: no switch is believed until the reset.
+    doubted: bool,
+    /// It has been driven since its switches were last believed.
+    strayed: bool,
 }
 
 impl Default for Deployer {
@@ -75,6 +86,10 @@ impl Default for Deployer {
             held: false,
             failed: false,
             internal_fault: false,
+            seen: Position::Between,
+            differs_ms: 0,
+            doubted: false,
+            strayed: false,
         }
     }
 }
@@ -99,6 +114,11 @@ impl Deployer {
     /// Standing between the two positions.
     pub fn is_between(&self) -> bool {
         self.position == Position::Between
+    }
+
+    /// §D/6 A switch has said that it is where its position says it is not.
+    pub(crate) const fn is_doubted(&self) -> bool {
+        self.doubted
     }
 
     /// Deployment was asked for and did not succeed.
@@ -173,9 +193,9 @@ impl Deployer {
     }
 
     /// §3.2/2 Stays in between.
-    pub(crate) fn stop(&mut self, drives: &mut [Drive; AXES], input: &DriveInput, why: Cause) {
+    pub(crate) fn stop(&mut self, drives: &mut [Drive; AXES], why: Cause) {
         if self.is_moving() {
-            self.end(drives, input, why);
+            self.end(drives, why);
             self.failed = true;
         }
         by_axis(drives, Axis::Deployer).stop(why);
@@ -184,6 +204,7 @@ impl Deployer {
     /// §3.1/9 Move Deployer: it is between its positions from now on.
     pub(crate) fn note_move(&mut self) {
         self.position = Position::Between;
+        self.strayed = true;
         self.travel.stop();
     }
 
@@ -191,17 +212,48 @@ impl Deployer {
     pub(crate) fn step(
         &mut self,
         now: Millis,
+        dt_ms: u32,
         input: &DriveInput,
         drives: &mut [Drive; AXES],
         params: &Params,
     ) {
+        self.judge(dt_ms, input, by_axis(drives, Axis::Deployer), params);
+        match (self.position, self.seen) {
+            (Position::Deploying, Position::Deployed) | (Position::Folding, Position::Wrapped) => {
+                self.arrive(self.seen, drives);
+            }
+            _ => self.go_on(now, drives, params),
+        }
+        let late = self.travel.poll(now);
+        if late || self.is_hindered(drives) {
+            // That the barrel comes no nearer, or is not dry, says nothing of Deployer's own drive.
+            self.internal_fault |= late && self.position != Position::Resting && !self.held;
+            self.failed = true;
+            let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
+            self.end(drives, Cause::Rule(why));
+        }
+    }
+
+    /// §D/6 Where its switches say it has arrived it has, unless its position contradicts them; or it is not known,
+    /// and the barrel was driven.
+    fn judge(&mut self, dt_ms: u32, input: &DriveInput, drive: &Drive, params: &Params) {
+        let said = at_rest(input);
+        let arrives = said != self.position && said != Position::Between;
+        let far = drive.is_far_off(said == Position::Deployed, params);
+        let differs = arrives && far == Some(true);
+        self.doubted |= lasted(&mut self.differs_ms, dt_ms, differs);
+        self.internal_fault |= self.doubted;
+        self.strayed = match self.position {
+            Position::Wrapped | Position::Deployed => false,
+            Position::Deploying | Position::Folding => true,
+            Position::Resting | Position::Between => self.strayed,
+        };
+        let denied = self.doubted || arrives && far.unwrap_or(self.strayed);
+        self.seen = if denied { Position::Between } else { said };
+    }
+
+    fn go_on(&mut self, now: Millis, drives: &mut [Drive; AXES], params: &Params) {
         match self.position {
-            Position::Deploying if at_rest(input) == Position::Deployed => {
-                self.arrive(Position::Deployed, drives);
-            }
-            Position::Folding if at_rest(input) == Position::Wrapped => {
-                self.arrive(Position::Wrapped, drives);
-            }
             Position::Deploying => self.drive_to(DriveParam::MaxLimit, drives, params),
             Position::Folding => {
                 let held = by_axis(drives, Axis::Deployer).is_held_dry();
@@ -216,17 +268,9 @@ impl Deployer {
             Position::Resting => self.rest(now, drives, params),
             Position::Wrapped | Position::Deployed | Position::Between => {
                 if by_axis(drives, Axis::Deployer).is_idle() {
-                    self.position = at_rest(input);
+                    self.position = self.seen;
                 }
             }
-        }
-        let late = self.travel.poll(now);
-        if late || self.is_hindered(drives) {
-            // That the barrel comes no nearer, or is not dry, says nothing of Deployer's own drive.
-            self.internal_fault |= late && self.position != Position::Resting && !self.held;
-            self.failed = true;
-            let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
-            self.end(drives, input, Cause::Rule(why));
         }
     }
 
@@ -257,6 +301,7 @@ impl Deployer {
     /// A drive that is needed now cannot go: hammering on would only heat its motor.
     fn is_hindered(&self, drives: &mut [Drive; AXES]) -> bool {
         match self.position {
+            _ if self.doubted => self.is_moving(),
             Position::Deploying => by_axis(drives, Axis::Deployer).refuses(true),
             Position::Folding => by_axis(drives, Axis::Deployer).refuses(false),
             Position::Resting => RESTING.iter().any(|axis| {
@@ -282,13 +327,13 @@ impl Deployer {
         by_axis(drives, Axis::Deployer).stop(Cause::Rule(Rule::Arrived));
     }
 
-    fn end(&mut self, drives: &mut [Drive; AXES], input: &DriveInput, why: Cause) {
+    fn end(&mut self, drives: &mut [Drive; AXES], why: Cause) {
         if self.position == Position::Resting {
             by_axis(drives, Axis::Horizontal).stop(why);
             by_axis(drives, Axis::Vertical).stop(why);
         }
         by_axis(drives, Axis::Deployer).stop(why);
-        self.position = at_rest(input);
+        self.position = self.seen;
         self.travel.stop();
     }
 

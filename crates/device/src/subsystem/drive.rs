@@ -10,7 +10,7 @@ mod limits;
 use crate::cause::{Asked, Cause, Rule};
 use crate::composition::DriveKind;
 use crate::image::{AXES, Axis, DriveInput, DriveOutput, UnitInput};
-use crate::inputs::lasted;
+use crate::inputs::{Lasting, lasted};
 use crate::params::Params;
 use crate::subsystem::arrival::{Arrival, CREEP_TENTHS, Means, Order, Seen};
 use crate::subsystem::homing::{HOMING_TENTHS, Homing};
@@ -27,6 +27,13 @@ use lafet_proto::status::{DriveStatus, Limits};
 const OVERLOAD_CLEAR_MS: u32 = 3000;
 /// A motor draws more than its rated current while it starts: only a longer excess is overload.
 const OVERLOAD_DELAY_MS: u16 = 200;
+/// A drive that is not fed draws nothing. This part of MaxCurrent, and at least so much, 0.1 A, for this time, ms, is a
+/// shorted stage at an end stop, where nothing turns. What it drew before has ended by then.
+const UNFED_PART: i32 = 4;
+const UNFED_LEAST_DA: i32 = 10;
+const UNFED_MS: u16 = 800;
+/// A longer step counts as so much, ms: one sample of a current is none that lasts.
+const UNFED_STEP_MS: u16 = 100;
 /// Where a drive wants to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Goal {
@@ -95,8 +102,10 @@ pub struct Drive {
     hold_ms: u32,
     hold: Timer,
     slowed: bool,
+    /// It draws current though it is not fed.
+    draws: Lasting,
     watch: Watch,
-    /// It has turned though it was not fed: without its supply until the reset.
+    /// It has turned, or drawn current, though it was not fed: without its supply until the reset.
     cut: bool,
     unit: remote::Link,
     online: bool,
@@ -148,6 +157,7 @@ impl Drive {
             hold_ms: 0,
             hold: Timer::default(),
             slowed: false,
+            draws: Lasting::default(),
             watch: Watch::default(),
             cut: false,
             unit: remote::Link::default(),
@@ -503,6 +513,15 @@ impl Drive {
         self.cause = cause;
     }
 
+    /// Whether it is more than a sixteenth of its whole way off its upper (true) or its lower limit, if its sensor
+    /// knows.
+    pub(crate) fn is_far_off(&self, upper: bool, params: &Params) -> Option<bool> {
+        let Limits { min, max } = self.limits;
+        let limit = if upper { max } else { min };
+        let far = self.sensed(params).abs_diff(limit) > max.abs_diff(min) / 16;
+        self.knows_position().then_some(far)
+    }
+
     fn sensed(&self, params: &Params) -> i32 {
         self.input.position.saturating_sub(self.reading_at_zero(params))
     }
@@ -575,6 +594,13 @@ impl Drive {
         // Hysteresis of an eighth: a speed that falls with the current must not rise at once.
         let threshold = if self.slowed { slow - slow / 8 } else { slow };
         self.slowed = slow > 0 && self.goal != Goal::Hold && current > threshold;
+        let unfed = self.goal == Goal::Hold;
+        let draws = unfed && current >= (max / UNFED_PART).max(UNFED_LEAST_DA);
+        self.draws.step(dt_ms.min(UNFED_STEP_MS).into(), draws, UNFED_MS);
+        if self.draws.holds {
+            self.latched |= DriveFlags::INTERNAL_FAULT;
+            self.cut = true;
+        }
     }
 
     /// §3.3.4 Does it do what it is driven to, and nothing when it is not fed? An overload is judged by its

@@ -39,6 +39,9 @@ const COAST_MILLI: i32 = 5000;
 const REST_MS: u32 = 120;
 /// Way in a stretch that counts as turning, as above: 3' or 0.05 mm, thus 0.4 °/s or 0.4 mm/s.
 const REST_MILLI: i32 = 50;
+/// One that is slower than that creeps: it is found after the way of a drive that runs out. More than this part of that
+/// way in one step is a position that has jumped, and no way.
+const CREEP_PART: i32 = 2;
 /// A drive that is fed may be faster than commanded by a quarter and this speed, 0.1 °/s or 0.1 mm/s
 /// (weight helps it down), and may be late by the time that it may run out …
 const OVER_TENTHS: i32 = 10;
@@ -66,6 +69,8 @@ pub(crate) struct Watch {
     expected: i32,
     /// Way by the speed sensor, milli-units of position.
     measured: i32,
+    /// Way of a rest, position units.
+    crept: i32,
 }
 
 impl Watch {
@@ -192,10 +197,23 @@ impl Watch {
             // watch itself comes to rest.
             self.running_ms = (self.running_ms + dt_ms.max(1)).min(COAST_MS + 1);
             if self.running_ms > COAST_MS {
-                (self.start, self.measured) = (input.position, 0);
+                (self.start, self.last, self.measured) = (input.position, input.position, 0);
             }
             let far = gone >= COAST_MILLI * way_per_tenth;
             return if far { DriveFlags::INTERNAL_FAULT } else { DriveFlags::empty() };
+        }
+        let step =
+            input.position.saturating_sub(core::mem::replace(&mut self.last, input.position));
+        let far = |way: i32, part: i32| {
+            way.saturating_mul(1000).saturating_abs() >= COAST_MILLI * way_per_tenth / part
+        };
+        self.crept = self.crept.saturating_add(if far(step, CREEP_PART) { 0 } else { step });
+        if far(self.crept, 1) {
+            return if sensed == 0 {
+                DriveFlags::POS_ENCODER_FAULT
+            } else {
+                DriveFlags::INTERNAL_FAULT
+            };
         }
         if self.elapsed_ms == 0 && moved == 0 && sensed == 0 {
             (self.expected, self.measured) = (0, 0);

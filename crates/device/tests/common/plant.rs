@@ -29,6 +29,8 @@ pub struct DrivePlant {
     pub speed_reversed: bool,
     /// Current while it turns, 0.1 A.
     pub current_da: u16,
+    /// Current while it is not fed, 0.1 A: its stage is shorted, and it is at an end stop.
+    pub stall_da: u16,
     /// How far the sensor's zero lies above the true zero.
     pub encoder_offset: i32,
 }
@@ -102,6 +104,7 @@ impl Plant {
             speed_dead: false,
             speed_reversed: false,
             current_da: 20,
+            stall_da: 0,
             encoder_offset: 0,
         };
         let free = drive((-far, far), (-far, far));
@@ -192,7 +195,8 @@ impl Plant {
                 (false, false) => speed,
             };
             let fed = output.speed_tenths != 0;
-            input.current_da = if fed { drive.current_da } else { 0 };
+            let stalls = if output.cut { 0 } else { drive.stall_da };
+            input.current_da = if fed { drive.current_da } else { stalls };
             input.min_switch = position <= drive.switches.0;
             input.max_switch = position >= drive.switches.1;
         }

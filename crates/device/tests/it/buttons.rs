@@ -4,11 +4,11 @@ use crate::common::Rig;
 use lafet_device::Composition;
 use lafet_device::image::{Axis, ValveOutput};
 use lafet_proto::flags::{
-    Button, ButtonState, ButtonsFlags, DetectorFlags, DriveFlags, ValveFlags,
+    Button, ButtonState, ButtonsFlags, ControlFlags, DetectorFlags, DriveFlags, ValveFlags,
 };
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
-use lafet_proto::request::{Body, Seek};
+use lafet_proto::request::{Body, Quench, Seek};
 use lafet_proto::{Status, SubsystemId};
 
 const POSTS: [SubsystemId; 2] = [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS];
@@ -153,7 +153,7 @@ fn held_at_power_up() {
         release(&mut rig, 1, button);
         rig.run(40);
         press(&mut rig, 1, button);
-        rig.run(30);
+        rig.run(50);
         let acts = !rig.is_still() || rig.valve_output(0) != ValveOutput::Off;
         // Closing a closed valve is over at once.
         assert_eq!(acts, button != Button::Close, "{button:?}");
@@ -175,7 +175,7 @@ fn held_at_power_up_and_sensed_late() {
             release(&mut rig, 1, button);
             rig.run(40);
             press(&mut rig, 1, button);
-            rig.run(30);
+            rig.run(50);
             assert_eq!(inert(&mut rig), button == Button::Close, "{button:?} {late_ms}");
         }
     }
@@ -516,16 +516,120 @@ fn open_acts_once() {
     slow.run_until(50, opens);
 }
 
-/// Stopping and pressing wait for nothing.
+/// Stopping waits for nothing; a press that begins a motion has to last.
 #[test]
 fn a_blip_stops_at_once() {
     let mut rig = rig();
     press(&mut rig, 0, Button::Left);
     rig.run(300);
+    let ends: [fn(&mut Rig); 5] = [
+        |rig| release(rig, 0, Button::Left),
+        |rig| set(rig, 0, Button::Left, ButtonState::Short),
+        |rig| set(rig, 0, Button::Left, ButtonState::Open),
+        |rig| press(rig, 0, Button::Right),
+        |rig| press(rig, 1, Button::Right),
+    ];
+    for stops in ends {
+        let mut rig = rig.clone();
+        assert!(rig.speed(Axis::Horizontal) > 0);
+        stops(&mut rig);
+        rig.step(1);
+        assert!(rig.is_still());
+    }
     release(&mut rig, 0, Button::Left);
-    rig.step(10);
-    assert!(rig.is_still());
+    rig.step(1);
+    press(&mut rig, 0, Button::Left);
+    rig.run_while(30, |rig| rig.is_still());
+    rig.run(30);
+    assert!(rig.speed(Axis::Horizontal) > 0);
+}
+
+/// §D/6 Pressed for 1 to 30 ms, whatever the step, no button begins anything: no drive turns, no valve opens, no Move
+/// ends, and no program pauses. Pressed for longer it acts, and Close at once.
+#[test]
+fn a_blip_begins_nothing() {
+    for (post, step_ms) in [(0, 1), (1, 10)] {
+        for button in Button::ALL {
+            for blip_ms in [1, 2, 10, 20, 30, 31, 40] {
+                let mut rig = Rig::deployed();
+                rig.plant.place(Axis::Nozzle, 30);
+                rig.run(50);
+                press(&mut rig, post, button);
+                let mut acted = false;
+                for at_ms in (0..100).step_by(step_ms) {
+                    if at_ms >= blip_ms {
+                        release(&mut rig, post, button);
+                    }
+                    rig.step(step_ms as u32);
+                    acted |= DIRECTIONS
+                        .iter()
+                        .any(|(_, axis, _)| rig.drive_flags(*axis).contains(DriveFlags::MOVE))
+                        || rig.valve_output(0) == ValveOutput::Opening;
+                }
+                // The 31st sample of 1 ms is 30 ms after the first.
+                let lasts = blip_ms > 30 && button != Button::Close;
+                assert_eq!(acted, lasts, "{button:?} {blip_ms} ms, a sample each {step_ms} ms");
+            }
+        }
+    }
+}
+
+/// §D/6, §3.1/3 Nor does a contact that blips again and again turn a drive under a Move round, or pause an extinguishing
+/// whose water then runs on at one place.
+#[test]
+fn blips_pause_nothing() {
+    let quench = Quench::Program { program: 0, centre_h: 0, centre_v: 0, nozzle: 30 };
+    for blip_ms in [1, 10, 30] {
+        for (button, ..) in DIRECTIONS {
+            let mut rig = Rig::deployed();
+            rig.accepts(SubsystemId::CONTROL, Body::StartQuench(quench));
+            rig.run(500);
+            for ms in 0..2000 {
+                let state = [ButtonState::Released, ButtonState::Pressed];
+                set(&mut rig, 0, button, state[usize::from(ms % 100 < blip_ms)]);
+                rig.step(1);
+                let flags = ControlFlags::from_bits_retain(rig.flags(SubsystemId::CONTROL));
+                assert!(!flags.contains(ControlFlags::PAUSED), "{button:?} {blip_ms} ms");
+            }
+        }
+    }
+    let mut rig = rig();
+    rig.move_to(Axis::Horizontal, 9000);
+    rig.run(500);
+    for ms in 0..2000 {
+        let state = [ButtonState::Released, ButtonState::Pressed];
+        set(&mut rig, 0, Button::Right, state[usize::from(ms % 100 < 30)]);
+        rig.step(1);
+        assert!(rig.speed(Axis::Horizontal) > 0);
+    }
+}
+
+/// §3.3.10 A line that breaks or is shorted passes through "pressed": nothing begins.
+#[test]
+fn a_line_that_breaks_presses_nothing() {
+    for end in [ButtonState::Short, ButtonState::Open] {
+        for button in Button::ALL {
+            let mut rig = rig();
+            rig.run(50);
+            for _ in 0..20 {
+                press(&mut rig, 0, button);
+                rig.step(1);
+                assert!(rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
+            }
+            set(&mut rig, 0, button, end);
+            rig.run_while(200, |rig| rig.is_still() && rig.valve_output(0) != ValveOutput::Opening);
+        }
+    }
+}
+
+/// §3.3.4 What is pressed for a moment while its drive is faulty does not act when the fault ends, however soon.
+#[test]
+fn pressed_just_before_a_fault_ends() {
+    let mut rig = rig();
+    rig.plant.inputs.drives[Axis::Horizontal as usize].motor_open = true;
+    rig.run(100);
     press(&mut rig, 0, Button::Left);
     rig.run(20);
-    assert!(rig.speed(Axis::Horizontal) > 0);
+    rig.plant.inputs.drives[Axis::Horizontal as usize].motor_open = false;
+    rig.run_while(1000, |rig| rig.is_still());
 }

@@ -9,21 +9,21 @@ use lafet_proto::param::Param;
 use lafet_proto::request::{Body, Path, Points, Quench, Sector, Seek, Trajectory, TrajectoryPoint};
 use lafet_proto::{Request, Status, SubsystemId};
 
-const DEPLOYER: SubsystemId = SubsystemId::DEPLOYER;
+pub const DEPLOYER: SubsystemId = SubsystemId::DEPLOYER;
 const WHERE: F = F::DEPLOYED.union(F::DEPLOYING).union(F::WRAPPED).union(F::WRAPPING);
 
 /// Which of the four flags is set.
-fn position(rig: &mut Rig) -> F {
+pub fn position(rig: &mut Rig) -> F {
     rig.deployer() & WHERE
 }
 
-fn wrapped() -> Rig {
+pub fn wrapped() -> Rig {
     let mut rig = Rig::new(Composition::FULL);
     assert_eq!(position(&mut rig), F::WRAPPED);
     rig
 }
 
-fn deploying() -> Rig {
+pub fn deploying() -> Rig {
     let mut rig = wrapped();
     assert_eq!(rig.status(DEPLOYER, Body::Deploy), Status::ACCEPTED);
     rig.run(2000);

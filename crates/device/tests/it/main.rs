@@ -15,6 +15,7 @@ mod deployer;
 mod drive;
 mod general;
 mod guard;
+mod half_way;
 mod homing;
 mod params;
 mod remote;

@@ -5,7 +5,7 @@ use lafet_device::Composition;
 use lafet_device::image::Axis;
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::id::key;
-use lafet_proto::param::Param;
+use lafet_proto::param::{DriveParam, Param};
 use lafet_proto::request::Body;
 use lafet_proto::{Status, SubsystemId};
 
@@ -64,6 +64,107 @@ fn runs_away(axis: Axis, runaway_tenths: i16, stops: bool) {
     rig.run_while(2000, |rig| rig.plant.outputs.drives[axis as usize].cut && rig.is_still());
     assert!((rig.plant.drive(axis).position_milli - from_milli).abs() <= far_milli(axis));
     assert_eq!(rig.status(axis.id(), Body::Move { destination: 0 }), Status::MODULE_FAULT);
+}
+
+/// §3.3.4 What is too slow to be a runaway, a barrel that sinks or that the jet turns, is a fault after 5° or 5 mm; and its
+/// supply is cut. Swaying to and fro, however long, is none.
+#[test]
+fn creeping() {
+    for axis in AIMING {
+        for tenths in [1_i16, 2, 3, 4] {
+            for creep_tenths in [tenths, -tenths] {
+                let mut rig = Rig::new(Composition::REMOTE);
+                rig.plant.place(axis, 30);
+                rig.run(1000);
+                let from_milli = rig.plant.drive(axis).position_milli;
+                rig.plant.drive(axis).runaway_tenths = creep_tenths;
+                rig.run_until(60_000, |rig| rig.drive_flags(axis).intersects(FAULTS));
+                let way_milli = (rig.plant.drive(axis).position_milli - from_milli).abs();
+                let most = if axis == Axis::Nozzle { 5500 } else { 301_000 };
+                assert!(way_milli <= most, "{axis:?} at {creep_tenths}: {way_milli}");
+                assert!(rig.plant.outputs.drives[axis as usize].cut);
+                assert_eq!(
+                    rig.status(axis.id(), Body::Move { destination: 0 }),
+                    Status::MODULE_FAULT
+                );
+            }
+        }
+        let mut rig = Rig::new(Composition::REMOTE);
+        rig.plant.place(axis, 30);
+        rig.run(1000);
+        for turn in 0..40 {
+            rig.plant.drive(axis).runaway_tenths = if turn % 2 == 0 { 3 } else { -3 };
+            rig.run(5000);
+            assert!(!rig.drive_flags(axis).intersects(FAULTS), "{axis:?}");
+        }
+    }
+}
+
+/// §3.3.4 A shorted stage at an end stop turns nothing, and stalls: its current is a fault within a second, of each drive, at
+/// rest or after a stop; its supply is cut, and that of no other. A quarter of MaxCurrent is enough, 1 A at least.
+#[test]
+fn stalls_at_an_end_stop() {
+    for axis in Axis::ALL {
+        for (max_da, stall_da, found) in
+            [(80, 150, true), (80, 20, true), (80, 19, false), (20, 10, true), (20, 9, false)]
+        {
+            for stops in [false, true] {
+                let mut rig = Rig::deployed();
+                let of = |param| Param::of_drive(axis.id(), param).unwrap();
+                assert!(rig.set(of(DriveParam::SlowCurrent), 0).is_success());
+                assert!(rig.set(of(DriveParam::MaxCurrent), max_da).is_success());
+                if stops && axis != Axis::Deployer {
+                    rig.plant.drive(axis).current_da = 5;
+                    rig.move_to(axis, 60);
+                    rig.run(300);
+                    rig.all_accept(Body::Stop);
+                }
+                rig.plant.drive(axis).stall_da = stall_da;
+                let mut ms = 0;
+                while ms < 3000 && !rig.drive_flags(axis).contains(DriveFlags::INTERNAL_FAULT) {
+                    rig.step(STEP_MS);
+                    ms += STEP_MS;
+                }
+                assert_eq!(ms <= 1000, found, "{axis:?} {max_da} {stall_da}: {ms}");
+                for other in Axis::ALL {
+                    let cut = rig.plant.outputs.drives[other as usize].cut;
+                    assert_eq!(cut, found && other == axis, "{axis:?}");
+                }
+                let bits = if found { 1 << (4 + axis as i32) } else { 0 };
+                assert_eq!(rig.get(Param::GeneralInputFaults), Ok(vec![bits]));
+                rig.run_while(500, |rig| rig.is_still());
+            }
+        }
+    }
+}
+
+/// §3.3.4 What a motor drew before it stopped has 0.8 s to end, and does not add up over stops; nor does a reading that
+/// blips.
+#[test]
+fn current_that_ends() {
+    let mut rig = Rig::new(Composition::REMOTE);
+    for round in 0..20 {
+        rig.move_to(Axis::Horizontal, if round % 2 == 0 { 9000 } else { -9000 });
+        rig.run(500);
+        rig.all_accept(Body::Stop);
+        rig.plant.drive(Axis::Horizontal).stall_da = 150;
+        rig.run(700);
+        rig.plant.drive(Axis::Horizontal).stall_da = 0;
+        rig.run(700);
+    }
+    for ms in (0..5000).step_by(10) {
+        rig.plant.drive(Axis::Horizontal).stall_da = if ms % 100 < 40 { 150 } else { 0 };
+        rig.step(10);
+    }
+    // One sample in a step that is long says nothing of what lasts.
+    for _ in 0..6 {
+        rig.plant.drive(Axis::Horizontal).stall_da = 150;
+        rig.step(60_000);
+        rig.plant.drive(Axis::Horizontal).stall_da = 0;
+        rig.run(200);
+    }
+    assert!(!rig.drive_flags(Axis::Horizontal).intersects(FAULTS));
+    assert!(!rig.plant.outputs.drives[Axis::Horizontal as usize].cut);
 }
 
 /// §3.3.4, §3.12/2, §3.19/1 The supply stays cut up to the reset itself: while the memory is written or erased
@@ -131,6 +232,7 @@ fn what_is_none() {
             let input = &mut rig.plant.inputs.drives[Axis::Horizontal as usize];
             input.position = at + position.round() as i32;
             input.speed_tenths = tenths.round() as i16;
+            input.current_da = 0;
             rig.device.step(rig.now_ms, &mut rig.plant);
             let flags = rig.drive_flags(Axis::Horizontal);
             assert!(!flags.intersects(FAULTS), "{what}: {flags:?} after {ms} ms");

@@ -33,7 +33,7 @@ pub struct Checks {
 
 enum Verdict {
     Open,
-    Passed(String),
+    Passed(Words),
     Failed(Words),
 }
 
@@ -54,7 +54,7 @@ impl Checks {
             let verdict = self.judge(index, expectation, director, at_end);
             let (passed, came) = match verdict {
                 Verdict::Open => continue,
-                Verdict::Passed(came) => (true, Words::same(came)),
+                Verdict::Passed(came) => (true, came),
                 Verdict::Failed(came) => (false, came),
             };
             self.decided[index] = Some(Check {
@@ -120,14 +120,14 @@ impl Checks {
                     self.begun[index] = true;
                     let never = matches!(expectation.rule, Rule::Never(..));
                     match (holds(expectation, director), never) {
-                        (Verdict::Passed(came), true) => return Verdict::Failed(Words::same(came)),
+                        (Verdict::Passed(came), true) => return Verdict::Failed(came),
                         (Verdict::Failed(came), false) => return Verdict::Failed(came),
                         _ => {}
                     }
                 }
                 match (at_end, self.begun[index]) {
                     (false, _) => Verdict::Open,
-                    (true, true) => Verdict::Passed(String::new()),
+                    (true, true) => Verdict::Passed(Words::default()),
                     (true, false) => Verdict::Failed(never_came()),
                 }
             }
@@ -138,8 +138,8 @@ impl Checks {
 fn holds(expectation: &Expectation, director: &mut Director) -> Verdict {
     match expectation.that.holds(&mut director.site) {
         Ok((true, came)) => Verdict::Passed(came),
-        Ok((false, came)) => Verdict::Failed(Words::same(came)),
-        Err(error) => Verdict::Failed(Words::same(error)),
+        Ok((false, came)) => Verdict::Failed(came),
+        Err(error) => Verdict::Failed(error),
     }
 }
 

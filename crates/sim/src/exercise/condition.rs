@@ -60,39 +60,52 @@ impl SiteCondition {
         Ok(Self { text: text.trim().to_owned(), parts: parts.collect::<Result<_, Words>>()? })
     }
 
-    /// Whether it holds, and what the values are. `Err` when it makes no sense on this site.
-    pub fn holds(&self, site: &mut Site) -> Result<(bool, String), String> {
+    /// Whether it holds, and what the values are.
+    ///
+    /// # Errors
+    ///
+    /// It makes no sense on this site.
+    pub fn holds(&self, site: &mut Site) -> Result<(bool, Words), Words> {
         let (mut all, mut values) = (true, Vec::new());
         for (scope, condition) in &self.parts {
             let (holds, value) = scope.judge(condition, site)?;
             all &= holds;
             values.push(value);
         }
-        Ok((all, values.join(", ")))
+        let joined = |lang| values.iter().map(|it: &Words| it.of(lang)).collect::<Vec<_>>();
+        Ok((all, Words::each(|lang| joined(lang).join(", "))))
     }
 }
 
 impl Scope {
-    fn judge(self, condition: &Condition, site: &mut Site) -> Result<(bool, String), String> {
+    fn judge(self, condition: &Condition, site: &mut Site) -> Result<(bool, Words), Words> {
+        if let Self::Monitor(index) = self
+            && !site.members[index].sim.is_powered()
+        {
+            return Ok((false, text::NoPower.words()));
+        }
+        let (holds, value) = self.judge_powered(condition, site)?;
+        Ok((holds, Words::same(value)))
+    }
+
+    fn judge_powered(
+        self,
+        condition: &Condition,
+        site: &mut Site,
+    ) -> Result<(bool, String), Words> {
         let last = condition.path().last().map_or("", String::as_str);
         let words = condition.path().len();
+        let too_many = || text::ConditionWords { path: condition.path().join(" ") }.words();
         let expected = match self {
             Self::Monitor(_) | Self::Fire(_) => words,
             Self::Fires | Self::Water(Some(_)) => 2,
             Self::Water(None) | Self::Time => 1,
         };
         if words != expected {
-            return Err(format!("`{}`: too many words", condition.path().join(" ")));
+            return Err(too_many());
         }
         match self {
-            Self::Monitor(index) => {
-                let sim = &mut site.members[index].sim;
-                if sim.is_powered() {
-                    condition.holds(sim)
-                } else {
-                    Ok((false, "no power".to_owned()))
-                }
-            }
+            Self::Monitor(index) => condition.holds(&mut site.members[index].sim),
             Self::Fire(index) => {
                 let fire = &site.fires[index];
                 match last {
@@ -104,17 +117,13 @@ impl Scope {
                         };
                         condition.judge_word(word, &["burning", "out", "unlit"])
                     }
-                    _ if words > 3 => {
-                        Err(format!("`{}`: too many words", condition.path().join(" ")))
-                    }
+                    _ if words > 3 => Err(too_many()),
                     "heat" => condition.judge_number(fire.heat),
                     "size" => condition.judge_number(fire.size_m),
                     "density" => condition.judge_number(fire.density),
                     "covered" => condition.judge_number(fire.covered()),
                     "heated" => condition.judge_number(fire.heated()),
-                    _ => Err(format!(
-                        "`{last}`: heat, size, density, covered, heated, burning, out, unlit"
-                    )),
+                    _ => Err(text::FireHas { what: last }.words()),
                 }
             }
             Self::Fires => {
@@ -173,7 +182,7 @@ fn part_of(text: &str, names: Names<'_>) -> Result<(Scope, Condition), Words> {
 }
 
 /// What to say of a condition that makes no sense.
-pub fn not_understood(error: &str) -> Words {
+pub fn not_understood(error: &Words) -> Words {
     text::ConditionNotUnderstood { error }.words()
 }
 

@@ -4,7 +4,7 @@ use lafet_device::Source as Interface;
 use lafet_device::composition::Composition;
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::{Answer, Status, SubsystemId, text as wire};
-use lafet_texts::{Text as _, Words, sim as text};
+use lafet_texts::{Shown, Text as _, Words, parse_error_text, sim as text};
 
 use super::plan::{Exercise, FirePlan, MonitorPlan};
 use super::reader::{Document, Problem, Table};
@@ -291,10 +291,12 @@ pub fn payload(requests: &str) -> Result<Vec<u8>, Words> {
     let mut bytes = Vec::new();
     for request in requests.split(';') {
         let (mut buffer, mut record) = ([0; wire::BUFFER_SIZE], [0; 260]);
-        let wrong = |error: String| text::NoRequest { request, error }.words();
-        let parsed = wire::parse(request.trim(), &mut buffer).map_err(|e| wrong(e.to_string()))?;
+        let wrong = |error: Words| text::NoRequest { request, error }.words();
+        let trimmed = request.trim();
+        let not_read = |error| wrong(Words::each(|lang| parse_error_text(trimmed, &error, lang)));
+        let parsed = wire::parse(trimmed, &mut buffer).map_err(not_read)?;
         let mut writer = Writer::new(&mut record);
-        parsed.encode(&mut writer).map_err(|e| wrong(e.to_string()))?;
+        parsed.encode(&mut writer).map_err(|error| wrong(Shown(error).words()))?;
         bytes.extend_from_slice(writer.written());
     }
     Ok(bytes)

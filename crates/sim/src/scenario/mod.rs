@@ -1,8 +1,7 @@
 //! Scenarios: readable text that drives a simulated monitor and says what must come.
 //!
 //! `conformance/scenarios/README.md` describes the format. A file has a heading and cases; each
-//! case runs on a fresh simulator, on virtual time. The tests run every file; so can the command
-//! line.
+//! case runs on a fresh simulator, on virtual time. The tests run every file.
 
 mod run;
 
@@ -11,8 +10,8 @@ use lafet_device::hal::Key;
 use lafet_device::image::Axis;
 use lafet_proto::flags::Button;
 use lafet_proto::record::Writer;
-use lafet_proto::text;
-use lafet_texts::{Lang, Words};
+use lafet_proto::text as wire;
+use lafet_texts::{Argument, Lang, Shown, Text, Words, parse_error_text, sim as text};
 
 use crate::condition::Condition;
 use crate::fault::{Fault, Post, axis_name, button_name};
@@ -143,18 +142,29 @@ pub struct Failure {
     /// Line in it.
     pub line: usize,
     /// What was expected there.
-    pub expected: String,
+    pub expected: Box<Words>,
     /// What came.
-    pub came: String,
+    pub came: Box<Words>,
     /// The last lines of the transcript, and the monitor's state.
     pub tail: Vec<String>,
 }
 
+impl Argument for Failure {
+    fn write(&self, lang: Lang, out: &mut dyn core::fmt::Write) -> core::fmt::Result {
+        let Self { file, line, expected, came, .. } = self;
+        text::FailureExpected { file, line: Shown(line), expected: &**expected }
+            .write(lang, out)?;
+        out.write_str("\n    ")?;
+        text::FailureCame { came: &**came }.write(lang, out)?;
+        self.tail.iter().try_for_each(|line| write!(out, "\n    | {line}"))
+    }
+}
+
+impl Text for Failure {}
+
 impl core::fmt::Display for Failure {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { file, line, expected, came, .. } = self;
-        write!(f, "{file}:{line}: expected {expected}\n    came {came}")?;
-        self.tail.iter().try_for_each(|line| write!(f, "\n    | {line}"))
+        self.write(Lang::En, f)
     }
 }
 
@@ -175,11 +185,11 @@ impl Scenario {
         let mut cases: Vec<Case> = Vec::new();
         for (number, line) in lines {
             let line = line.trim();
-            let failed = |expected: String| Failure {
+            let failed = |expected: Words| Failure {
                 file: file.to_owned(),
                 line: number,
-                expected,
-                came: format!("`{line}`"),
+                expected: expected.into(),
+                came: quoted(line).into(),
                 tail: Vec::new(),
             };
             if line.is_empty() || line.starts_with('#') {
@@ -192,9 +202,7 @@ impl Scenario {
                     "case" => cases.push(Case::new(rest, number, heading.clone())),
                     _ => match configure(&mut heading, word, rest) {
                         Some(done) => done.map_err(failed)?,
-                        None => {
-                            return Err(failed("a setting or `case` before the first case".into()));
-                        }
+                        None => return Err(failed(text::LineFirst.words())),
                     },
                 }
                 continue;
@@ -237,14 +245,14 @@ impl Case {
     }
 
     /// One line of the case. `Err` is what was expected.
-    fn read(&mut self, number: usize, word: &str, rest: &str) -> Result<(), String> {
+    fn read(&mut self, number: usize, word: &str, rest: &str) -> Result<(), Words> {
         if word == "<" {
             return match self.steps.last_mut() {
                 Some((_, Step::Ask { expected, .. })) => {
                     expected.push((number, rest.to_owned()));
                     Ok(())
                 }
-                _ => Err("`<` right after `>`".to_owned()),
+                _ => Err(text::LineAnswer.words()),
             };
         }
         // `fire` is a setting before anything has happened, and an action later.
@@ -261,24 +269,26 @@ impl Case {
     fn complete(&self, file: &str) -> Result<(), Failure> {
         let is_watch = |step: &Step| matches!(step, Step::Watch { .. });
         let watch = self.steps.iter().position(|(_, step)| is_watch(step));
-        let failed = |line, expected: &str, came: &str| Failure {
+        let failed = |line, expected: Words, came: Words| Failure {
             file: file.to_owned(),
             line,
-            expected: expected.to_owned(),
-            came: came.to_owned(),
+            expected: expected.into(),
+            came: came.into(),
             tail: Vec::new(),
         };
         for (line, step) in &self.steps {
-            if let Step::Ask { text, expected, .. } = step
+            if let Step::Ask { text: asked, expected, .. } = step
                 && expected.is_empty()
             {
-                return Err(failed(*line, "`<` with the answer (or `!` to prepare)", text));
+                let needed = text::LineNeedsAnswer.words();
+                return Err(failed(*line, needed, Words::same(asked)));
             }
         }
         let before = watch.unwrap_or(self.steps.len());
         let early = self.steps[..before].iter().find(|(_, step)| matches!(step, Step::EndWatch));
         if let Some((line, _)) = early {
-            return Err(failed(*line, "`never` or `always` before its `end`", "nothing to end"));
+            let (begun, nothing) = (text::LineEarlyEnd.words(), text::LineNothingToEnd.words());
+            return Err(failed(*line, begun, nothing));
         }
         let checks = |step: &Step| {
             matches!(
@@ -289,35 +299,32 @@ impl Case {
         if self.steps.iter().any(|(_, step)| checks(step)) {
             Ok(())
         } else {
-            Err(failed(self.line, "a case that checks something", "nothing"))
+            Err(failed(self.line, text::LineChecks.words(), text::LineNothing.words()))
         }
     }
 }
 
-/// Scenario files are in English, and so is what is wrong with them.
-fn english(words: Words) -> String {
-    words.of(Lang::En).to_owned()
+/// A line as it is, in quotes.
+fn quoted(line: &str) -> Words {
+    Words::same(format!("`{line}`"))
 }
 
 /// A setting; `None` when the word is none.
-fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), String>> {
+fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), Words>> {
     let finite = |text: &str| text.trim().parse().ok().filter(|it: &f64| it.is_finite());
-    let number = || finite(rest).ok_or_else(|| "a number".to_owned());
+    let number = || finite(rest).ok_or_else(|| text::LineNumber.words());
     let pair = || {
-        let (a, b) = rest.split_once(' ').ok_or("two numbers")?;
-        let value = |text: &str| finite(text).ok_or_else(|| "two numbers".to_owned());
-        Ok::<_, String>((value(a)?, value(b)?))
+        let both = rest.split_once(' ').and_then(|(a, b)| Some((finite(a)?, finite(b)?)));
+        both.ok_or_else(|| text::LineTwoNumbers.words())
     };
-    let mut set = || match word {
-        "profile" => config.profile(rest).ok_or_else(|| "a profile's name".to_owned()),
-        "seed" => rest.parse().map(|seed| config.seed = seed).map_err(|_| "a number".to_owned()),
-        "address" => rest.parse().map(|a| config.address = a).map_err(|_| "an address".to_owned()),
-        "clock" => {
-            rest.parse().map(|ms| config.clock_ms = ms).map_err(|_| "milliseconds".to_owned())
-        }
-        "fire" => rest.parse().map(|fire| config.fires.push(fire)).map_err(english),
-        "glare" => rest.parse().map(|glare| config.glares.push(glare)).map_err(english),
-        "wall" => rest.parse().map(|wall| config.walls.push(wall)).map_err(english),
+    Some(match word {
+        "profile" => config.profile(rest).ok_or_else(|| text::LineProfile.words()),
+        "seed" => read(rest, text::LineNumber).map(|seed| config.seed = seed),
+        "address" => read(rest, text::LineAddress).map(|address| config.address = address),
+        "clock" => read(rest, text::LineMilliseconds).map(|ms| config.clock_ms = ms),
+        "fire" => rest.parse().map(|fire| config.fires.push(fire)),
+        "glare" => rest.parse().map(|glare| config.glares.push(glare)),
+        "wall" => rest.parse().map(|wall| config.walls.push(wall)),
         "ambient" => number().map(|celsius| config.ambient_c = celsius),
         "nozzle" => number().map(|mm| config.nozzle_mm = mm),
         "wind" => pair().map(|wind| config.wind = wind),
@@ -325,18 +332,23 @@ fn configure(config: &mut Config, word: &str, rest: &str) -> Option<Result<(), S
         "relative" => {
             let axis = Axis::ALL.into_iter().find(|axis| axis_name(*axis) == rest);
             axis.map(|axis| config.relative[axis as usize] = true)
-                .ok_or_else(|| "a drive".to_owned())
+                .ok_or_else(|| text::LineDrive.words())
         }
         "misalignment" => pair().map(|angles| config.misalignment = angles),
-        _ => Err(String::new()),
-    };
-    match set() {
-        Err(none) if none.is_empty() => None,
-        done => Some(done),
-    }
+        _ => return None,
+    })
 }
 
-fn step(word: &str, rest: &str) -> Result<Step, String> {
+/// A value, or what was expected instead.
+fn read<T: core::str::FromStr>(rest: &str, expected: impl Text) -> Result<T, Words> {
+    rest.parse().map_err(|_| expected.words())
+}
+
+/// The words that a line of a case begins with.
+const WORDS: &str = "> ! < state source after until expect never always end press release inject \
+                     clear power crash damage fire";
+
+fn step(word: &str, rest: &str) -> Result<Step, Words> {
     let condition = || Condition::parse(rest);
     Ok(match word {
         ">" => Step::Ask { text: rest.to_owned(), payload: payload(rest)?, expected: Vec::new() },
@@ -344,17 +356,18 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
         "state" => {
             let state = STATES.iter().find(|(name, _)| *name == rest);
             let names: Vec<&str> = STATES.iter().map(|(name, _)| *name).collect();
-            Step::State(state.ok_or_else(|| format!("one of: {}", names.join(", ")))?.1)
+            let known = || text::LineOneOf { known: names.join(", ") }.words();
+            Step::State(state.ok_or_else(known)?.1)
         }
         "source" => Step::Source(match rest {
             "external" => Source::ExternalConn,
             "radio" => Source::Radio,
-            _ => return Err("external or radio".to_owned()),
+            _ => return Err(text::LineSource.words()),
         }),
         "after" => Step::After(duration(rest)?),
         "until" => {
-            let (condition, time) =
-                rest.rsplit_once(" within ").ok_or("`until CONDITION within TIME`")?;
+            let parts = rest.rsplit_once(" within ");
+            let (condition, time) = parts.ok_or_else(|| text::LineUntil.words())?;
             Step::Until(Condition::parse(condition)?, duration(time)?)
         }
         "expect" => Step::Expect(condition()?),
@@ -362,7 +375,7 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
         "always" => Step::Watch { condition: condition()?, forbidden: false },
         "end" if matches!(rest, "never" | "always" | "") => Step::EndWatch,
         "press" | "release" => {
-            let (post, button) = button(rest).ok_or("a post and a button: `press buttons left`")?;
+            let (post, button) = button(rest).ok_or_else(|| text::LineButton.words())?;
             Step::Press(post, button, word == "press")
         }
         "inject" | "clear" => {
@@ -370,26 +383,18 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
             match (word, name) {
                 ("clear", "all") => Step::Clear(None),
                 (_, name) => {
-                    let fault = Fault::from_name(name).ok_or("the name of a fault")?;
+                    let fault = Fault::from_name(name).ok_or_else(|| text::LineFault.words())?;
                     if word == "inject" { Step::Inject(fault) } else { Step::Clear(Some(fault)) }
                 }
             }
         }
         "power" if rest == "cycle" => Step::PowerCycle,
-        "power" => Step::PowerCut(power_cut(rest).ok_or(
-            "power cycle, or power cut N old|new|mixed|random|unstable: in the word after N others",
-        )?),
+        "power" => Step::PowerCut(power_cut(rest).ok_or_else(|| text::LinePower.words())?),
         "crash" if rest.is_empty() => Step::Crash,
-        "crash" => return Err("`crash` alone".to_owned()),
-        "damage" => Step::Damage(Key(rest.parse().map_err(|_| "the number of a stored value")?)),
-        "fire" => Step::Fire(rest.parse::<FireSpec>().map_err(english)?),
-        _ => {
-            return Err(
-                "a line of a case (> ! < state source after until expect never always end \
-                        press release inject clear power crash damage fire)"
-                    .to_owned(),
-            );
-        }
+        "crash" => return Err(text::LineCrash.words()),
+        "damage" => Step::Damage(Key(read(rest, text::LineDamage)?)),
+        "fire" => Step::Fire(rest.parse::<FireSpec>()?),
+        _ => return Err(text::LineWord { known: WORDS }.words()),
     })
 }
 
@@ -400,18 +405,19 @@ fn power_cut(text: &str) -> Option<Cut> {
 }
 
 /// Records of `A ; B`, or the bytes of `hex 4d 0d …` as they are.
-fn payload(text: &str) -> Result<Vec<u8>, String> {
-    if let Some(bytes) = text.strip_prefix("hex") {
-        let byte =
-            |word: &str| u8::from_str_radix(word, 16).map_err(|_| format!("hex, not `{word}`"));
+fn payload(requests: &str) -> Result<Vec<u8>, Words> {
+    if let Some(bytes) = requests.strip_prefix("hex") {
+        let not_hex = |word: &str| text::LineHex { word }.words();
+        let byte = |word: &str| u8::from_str_radix(word, 16).map_err(|_| not_hex(word));
         return bytes.split_whitespace().map(byte).collect();
     }
     let mut bytes = Vec::new();
-    for part in text.split(';') {
-        let (mut buffer, mut record) = ([0; text::BUFFER_SIZE], [0; 260]);
-        let request = text::parse(part.trim(), &mut buffer).map_err(|error| format!("{error}"))?;
+    for part in requests.split(';').map(str::trim) {
+        let (mut buffer, mut record) = ([0; wire::BUFFER_SIZE], [0; 260]);
+        let not_read = |error| Words::each(|lang| parse_error_text(part, &error, lang));
+        let request = wire::parse(part, &mut buffer).map_err(not_read)?;
         let mut writer = Writer::new(&mut record);
-        request.encode(&mut writer).map_err(|error| format!("{error}"))?;
+        request.encode(&mut writer).map_err(|error| Shown(error).words())?;
         bytes.extend_from_slice(writer.written());
     }
     Ok(bytes)
@@ -420,16 +426,19 @@ fn payload(text: &str) -> Result<Vec<u8>, String> {
 /// A time of at most an hour, ms: `500ms`, `2.5s`.
 ///
 /// # Errors
+///
 /// What is expected instead.
-pub fn duration(text: &str) -> Result<u64, String> {
-    let text = text.trim();
-    let (number, factor) = match text.strip_suffix("ms") {
-        Some(number) => (number, 1.0),
-        None => (text.strip_suffix('s').ok_or("a time: 500ms or 2.5s")?, 1000.0),
-    };
-    let value = number.trim().parse().ok().filter(|value: &f64| *value >= 0.0);
-    let ms = (value.ok_or("a time: 500ms or 2.5s")? * factor) as u64;
-    if ms <= WAIT_MAX_MS { Ok(ms) } else { Err("at most an hour".to_owned()) }
+pub fn duration(time: &str) -> Result<u64, Words> {
+    let time = time.trim();
+    let in_seconds = || time.strip_suffix('s').map(|number| (number, 1000.0));
+    let parts = time.strip_suffix("ms").map(|number| (number, 1.0)).or_else(in_seconds);
+    let value = |number: &str| number.trim().parse().ok().filter(|it: &f64| *it >= 0.0);
+    let ms = parts.and_then(|(number, factor)| Some((value(number)? * factor) as u64));
+    match ms {
+        Some(ms) if ms <= WAIT_MAX_MS => Ok(ms),
+        Some(_) => Err(text::LineHour.words()),
+        None => Err(text::LineTime.words()),
+    }
 }
 
 fn button(text: &str) -> Option<(Post, Button)> {

@@ -5,8 +5,9 @@ use lafet_proto::record::{Record, Records};
 use lafet_proto::status::FaultInfo;
 use lafet_proto::text::{AnswerText, Exchange};
 use lafet_proto::{Answer, Request, Status};
+use lafet_texts::{Shown, Text as _, Words, sim as text};
 
-use super::{Case, Failure, Reach, Scenario, State, Step, payload};
+use super::{Case, Failure, Reach, Scenario, State, Step, payload, quoted};
 use crate::condition::Condition;
 use crate::sim::Sim;
 
@@ -84,7 +85,7 @@ impl<'a> Run<'a> {
                 self.checks += 1;
                 let (holds, came) = self.holds(condition)?;
                 if !holds {
-                    return Err(self.failure(condition.to_string(), came));
+                    return Err(self.failure(Words::same(condition.to_string()), Words::same(came)));
                 }
             }
             Step::Watch { condition, forbidden } => {
@@ -101,8 +102,8 @@ impl<'a> Run<'a> {
             Step::Clear(None) => self.sim.world_mut().clear_all(),
             Step::Damage(key) => {
                 if !self.sim.world_mut().flash.damage(*key) {
-                    let expected = format!("a stored value {}", key.0);
-                    return Err(self.failure(expected, "nothing is stored there".to_owned()));
+                    let expected = text::RunStoredValue { key: key.0 }.words();
+                    return Err(self.failure(expected, text::RunNothingStored.words()));
                 }
             }
             Step::Crash => self.sim.crash(CRASH),
@@ -124,10 +125,16 @@ impl<'a> Run<'a> {
         self.tail.push(line);
     }
 
-    fn failure(&mut self, expected: String, came: String) -> Failure {
+    fn failure(&mut self, expected: Words, came: Words) -> Failure {
         let mut tail = core::mem::take(&mut self.tail);
         tail.push(self.sim.trace_line());
-        Failure { file: self.file.to_owned(), line: self.line, expected, came, tail }
+        Failure {
+            file: self.file.to_owned(),
+            line: self.line,
+            expected: expected.into(),
+            came: came.into(),
+            tail,
+        }
     }
 
     /// Sends a frame; the answers as text.
@@ -143,7 +150,7 @@ impl<'a> Run<'a> {
 
     fn check_answers(
         &mut self,
-        text: &str,
+        asked: &str,
         answers: &[String],
         expected: &[(usize, String)],
     ) -> Result<(), Failure> {
@@ -155,33 +162,31 @@ impl<'a> Run<'a> {
                 "…" | "..." => return Ok(()),
                 "none" => {}
                 _ => {
-                    let came = answers.next().map_or("no further answer", String::as_str);
-                    if !fits(wanted, came) {
-                        let came = format!("`{came}`");
-                        return Err(self.failure(format!("`{wanted}` after `{text}`"), came));
+                    let came = answers.next();
+                    if !came.is_some_and(|came| fits(wanted, came)) {
+                        let came = came.map_or_else(|| text::RunNoAnswer.words(), |it| quoted(it));
+                        let expected = text::RunAnswerAfter { wanted, asked }.words();
+                        return Err(self.failure(expected, came));
                     }
                 }
             }
         }
         match answers.next() {
             None => Ok(()),
-            Some(more) => {
-                let came = format!("`{more}`");
-                Err(self.failure(format!("no further answer after `{text}`"), came))
-            }
+            Some(more) => Err(self.failure(text::RunNoneAfter { asked }.words(), quoted(more))),
         }
     }
 
-    fn prepare(&mut self, text: &str, payload: &[u8]) -> Result<(), Failure> {
-        self.say(format!("! {text}"));
+    fn prepare(&mut self, asked: &str, payload: &[u8]) -> Result<(), Failure> {
+        self.say(format!("! {asked}"));
         let bytes = self.sim.request(self.source, payload);
         let refused = Records::new(&bytes)
             .flatten()
             .find(|record| !record.status.is_success() && record.status != Status::WRONG_REQUEST);
         match refused {
             Some(record) => {
-                let came = format!("`{}`", AnswerText(record));
-                Err(self.failure(format!("`{text}` to be taken"), came))
+                let came = quoted(&AnswerText(record).to_string());
+                Err(self.failure(text::RunTaken { asked }.words(), came))
             }
             None => Ok(()),
         }
@@ -190,15 +195,15 @@ impl<'a> Run<'a> {
     fn reach(&mut self, state: State) -> Result<(), Failure> {
         for way in state {
             match way {
-                Reach::Ask(text) => {
+                Reach::Ask(asked) => {
                     let payload =
-                        payload(text).map_err(|error| self.failure(error, text.to_string()))?;
-                    self.prepare(text, &payload)?;
+                        payload(asked).map_err(|error| self.failure(error, quoted(asked)))?;
+                    self.prepare(asked, &payload)?;
                 }
                 Reach::After(ms) => self.advance(*ms)?,
-                Reach::Until(text) => {
-                    let condition = Condition::parse(text)
-                        .map_err(|error| self.failure(error, text.to_string()))?;
+                Reach::Until(condition) => {
+                    let condition = Condition::parse(condition)
+                        .map_err(|error| self.failure(error, quoted(condition)))?;
                     self.until(&condition, REACH_MAX_MS)?;
                 }
                 Reach::With(subsystem, ways) => {
@@ -234,7 +239,8 @@ impl<'a> Run<'a> {
                 return Ok(());
             }
             if self.sim.now_ms() >= end_ms {
-                return Err(self.failure(format!("{condition} within {ms} ms"), came));
+                let expected = text::RunWithin { condition: Shown(condition), ms };
+                return Err(self.failure(expected.words(), Words::same(came)));
             }
             self.sim.tick();
             self.check_watches()?;
@@ -242,7 +248,8 @@ impl<'a> Run<'a> {
     }
 
     fn holds(&mut self, condition: &Condition) -> Result<(bool, String), Failure> {
-        condition.holds(&mut self.sim).map_err(|error| self.failure(condition.to_string(), error))
+        let expected = || Words::same(condition.to_string());
+        condition.holds(&mut self.sim).map_err(|error| self.failure(expected(), error))
     }
 
     fn check_watches(&mut self) -> Result<(), Failure> {
@@ -252,7 +259,8 @@ impl<'a> Run<'a> {
             if holds == forbidden {
                 self.line = line;
                 let word = if forbidden { "never" } else { "always" };
-                return Err(self.failure(format!("{word} {condition}"), came));
+                let expected = Words::same(format!("{word} {condition}"));
+                return Err(self.failure(expected, Words::same(came)));
             }
         }
         Ok(())

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lafet_sim::scenario::Scenario;
+use lafet_texts::{Lang, Text as _};
 
 /// A test for each file: `scenarios::s3_14` runs that of §3.14.
 macro_rules! files {
@@ -137,7 +138,18 @@ fn what_cannot_be_read_names_its_line() {
         ("case a\nstate asleep\nexpect world jet off\n", 2),
         ("case a\nafter 1s\n", 1),
         ("case a\nteapot\n", 2),
+        ("case a\nwind calm\nexpect world jet off\n", 2),
+        ("case a\npower off\nexpect world jet off\n", 2),
+        ("case a\n> hex 4d zz\n< …\n", 2),
+        ("case a\nafter 2h\nexpect world jet off\n", 2),
+        ("case a\nend never\nexpect world jet off\n", 2),
     ] {
         assert_eq!(failure(text).0, wrong, "{text}");
+        let failed = Scenario::parse("t.txt", text).unwrap_err();
+        let (english, russian) = (failed.of(Lang::En), failed.of(Lang::Ru));
+        assert!(english.starts_with(&format!("t.txt:{wrong}: expected ")), "{english}");
+        assert!(russian.starts_with(&format!("t.txt:{wrong}: ожидается ")), "{russian}");
+        let expected = failed.expected.of(Lang::Ru);
+        assert!(expected.chars().any(|it| ('а'..='я').contains(&it)), "{text}: {expected}");
     }
 }

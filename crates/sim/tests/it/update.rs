@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use lafet_device::Source;
 use lafet_device::composition::Composition;
-use lafet_proto::flags::GeneralFlags;
+use lafet_proto::flags::{GeneralFlags, Severity, set_flags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
 use lafet_proto::record::{Records, Writer};
@@ -26,6 +26,8 @@ const WORD: &[u8; WORD_LEN] = b"sixteen letters.";
 static DIGEST: LazyLock<[u8; DIGEST_LEN]> = LazyLock::new(|| Hash::of(WORD).0);
 /// After this long on trial a program restarts by itself.
 const TRIAL_MS: u64 = 180_000;
+/// None is confirmed earlier after its start.
+const PROVEN_MS: u64 = 10_000;
 const BOARD: &str = "bench";
 const FIRST: Version = Version([1, 0, 0, 0]);
 const SECOND: Version = Version([2, 0, 0, 0]);
@@ -224,6 +226,19 @@ fn set_speed(sim: &mut Sim, value: i32) {
     sim.advance_ms(2_000);
 }
 
+/// Subsystems, each with its flags of severity Alarm; of General all from Warning up.
+fn alarms(sim: &mut Sim) -> Vec<(SubsystemId, Vec<&'static str>)> {
+    let answers = ask(sim, SubsystemId::ALL, Body::GetStatus);
+    let of = |(id, _, data): (SubsystemId, Status, Vec<u8>)| {
+        let bits = u32::from_le_bytes(data[..4].try_into().unwrap());
+        let general = id == SubsystemId::GENERAL;
+        let least = if general { Severity::Warning } else { Severity::Alarm };
+        let wrong = set_flags(id, bits).filter(|flag| flag.severity() >= least);
+        (id, wrong.map(|flag| flag.info.name).collect())
+    };
+    answers.into_iter().map(of).collect()
+}
+
 /// Where everything is.
 fn places(sim: &Sim) -> (Vec<f64>, Vec<f64>) {
     let world = sim.world();
@@ -252,6 +267,7 @@ fn an_update() {
         let speed_before = speed(&mut sim);
         lock(&mut sim);
         let before = places(&sim);
+        let alarms_before = alarms(&mut sim);
         assert_eq!(sim.running(), runs(Slot::A, FIRST, false), "{name}");
         start_trial(&mut sim, &image(SECOND));
         assert_eq!((sim.resets(), sim.running()), (1, runs(Slot::B, SECOND, true)), "{name}");
@@ -262,6 +278,10 @@ fn an_update() {
             released.iter().all(|(_, status, _)| *status == Status::DENIED),
             "{name}: on trial"
         );
+        assert_eq!(order(&mut sim, &Order::Confirm { word: WORD }).0, Status::BUSY, "{name}");
+        sim.advance_ms(PROVEN_MS);
+        // A restart by itself adds no flag on which a sender would give the image up.
+        assert_eq!(alarms(&mut sim), alarms_before, "{name}");
         let report = accepts(&mut sim, &Order::Confirm { word: WORD });
         assert_eq!((report.trial, report.reason, report.slot), (false, 0, 2), "{name}");
         sim.advance_ms(TRIAL_MS + 1_000);
@@ -352,6 +372,52 @@ fn a_dead_link() {
     let report = state(&mut sim);
     assert_eq!((report.slot, report.failed, report.version), (1, true, FIRST.0));
     assert!(is_locked(&mut sim) && sim.resets() == 2);
+}
+
+/// The sender ends a trial: the old program is back within seconds, locked out as before.
+#[test]
+fn a_trial_is_ended() {
+    let mut sim = locked(config());
+    start_trial(&mut sim, &image(SECOND));
+    accepts(&mut sim, &Order::Abandon { digest: &DIGEST });
+    sim.advance_ms(2_000);
+    let report = state(&mut sim);
+    assert_eq!((report.slot, report.trial, report.failed), (1, false, true));
+    assert_eq!(sim.running(), runs(Slot::A, FIRST, false));
+    assert!(is_locked(&mut sim) && sim.resets() == 2);
+}
+
+/// The only image that can be started is one that has failed: the same version is taken once more, into the other
+/// slot, and can be confirmed there.
+#[test]
+fn a_failed_image_is_all_there_is() {
+    let (mut sim, new) = (locked(config()), image(SECOND));
+    start_trial(&mut sim, &new);
+    sim.advance_ms(TRIAL_MS + 5_000);
+    assert_eq!(sim.running(), runs(Slot::A, FIRST, false));
+    sim.world_mut().software_chip_mut().unwrap().flip(16, 0);
+    sim.power_cycle();
+    sim.advance_ms(1_000);
+    assert_eq!(sim.running(), runs(Slot::B, SECOND, true));
+    let mut report = accepts(&mut sim, &begin(&new));
+    assert_eq!((report.phase, report.reason), (Phase::RECEIVING, 0));
+    while report.phase != Phase::COMMITTED {
+        let it = next(&Report { trial: false, ..report }, &new);
+        let (status, _) = order(&mut sim, &it);
+        sim.advance_ms(pause_ms(status));
+        match raw(&mut sim, &Order::State).as_slice() {
+            [(_, _, data)] => report = Report::decode(data).unwrap(),
+            // It restarts.
+            _ => break,
+        }
+        if report.slot == 1 {
+            break;
+        }
+    }
+    sim.advance_ms(PROVEN_MS + 1_000);
+    assert_eq!(sim.running(), runs(Slot::A, SECOND, true));
+    let report = accepts(&mut sim, &Order::Confirm { word: WORD });
+    assert_eq!((report.trial, report.slot, report.reason), (false, 1, 0));
 }
 
 /// The new program hangs: its watchdog leads back to the old one.

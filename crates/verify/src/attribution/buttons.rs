@@ -13,6 +13,8 @@ struct Track {
     armed: bool,
     /// For how long it has been released, ms; `None` while it is not.
     released_ms: Option<u64>,
+    /// For how long it has been pressed since it was armed, ms; `None` while it is not.
+    pressed_ms: Option<u64>,
     held: bool,
     held_before: bool,
 }
@@ -36,10 +38,12 @@ impl Posts {
                 let locked = locked || restarting && !closes;
                 track.held_before = track.held;
                 // From the first sample on that shows it; a long step shows it as a whole.
-                track.released_ms = (*state == ButtonState::Released).then(|| {
-                    let since_ms = track.released_ms.map_or(0, |ms| ms + passed_ms);
+                let lasts = |ms: Option<u64>| {
+                    let since_ms = ms.map_or(0, |ms| ms + passed_ms);
                     if closes || passed_ms > STABLE_MS { STABLE_MS.max(since_ms) } else { since_ms }
-                });
+                };
+                track.released_ms =
+                    (*state == ButtonState::Released).then(|| lasts(track.released_ms));
                 track.armed = match state {
                     ButtonState::Released => {
                         track.armed || track.released_ms.is_some_and(|ms| ms >= STABLE_MS)
@@ -47,7 +51,9 @@ impl Posts {
                     ButtonState::Pressed => track.armed && !locked,
                     ButtonState::Short | ButtonState::Open => false,
                 };
-                track.held = track.armed && *state == ButtonState::Pressed;
+                let pressed = track.armed && *state == ButtonState::Pressed;
+                track.pressed_ms = pressed.then(|| lasts(track.pressed_ms));
+                track.held = track.pressed_ms.is_some_and(|ms| ms >= STABLE_MS);
                 // Open acts once.
                 track.armed &= !(track.held && number == Button::Open as usize);
             }
@@ -59,7 +65,7 @@ impl Posts {
         let Some((up, down)) = buttons_of(axis) else { return };
         for post in &mut self.0 {
             for track in [up, down] {
-                (post[track].armed, post[track].released_ms) = (false, None);
+                post[track] = Track { held: post[track].held, ..Track::default() };
             }
         }
     }
@@ -73,6 +79,14 @@ impl Posts {
     pub fn holds(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
         let Some((more, less)) = buttons_of(axis) else { return false };
         index(post).is_some_and(|post| self.0[post][if up { more } else { less }].held)
+    }
+
+    /// Whether a button of this post that may act is pressed for this direction of a drive, for however short a
+    /// time: it contradicts the other one.
+    pub fn shows(&self, post: SubsystemId, axis: Axis, up: bool) -> bool {
+        let Some((more, less)) = buttons_of(axis) else { return false };
+        index(post)
+            .is_some_and(|post| self.0[post][if up { more } else { less }].pressed_ms.is_some())
     }
 
     /// Whether a button of this post asked for this direction of a drive in the step before.

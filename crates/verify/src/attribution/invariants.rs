@@ -13,7 +13,7 @@
 use lafet_device::guard::SETTLE_MS;
 use lafet_device::image::{AXES, Axis, VALVES, ValveNo};
 use lafet_proto::SubsystemId;
-use lafet_proto::flags::{GeneralFlags, ValveFlags};
+use lafet_proto::flags::{DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::param::{DriveParam, Param, ValveParam};
 use lafet_sim::fault::{DriveFault, Fault, ValveFault, noise_counts, valve_name};
 use lafet_sim::world::STEP_MS;
@@ -31,6 +31,11 @@ const FLOWING_LPS: u16 = 2;
 /// §D/6 Water that flows though every valve says closed is reported when it has lasted for three seconds; their
 /// contacts are believed a little later.
 const UNASKED_MS: u64 = 3_100;
+/// §3.3.4 A drive that turns though it is not fed is reported within a second, and a step.
+const UNFED_MS: u64 = 1_010;
+/// What turns slower than this may run out, 1/s: 1 ° or 1 mm, arc-minutes or mm.
+const UNFED_SPEED: f64 = 60.0;
+const UNFED_SPEED_NOZZLE: f64 = 1.0;
 /// How much later a contact is believed: 30 ms, and a step.
 const CONTACT_LAG_MS: u64 = 40;
 /// How much later one that bounces and blips is: a bounce and a blip, each waited for.
@@ -43,6 +48,8 @@ pub struct Invariants {
     noisy_until_ms: [u64; AXES],
     /// For how long water has been sensed to flow though every valve was sensed as closed.
     unasked_ms: u64,
+    /// For how long each drive has turned without being fed.
+    unfed_ms: [u64; AXES],
     folded_ms: u64,
     wet_ms: [u64; VALVES],
     /// Valves that have opened by themselves and are not closed yet.
@@ -61,6 +68,7 @@ impl Invariants {
             rules.iter().map(|rule| (kind(*rule), rule.to_string())).collect();
         broken.extend(lockout_reported(ledger, view).map(|text| ("reported", text)));
         broken.extend(self.unasked(ledger, view).map(|text| ("unasked", text)));
+        broken.extend(self.unfed(ledger, view).map(|text| ("unfed", text)));
         self.reported.retain(|kind| broken.iter().any(|(other, _)| other == kind));
         for (kind, text) in broken {
             if !self.reported.contains(&kind) {
@@ -112,6 +120,9 @@ impl Invariants {
         self.excused = view.flooded && (self.excused || unknown || opened);
         self.folded_ms = if view.deployed { 0 } else { self.folded_ms + STEP_MS };
         self.unasked_ms = if is_unasked(view) { self.unasked_ms + STEP_MS } else { 0 };
+        for (axis, ms) in Axis::ALL.into_iter().zip(&mut self.unfed_ms) {
+            *ms = if turns_unfed(view, axis) { *ms + STEP_MS } else { 0 };
+        }
         for (ms, wet) in self.wet_ms.iter_mut().zip(view.wet) {
             *ms = if wet { *ms + STEP_MS } else { 0 };
         }
@@ -174,6 +185,23 @@ impl Invariants {
         })
     }
 
+    /// §3.3.4: a drive that turns though it is not fed is reported.
+    fn unfed(&self, ledger: &Ledger, view: &View<'_>) -> Option<String> {
+        const TOLD: DriveFlags = DriveFlags::INTERNAL_FAULT
+            .union(DriveFlags::POS_ENCODER_FAULT)
+            .union(DriveFlags::SPEED_ENCODER_FAULT)
+            .union(DriveFlags::POSITION_WAY_FAULT)
+            .union(DriveFlags::SPEED_WAY_FAULT)
+            .union(DriveFlags::CONN_LOST);
+        let silent = |axis: &Axis| {
+            let told = DriveFlags::from_bits_retain(view.told.drives[*axis as usize]);
+            let ms = self.unfed_ms[*axis as usize].min(view.now_ms - ledger.powered_ms);
+            ms > UNFED_MS && view.device.has(axis.id()) && !told.intersects(TOLD)
+        };
+        let axis = Axis::ALL.into_iter().find(silent)?;
+        Some(format!("{axis:?} reports nothing, and turns though it is not fed"))
+    }
+
     /// §D/6: water that flows though every valve is sensed as closed is reported, at each of them.
     fn unasked(&self, ledger: &Ledger, view: &View<'_>) -> Option<String> {
         let lasts_ms = self.unasked_ms.min(view.now_ms - ledger.powered_ms);
@@ -185,6 +213,15 @@ impl Invariants {
         let name = valve_name(valve);
         Some(format!("{name} reports nothing of water that flows though it is sensed as closed"))
     }
+}
+
+/// It turns though it is not fed, as its sensors can see.
+fn turns_unfed(view: &View<'_>, axis: Axis) -> bool {
+    let has = |fault| view.faults.contains(&Fault::Drive(axis, fault));
+    let blind = has(DriveFault::SpeedDead) && has(DriveFault::EncoderDead);
+    let least = if axis == Axis::Nozzle { UNFED_SPEED_NOZZLE } else { UNFED_SPEED };
+    let fed = view.outputs.drives[axis as usize].speed_tenths != 0;
+    !fed && !blind && view.speeds[axis as usize].abs() > least
 }
 
 /// Of each kind one violation is reported until it ends.

@@ -608,12 +608,12 @@ impl Ledger {
 
     /// Whether any post of this monitor asks for this direction of a drive, and none for the other.
     pub fn is_asked_by_button(&self, axis: Axis, up: bool) -> bool {
-        let any = |up| {
-            [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS]
-                .into_iter()
-                .any(|post| self.chain.contains(&post) && self.buttons.holds(post, axis, up))
+        let posts = || {
+            let all = [SubsystemId::BUTTONS, SubsystemId::EXT_BUTTONS].into_iter();
+            all.filter(|post| self.chain.contains(post))
         };
-        any(up) && !any(!up)
+        posts().any(|post| self.buttons.holds(post, axis, up))
+            && !posts().any(|post| self.buttons.shows(post, axis, !up))
     }
 
     /// Whether the monitor was aimed by hand since the last step of the program.

@@ -23,6 +23,8 @@ const BEYOND: i32 = 2;
 /// A drive and a valve stop when they have drawn too much for longer than this, ms.
 const OVERLOAD_MS: u64 = 200;
 const VALVE_OVERLOAD_MS: u64 = 300;
+/// Bit of InputFaults: a switch of Deployer contradicts its position.
+const DEPLOYER_DOUBTED: i32 = 1 << 16;
 /// A driven valve has to leave its switch within this part of TravelTime, and this time at least.
 const LEAVING_PART: u64 = 15;
 const LEAVING_MIN_MS: u64 = 400;
@@ -272,8 +274,10 @@ fn is_working(ledger: &Ledger, view: &View<'_>) -> bool {
     let folds = [Program::Deploy, Program::Wrap];
     let wanted = ledger.moves[Axis::Deployer as usize].is_some()
         || ledger.starts.iter().any(|start| folds.contains(&start.program));
+    // §D/6 Its switches are not believed, and it says so.
+    let doubted = view.device.input_faults() & DEPLOYER_DOUBTED != 0;
     !view.device.has(SubsystemId::DEPLOYER)
-        || deployer.max_switch && !deployer.min_switch && !wanted
+        || deployer.max_switch && !deployer.min_switch && !wanted && !doubted
 }
 
 fn is_wet(view: &View<'_>) -> bool {

@@ -18,7 +18,7 @@ use lafet_proto::record::Records;
 use lafet_proto::request::Body;
 use lafet_proto::status::{FaultArch, FaultInfo};
 use lafet_proto::{Request, SubsystemId, record};
-use lafet_sim::chip::{Chip, Line, Stepped};
+use lafet_sim::chip::{Chip, Line, Program, Stepped};
 use lafet_sim::rng::Rng;
 use lafet_sim::sim::Config;
 use lafet_verify::swarm::frame;
@@ -104,7 +104,7 @@ impl Pair {
             clock_ms: u32::MAX - 5_000,
             ..Config::default()
         };
-        let chip = Chip::start(firmware, folder, &config, &Line::Here)?;
+        let chip = Chip::start(Program::Fixed(firmware), folder, &config, &Line::Here)?;
         let twin = Twin::new(composition, config.clock_ms);
         Ok(Self { chip, twin })
     }

@@ -11,7 +11,7 @@ use lafet_proto::link::{self, Frame, WIRE_MAX};
 use lafet_proto::record::{Records, Writer};
 use lafet_proto::request::{Body, Quench, Sector, Seek};
 use lafet_proto::{Request, SubsystemId};
-use lafet_sim::chip::{Chip, Line, Stepped};
+use lafet_sim::chip::{Chip, Line, Program, Stepped};
 use lafet_sim::fire::FireSpec;
 use lafet_sim::sim::Config;
 
@@ -73,7 +73,8 @@ impl Bench {
     fn start(firmware: &Path, folder: &Path) -> io::Result<Self> {
         let fire = FireSpec { azimuth_deg: 30.0, range_m: 25.0, ..FireSpec::default() };
         let config = Config { address: ADDRESS, fires: vec![fire], ..Config::default() };
-        Ok(Self { chip: Chip::start(firmware, folder, &config, &Line::Here)? })
+        let program = Program::Fixed(firmware);
+        Ok(Self { chip: Chip::start(program, folder, &config, &Line::Here)? })
     }
 
     fn run(mut self) -> io::Result<()> {

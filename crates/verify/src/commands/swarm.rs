@@ -20,6 +20,8 @@ use lafet_verify::swarm::{Outcome, PAIRS_SEED, Tally, pairs, run as live};
 const WITNESS_SEEDS: u64 = 1_400;
 /// Of these everything must have been witnessed in a round of pairs.
 const WITNESS_PAIRS: [&str; 4] = ["fault ", "output ", "profile ", "several faults at once"];
+/// Steps that a round of pairs makes at least: shorter lives would show less.
+const PAIRS_STEPS: u64 = 10_000_000;
 /// Most rounds of pairs.
 const ROUNDS_MAX: u64 = 1_000;
 /// Longest time of a run, in either unit.
@@ -223,6 +225,9 @@ fn report(
     }
     if enough && !missing.is_empty() {
         return Err("not everything that must happen has been seen".into());
+    }
+    if enough && plan.pairs && tally.steps < PAIRS_STEPS {
+        return Err(format!("fewer than {PAIRS_STEPS} steps of the program"));
     }
     Ok(())
 }

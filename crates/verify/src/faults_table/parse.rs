@@ -4,6 +4,7 @@ use lafet_proto::flags::{ButtonState, FlagInfo, flags_of};
 use lafet_proto::{Status, SubsystemId};
 use lafet_sim::fault::Fault;
 use lafet_sim::scenario::{Failure, Scenario, duration};
+use lafet_texts::{Lang, Words};
 
 use super::{Block, Row, Subject, TOLD_MS, Table};
 
@@ -53,7 +54,14 @@ pub(super) fn title(block: &Block) -> String {
 }
 
 fn failure(file: &str, line: usize, expected: String, came: &str) -> Failure {
-    Failure { file: file.to_owned(), line, expected, came: format!("`{came}`"), tail: Vec::new() }
+    let (expected, came) = (Words::same(expected), Words::same(format!("`{came}`")));
+    Failure {
+        file: file.to_owned(),
+        line,
+        expected: expected.into(),
+        came: came.into(),
+        tail: Vec::new(),
+    }
 }
 
 fn variable(rest: &str) -> Result<(String, Vec<(String, String)>), String> {
@@ -123,7 +131,10 @@ fn body(
         "never" if block.lines.is_empty() && block.trigger.is_empty() => join(&mut block.never),
         "then" if block.trigger.is_empty() => block.trigger.push((number, rest.to_owned())),
         "<" if !block.trigger.is_empty() => block.trigger.push((number, line.to_owned())),
-        "within" if block.within.is_none() => block.within = Some((number, duration(rest)?)),
+        "within" if block.within.is_none() => {
+            let ms = duration(rest).map_err(|error| error.of(Lang::En).to_owned())?;
+            block.within = Some((number, ms));
+        }
         "never" => return Err("`never` alone".to_owned()),
         "then" | "within" => return Err(format!("one `{word}` in a block")),
         _ if block.trigger.is_empty() => block.lines.push((number, line.to_owned())),

@@ -13,6 +13,9 @@ use lafet_verify::model::monitor::Monitor;
 use lafet_verify::model::plant::Plant;
 use std::fmt::Debug;
 
+/// MaxLimit of the deployer in the small configuration.
+const DEPLOYED_ARCMIN: i32 = 1200;
+
 /// A defect. By default nothing is wrong.
 pub trait Defect: Clone + Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Called with a request before the device; `false` keeps it from the device.
@@ -209,8 +212,19 @@ defect! {
 }
 
 defect! {
-    /// Always senses that it is deployed.
+    /// Always senses that it is deployed, by its switches and by its position.
     AlwaysDeployed SwitchIgnored {
+        fn sensed(&self, inputs: &mut Inputs) {
+            let deployer = &mut inputs.drives[Axis::Deployer as usize];
+            (deployer.min_switch, deployer.max_switch) = (false, true);
+            deployer.position = DEPLOYED_ARCMIN;
+        }
+    }
+}
+
+defect! {
+    /// Its switches always say that it is deployed; its position is right.
+    SwitchSticks SwitchContradicted {
         fn sensed(&self, inputs: &mut Inputs) {
             let deployer = &mut inputs.drives[Axis::Deployer as usize];
             (deployer.min_switch, deployer.max_switch) = (false, true);

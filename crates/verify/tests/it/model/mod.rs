@@ -91,6 +91,13 @@ fn a_position_switch_that_is_not_looked_at() {
     way_to::<broken::AlwaysDeployed>(Law::OnePosition);
 }
 
+/// §D/6 A switch that is contradicted by the position is not believed: no law is broken, and nothing works.
+#[test]
+fn a_position_switch_that_sticks_breaks_no_law() {
+    let outcome = small::<broken::SwitchSticks>(120_000, None);
+    assert!(outcome.broken.is_empty() && !outcome.is_good(), "{outcome}");
+}
+
 #[test]
 fn folding_with_water() {
     let path = way_to::<broken::SeesNoWater>(Law::NoFoldingWithWater);

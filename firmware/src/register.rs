@@ -15,7 +15,7 @@ impl Register {
         unsafe { self.0.read_volatile() }
     }
 
-    #[cfg(feature = "lm3s6965")]
+    #[cfg(feature = "emulated")]
     pub fn write(self, value: u32) {
         // SAFETY: the address is a register's, always writable.
         unsafe { self.0.write_volatile(value) }

@@ -1,6 +1,10 @@
 //! `cargo xtask firmware`: the monitor's program on a Cortex-M3, built for each board, tested on the
 //! emulated one and in the model of a chip, or run there.
 
+mod images;
+mod relay;
+mod update;
+
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitCode, Stdio};
@@ -14,6 +18,8 @@ use crate::{TaskResult, demo, no_std, setup, size, verify};
 pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU emulates.
 pub const EMULATED: &str = "lm3s6965";
+const KNOWN: &str =
+    "build, test, load, run, images, update, board, wrong, fire, serve or provision";
 const FIRE_PORT: u16 = 10_492;
 /// The fire must be out after so many seconds.
 const FIRE_LIMIT_S: u32 = 180;
@@ -39,22 +45,26 @@ const QEMU: &str = "qemu-system-arm";
 
 pub fn firmware(arguments: &[String]) -> TaskResult {
     let Some((what, rest)) = arguments.split_first() else {
-        return Err("firmware build, test, load, run, board, fire, serve or provision?".into());
+        return Err(format!("firmware {KNOWN}?"));
     };
     match (what.as_str(), rest) {
-        ("build", []) => BOARDS.into_iter().try_for_each(|board| build(board).map(|_| ()))?,
+        ("build", []) => {
+            images::boot_program()?;
+            let all = BOARDS.into_iter().chain([images::FEATURE]);
+            all.into_iter().try_for_each(|board| build(board).map(|_| ()))?;
+        }
         ("test", rest) => test(rest)?,
         ("load", []) => load()?,
         ("run", rest) => run(rest)?,
+        ("images", rest) => images::images(rest)?,
+        ("update", []) => update::update()?,
         ("board", []) => board()?,
+        ("wrong", []) => wrong()?,
         ("fire", []) => fire()?,
         ("serve", rest) => show(&mut example("serve", rest))?,
         // What it prints may be a record's file, so nothing else is printed.
         ("provision", rest) => print!("{}", output(&mut example("provision", rest))?),
-        _ => {
-            let known = "build, test, load, run, board, fire, serve or provision";
-            return Err(format!("firmware {}: {known}", arguments.join(" ")));
-        }
+        _ => return Err(format!("firmware {}: {KNOWN}", arguments.join(" "))),
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -73,6 +83,11 @@ pub fn check() -> StepResult {
 /// Tests the program of the board stm32f103 in the model of its chip.
 fn board() -> StepResult {
     show(&mut model(&["test", "--quiet"]))
+}
+
+/// Looks which check is the first that notices each wrong board, and prints the list where it is another one.
+fn wrong() -> StepResult {
+    show(&mut model(&["test", "--quiet", "--test", "wrong", "--", "--ignored"]))
 }
 
 /// The board in the model of its chip, at a port, and `lafet` that puts out the fire in front of it.
@@ -133,36 +148,45 @@ pub fn format() -> StepResult {
 /// The lints of the firmware's workspace: of what runs on the host too, and of each board's program.
 pub fn lints() -> StepResult {
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
-    let host = ["clippy", "--workspace", "--exclude", "lafet-firmware", "--all-targets"];
-    show(model(&host).args(DENY))?;
-    BOARDS.into_iter().try_for_each(|board| {
-        let folder = no_std::target().join("firmware").join(board);
+    let host = ["clippy", "--workspace", "--all-targets", "--exclude", "lafet-firmware"];
+    show(model(&host).args(["--exclude", "lafet-boot"]).args(DENY))?;
+    let programs = BOARDS.into_iter().chain([images::FEATURE]);
+    let programs = programs.map(|board| (board, program_of(board).to_vec()));
+    programs.chain([("boot", images::BOOT.to_vec())]).try_for_each(|(name, chosen)| {
+        let folder = no_std::target().join("firmware").join(name);
         let Some(mut clippy) = no_std::clippy(&folder) else { return Ok(()) };
-        clippy.current_dir(root().join("firmware")).args(program_of(board));
+        clippy.current_dir(root().join("firmware")).args(chosen);
         show(clippy.args(DENY))
     })
 }
 
-/// What selects the program of a board.
-fn program_of(board: &str) -> [&str; 5] {
-    ["--release", "--locked", "--no-default-features", "--features", board]
+/// What selects the program of a board, whose name may have further features behind it.
+fn program_of(features: &str) -> [&str; 5] {
+    ["--release", "--locked", "--no-default-features", "--features", features]
 }
 
 /// The model is of the firmware's workspace, built for the host.
 fn model(arguments: &[&str]) -> Command {
+    host("stm32f103-model", arguments)
+}
+
+/// A package of the firmware's workspace, built for the host.
+fn host(package: &str, arguments: &[&str]) -> Command {
     let mut command = cargo(arguments);
     command.args(["--locked", "--profile", "model", "--manifest-path"]);
-    command.arg(root().join("firmware/stm32f103-model/Cargo.toml"));
+    command.arg(root().join("firmware").join(package).join("Cargo.toml"));
     command.env("CARGO_TARGET_DIR", no_std::target().join("firmware/model"));
     command
 }
 
-/// Builds the program for a board; returns the path of the ELF file.
-pub fn build(board: &str) -> Result<PathBuf, String> {
+/// Builds the program for a board, whose name may have further features behind it, with commas; returns the
+/// path of the ELF file.
+pub fn build(features: &str) -> Result<PathBuf, String> {
+    let board = features.split(',').next().unwrap_or(features);
     let folder = no_std::target().join("firmware").join(board);
     let mut build = no_std::build(Some(&folder))?;
     build.current_dir(root().join("firmware"));
-    build.args(program_of(board));
+    build.args(program_of(features));
     show(&mut build)?;
     Ok(folder.join(no_std::TARGET).join("release/lafet-firmware"))
 }

@@ -43,7 +43,7 @@ const HEATER_LIVE: [Pin; 5] =
 const PARKED: Pin = pin(b"PC13");
 
 /// The plant.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Plant {
     /// Drives, valves, water, fires.
     pub world: World,
@@ -125,6 +125,13 @@ impl Plant {
         RELAYS.map(|pair| {
             pair.map(|pin| power && (chip.drives_high(pin) || self.welded.contains(&pin)))
         })
+    }
+
+    /// Whether no drive turns, no relay of a valve is on and both valves are closed.
+    pub fn is_at_rest(&self, chip: &Chip) -> bool {
+        let still = self.world.drives.iter().all(|drive| drive.speed == 0.0);
+        let closed = self.world.valves.iter().all(|valve| valve.free_area() == 0.0);
+        still && closed && self.relays(chip) == [[false; 2]; 2]
     }
 
     /// Which heaters have voltage.

@@ -62,6 +62,7 @@ impl Wrong {
 }
 
 /// Chip and plant.
+#[derive(Clone)]
 pub struct Parts {
     /// The chip.
     pub chip: Chip,
@@ -197,6 +198,17 @@ impl Bus for Wires {
 /// An answer: who, status, data.
 pub type Answer = (SubsystemId, Status, Vec<u8>);
 
+/// A board with its plant at one moment, as [`Rig::save`] has kept it.
+pub struct Saved {
+    parts: Parts,
+    board: Stm32f103<Wires>,
+    device: Device,
+    port: Port<()>,
+    resets: Vec<Reset>,
+    crash: Words,
+    address: u8,
+}
+
 /// A board with its plant, in operation.
 pub struct Rig {
     wires: Wires,
@@ -215,13 +227,18 @@ impl Rig {
     /// Switches a board on whose barrel is parked, the jumper in its place; the jumper is taken away a
     /// tenth of a second later.
     pub fn new(wrong: Wrong, fires: Vec<FireSpec>) -> Self {
-        let mut record = Record::NOMINAL;
-        (wrong.record)(&mut record);
-        let image = image::provision(&record, &Composition::FULL, ADDRESS).expect("it fits");
-        let mut rig = Self::with_flash(wrong, fires, image::flash(Some(&image)));
+        let mut rig = Self::before_steps(wrong, fires);
         rig.run(100);
         rig.parts(|parts| parts.plant.parked = false);
         rig
+    }
+
+    /// The same before its first step, the jumper in its place.
+    pub fn before_steps(wrong: Wrong, fires: Vec<FireSpec>) -> Self {
+        let mut record = Record::NOMINAL;
+        (wrong.record)(&mut record);
+        let image = image::provision(&record, &Composition::FULL, ADDRESS).expect("it fits");
+        Self::with_flash(wrong, fires, image::flash(Some(&image)))
     }
 
     /// The same with this flash.
@@ -239,6 +256,31 @@ impl Rig {
         let (board, device) = start(&wires, &mut crash);
         let port = Port::counting(Source::ExternalConn);
         Self { wires, board, device, port, resets: Vec::new(), crash, address: ADDRESS }
+    }
+
+    /// Everything as it is now: program, chip and plant.
+    pub fn save(&self) -> Saved {
+        Saved {
+            parts: self.parts(|parts| parts.clone()),
+            board: self.board.clone(),
+            device: self.device.clone(),
+            port: self.port.clone(),
+            resets: self.resets.clone(),
+            crash: self.crash,
+            address: self.address,
+        }
+    }
+
+    /// Goes back to a moment of this rig; a moment of another is not for it.
+    pub fn restore(&mut self, saved: &Saved) {
+        self.parts(|parts| *parts = saved.parts.clone());
+        // What the program has of chip and plant are handles to this rig's.
+        self.board = saved.board.clone();
+        self.device = saved.device.clone();
+        self.port = saved.port.clone();
+        self.resets = saved.resets.clone();
+        self.crash = saved.crash;
+        self.address = saved.address;
     }
 
     /// Chip and plant, to look at or to change.

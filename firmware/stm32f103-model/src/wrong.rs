@@ -12,6 +12,7 @@ use lafet_turn::{Board, once};
 
 const RCC_CR: u32 = 0x4002_1000;
 const RCC_CFGR: u32 = 0x4002_1004;
+const RCC_CSR: u32 = 0x4002_1024;
 const RCC_APB1: u32 = 0x4002_101C;
 const RCC_APB2: u32 = 0x4002_1018;
 const FLASH_ACR: u32 = 0x4002_2000;
@@ -20,6 +21,7 @@ const FLASH_CR: u32 = 0x4002_2010;
 const MAPR: u32 = 0x4001_0004;
 const IWDG_KEY: u32 = 0x4000_3000;
 const IWDG_PR: u32 = 0x4000_3004;
+const IWDG_SR: u32 = 0x4000_300C;
 const PWR_CR: u32 = 0x4000_7000;
 const ADC_CR1: u32 = 0x4001_2404;
 const ADC_CR2: u32 = 0x4001_2408;
@@ -138,7 +140,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 85] = [
+pub const BOARDS: [(&str, Wrong); 87] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -151,6 +153,8 @@ pub const BOARDS: [(&str, Wrong); 85] = [
     alter("time does not run", |w, a, v| lost(w, a, v, v & 1 != 0, TIM6)),
     // The watchdog.
     alter("watchdog started before it is set", |w, a, v| lost(w, a, v, v == 0x5555, IWDG_KEY)),
+    alter("values of the watchdog not waited for", |w, a, v| seen(w, a, v, IWDG_SR, |_| 0)),
+    alter("oscillator of the watchdog off", |w, a, v| written(w, a, v, RCC_CSR, |v| v & !1)),
     alter("watchdog never started", |w, a, v| lost(w, a, v, v == 0xCCCC, IWDG_KEY)),
     alter("watchdog at four seconds", |w, a, v| written(w, a, v, IWDG_PR, |_| 6)),
     alter("watchdog not fed", |w, a, v| lost(w, a, v, v == 0xAAAA, IWDG_KEY)),

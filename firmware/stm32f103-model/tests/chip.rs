@@ -108,6 +108,68 @@ fn the_watchdog_protects_its_registers() {
     assert_eq!(chip.reset, Some(Reset::Watchdog));
 }
 
+/// RM §19.3, §19.4.4: a new value is in use after five cycles of the oscillator; a reload before takes the old
+/// one, the start the greatest.
+#[test]
+fn the_watchdog_takes_its_time_for_new_values() {
+    let set = |chip: &mut Chip| {
+        chip.write(RCC + 0x24, 1);
+        chip.write(IWDG, 0x5555);
+        chip.write(IWDG + 4, 4);
+        chip.write(IWDG + 8, 625);
+        assert_eq!(chip.read(IWDG + 12), 0b11);
+    };
+    // In use when it is reloaded, or not: 626 and 4,096 ticks of 1.6 ms.
+    for (wait_ns, bites_ms) in [(126_000, 1_001), (0, 6_553)] {
+        let mut chip = chip();
+        set(&mut chip);
+        pass(&mut chip, wait_ns);
+        assert_eq!(chip.read(IWDG + 12) == 0, wait_ns > 0);
+        chip.write(IWDG, 0xCCCC);
+        chip.write(IWDG, 0xAAAA);
+        pass(&mut chip, bites_ms * MS);
+        assert_eq!(chip.reset, None);
+        pass(&mut chip, MS);
+        assert_eq!(chip.reset, Some(Reset::Watchdog));
+        assert!(chip.violations.is_empty(), "{:?}", chip.violations);
+    }
+    let mut never_reloaded = chip();
+    set(&mut never_reloaded);
+    pass(&mut never_reloaded, MS);
+    never_reloaded.write(IWDG, 0xCCCC);
+    pass(&mut never_reloaded, 6_500 * MS);
+    assert_eq!(never_reloaded.reset, None);
+    let mut hasty = chip();
+    set(&mut hasty);
+    hasty.write(IWDG + 8, 100);
+    assert_eq!((hasty.read(IWDG + 8), hasty.violations.len()), (625, 1));
+}
+
+/// RM §19.3.1: the option bytes may have it run from each reset on, with its shortest prescaler.
+#[test]
+fn the_watchdog_may_start_with_the_chip() {
+    let mut chip = chip();
+    chip.watchdog_at_reset = true;
+    chip.start(Reset::Power);
+    pass(&mut chip, 409 * MS);
+    assert_eq!(chip.reset, None);
+    pass(&mut chip, MS);
+    assert_eq!(chip.reset, Some(Reset::Watchdog));
+}
+
+/// Without its oscillator nothing is in use until the start, which switches it on.
+#[test]
+fn the_watchdog_without_oscillator_takes_nothing() {
+    let mut chip = chip();
+    chip.write(IWDG, 0x5555);
+    chip.write(IWDG + 8, 625);
+    pass(&mut chip, 1_000 * MS);
+    assert_eq!(chip.read(IWDG + 12), 0b10);
+    chip.write(IWDG, 0xCCCC);
+    pass(&mut chip, MS);
+    assert_eq!(chip.read(IWDG + 12), 0);
+}
+
 /// RM §9.1, §9.2.5: a contact needs its pull-up, which takes its time to charge what is in front of the pin;
 /// setting has priority.
 #[test]

@@ -87,7 +87,7 @@ struct Flow {
 }
 
 /// The board.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Stm32f103<B> {
     bus: B,
     clock: Clock,

@@ -77,7 +77,7 @@ fields! {
     bkp: Dr;
     flash: Acr Ar Cr Sr;
     gpio: Bsrr Cr Idr Odr;
-    iwdg: Kr Pr Rlr;
+    iwdg: Kr Pr Rlr Sr;
     pwr: Cr Csr;
     rcc: Ahbenr Apb1enr Apb2enr Cfgr Cr Csr;
     timer: ArrCore BdtrAdv CcerAdv CcerGp16 CcmrInput2ch CcmrOutputGp16 Ccr1ch CntCore Cr1Core Cr1Gp16

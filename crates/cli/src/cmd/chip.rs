@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use lafet_sim::chip::{Chip, Line, Stepped};
+use lafet_client::update::Image;
+use lafet_sim::chip::{Chip, Line, Program, Stepped};
 use lafet_sim::sim::Config;
 use lafet_sim::world::STEP_MS;
-use lafet_texts::{Text as _, cli as text};
+use lafet_texts::{Shown, Text as _, cli as text};
 use tokio::time::{Instant, sleep_until};
 
+use crate::cmd::image;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lang::current;
@@ -19,8 +21,11 @@ use crate::serve::Listen;
 
 /// Settings of an emulated monitor.
 pub struct Running<'a> {
-    /// The firmware, an ELF file for the board lm3s6965evb.
+    /// The firmware: an ELF file for the board lm3s6965evb, or, with a bootloader, an image for slot A of
+    /// the board mps2.
     pub firmware: &'a Path,
+    /// The bootloader of the board mps2, an ELF file.
+    pub boot: Option<&'a Path>,
     /// File that keeps its flash memory; without one, each run starts with a new monitor.
     pub flash: Option<&'a Path>,
     /// Where QEMU listens; exactly one TCP address.
@@ -35,8 +40,13 @@ pub struct Running<'a> {
 pub async fn serve(running: Running<'_>, out: &mut Out) -> Outcome {
     let mut interrupt = Interrupt::catch()?;
     let line = line(running.listen)?;
-    let folder = Folder::new(running.flash).map_err(failed)?;
-    let chip = Chip::start(running.firmware, &folder.0, &running.config, &line).map_err(failed)?;
+    let first = running.boot.map(|_| first_image(running.firmware)).transpose()?;
+    let program = match (running.boot, &first) {
+        (Some(boot), Some(first)) => Program::InSlots { boot, first },
+        _ => Program::Fixed(running.firmware),
+    };
+    let folder = Folder::new(running.flash, program).map_err(failed)?;
+    let chip = Chip::start(program, &folder.0, &running.config, &line).map_err(failed)?;
     let Line::Tcp { host, port } = &line else { return Ok(()) };
     out.show(
         format!("listening tcp://{host}:{port}"),
@@ -47,6 +57,20 @@ pub async fn serve(running: Running<'_>, out: &mut Out) -> Outcome {
         () = interrupt.wait() => Ok(()),
         ended = pace(chip, running.speed, out) => ended,
     }
+}
+
+/// The image that a programmer would put into slot A of a new board.
+fn first_image(file: &Path) -> Result<Vec<u8>, Failure> {
+    let bytes = image::read(file)?;
+    let shown = || Shown(file.display());
+    let image = Image::read(&bytes).map_err(|error| {
+        Failure::Usage(format!("{}: {}", file.display(), error.localized(current())))
+    })?;
+    let board = lafet_sim::chip::BOARD;
+    if image.board() != board || image.slot() == Some(2) {
+        return Err(Failure::Usage(text::ChipFirstImage { file: shown(), board }.of(current())));
+    }
+    Ok(bytes)
 }
 
 /// Lag that is caught up after a busy moment, so that the monitor's clock does not fall behind; a
@@ -96,13 +120,13 @@ fn line(listen: &[Listen]) -> Result<Line, Failure> {
 struct Folder(PathBuf);
 
 impl Folder {
-    fn new(flash: Option<&Path>) -> io::Result<Self> {
+    fn new(flash: Option<&Path>, program: Program<'_>) -> io::Result<Self> {
         let path = std::env::temp_dir().join(format!("lafet-sim-{}", std::process::id()));
         std::fs::create_dir_all(&path)?;
         let folder = Self(path);
         if let Some(flash) = flash {
             if !flash.exists() {
-                lafet_sim::chip::make_flash(flash)?;
+                program.make_flash(flash)?;
             }
             let kept = std::path::absolute(flash)?;
             std::os::unix::fs::symlink(kept, folder.0.join("flash.bin"))?;

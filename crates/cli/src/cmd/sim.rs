@@ -47,6 +47,7 @@ const SEED: u64 = 7;
                         lafet sim --profile ex --speed 20 --listen radio+udp://0.0.0.0:10486\n  \
                         lafet sim --radio rate=9600,latency=80,loss=0.05\n  \
                         lafet sim --on qemu --firmware lafet-firmware --fire az=30,range=25\n  \
+                        lafet sim --on qemu --boot lafet-boot --firmware 1.0.a.image --flash board\n  \
                         lafet sim --board my-board --update-key 0=key0.pub\n  \
                         lafet sim --site tank-farm\n  \
                         lafet sim run radio-loss --svg report.svg"
@@ -83,6 +84,8 @@ pub struct SimArgs {
     firmware: Option<PathBuf>,
     #[arg(long, value_name = "EMULATOR", value_parser = ["qemu"], requires = "firmware")]
     on: Option<String>,
+    #[arg(long, value_name = "FILE", requires = "on")]
+    boot: Option<PathBuf>,
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     #[command(flatten)]
@@ -225,7 +228,9 @@ async fn emulate(firmware: &Path, args: &SimArgs, out: &mut Out) -> Outcome {
         ..args.surroundings.clone().config()
     };
     let (flash, listen, speed) = (args.flash.as_deref(), &args.listen, args.speed);
-    super::chip::serve(super::chip::Running { firmware, flash, listen, config, speed }, out).await
+    let boot = args.boot.as_deref();
+    let running = super::chip::Running { firmware, boot, flash, listen, config, speed };
+    super::chip::serve(running, out).await
 }
 
 #[cfg(not(unix))]

@@ -8,6 +8,7 @@ mod flash;
 mod pins;
 mod timers;
 mod usart;
+mod watchdog;
 
 pub use flash::{FLASH_SIZE, FLASH_START};
 pub use pins::at as pin;
@@ -61,6 +62,8 @@ pub struct Chip {
     pub crystal: bool,
     /// The supply of the chip is below the level of its detector.
     pub supply_low: bool,
+    /// The option bytes have every reset start the watchdog.
+    pub watchdog_at_reset: bool,
     /// The internal oscillator of the watchdog, Hz: 30,000 to 60,000.
     pub lsi_hz: u64,
     /// Twelve bits at each input of the ADC.
@@ -87,8 +90,7 @@ pub struct Chip {
     ram: Vec<u8>,
     flash: Vec<u8>,
     flash_keys: u8,
-    unlocked: bool,
-    watchdog_since_ns: Option<u64>,
+    watchdog: watchdog::State,
     interrupts: u32,
     pll_since_ns: u64,
     hse_since_ns: u64,
@@ -110,6 +112,7 @@ impl Chip {
             reset: None,
             crystal: true,
             supply_low: false,
+            watchdog_at_reset: false,
             lsi_hz: 40_000,
             analog: [0; 16],
             outside: [(0, 0); 5],
@@ -125,8 +128,7 @@ impl Chip {
             ram: vec![0; RAM_SIZE],
             flash,
             flash_keys: 0,
-            unlocked: false,
-            watchdog_since_ns: None,
+            watchdog: watchdog::State::AT_RESET,
             interrupts: 0,
             pll_since_ns: 0,
             hse_since_ns: 0,
@@ -168,12 +170,14 @@ impl Chip {
         }
         self.pulled_since_ns = [[None; 16]; 5];
         self.flash_keys = 0;
-        self.unlocked = false;
-        self.watchdog_since_ns = None;
+        self.watchdog = watchdog::State::AT_RESET;
         self.interrupts = 0;
         self.calibrated = false;
         self.leaving = None;
         self.reset = None;
+        if self.watchdog_at_reset {
+            self.write_watchdog(IWDG, watchdog::START);
+        }
     }
 
     /// The bytes of the flash.
@@ -207,6 +211,7 @@ impl Chip {
             _ if pins::is_input(address) => self.port_input(address),
             timers::TIME_COUNT => self.time_count(),
             _ if address == PWR + 0x04 => self.supply_status(),
+            watchdog::STATUS => self.watchdog_status(),
             _ if address < REGISTERS => {
                 u32::from_le_bytes([0, 1, 2, 3].map(|n| self.read8(address + n)))
             }
@@ -371,34 +376,10 @@ impl Chip {
         }
     }
 
-    fn write_watchdog(&mut self, address: u32, value: u32) {
-        match address - IWDG {
-            // RM §19.3.2, §19.4.1
-            0x00 => {
-                self.unlocked = value == 0x5555;
-                match value {
-                    0xCCCC if self.watchdog_since_ns.is_none() => {
-                        self.watchdog_since_ns = Some(self.now_ns);
-                    }
-                    0xAAAA if self.watchdog_since_ns.is_some() => {
-                        self.watchdog_since_ns = Some(self.now_ns);
-                    }
-                    _ => {}
-                }
-            }
-            0x04 | 0x08 if self.unlocked => self.store(address, value),
-            _ => {}
-        }
-    }
-
     /// Whether the watchdog has run out, the crystal has failed, the supply is about to.
     fn watch(&mut self) {
-        if let Some(since) = self.watchdog_since_ns {
-            let ticks = u64::from(self.word(IWDG + 0x08) & 0xFFF) + 1;
-            let prescaler = 4_u64 << (self.word(IWDG + 0x04) & 0b111).min(6);
-            if self.now_ns - since >= ticks * prescaler * 1_000_000_000 / self.lsi_hz {
-                self.reset.get_or_insert(Reset::Watchdog);
-            }
+        if self.watchdog.bites_ns.is_some_and(|bites_ns| self.now_ns >= bites_ns) {
+            self.reset.get_or_insert(Reset::Watchdog);
         }
         self.watch_crystal();
         self.watch_break();

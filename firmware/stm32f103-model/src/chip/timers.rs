@@ -177,8 +177,10 @@ impl Chip {
         if self.word(TIM6) & 1 == 0 {
             return 0;
         }
-        let passed = u128::from(self.now_ns - self.time_base_ns) * u128::from(self.timer_hz());
-        let ticks = passed / 1_000_000_000 / (u128::from(self.word(TIM6 + 0x28)) + 1);
-        (ticks % (u128::from(self.word(TIM6 + 0x2C)) + 1)) as u32
+        const SECOND_NS: u64 = 1_000_000_000;
+        let (passed_ns, hz) = (self.now_ns - self.time_base_ns, self.timer_hz());
+        let cycles = passed_ns / SECOND_NS * hz + passed_ns % SECOND_NS * hz / SECOND_NS;
+        let ticks = cycles / (u64::from(self.word(TIM6 + 0x28)) + 1);
+        (ticks % (u64::from(self.word(TIM6 + 0x2C)) + 1)) as u32
     }
 }

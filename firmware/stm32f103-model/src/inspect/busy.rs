@@ -44,30 +44,33 @@ fn erasures(rig: &Rig) -> u32 {
 /// when a Stop, a Lockout or a Restart has come behind it, however much lies between: nothing is energised
 /// later than 2 ms behind the last byte.
 pub(super) fn stop(wrong: Wrong) -> Result<(), String> {
+    let mut rig = deployed(wrong)?;
+    let at_rest = rig.save();
     for body in [Body::Stop, Body::Lockout { key: key::ENABLE }, Body::Restart] {
         for is_valve in [false, true] {
             for ending_ns in ENDING_NS {
-                stopped_in_time(wrong, is_valve, ending_ns, body)?;
+                rig.restore(&at_rest);
+                stopped_in_time(&mut rig, is_valve, ending_ns, body)?;
             }
         }
     }
-    started(wrong)
+    rig.restore(&at_rest);
+    started(&mut rig)
 }
 
 /// Parameters are written until a page was erased.
 fn stopped_in_time(
-    wrong: Wrong,
+    rig: &mut Rig,
     is_valve: bool,
     ending_ns: u64,
     body: Body<'_>,
 ) -> Result<(), String> {
-    let mut rig = deployed(wrong)?;
     rig.set_step_ns(STEP_NS);
-    let before = erasures(&rig);
+    let before = erasures(rig);
     for round in 0..WRITES {
         let first = start(is_valve, round)?;
-        stopped(&mut rig, round, &first, ending_ns, body)?;
-        if erasures(&rig) > before {
+        stopped(rig, round, &first, ending_ns, body)?;
+        if erasures(rig) > before {
             return Ok(());
         }
     }
@@ -101,13 +104,14 @@ fn stopped(
     }
     rig.order(SubsystemId::ALL, Body::Lockout { key: key::DISABLE })?;
     rig.order(SubsystemId::VALVE1, Body::Close { key: key::CLOSE })?;
-    rig.run(6_000);
-    Ok(())
+    let at_rest = rig.run_until(6_000, |rig| {
+        rig.parts(|parts| parts.off_ns.is_some() && parts.plant.is_at_rest(&parts.chip))
+    });
+    ensure(at_rest, format!("not at rest 6 s after {body:?} and Close"))
 }
 
 /// Without a Stop it begins once the flash is ready.
-fn started(wrong: Wrong) -> Result<(), String> {
-    let mut rig = deployed(wrong)?;
+fn started(rig: &mut Rig) -> Result<(), String> {
     for (round, is_valve) in [(0, false), (1, true)] {
         let written_ns = rig.send(&set(round)?);
         rig.send_from(written_ns + STARTED_NS, &start(is_valve, round)?);
@@ -116,7 +120,7 @@ fn started(wrong: Wrong) -> Result<(), String> {
         rig.order(SubsystemId::ALL, Body::Stop)?;
         rig.run(500);
     }
-    sound(&rig)
+    sound(rig)
 }
 
 /// What is set while a drive runs is written once it is at rest, and not before.

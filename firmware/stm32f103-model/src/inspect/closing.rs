@@ -34,8 +34,10 @@ fn with_water(wrong: Wrong) -> Result<Rig, String> {
 pub(super) fn whatever_fails(wrong: Wrong) -> Result<(), String> {
     let close = (SubsystemId::VALVE1, Body::Close { key: key::CLOSE });
     let lockout = (SubsystemId::ALL, Body::Lockout { key: key::ENABLE });
+    let mut rig = with_water(wrong)?;
+    let open = rig.save();
     for (to, body) in [close, lockout] {
-        let mut rig = with_water(wrong)?;
+        rig.restore(&open);
         rig.parts(|parts| _ = parts.chip.write(ADC_CONTROL, 0));
         rig.run(50);
         rig.order(to, body)?;
@@ -46,7 +48,7 @@ pub(super) fn whatever_fails(wrong: Wrong) -> Result<(), String> {
         rig.run(1_000);
         near("valve 1, opened without ADC", opening(&rig)[0], 0.0, 0.01)?;
     }
-    let mut rig = with_water(wrong)?;
+    rig.restore(&open);
     let mut damaged = Record::NOMINAL.encode();
     damaged[24] ^= 1;
     restart(&mut rig, &damaged, false);

@@ -161,6 +161,10 @@ fn line(wrong: Wrong) -> Result<(), String> {
 }
 
 fn watchdog(wrong: Wrong) -> Result<(), String> {
+    let mut rig = Rig::before_steps(wrong, Vec::new());
+    rig.hang(1_400 * MS_NS);
+    let cause = rig.parts(|parts| parts.chip.reset);
+    ensure(cause == Some(Reset::Watchdog), "without a step the watchdog does not bite in 1.4 s")?;
     let mut rig = fresh(wrong);
     rig.hang(600 * MS_NS);
     ensure(rig.parts(|parts| parts.chip.reset).is_none(), "the watchdog bites after 0.6 s")?;
@@ -275,13 +279,12 @@ fn position_of(rig: &Rig, axis: Axis) -> f64 {
 
 /// A broken wire of a switch is noticed, whichever it is.
 fn ends(wrong: Wrong) -> Result<(), String> {
-    let rig = deployed(wrong)?;
-    let seen = inputs(&rig);
+    let mut rig = deployed(wrong)?;
+    let (seen, at_rest) = (inputs(&rig), rig.save());
     for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
         let drive = seen.drives[axis as usize];
         ensure(!drive.min_switch && !drive.max_switch, format!("{axis:?} is at an end"))?;
     }
-    drop(rig);
     let wires = [
         (Axis::Vertical, ENDS[0][0]),
         (Axis::Vertical, ENDS[0][1]),
@@ -291,7 +294,7 @@ fn ends(wrong: Wrong) -> Result<(), String> {
         (Axis::Deployer, DEPLOYER_AT[1]),
     ];
     for (axis, pin) in wires {
-        let mut rig = deployed(wrong)?;
+        rig.restore(&at_rest);
         if axis == Axis::Vertical {
             rig.order(axis.id(), Body::Move { destination: 1_500 })?;
             rig.run(4_000);
@@ -302,7 +305,7 @@ fn ends(wrong: Wrong) -> Result<(), String> {
         let reported = found.contains(DriveFlags::POS_ENCODER_FAULT);
         ensure(reported, format!("the wire of {pin:?} is broken, {axis:?} says {found:?}"))?;
     }
-    let mut rig = deployed(wrong)?;
+    rig.restore(&at_rest);
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 600 })?;
     rig.run(500);
     // Whichever side the switch of the direction is on, the motion ends there.
@@ -329,7 +332,15 @@ fn stop_chain(wrong: Wrong) -> Result<(), String> {
     ensure(!is_live(&rig), "a drive goes on when the stop chain is closed")?;
     rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 0 })?;
     rig.run(500);
-    ensure(is_live(&rig), "no drive runs after the stop chain was closed")
+    ensure(is_live(&rig), "no drive runs after the stop chain was closed")?;
+    // A comparator closes it again with the end of the current: the motion is over, and the report too.
+    rig.parts(|parts| parts.plant.stop(&mut parts.chip, true));
+    rig.hang(BREAK_NS);
+    rig.parts(|parts| parts.plant.stop(&mut parts.chip, false));
+    rig.run(500);
+    ensure(!is_live(&rig), "a drive goes on after an overcurrent")?;
+    let found = drive_flags(&mut rig, Axis::Horizontal)?;
+    ensure(!found.contains(DriveFlags::MOTOR_BROKEN), format!("closed again, and says {found:?}"))
 }
 
 /// A shorted stage is cut off, a motor without voltage is reported.
@@ -357,10 +368,12 @@ fn supply(wrong: Wrong) -> Result<(), String> {
 /// sent.
 fn stop(wrong: Wrong) -> Result<(), String> {
     let bodies = [Body::Stop, Body::Lockout { key: key::ENABLE }, Body::Restart];
+    let mut rig = deployed(wrong)?;
+    rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 6_000 })?;
+    rig.run(500);
+    let moving = rig.save();
     for (n, body) in (0..9).zip(bodies.into_iter().cycle()) {
-        let mut rig = deployed(wrong)?;
-        rig.order(SubsystemId::HORIZONTAL, Body::Move { destination: 6_000 })?;
-        rig.run(500);
+        rig.restore(&moving);
         rig.set_step_ns(STEP_NS);
         rig.run(5);
         // Another moment of the step each time.

@@ -155,6 +155,11 @@ impl Client {
         self.address
     }
 
+    /// Whether a monitor is found by its address.
+    pub(crate) fn has_addresses(&self) -> bool {
+        self.config.framing == Framing::Link
+    }
+
     /// Counters of the exchange with this monitor, and of frames dropped on the link.
     pub fn stats(&self) -> Stats {
         self.engine().stats(self.address)

@@ -5,8 +5,22 @@ use std::io::{self, Read as _, Write as _};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
+use crate::url::Endpoint;
+
 /// No note is longer, bytes.
 const LONGEST: u64 = 4096;
+
+/// A monitor by its link and address, whatever the other options of its URL. It may have any characters.
+pub fn monitor(endpoint: &Endpoint) -> String {
+    let address = endpoint.addresses().monitor;
+    let link = match endpoint {
+        Endpoint::Tcp { host, port, .. } => format!("tcp-{host}-{port}"),
+        Endpoint::Udp { host, port, .. } => format!("udp-{host}-{port}"),
+        Endpoint::Serial { path, .. } => format!("serial-{}", path.display()),
+        Endpoint::Sim { .. } => "sim".to_owned(),
+    };
+    format!("{link}-{address}")
+}
 
 /// What is noted, as the text of a file.
 pub trait Noted: Sized {

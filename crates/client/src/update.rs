@@ -8,10 +8,13 @@
 //!   └── on trial already: ──────────────────────────────────────▲
 //! ```
 
+mod before;
 mod error;
 mod image;
 mod sender;
+mod word;
 
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,11 +26,15 @@ use tokio::time::sleep;
 use crate::answers::Answers;
 use crate::error::{Cause, Error};
 use crate::monitor::{Monitor, wrong_shape};
+use crate::session::medium::Role;
+use crate::url::Endpoint;
 
-pub use error::{Change, Unready, UpdateError};
-pub use image::{FILE_MAX, Image, ImageError};
+pub use before::Before;
+pub use error::{Change, Dotted, Unready, UpdateError};
+pub use image::{FILE_MAX, Image, ImageError, are_a_set};
 pub use lafet_proto::update::{Phase, Report};
 use sender::Sender;
+pub use word::{Choice, Kept, Note, Wordless, choose, hex, is_of_others, is_over, unhex};
 
 /// A line that is dead for less than this does not end an update: a cable may be pulled and plugged in again.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -35,6 +42,9 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 const PAUSE: Duration = Duration::from_millis(500);
 /// Transmissions of the first order, as of any request that only reads.
 const TRIES: u32 = 3;
+
+/// An image on trial has to be as the monitor was before for so long without a break, and to answer all the while.
+pub const PROVEN: Duration = Duration::from_secs(20);
 
 /// What confirms an image that is on trial: random, and another one for each update.
 pub type Word = [u8; WORD_LEN];
@@ -54,6 +64,14 @@ impl Pace {
     pub const SHARED: Self = Self(20);
     /// All of it.
     pub const FULL: Self = Self(100);
+
+    /// What a link takes unless its user says otherwise: on a serial line, and with `role=active`, others wait
+    /// meanwhile.
+    pub fn usual(endpoint: &Endpoint) -> Self {
+        let line = matches!(endpoint, Endpoint::Serial { .. });
+        let shared = line || endpoint.behaviour().role == Role::Active;
+        if shared { Self::SHARED } else { Self::FULL }
+    }
 
     /// 1 to 100 percent.
     pub const fn new(percent: u8) -> Option<Self> {
@@ -94,6 +112,8 @@ pub enum Stage {
     },
     /// The monitor hashes what it has received.
     Verifying,
+    /// The order is sent after which the next start of the monitor tries the image.
+    Committing,
     /// The next start of the monitor tries the image.
     Committed,
     /// It is awaited.
@@ -104,6 +124,58 @@ pub enum Stage {
     Confirming,
     /// The image is kept.
     Confirmed,
+}
+
+impl Stage {
+    /// The image may have been committed and is not confirmed: unless it is, the monitor goes back to the old one.
+    pub const fn is_trial(&self) -> bool {
+        matches!(
+            self,
+            Self::Committing
+                | Self::Committed
+                | Self::Restarting
+                | Self::OnTrial
+                | Self::Confirming
+        )
+    }
+}
+
+/// How an image is tried.
+#[derive(Clone, Copy)]
+pub struct Trial<'a> {
+    /// What confirms it.
+    pub word: &'a Word,
+    /// The word is a new one: what is on trial already does not wait for it.
+    pub fresh: bool,
+    /// What the monitor was before an earlier run with this word was cut off, as it was kept.
+    pub before: Option<&'a Before>,
+    /// Keeps what the monitor is before it is restarted, for a later run; without that nothing is committed.
+    pub keep: &'a (dyn Fn(&Before) -> io::Result<()> + Sync),
+    /// How long it has to be as the monitor was before; see [`PROVEN`].
+    pub proven: Duration,
+    /// How much of the line's time the data take.
+    pub pace: Pace,
+}
+
+impl<'a> Trial<'a> {
+    /// With this word, of which nothing more is known; nothing is kept for a later run.
+    pub const fn new(word: &'a Word, pace: Pace) -> Self {
+        Self { word, fresh: false, before: None, keep: &not_kept, proven: PROVEN, pace }
+    }
+}
+
+impl std::fmt::Debug for Trial<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { fresh, before, proven, pace, .. } = self;
+        let mut out = f.debug_struct("Trial");
+        out.field("fresh", fresh).field("before", before).field("proven", proven);
+        out.field("pace", pace).finish_non_exhaustive()
+    }
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "what keeps may fail")]
+const fn not_kept(_: &Before) -> io::Result<()> {
+    Ok(())
 }
 
 /// An update that has come to its end.
@@ -154,7 +226,22 @@ impl Monitor {
         pace: Pace,
         told: impl FnMut(Stage),
     ) -> Result<Updated, UpdateError> {
-        Sender::new(self, pace, told).run(images, word).await
+        self.update_with(images, &Trial::new(word, pace), told).await
+    }
+
+    /// Like [`Monitor::update`]; what the monitor was before its restart is kept for a later run, which then
+    /// compares it with that as well.
+    ///
+    /// # Errors
+    ///
+    /// As [`Monitor::update`]; [`UpdateError::Note`] if `keep` fails: then nothing was committed.
+    pub async fn update_with(
+        &self,
+        images: &[Image],
+        trial: &Trial<'_>,
+        told: impl FnMut(Stage),
+    ) -> Result<Updated, UpdateError> {
+        Sender::new(self, trial, told).run(images).await
     }
 }
 
@@ -194,7 +281,8 @@ async fn give(monitor: &Monitor, order: &Order<'_>) -> Result<Given, Error> {
         asked => asked?,
     };
     let answer = answers.first();
-    let (status, report) = (answer.status(), Report::decode(answer.data()).ok());
+    let report = Report::decode(answer.data()).ok().filter(Report::is_possible);
+    let status = answer.status();
     Ok(Given { status, report, answers })
 }
 

@@ -1,12 +1,14 @@
 //! Why an update has ended: each message says what, where and what to do.
 
-use std::fmt;
+use std::sync::Arc;
+use std::{fmt, io};
 
 use lafet_proto::flags::{DeployerFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::{RequestId, Status, SubsystemId};
 use lafet_texts::{Argument, Fixed, Lang, Shown, Text, client as text};
 
 use crate::error::Error;
+use crate::os_text::SystemError;
 use crate::status::MonitorStatus;
 
 /// The software of a monitor was not updated, or it is not known whether it was.
@@ -17,6 +19,8 @@ pub enum UpdateError {
     Client(Error),
     /// The monitor cannot be updated over the link.
     NoUpdate(Status),
+    /// The new program has no update: it can be neither confirmed nor taken back over the link.
+    Deaf(Status),
     /// None of the images is for the slot that may be written.
     NoImage {
         /// That slot: 1 A, 2 B.
@@ -39,12 +43,16 @@ pub enum UpdateError {
     },
     /// It was restarted with the new image, and does not answer.
     Silent(Error),
+    /// What the monitor was before could not be kept, so nothing was committed.
+    Note(Arc<io::Error>),
     /// The new image was tried, and the old one is running again.
     WentBack {
         /// The version that was tried.
         wanted: [u16; 4],
         /// The version that is running.
         running: [u16; 4],
+        /// It has answered on trial.
+        lived: bool,
     },
     /// On trial the monitor is not as before, so the image was not confirmed.
     Changed {
@@ -69,6 +77,11 @@ pub enum Unready {
     Moves(SubsystemId),
     /// The supply is bad.
     BadSupply,
+    /// A parameter takes effect at the next start, which moves it to another address or changes what it has.
+    WaitsForRestart {
+        /// Its name in the document; of General.
+        param: &'static str,
+    },
     /// The status does not show it.
     Hidden,
 }
@@ -79,8 +92,13 @@ pub enum Unready {
 pub enum Change {
     /// A subsystem does not answer with its state.
     Absent(SubsystemId),
-    /// A flag of General that was not set, by its name in the document.
-    Fault(&'static str),
+    /// A flag that was not set.
+    Fault {
+        /// Whose.
+        who: SubsystemId,
+        /// Its name in the document.
+        flag: &'static str,
+    },
     /// The state cannot be read.
     Unreadable(Error),
 }
@@ -88,6 +106,12 @@ pub enum Change {
 impl Unready {
     /// All that a state shows; [`Self::Hidden`] if it shows nothing.
     pub(super) fn of(status: &MonitorStatus) -> Vec<Self> {
+        let all = Self::seen(status);
+        if all.is_empty() { vec![Self::Hidden] } else { all }
+    }
+
+    /// All that a state shows: whether a lockout is stored, it does not.
+    pub fn seen(status: &MonitorStatus) -> Vec<Self> {
         let mut all = Vec::new();
         let general = status.general.map(|it| it.flags);
         if general.is_some_and(|flags| !flags.contains(GeneralFlags::LOCKED_OUT)) {
@@ -111,9 +135,6 @@ impl Unready {
         if general.is_some_and(|flags| flags.contains(GeneralFlags::BAD_POWER)) {
             all.push(Self::BadSupply);
         }
-        if all.is_empty() {
-            all.push(Self::Hidden);
-        }
         all
     }
 }
@@ -128,6 +149,9 @@ impl Argument for Unready {
             }
             Self::Moves(drive) => text::UpdateDriveMoves { drive: Shown(drive) }.write(lang, out),
             Self::BadSupply => text::UpdateBadSupply.write(lang, out),
+            Self::WaitsForRestart { param } => {
+                text::UpdateWaitsForRestart { param: *param }.write(lang, out)
+            }
             Self::Hidden => text::UpdateNotReadyHidden.write(lang, out),
         }
     }
@@ -141,7 +165,9 @@ impl Argument for Change {
             Self::Absent(subsystem) => {
                 text::UpdateAbsent { subsystem: Shown(subsystem) }.write(lang, out)
             }
-            Self::Fault(flag) => text::UpdateNewFault { flag: *flag }.write(lang, out),
+            Self::Fault { who, flag } => {
+                text::UpdateNewFault { who: Shown(who), flag: *flag }.write(lang, out)
+            }
             Self::Unreadable(error) => text::UpdateUnreadable { error }.write(lang, out),
         }
     }
@@ -164,8 +190,9 @@ impl<T: Argument> Argument for Joined<'_, T> {
     }
 }
 
-/// `1.2.0.7`
-struct Dotted([u16; 4]);
+/// A version as people write it: `1.2.0.7`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dotted(pub [u16; 4]);
 
 impl fmt::Display for Dotted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -217,6 +244,7 @@ impl Argument for UpdateError {
             Self::NoUpdate(status) => {
                 text::UpdateNotSupported { status: Shown(status) }.write(lang, out)
             }
+            Self::Deaf(status) => text::UpdateDeaf { status: Shown(status) }.write(lang, out),
             Self::NoImage { slot } => {
                 let slot = if *slot == 1 { "A" } else { "B" };
                 text::UpdateNoImage { slot }.write(lang, out)
@@ -234,9 +262,15 @@ impl Argument for UpdateError {
                 text::UpdateStalled { done: *done, size: *size }.write(lang, out)
             }
             Self::Silent(error) => text::UpdateSilent { error }.write(lang, out),
-            Self::WentBack { wanted, running } => {
+            Self::Note(error) => {
+                text::UpdateNotNoted { error: SystemError(error) }.write(lang, out)
+            }
+            Self::WentBack { wanted, running, lived } => {
                 let (wanted, running) = (Shown(Dotted(*wanted)), Shown(Dotted(*running)));
-                text::UpdateWentBack { wanted, running }.write(lang, out)
+                match lived {
+                    true => text::UpdateTrialEnded { wanted, running }.write(lang, out),
+                    false => text::UpdateWentBack { wanted, running }.write(lang, out),
+                }
             }
             Self::Changed { what, back } => {
                 let what = Joined(what);
@@ -264,6 +298,7 @@ impl std::error::Error for UpdateError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Client(error) | Self::Silent(error) => Some(error),
+            Self::Note(error) => Some(error.as_ref()),
             _ => None,
         }
     }
@@ -290,11 +325,12 @@ mod tests {
             Unready::ValveOpen(SubsystemId::VALVE1),
             Unready::Moves(SubsystemId::NOZZLE),
             Unready::BadSupply,
+            Unready::WaitsForRestart { param: "Chain" },
             Unready::Hidden,
         ];
         let changes = [
             Change::Absent(SubsystemId::NOZZLE),
-            Change::Fault("InternalFault"),
+            Change::Fault { who: SubsystemId::GENERAL, flag: "InternalFault" },
             Change::Unreadable(error.clone()),
         ];
         let mut all: Vec<_> = (1..=22).chain([255]).map(UpdateError::Refused).collect();
@@ -306,12 +342,15 @@ mod tests {
         all.extend([
             UpdateError::Client(error.clone()),
             UpdateError::NoUpdate(Status::WRONG_REQUEST),
+            UpdateError::Deaf(Status::WRONG_REQUEST),
             UpdateError::NoImage { slot: 2 },
             UpdateError::AlreadyRunning([2, 0, 0, 0]),
             UpdateError::OtherSender,
             UpdateError::Stalled { done: 8, size: 16 },
             UpdateError::Silent(error),
-            UpdateError::WentBack { wanted: [2, 0, 0, 0], running: [1, 0, 0, 0] },
+            UpdateError::Note(Arc::new(io::Error::other("no room"))),
+            UpdateError::WentBack { wanted: [2, 0, 0, 0], running: [1, 0, 0, 0], lived: false },
+            UpdateError::WentBack { wanted: [2, 0, 0, 0], running: [1, 0, 0, 0], lived: true },
         ]);
         all
     }

@@ -3,25 +3,21 @@
 
 use std::fmt;
 
-use lafet_proto::update::{DIGEST_LEN, HEADER_LEN, Report, UNIT};
+use lafet_proto::update::{
+    DIGEST_LEN, FORMAT, HEADER_LEN, HeaderError, ImageHeader, MAGIC, Report, UNIT,
+};
 use lafet_texts::{Argument, Lang, Text, client as text};
 use sha2::{Digest as _, Sha256};
 
 /// No file is longer, bytes: 16 MiB.
 pub const FILE_MAX: usize = 16 << 20;
 
-const MAGIC: &[u8] = b"LAFETIMG";
-const FORMAT: u16 = 1;
-const KEYS: u8 = 16;
-/// Where the name of the board begins and ends.
-const BOARD: (usize, usize) = (24, 40);
-
 /// An image file, whole.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Image {
     header: [u8; HEADER_LEN],
+    says: ImageHeader,
     payload: Vec<u8>,
-    board: String,
 }
 
 impl Image {
@@ -31,7 +27,7 @@ impl Image {
     ///
     /// [`ImageError`] for any other file, and for one that is not whole.
     pub fn read(bytes: &[u8]) -> Result<Self, ImageError> {
-        if !bytes.starts_with(MAGIC) {
+        if !bytes.starts_with(&MAGIC) {
             return Err(ImageError::Foreign);
         }
         let there = bytes.len() as u64;
@@ -41,8 +37,8 @@ impl Image {
         let Some((header, payload)) = bytes.split_first_chunk::<HEADER_LEN>() else {
             return Err(ImageError::Cut { there, wanted: HEADER_LEN as u64 });
         };
-        let board = fields(header)?;
-        let size = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
+        let says = ImageHeader::parse(header)?;
+        let size = says.size;
         if size == 0 || !size.is_multiple_of(UNIT as u32) {
             return Err(ImageError::Unit { size });
         }
@@ -53,11 +49,15 @@ impl Image {
         if there > wanted {
             return Err(ImageError::Longer { there, wanted });
         }
-        let image = Self { header: *header, payload: payload.to_vec(), board };
-        if sha256(payload) != image.digest() {
+        if sha256(payload) != says.digest {
             return Err(ImageError::Digest);
         }
-        Ok(image)
+        Ok(Self { header: *header, says, payload: payload.to_vec() })
+    }
+
+    /// What the header says.
+    pub const fn says(&self) -> &ImageHeader {
+        &self.says
     }
 
     /// The header, with its signature.
@@ -71,18 +71,18 @@ impl Image {
     }
 
     /// The version, compared from left to right.
-    pub fn version(&self) -> [u16; 4] {
-        [16, 18, 20, 22].map(|at| u16_at(&self.header, at))
+    pub const fn version(&self) -> [u16; 4] {
+        self.says.version
     }
 
     /// The name of the board that it is for.
     pub fn board(&self) -> &str {
-        &self.board
+        self.says.board_name()
     }
 
     /// The slot that it is linked for: 1 A, 2 B; `None`: either.
     pub const fn slot(&self) -> Option<u8> {
-        match self.header[40] {
+        match self.says.slot {
             0 => None,
             slot => Some(slot),
         }
@@ -90,18 +90,17 @@ impl Image {
 
     /// The number of the key that it is signed with, 0 to 15.
     pub const fn key(&self) -> u8 {
-        self.header[41]
+        self.says.key
     }
 
     /// SHA-256 of the payload.
-    pub fn digest(&self) -> [u8; DIGEST_LEN] {
-        std::array::from_fn(|index| self.header[64 + index])
+    pub const fn digest(&self) -> [u8; DIGEST_LEN] {
+        self.says.digest
     }
 
     /// Bytes of the payload.
-    pub(super) fn size(&self) -> u32 {
-        // A file has 16 MiB at most.
-        self.payload.len() as u32
+    pub const fn size(&self) -> u32 {
+        self.says.size
     }
 
     /// Whether it fits a slot.
@@ -111,7 +110,7 @@ impl Image {
 
     /// Whether it is the one that the monitor receives.
     pub(super) fn is_received(&self, report: &Report) -> bool {
-        self.header[64..].starts_with(&report.image) && report.size == self.size()
+        self.says.digest.starts_with(&report.image) && report.size == self.size()
     }
 
     /// Whether it is, by slot and version, the one that the monitor runs.
@@ -137,42 +136,18 @@ pub(super) fn sha256(bytes: &[u8]) -> [u8; DIGEST_LEN] {
     Sha256::digest(bytes).into()
 }
 
-fn u16_at(header: &[u8; HEADER_LEN], at: usize) -> u16 {
-    u16::from_le_bytes([header[at], header[at + 1]])
-}
-
-/// Checks what a header says by itself; returns the name of the board.
-fn fields(header: &[u8; HEADER_LEN]) -> Result<String, ImageError> {
-    let format = u16_at(header, 8);
-    if format != FORMAT {
-        return Err(ImageError::Format { format });
+/// Whether these can be sent together: one image, or two of one version for one board, one for either slot. The
+/// one for the slot that is not running is sent.
+pub fn are_a_set(images: &[Image]) -> bool {
+    match images {
+        [_] => true,
+        [one, other] => {
+            let slots =
+                matches!((one.slot(), other.slot()), (Some(1), Some(2)) | (Some(2), Some(1)));
+            slots && one.version() == other.version() && one.board() == other.board()
+        }
+        _ => false,
     }
-    let board = &header[BOARD.0..BOARD.1];
-    let end = board.iter().position(|byte| *byte == 0).unwrap_or(board.len());
-    let (name, rest) = board.split_at(end);
-    let named = !name.is_empty() && name.iter().all(u8::is_ascii_graphic);
-    if !named || rest.iter().any(|byte| *byte != 0) {
-        return Err(ImageError::Board);
-    }
-    let (slot, key) = (header[40], header[41]);
-    if slot > 2 {
-        return Err(ImageError::Slot { slot });
-    }
-    if key >= KEYS {
-        return Err(ImageError::Key { key });
-    }
-    if u16_at(header, 42) & (1 << key) != 0 {
-        return Err(ImageError::RevokesItself { key });
-    }
-    let (oldest, newest) = (u16_at(header, 44), u16_at(header, 46));
-    if oldest > newest {
-        return Err(ImageError::Layouts { oldest, newest });
-    }
-    let zeros = |from: usize, to: usize| header[from..to].iter().all(|byte| *byte == 0);
-    if !zeros(10, 12) || !zeros(48, 64) {
-        return Err(ImageError::Reserved);
-    }
-    Ok(String::from_utf8_lossy(name).into_owned())
 }
 
 /// Why a file is no image that could be sent.
@@ -238,6 +213,21 @@ pub enum ImageError {
     Reserved,
     /// The payload is not the one that was signed.
     Digest,
+}
+
+impl From<HeaderError> for ImageError {
+    fn from(error: HeaderError) -> Self {
+        match error {
+            HeaderError::Foreign => Self::Foreign,
+            HeaderError::Format { format } => Self::Format { format },
+            HeaderError::Board => Self::Board,
+            HeaderError::Slot { slot } => Self::Slot { slot },
+            HeaderError::Key { key } => Self::Key { key },
+            HeaderError::Layouts { oldest, newest } => Self::Layouts { oldest, newest },
+            HeaderError::Reserved => Self::Reserved,
+            HeaderError::RevokesItself { key } => Self::RevokesItself { key },
+        }
+    }
 }
 
 impl ImageError {

@@ -1,15 +1,17 @@
 //! One update, from any state to its end.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use lafet_proto::flags::{GeneralFlags, Severity};
+use lafet_proto::param::Param;
 use lafet_proto::update::{DIGEST_LEN, Order, PART_MAX, Phase, Report};
 use lafet_proto::{Status, SubsystemId};
 use tokio::time::{Instant, sleep};
 
+use super::before::Before;
 use super::error::{Change, Unready, UpdateError};
 use super::image::Image;
-use super::{Given, PATIENCE, PAUSE, Pace, Stage, Updated, Word, digest_of, give, passes};
+use super::{Given, PATIENCE, PAUSE, Stage, Trial, Updated, digest_of, give, passes};
 use crate::error::Error;
 use crate::monitor::Monitor;
 use crate::status::MonitorStatus;
@@ -26,12 +28,20 @@ const STANDSTILL: Duration = Duration::from_secs(120);
 const HASHING: Duration = Duration::from_secs(600);
 /// Longest time from a commit to the restart.
 const RESTART: Duration = Duration::from_secs(60);
-/// Time for the self-tests of an image on trial.
-const SELF_TESTS: Duration = Duration::from_secs(20);
+/// Until then an image on trial that is not as before is given time for its self-tests.
+const SELF_TESTS: Duration = Duration::from_secs(30);
+/// Longest time for which an image on trial is looked at, on a line that loses much.
+const LOOKING: Duration = Duration::from_secs(120);
+/// An image on trial that is not heard for so long has not answered all the while: it may have restarted.
+const GAP: Duration = Duration::from_secs(10);
+/// A monitor that is said to be confirmed, which was not asked for here, is asked once more after so long.
+const SURELY: Duration = Duration::from_secs(2);
+/// Pause before a trial is ended once more that has not ended.
+const AGAIN: Duration = Duration::from_secs(5);
 /// Longest time for a confirmation that is answered, but not carried out.
 const CONFIRMATION: Duration = Duration::from_secs(60);
 /// A trial that is not confirmed ends by itself after 180 s; with the restart.
-const TRIAL: Duration = Duration::from_secs(240);
+const TRIAL_MAX: Duration = Duration::from_secs(240);
 /// Longest pause for the others after a part without an answer.
 const PAUSE_MAX: Duration = Duration::from_secs(10);
 /// So often is an order repeated that the report shows not to be carried out.
@@ -77,26 +87,6 @@ enum Now {
     Confirmed,
     /// The old one, and it has not tried the image: power was lost before the commit was stored.
     Untried,
-}
-
-/// What a monitor was before its restart.
-struct Before {
-    present: Vec<SubsystemId>,
-    faults: Vec<&'static str>,
-}
-
-impl Before {
-    fn new(status: &MonitorStatus) -> Self {
-        Self { present: status.present().collect(), faults: faults(status) }
-    }
-}
-
-/// The flags of General that say that something is wrong.
-fn faults(status: &MonitorStatus) -> Vec<&'static str> {
-    let bits = status.general.map_or(0, |general| general.flags.bits());
-    let set = GeneralFlags::CLASS.set(bits);
-    let wrong = set.filter(|flag| flag.severity() >= Severity::Warning);
-    wrong.map(|flag| flag.info.name).collect()
 }
 
 /// How far a transfer has come, and since when it has not come further.
@@ -152,22 +142,30 @@ fn part(payload: &[u8], at: u32) -> Option<&[u8]> {
 /// Sends one update.
 pub(super) struct Sender<'a, F> {
     monitor: &'a Monitor,
-    pace: Pace,
+    trial: &'a Trial<'a>,
     told: F,
     /// When, and from which byte on, the data are being sent.
     started: Option<(Instant, u32)>,
+    /// An image has been committed.
+    committed: bool,
+    /// The image has answered on trial.
+    lived: bool,
 }
 
 impl<'a, F: FnMut(Stage)> Sender<'a, F> {
-    pub(super) const fn new(monitor: &'a Monitor, pace: Pace, told: F) -> Self {
-        Self { monitor, pace, told, started: None }
+    pub(super) const fn new(monitor: &'a Monitor, trial: &'a Trial<'a>, told: F) -> Self {
+        Self { monitor, trial, told, started: None, committed: false, lived: false }
     }
 
-    pub(super) async fn run(
-        mut self,
-        images: &[Image],
-        word: &Word,
-    ) -> Result<Updated, UpdateError> {
+    pub(super) async fn run(mut self, images: &[Image]) -> Result<Updated, UpdateError> {
+        match self.update(images).await {
+            // It has answered before: this is the new program.
+            Err(UpdateError::NoUpdate(status)) if self.committed => Err(UpdateError::Deaf(status)),
+            ended => ended,
+        }
+    }
+
+    async fn update(&mut self, images: &[Image]) -> Result<Updated, UpdateError> {
         let mut report = self.monitor.software().await?;
         if report.waits {
             report = self.settled().await?;
@@ -179,16 +177,19 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
             let from = report.version;
             report = self.restarted().await?;
             if let Some(image) = ours {
-                match judge(image, target, &report)? {
-                    Now::Trial => return self.finish(image, from, None, word).await,
+                match self.judge(image, target, &report).await? {
+                    Now::Trial => return self.finish(image, from).await,
                     Now::Confirmed => return Ok(self.confirmed(image, from)),
                     Now::Untried => {}
                 }
             }
         }
+        // What is on trial is being replaced, as it has nothing to go back to.
+        let replaced = report.phase != Phase::IDLE;
+        let awaited = report.trial && !replaced && !self.trial.fresh;
         let running = images.iter().find(|image| image.is_running(&report));
-        if let Some(image) = running.filter(|_| report.trial) {
-            return self.finish(image, report.version, None, word).await;
+        if let Some(image) = running.filter(|_| awaited) {
+            return self.finish(image, report.version).await;
         }
         let same = images.iter().any(|image| image.version() == report.version);
         if same && !report.trial {
@@ -197,7 +198,7 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
         let target = other(report.slot);
         let image = images.iter().find(|image| image.fits(target));
         let image = image.ok_or(UpdateError::NoImage { slot: target })?;
-        self.install(image, target, report.version, word).await
+        self.install(image, target, report.version).await
     }
 
     /// Brings the image into the other slot, has it tried, and confirms it.
@@ -206,44 +207,122 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
         image: &Image,
         target: u8,
         from: [u16; 4],
-        word: &Word,
     ) -> Result<Updated, UpdateError> {
-        let digest = digest_of(word);
-        let mut running = from;
+        let digest = digest_of(self.trial.word);
+        self.takes_effect().await?;
         for _ in 0..ROUNDS {
             let verified = self.bring(image, &digest).await?;
-            let before = Before::new(&self.status().await?);
+            let before = Before::new(&self.takes_effect().await?);
+            (self.trial.keep)(&before).map_err(|error| UpdateError::Note(Arc::new(error)))?;
             let report = self.commit(image, &digest, &verified).await?;
-            match judge(image, target, &report)? {
-                Now::Trial => return self.finish(image, from, Some(&before), word).await,
+            match self.judge(image, target, &report).await? {
+                Now::Trial => return self.prove(image, from, &before).await,
                 Now::Confirmed => return Ok(self.confirmed(image, from)),
-                Now::Untried => running = report.version,
+                Now::Untried => {}
             }
         }
-        Err(UpdateError::WentBack { wanted: image.version(), running })
+        Err(UpdateError::Stalled { done: image.size(), size: image.size() })
+    }
+
+    /// From a trial that another run has started to the end.
+    async fn finish(&mut self, image: &Image, from: [u16; 4]) -> Result<Updated, UpdateError> {
+        let before = match self.trial.before {
+            Some(before) => before.clone(),
+            None => self.composition().await?,
+        };
+        self.prove(image, from, &before).await
     }
 
     /// From the trial to the end.
-    async fn finish(
+    async fn prove(
         &mut self,
         image: &Image,
         from: [u16; 4],
-        before: Option<&Before>,
-        word: &Word,
+        before: &Before,
     ) -> Result<Updated, UpdateError> {
         (self.told)(Stage::OnTrial);
-        let what = self.check(before).await?;
+        self.lived = true;
+        let what = self.check(image, before).await?;
         if !what.is_empty() {
             let back = self.go_back(image).await;
             return Err(UpdateError::Changed { what, back });
         }
-        self.confirm(image, word).await?;
+        self.confirm(image).await?;
         Ok(self.confirmed(image, from))
     }
 
     fn confirmed(&mut self, image: &Image, from: [u16; 4]) -> Updated {
         (self.told)(Stage::Confirmed);
         Updated { from, to: image.version() }
+    }
+
+    const fn went_back(&self, image: &Image, report: &Report) -> UpdateError {
+        let (wanted, running) = (image.version(), report.version);
+        UpdateError::WentBack { wanted, running, lived: self.lived }
+    }
+
+    /// What runs after the restart that follows a commit.
+    async fn judge(&self, image: &Image, target: u8, report: &Report) -> Result<Now, UpdateError> {
+        let mut report = *report;
+        if report.slot == target && !report.trial {
+            // Nothing has confirmed it from here.
+            sleep(SURELY).await;
+            report = self.state().await?;
+        }
+        match report.slot == target {
+            true if report.version != image.version() => Err(UpdateError::OtherSender),
+            true if report.trial => Ok(Now::Trial),
+            true => Ok(Now::Confirmed),
+            false if report.failed || report.pending => Err(self.went_back(image, &report)),
+            false => Ok(Now::Untried),
+        }
+    }
+
+    /// The status of a monitor that a restart leaves where and what it is.
+    ///
+    /// # Errors
+    ///
+    /// [`UpdateError::NotReady`] where it would come back at another address or with other subsystems: that would
+    /// be taken for a fault of the image.
+    async fn takes_effect(&self) -> Result<MonitorStatus, UpdateError> {
+        let status = self.status().await?;
+        let client = self.monitor.client();
+        let address = match client.has_addresses() {
+            true => self.general(Param::GeneralAddress).await?,
+            false => None,
+        };
+        let elsewhere = address.is_some_and(|it| it != i32::from(client.address()));
+        let others = match self.general(Param::GeneralChain).await? {
+            Some(chain) => {
+                let seen = |id| {
+                    status.flags(id).is_some() || status.others.iter().any(|it| it.from() == id)
+                };
+                of_chain(chain).any(|(id, is_in)| is_in != seen(id))
+            }
+            None => false,
+        };
+        let waits = [(elsewhere, "Address"), (others, "Chain")].into_iter().filter(|it| it.0);
+        let waits: Vec<_> = waits.map(|(_, param)| Unready::WaitsForRestart { param }).collect();
+        if waits.is_empty() { Ok(status) } else { Err(UpdateError::NotReady(waits)) }
+    }
+
+    /// What has to be there where it is not known what was there before.
+    async fn composition(&self) -> Result<Before, UpdateError> {
+        let chain = self.general(Param::GeneralChain).await?.unwrap_or(0);
+        let others = of_chain(chain).filter(|(_, is_in)| *is_in).map(|(id, _)| id);
+        Ok(Before::unknown([SubsystemId::GENERAL].into_iter().chain(others)))
+    }
+
+    /// The value of a parameter of General, where the monitor has one.
+    async fn general(&self, param: Param) -> Result<Option<i32>, UpdateError> {
+        let since = Instant::now();
+        loop {
+            match self.monitor.param_id(SubsystemId::GENERAL, param.id()).await {
+                Ok(values) => return Ok(values.first().copied()),
+                Err(error) if error.is_refused() || is_odd(&error) => return Ok(None),
+                Err(error) => outlast(error, since).await?,
+            }
+        }
     }
 
     /// Has the image received and verified; returns the report that says so.
@@ -340,7 +419,7 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
         while let Some(part) = part(image.payload(), at) {
             let sent = Instant::now();
             let given = give(self.monitor, &Order::Data { offset: at, part }).await;
-            let pause = self.pace.pause(sent.elapsed());
+            let pause = self.trial.pace.pause(sent.elapsed());
             match given {
                 Ok(given) if given.status == Status::ACCEPTED => {
                     (at, waits) = (at + part.len() as u32, 0);
@@ -391,10 +470,15 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
         digest: &[u8; DIGEST_LEN],
         before: &Report,
     ) -> Result<Report, UpdateError> {
+        (self.told)(Stage::Committing);
+        let mut sent = false;
         for _ in 0..TRIES {
-            let outcome = match self.order(&Order::Commit { digest }).await {
+            let given = give(self.monitor, &Order::Commit { digest }).await;
+            sent |= !matches!(given, Err(Error::NotSent { .. } | Error::Closed));
+            self.committed |= sent;
+            let outcome = match self.outcome(given).await {
                 // It may be restarting.
-                Err(UpdateError::Client(error)) => return Err(UpdateError::Silent(error)),
+                Err(UpdateError::Client(error)) if sent => return Err(UpdateError::Silent(error)),
                 outcome => outcome?,
             };
             let report = outcome.report();
@@ -424,6 +508,7 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
     async fn restarted(&mut self) -> Result<Report, UpdateError> {
         (self.told)(Stage::Committed);
         (self.told)(Stage::Restarting);
+        self.committed = true;
         let since = Instant::now();
         loop {
             let report = match self.state().await {
@@ -440,39 +525,68 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
         }
     }
 
-    /// What is not as before; nothing, if it is so within the time for self-tests.
-    async fn check(&self, before: Option<&Before>) -> Result<Vec<Change>, UpdateError> {
+    /// What is not as before; nothing, if it has been so for long enough without a break.
+    async fn check(&self, image: &Image, before: &Before) -> Result<Vec<Change>, UpdateError> {
         let since = Instant::now();
-        let mut heard = since;
+        let (mut heard, mut good) = (since, None);
         loop {
             let read = self.monitor.status_all().await;
+            let now = Instant::now();
             let silent = read.as_ref().is_err_and(|error| passes(error) && !is_odd(error));
+            let over = heard.elapsed() >= PATIENCE || since.elapsed() >= LOOKING;
             let changes = match read {
-                Err(error) if silent && heard.elapsed() >= PATIENCE => return Err(error.into()),
+                Err(error) if silent && over => return Err(error.into()),
                 Err(error @ Error::Closed) => return Err(error.into()),
                 Err(error) => vec![Change::Unreadable(error)],
-                Ok(status) => changes(before, &status),
+                Ok(status) => before.changes(&status),
             };
+            if now - heard >= GAP {
+                good = None;
+            }
             if !silent {
-                heard = Instant::now();
-                if changes.is_empty() || since.elapsed() >= SELF_TESTS {
+                heard = now;
+            }
+            if changes.is_empty() {
+                if now - *good.get_or_insert(now) >= self.trial.proven {
                     return Ok(changes);
                 }
+            } else {
+                good = None;
+                if !silent && since.elapsed() >= SELF_TESTS {
+                    return Ok(changes);
+                }
+            }
+            let report = self.state().await?;
+            if !image.is_running(&report) {
+                return Err(self.went_back(image, &report));
             }
             sleep(PAUSE).await;
         }
     }
 
-    /// Ends a trial at once, where the monitor restarts under lockout, or waits until its time is over; returns
-    /// the version that is running again.
+    /// Ends a trial at once, where the program on trial can, or waits until its time is over; returns the version
+    /// that is running again.
     async fn go_back(&mut self, image: &Image) -> Option<[u16; 4]> {
         (self.told)(Stage::Restarting);
-        _ = self.monitor.restart().await;
+        let digest = digest_of(self.trial.word);
         let since = Instant::now();
-        while since.elapsed() < TRIAL {
+        let mut asked: Option<Instant> = None;
+        while since.elapsed() < TRIAL_MAX {
             let report = self.state().await.ok()?;
-            if !report.trial && !image.is_running(&report) {
+            let tried = image.is_running(&report);
+            if !report.trial && !tried {
                 return Some(report.version);
+            }
+            if tried && report.trial && asked.is_none_or(|at| at.elapsed() >= AGAIN) {
+                asked = Some(Instant::now());
+                let given = give(self.monitor, &Order::Abandon { digest: &digest }).await;
+                // A program that does not know the order, which may restart under lockout.
+                let unknown = given.is_ok_and(|it| {
+                    it.status == Status::INVALID_VALUE && it.report.is_none_or(|it| it.trial)
+                });
+                if unknown {
+                    _ = self.monitor.restart().await;
+                }
             }
             sleep(PAUSE).await;
         }
@@ -480,13 +594,13 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
     }
 
     /// Sends the word until the report shows that the image is not on trial any more.
-    async fn confirm(&mut self, image: &Image, word: &Word) -> Result<(), UpdateError> {
+    async fn confirm(&mut self, image: &Image) -> Result<(), UpdateError> {
         (self.told)(Stage::Confirming);
         let since = Instant::now();
         loop {
-            let outcome = match self.order(&Order::Confirm { word }).await {
+            let outcome = match self.order(&Order::Confirm { word: self.trial.word }).await {
                 // After a start, what is at rest may not be known to be.
-                Err(UpdateError::NotReady(_)) if since.elapsed() < SELF_TESTS => {
+                Err(UpdateError::NotReady(_)) if since.elapsed() < CONFIRMATION => {
                     sleep(PAUSE).await;
                     continue;
                 }
@@ -494,8 +608,7 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
             };
             let report = outcome.report();
             if !image.is_running(&report) {
-                let (wanted, running) = (image.version(), report.version);
-                return Err(UpdateError::WentBack { wanted, running });
+                return Err(self.went_back(image, &report));
             }
             if !report.trial {
                 return Ok(());
@@ -514,7 +627,12 @@ impl<'a, F: FnMut(Stage)> Sender<'a, F> {
 
     /// Gives an order once, and finds out what became of it.
     async fn order(&self, order: &Order<'_>) -> Result<Outcome, UpdateError> {
-        match give(self.monitor, order).await {
+        self.outcome(give(self.monitor, order).await).await
+    }
+
+    /// What became of an order that was given once.
+    async fn outcome(&self, given: Result<Given, Error>) -> Result<Outcome, UpdateError> {
+        match given {
             Ok(given) if given.status == Status::ACCEPTED => {
                 Ok(Outcome::Accepted(self.settled().await?))
             }
@@ -593,24 +711,8 @@ const fn is_odd(error: &Error) -> bool {
     matches!(error, Error::Protocol { .. })
 }
 
-/// What runs after the restart that follows a commit.
-fn judge(image: &Image, target: u8, report: &Report) -> Result<Now, UpdateError> {
-    let (wanted, running) = (image.version(), report.version);
-    match report.slot == target {
-        true if running != wanted => Err(UpdateError::OtherSender),
-        true if report.trial => Ok(Now::Trial),
-        true => Ok(Now::Confirmed),
-        false if report.failed || report.pending => Err(UpdateError::WentBack { wanted, running }),
-        false => Ok(Now::Untried),
-    }
-}
-
-/// Subsystems that are missing, and faults that are new. Without what was there before, General has to answer.
-fn changes(before: Option<&Before>, status: &MonitorStatus) -> Vec<Change> {
-    let present: Vec<SubsystemId> = status.present().collect();
-    let general = Before { present: vec![SubsystemId::GENERAL], faults: faults(status) };
-    let before = before.unwrap_or(&general);
-    let absent = before.present.iter().filter(|id| !present.contains(id));
-    let new = faults(status).into_iter().filter(|flag| !before.faults.contains(flag));
-    absent.map(|id| Change::Absent(*id)).chain(new.map(Change::Fault)).collect()
+/// What the parameter Chain says of each subsystem but General.
+fn of_chain(chain: i32) -> impl Iterator<Item = (SubsystemId, bool)> {
+    let all = SubsystemId::TABLE.into_iter().enumerate().skip(1);
+    all.map(move |(at, id)| (id, chain >> at & 1 != 0))
 }

@@ -2,14 +2,17 @@
 
 mod images;
 mod model;
+mod words;
 
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use lafet_client::transport::memory::pair;
-use lafet_client::update::{Change, Image, Pace, Stage, Unready, UpdateError, Updated, digest_of};
-use lafet_client::{Client, Config, Monitor};
-use lafet_proto::flags::{DriveFlags, GeneralFlags, ValveFlags};
+use lafet_client::update::{
+    Before, Change, Image, Pace, Stage, Trial, Unready, UpdateError, Updated, digest_of, is_over,
+};
+use lafet_client::{Client, Config, Error, Monitor};
+use lafet_proto::flags::{DetectorFlags, DriveFlags, GeneralFlags, ValveFlags};
 use lafet_proto::link::Decoder;
 use lafet_proto::update::{DIGEST_LEN, PART_MAX, Phase};
 use lafet_proto::{RequestId, Status, SubsystemId};
@@ -17,8 +20,8 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
 use tokio::time::{Instant, sleep};
 
 use model::{
-    BEGIN, COMMIT, CONFIRM, DATA, Dice, Fate, Model, NEW, OLD, STATE, STEP, TRIAL, VERIFY, WORD,
-    file, payload,
+    ABANDON, BEGIN, CHAIN, COMMIT, CONFIRM, DATA, Dice, Fate, Model, NEW, OLD, STATE, STEP, TRIAL,
+    VERIFY, WORD, file, payload,
 };
 
 fn image(version: [u16; 4], slot: u8, len: usize) -> Image {
@@ -84,7 +87,7 @@ async fn an_update() {
     assert_eq!(updated.unwrap(), Updated { from: OLD, to: NEW });
     let model = model.lock().unwrap();
     is_updated(&model, &images[1]);
-    let allowed = [RequestId::UPDATE, RequestId::GET_STATUS];
+    let allowed = [RequestId::UPDATE, RequestId::GET_STATUS, RequestId::GET_PARAM];
     assert!(model.requests.iter().all(|id| allowed.contains(id)), "{:?}", model.requests);
     let offsets: Vec<u32> = (0..2000).step_by(PART_MAX).map(|at| at as u32).collect();
     assert_eq!(model.offsets, offsets, "each part once");
@@ -95,6 +98,7 @@ async fn an_update() {
         stages.into_iter().filter(|stage| !matches!(stage, Stage::Sending { .. })).collect();
     let wanted = [
         Stage::Verifying,
+        Stage::Committing,
         Stage::Committed,
         Stage::Restarting,
         Stage::OnTrial,
@@ -227,8 +231,8 @@ async fn a_trial_that_goes_back() {
         };
         let (monitor, model) = start(Model { crashes: true, ..Model::hooked(hook) });
         let error = update(&monitor, new()).await.unwrap_err();
-        let UpdateError::WentBack { wanted, running } = error else { panic!("{error}") };
-        assert_eq!((wanted, running), (NEW, OLD));
+        let UpdateError::WentBack { wanted, running, lived } = error else { panic!("{error}") };
+        assert_eq!((wanted, running, lived), (NEW, OLD, false));
         let model = model.lock().unwrap();
         assert_eq!((model.count(COMMIT), model.commits, model.confirms), (1, 1, 0));
     }
@@ -244,19 +248,42 @@ async fn a_trial_that_is_silent() {
 }
 
 /// A subsystem is missing after the restart: not confirmed, and the error comes when the old image runs again; at
-/// once where the monitor restarts, after the time of a trial where its lockout forbids it.
+/// once where the program on trial knows Abandon or restarts, after the time of a trial where its lockout forbids that.
 #[tokio::test(start_paused = true)]
 async fn a_trial_without_a_subsystem() {
-    for restarts in [true, false] {
-        let (monitor, model) = start(Model { lacks_valve: true, restarts, ..Model::new() });
+    for (abandons, restarts) in [(true, false), (false, true), (false, false)] {
+        let (monitor, model) =
+            start(Model { lacks_valve: true, abandons, restarts, ..Model::new() });
         let started = Instant::now();
         let error = update(&monitor, new()).await.unwrap_err();
         let UpdateError::Changed { what, back } = &error else { panic!("{error}") };
         assert!(matches!(what[..], [Change::Absent(SubsystemId::VALVE1)]), "{error}");
         assert_eq!(*back, Some(OLD));
-        assert_eq!(started.elapsed() < TRIAL, restarts, "{:?}", started.elapsed());
+        let soon = started.elapsed() < TRIAL / 2;
+        assert_eq!(soon, abandons || restarts, "{:?}", started.elapsed());
         let model = model.lock().unwrap();
         assert_eq!((model.slot, model.confirms), (1, 0));
+    }
+}
+
+/// The order that ends a trial, and its answer, are lost: it is given again.
+#[tokio::test(start_paused = true)]
+async fn an_abandon_that_is_lost() {
+    for fate in [Fate::LoseRequest, Fate::LoseAnswer] {
+        let mut left = 2;
+        let hook = move |_: &mut Model, kind: u8| match kind == ABANDON && left > 0 {
+            true => {
+                left -= 1;
+                fate
+            }
+            false => Fate::Fine,
+        };
+        let (monitor, model) = start(Model { lacks_valve: true, ..Model::hooked(hook) });
+        let started = Instant::now();
+        let error = update(&monitor, new()).await.unwrap_err();
+        assert!(matches!(error, UpdateError::Changed { back: Some(OLD), .. }), "{error}");
+        assert!(started.elapsed() < TRIAL / 2, "{:?}", started.elapsed());
+        assert_eq!(model.lock().unwrap().confirms, 0);
     }
 }
 
@@ -264,16 +291,209 @@ async fn a_trial_without_a_subsystem() {
 #[tokio::test(start_paused = true)]
 async fn a_trial_with_a_fault() {
     let trial_flags = GeneralFlags::INTERNAL_FAULT;
-    let (monitor, model) = start(Model { trial_flags, ..Model::new() });
-    let error = update(&monitor, new()).await.unwrap_err();
-    let UpdateError::Changed { what, .. } = &error else { panic!("{error}") };
-    assert!(matches!(what[..], [Change::Fault("InternalFault")]), "{error}");
-    assert_eq!(model.lock().unwrap().confirms, 0);
-
+    let general = (SubsystemId::GENERAL, "InternalFault");
+    let vertical = (SubsystemId::VERTICAL, "PosEncoderFault");
+    let trial_drive = DriveFlags::POS_ENCODER_FAULT;
+    let late = Duration::from_secs(5);
+    for (model, wanted) in [
+        (Model { trial_flags, ..Model::new() }, general),
+        // It shows after the first status of the new image.
+        (Model { trial_flags, trial_after: late, ..Model::new() }, general),
+        (Model { trial_drive, ..Model::new() }, vertical),
+    ] {
+        let (monitor, model) = start(model);
+        let error = update(&monitor, new()).await.unwrap_err();
+        let UpdateError::Changed { what, .. } = &error else { panic!("{error}") };
+        let [Change::Fault { who, flag }] = what[..] else { panic!("{error}") };
+        assert_eq!((who, flag), wanted);
+        assert_eq!(model.lock().unwrap().confirms, 0);
+    }
     let flags = GeneralFlags::LOCKED_OUT | trial_flags;
-    let (monitor, model) = start(Model { trial_flags, flags, ..Model::new() });
+    let fire = DetectorFlags::FOUND;
+    for well in [
+        Model { trial_flags, flags, ..Model::new() },
+        Model { drive: trial_drive, trial_drive, ..Model::new() },
+        // What comes with each start, and a fire, are no fault of the image.
+        Model { trial_drive: DriveFlags::LIMITLESS, trial_detector: fire, ..Model::new() },
+    ] {
+        let (monitor, model) = start(well);
+        update(&monitor, new()).await.unwrap();
+        is_updated(&model.lock().unwrap(), &new());
+    }
+}
+
+/// An image that answers at first is watched for a while: one that lives for a few seconds is not confirmed.
+#[tokio::test(start_paused = true)]
+async fn a_trial_that_dies() {
+    let lives = Some(Duration::from_secs(3));
+    let (monitor, model) = start(Model { lives, ..Model::new() });
+    let error = update(&monitor, new()).await.unwrap_err();
+    let wanted = UpdateError::WentBack { wanted: NEW, running: OLD, lived: true };
+    assert_eq!(error.to_string(), wanted.to_string());
+    let model = model.lock().unwrap();
+    assert_eq!((model.slot, model.confirms), (1, 0));
+}
+
+/// The time for which it is watched counts without a break, and can be chosen.
+#[tokio::test(start_paused = true)]
+async fn how_long_a_trial_is_watched() {
+    let mut times = Vec::new();
+    for seconds in [5, 20] {
+        let (monitor, model) = start(Model::tried());
+        let proven = Duration::from_secs(seconds);
+        let trial = Trial { proven, ..Trial::new(&WORD, Pace::FULL) };
+        let since = Instant::now();
+        monitor.update_with(&[new()], &trial, |_| {}).await.unwrap();
+        times.push(since.elapsed());
+        assert!(since.elapsed() >= proven, "{times:?}");
+        assert_eq!(model.lock().unwrap().confirms, 1);
+    }
+    assert!(times[0] < Duration::from_secs(8) && times[1] < Duration::from_secs(25), "{times:?}");
+    // The monitor itself confirms nothing earlier, whatever the sender does.
+    let young = Duration::from_secs(10);
+    let (monitor, model) = start(Model { young, ..Model::tried() });
+    let trial = Trial { proven: Duration::ZERO, ..Trial::new(&WORD, Pace::FULL) };
+    let since = Instant::now();
+    monitor.update_with(&[new()], &trial, |_| {}).await.unwrap();
+    assert!(since.elapsed() >= young, "{:?}", since.elapsed());
+    assert_eq!(model.lock().unwrap().confirms, 1);
+    // A cable that is pulled in between starts it again.
+    let mut looks = 0;
+    let (monitor, model) = start(Model {
+        hook: Some(Box::new(move |model, kind| {
+            looks += u32::from(kind == STATE);
+            if looks == 20 {
+                looks += 1;
+                model.dead_until = Some(Instant::now() + Duration::from_secs(20));
+            }
+            Fate::Fine
+        })),
+        ..Model::tried()
+    });
+    let since = Instant::now();
+    update(&monitor, new()).await.unwrap();
+    assert!(since.elapsed() >= Duration::from_secs(40), "{:?}", since.elapsed());
+    assert_eq!(model.lock().unwrap().confirms, 1);
+}
+
+/// A parameter that waits for a restart would take effect with it, and look like a fault of the image.
+#[tokio::test(start_paused = true)]
+async fn a_parameter_that_waits_for_a_restart() {
+    for (address, chain, param) in
+        [(Some(5), Some(CHAIN), "Address"), (Some(1), Some(CHAIN & !(1 << 5)), "Chain")]
+    {
+        let (monitor, model) = start(Model { address, chain, ..Model::new() });
+        let error = update(&monitor, new()).await.unwrap_err();
+        let UpdateError::NotReady(why) = &error else { panic!("{error}") };
+        assert_eq!(*why, [Unready::WaitsForRestart { param }], "{error}");
+        assert_eq!(model.lock().unwrap().count(BEGIN), 0);
+    }
+    // It is set while data are sent.
+    let (monitor, model) = start(Model::hooked(|model, kind| {
+        if kind == DATA {
+            model.address = Some(5);
+        }
+        Fate::Fine
+    }));
+    let error = update(&monitor, new()).await.unwrap_err();
+    assert!(matches!(error, UpdateError::NotReady(_)), "{error}");
+    assert_eq!(model.lock().unwrap().count(COMMIT), 0);
+    // Monitors of other makers may not have them.
+    let (monitor, model) = start(Model { address: None, chain: None, ..Model::new() });
     update(&monitor, new()).await.unwrap();
     is_updated(&model.lock().unwrap(), &new());
+}
+
+/// What the monitor was before is kept before the commit; where it cannot be, nothing is committed.
+#[tokio::test(start_paused = true)]
+async fn what_it_was_before() {
+    let (monitor, model) = start(Model::new());
+    let kept = Mutex::new(None);
+    let keep = |before: &Before| {
+        assert_eq!(model.lock().unwrap().count(COMMIT), 0);
+        *kept.lock().unwrap() = Some(before.clone());
+        Ok(())
+    };
+    let trial = Trial { keep: &keep, ..Trial::new(&WORD, Pace::FULL) };
+    monitor.update_with(&[new()], &trial, |_| {}).await.unwrap();
+    let before = kept.lock().unwrap().clone().unwrap();
+    assert_eq!(Before::parse(&before.to_text()), Some(before.clone()));
+
+    let (monitor, model) = start(Model::new());
+    let full = |_: &Before| Err(std::io::Error::other("no room"));
+    let trial = Trial { keep: &full, ..Trial::new(&WORD, Pace::FULL) };
+    let error = monitor.update_with(&[new()], &trial, |_| {}).await.unwrap_err();
+    assert!(matches!(error, UpdateError::Note(_)), "{error}");
+    assert_eq!(model.lock().unwrap().count(COMMIT), 0);
+
+    // A run that was cut off: the next one compares with it. Without it, with the composition.
+    let bad = || Model { lacks_valve: true, ..Model::tried() };
+    let faulty = || Model { trial_flags: GeneralFlags::INTERNAL_FAULT, ..Model::tried() };
+    let unknown = || Model { chain: None, ..bad() };
+    for (model, before, well) in [
+        (bad(), Some(&before), false),
+        (faulty(), Some(&before), false),
+        (Model::tried(), Some(&before), true),
+        (bad(), None, false),
+        (faulty(), None, true),
+        (unknown(), None, true),
+        (unknown(), Some(&before), false),
+    ] {
+        let (monitor, model) = start(model);
+        let trial = Trial { before, ..Trial::new(&WORD, Pace::FULL) };
+        let ended = monitor.update_with(&[new()], &trial, |_| {}).await;
+        assert_eq!(ended.is_ok(), well, "{ended:?}");
+        assert_eq!(model.lock().unwrap().confirms, u32::from(well));
+    }
+}
+
+/// With a word that is new, what is on trial is replaced if it has nothing to go back to; otherwise the monitor
+/// refuses that. A run that was cut off amid that goes on with it.
+#[tokio::test(start_paused = true)]
+async fn a_trial_without_its_word() {
+    let newer = || image(NEW, 0, 2000);
+    for has_no_other in [true, false] {
+        let (monitor, model) = start(Model { has_no_other, ..Model::tried() });
+        let trial = Trial { fresh: true, ..Trial::new(&[1; 16], Pace::FULL) };
+        let ended = monitor.update_with(&[newer()], &trial, |_| {}).await;
+        let model = model.lock().unwrap();
+        match ended {
+            Ok(_) => assert!(has_no_other && model.slot == 1 && model.version() == NEW),
+            Err(error) => {
+                assert!(matches!(error, UpdateError::Refused(18)), "{error}");
+                assert!(!has_no_other && model.confirms == 0);
+            }
+        }
+    }
+    let mut half = Model { has_no_other: true, ..Model::tried() };
+    half.begin(newer().header(), &digest_of(&WORD));
+    let (monitor, model) = start(half);
+    update(&monitor, newer()).await.unwrap();
+    assert_eq!(model.lock().unwrap().slot, 1);
+}
+
+/// A program that says at first that it is not on trial is asked once more.
+#[tokio::test(start_paused = true)]
+async fn a_trial_that_is_said_late() {
+    let mut asked = 0;
+    let (monitor, model) = start(Model::hooked(move |model, kind| {
+        if kind == STATE && model.slot == 2 && asked < 2 {
+            asked += 1;
+            model.trial = asked == 2;
+        }
+        Fate::Fine
+    }));
+    update(&monitor, new()).await.unwrap();
+    is_updated(&model.lock().unwrap(), &new());
+}
+
+/// A monitor of another maker may answer 24 bytes to this request.
+#[tokio::test(start_paused = true)]
+async fn reports_that_cannot_be() {
+    let (monitor, _) = start(Model { slot: 1, phase: Phase(9), ..Model::new() });
+    let error = update(&monitor, new()).await.unwrap_err();
+    let odd = matches!(&error, UpdateError::Client(Error::Protocol { .. }));
+    assert!(odd, "{error}");
 }
 
 /// Another sender starts another image in between: nothing more is sent.
@@ -452,6 +672,18 @@ async fn a_monitor_without_it() {
         let error = update(&monitor, new()).await.unwrap_err();
         assert!(matches!(error, UpdateError::NoUpdate(got) if got == status), "{error}");
         assert_eq!(model.lock().unwrap().orders, [STATE, STATE]);
+    }
+}
+
+/// A new program that was built without it: neither a monitor without the update nor one that is silent.
+#[tokio::test(start_paused = true)]
+async fn an_image_without_it() {
+    for status in [Status::WRONG_REQUEST, Status::DENIED] {
+        let (monitor, model) = start(Model { trial_without_update: Some(status), ..Model::new() });
+        let error = update(&monitor, new()).await.unwrap_err();
+        assert!(matches!(error, UpdateError::Deaf(got) if got == status), "{error}");
+        assert!(!is_over(&Err(error)), "its word is kept");
+        assert_eq!(model.lock().unwrap().confirms, 0);
     }
 }
 

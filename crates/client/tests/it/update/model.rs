@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use lafet_client::update::digest_of;
 use lafet_proto::answer::Reply;
-use lafet_proto::flags::{DriveFlags, GeneralFlags, ValveFlags};
+use lafet_proto::flags::{DetectorFlags, DriveFlags, GeneralFlags, ValveFlags};
+use lafet_proto::param::Param;
 use lafet_proto::record::{Record, Records, Writer};
-use lafet_proto::status::{DriveStatus, GeneralStatus, ValveStatus};
+use lafet_proto::status::{DetectorStatus, DriveStatus, GeneralStatus, ValveStatus};
 use lafet_proto::update::{DIGEST_LEN, HEADER_LEN, KEY, Order, Phase, Report};
-use lafet_proto::{Answer, RequestId, Status, SubsystemId};
+use lafet_proto::{Answer, Ints, ParamId, RequestId, Status, SubsystemId};
 use sha2::{Digest as _, Sha256};
 use tokio::time::Instant;
 
@@ -31,6 +32,10 @@ pub const DATA: u8 = 2;
 pub const VERIFY: u8 = 3;
 pub const COMMIT: u8 = 4;
 pub const CONFIRM: u8 = 5;
+pub const ABANDON: u8 = 6;
+
+/// General, Vertical, Valve1 and Detector, as in the parameter Chain.
+pub const CHAIN: i32 = 1 | 1 << 2 | 1 << 5 | 1 << 8;
 
 /// What becomes of an order.
 #[derive(Clone, Copy, PartialEq)]
@@ -69,6 +74,8 @@ pub struct Model {
     pub dead_until: Option<Instant>,
     /// It answers so to Update, without a report.
     pub without_update: Option<Status>,
+    /// The program on trial answers so, too.
+    pub trial_without_update: Option<Status>,
     /// The next begins are refused for these reasons.
     pub refusals: Vec<u8>,
     /// The new image crashes.
@@ -77,8 +84,24 @@ pub struct Model {
     pub mutes: bool,
     /// On trial without its valve.
     pub lacks_valve: bool,
-    /// Flags of General on trial.
+    /// It restarts so long after its start on trial.
+    pub lives: Option<Duration>,
+    /// Nothing is confirmed for so long after its start on trial.
+    pub young: Duration,
+    pub trial_since: Option<Instant>,
+    /// Flags of General on trial, so long after its start.
     pub trial_flags: GeneralFlags,
+    pub trial_after: Duration,
+    /// Flags of Vertical and Detector on trial.
+    pub trial_drive: DriveFlags,
+    pub trial_detector: DetectorFlags,
+    /// It knows Abandon.
+    pub abandons: bool,
+    /// The image on trial has nothing to go back to.
+    pub has_no_other: bool,
+    /// The parameters of General that take effect with a restart.
+    pub address: Option<i32>,
+    pub chain: Option<i32>,
     pub flags: GeneralFlags,
     pub valve: ValveFlags,
     pub drive: DriveFlags,
@@ -118,11 +141,22 @@ impl Model {
             trial_ends: None,
             dead_until: None,
             without_update: None,
+            trial_without_update: None,
             refusals: Vec::new(),
             crashes: false,
             mutes: false,
             lacks_valve: false,
+            lives: None,
+            young: Duration::ZERO,
+            trial_since: None,
             trial_flags: GeneralFlags::empty(),
+            trial_after: Duration::ZERO,
+            trial_drive: DriveFlags::empty(),
+            trial_detector: DetectorFlags::empty(),
+            abandons: true,
+            has_no_other: false,
+            address: Some(1),
+            chain: Some(CHAIN),
             flags: GeneralFlags::LOCKED_OUT,
             valve: ValveFlags::CLOSED,
             drive: DriveFlags::empty(),
@@ -143,9 +177,10 @@ impl Model {
 
     /// On trial, as another run of the sender has left it.
     pub fn tried() -> Self {
-        let trial_ends = Some(Instant::now() + TRIAL);
+        let now = Instant::now();
+        let (trial_since, trial_ends) = (Some(now), Some(now + TRIAL));
         let (word, versions) = (digest_of(&WORD), [OLD, NEW]);
-        Self { slot: 2, trial: true, versions, word, trial_ends, ..Self::new() }
+        Self { slot: 2, trial: true, versions, word, trial_since, trial_ends, ..Self::new() }
     }
 
     fn other(&self) -> u8 {
@@ -171,6 +206,7 @@ impl Model {
             failed: self.failed,
             waits: self.held.is_some(),
             pending: false,
+            lost: false,
             reason: self.reason,
             received: if self.target.is_some() { self.bytes.len() as u32 } else { 0 },
             size: self.size(),
@@ -215,7 +251,8 @@ impl Model {
         let committed = std::mem::take(&mut self.committed);
         if committed && !self.crashes {
             (self.trial, self.slot) = (true, self.other());
-            self.trial_ends = Some(now + TRIAL);
+            self.trial_ends = Some(now + self.lives.unwrap_or(TRIAL));
+            self.trial_since = Some(now);
         } else if committed {
             self.failed = true;
         } else if self.trial {
@@ -244,7 +281,7 @@ impl Model {
         self.reason = 0;
         match order {
             Order::State => {}
-            Order::Begin { .. } if self.trial => self.reason = 18,
+            Order::Begin { .. } if self.trial && !self.has_no_other => self.reason = 18,
             Order::Begin { .. } if !self.refusals.is_empty() => {
                 self.reason = self.refusals.remove(0);
             }
@@ -259,6 +296,10 @@ impl Model {
                 }
                 _ => self.reason = 20,
             },
+            Order::Abandon { digest } if *digest == self.word => {
+                self.restart_at = Some(now + 5 * STEP);
+            }
+            Order::Abandon { .. } => self.reason = 20,
             Order::Confirm { .. } if !self.trial => self.reason = 19,
             Order::Confirm { word } if digest_of(word) != self.word => self.reason = 20,
             Order::Confirm { .. } => (self.trial, self.trial_ends) = (false, None),
@@ -288,6 +329,7 @@ impl Model {
             Order::Data { offset, .. } => {
                 self.phase != Phase::RECEIVING || offset != self.bytes.len() as u32
             }
+            Order::Abandon { .. } => !self.trial,
             _ => false,
         };
         let ready = self.flags.contains(GeneralFlags::LOCKED_OUT)
@@ -295,10 +337,12 @@ impl Model {
             && self.valve.contains(ValveFlags::CLOSED)
             && !self.drive.contains(DriveFlags::MOVE);
         assert_eq!(key, KEY);
-        if self.held.is_some() || self.restart_at.is_some() {
+        let young = self.trial_since.is_some_and(|since| now - since < self.young);
+        let early = self.trial && young && matches!(order, Order::Confirm { .. });
+        if self.held.is_some() || self.restart_at.is_some() || early {
             return Status::BUSY;
         }
-        if !ready {
+        if !ready && !matches!(order, Order::Abandon { .. }) {
             return Status::DENIED;
         }
         if misplaced {
@@ -313,12 +357,18 @@ impl Model {
         Status::ACCEPTED
     }
 
-    fn states(&self) -> Vec<Answer<'static>> {
-        let flags = if self.trial { self.flags | self.trial_flags } else { self.flags };
+    fn states(&self, now: Instant) -> Vec<Answer<'static>> {
+        let late = self.trial_since.is_some_and(|since| now - since >= self.trial_after);
+        let flags = if self.trial && late { self.flags | self.trial_flags } else { self.flags };
+        let (moves, found) = match self.trial {
+            true => (self.drive | self.trial_drive, self.trial_detector),
+            false => (self.drive, DetectorFlags::empty()),
+        };
         let general = GeneralStatus { flags, main_voltage: 24, pressure: 0, flowrate: 0 };
-        let drive = DriveStatus { flags: self.drive, position: 0, current: 0, speed: 0 };
+        let drive = DriveStatus { flags: moves, position: 0, current: 0, speed: 0 };
         let mut all = vec![
             (SubsystemId::VALVE1, Reply::Valve(ValveStatus { flags: self.valve })),
+            (SubsystemId::DETECTOR, Reply::Detector(DetectorStatus { flags: found })),
             (SubsystemId::VERTICAL, Reply::Drive(drive)),
             (SubsystemId::GENERAL, Reply::General(general)),
         ];
@@ -334,6 +384,24 @@ impl Model {
         all.into_iter().map(answer).collect()
     }
 
+    fn is_without_update(&self) -> Option<Status> {
+        let tried = self.trial_without_update.filter(|_| self.trial);
+        self.without_update.or(tried)
+    }
+
+    fn param(&self, data: &[u8]) -> Answer<'_> {
+        let id = ParamId(u16::from_le_bytes([data[0], data[1]]));
+        let value = match Param::find(SubsystemId::GENERAL, id) {
+            Some(Param::GeneralAddress) => &self.address,
+            Some(Param::GeneralChain) => &self.chain,
+            _ => &None,
+        };
+        let values = Ints::Values(value.as_slice());
+        let status = if value.is_some() { Status::OK } else { Status::INVALID_ID };
+        let (from, request) = (SubsystemId::GENERAL, RequestId::GET_PARAM);
+        Answer { from, request, status, data: Reply::Param { id, values } }
+    }
+
     /// Answers the records of a frame.
     fn records(&mut self, now: Instant, payload: &[u8]) -> Vec<u8> {
         let mut buffer = [0; 512];
@@ -343,17 +411,21 @@ impl Model {
                 out.push(&Record { request, device, status, data }).expect("room");
             };
             match request {
-                RequestId::UPDATE => match self.without_update {
+                RequestId::UPDATE => match self.is_without_update() {
                     Some(status) => push(device, status, &[]),
+                    None if data.first() == Some(&ABANDON) && !self.abandons => {
+                        push(device, Status::INVALID_VALUE, &[]);
+                    }
                     None => {
                         let status = self.take_order(now, data);
                         push(device, status, &self.report().to_bytes());
                     }
                 },
                 RequestId::GET_STATUS if device == SubsystemId::ALL => {
-                    self.states().iter().for_each(|it| it.encode(&mut out).expect("room"));
+                    self.states(now).iter().for_each(|it| it.encode(&mut out).expect("room"));
                 }
                 RequestId::GET_STATUS => push(device, Status::MODULE_NOT_EXIST, &[]),
+                RequestId::GET_PARAM => self.param(data).encode(&mut out).expect("room"),
                 RequestId::STOP => {
                     self.stopped_at = Some(now);
                     push(SubsystemId::VERTICAL, Status::OK, &[]);

@@ -250,7 +250,7 @@ impl<'a> Bench<'a> {
     /// Sends a payload; returns the records of its one answer. Every rule of the frame is checked.
     pub fn frame(&mut self, payload: &[u8]) -> Step<Vec<Rec>> {
         let requests = Rec::all(payload).unwrap_or_default();
-        let repeatable = requests.iter().all(|rec| is_harmless(rec.request));
+        let repeatable = requests.iter().all(is_harmless);
         if !repeatable || requests.is_empty() {
             (self.dirty, self.acted) = (true, true);
         }
@@ -540,7 +540,7 @@ pub fn param_data(name: &str, values: &[i32]) -> Vec<u8> {
 }
 
 /// Whether a request is a read or Stop: safe to send to any monitor.
-pub fn is_harmless(request: R) -> bool {
+fn is_harmless(rec: &Rec) -> bool {
     const READS: [R; 6] = [
         R::GET_STATUS,
         R::GET_PARAM,
@@ -549,7 +549,11 @@ pub fn is_harmless(request: R) -> bool {
         R::GET_HOTBED,
         R::STOP,
     ];
-    READS.contains(&request) || request.name().is_none()
+    match rec.request {
+        // §U Of its orders, the state.
+        R::UPDATE => rec.data == [0],
+        request => READS.contains(&request) || request.name().is_none(),
+    }
 }
 
 pub fn name_of(request: R) -> String {

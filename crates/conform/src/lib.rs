@@ -78,6 +78,9 @@ pub struct Options {
     pub framing: Framing,
     /// How long to wait for an answer, ms of the monitor's clock.
     pub timeout_ms: u64,
+    /// The board that images for this monitor name (§U), where it is known: without it, no header gets as far as
+    /// its signature.
+    pub board: Option<String>,
     /// Folder of the file with the stored parameters, as `lafet param restore` takes it, that there is
     /// while a test may erase them, and that stays when they could not be written back.
     pub keep_in: PathBuf,
@@ -96,6 +99,7 @@ impl Default for Options {
             source: 0x81,
             framing: Framing::Link,
             timeout_ms: 1000,
+            board: None,
             keep_in: std::env::temp_dir(),
             interrupt: Arc::default(),
         }

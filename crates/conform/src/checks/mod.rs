@@ -15,6 +15,7 @@ mod search;
 mod service;
 mod table;
 mod timed;
+mod update;
 mod water;
 
 use crate::Level;

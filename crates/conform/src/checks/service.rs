@@ -31,12 +31,23 @@ fn bad(b: &mut Bench<'_>, request: &Rec) -> Step<Vec<Rec>> {
     Ok(records)
 }
 
-fn locked(b: &mut Bench<'_>) -> Step {
+/// Locks out, and waits until it is.
+pub fn locked(b: &mut Bench<'_>) -> Step {
     lockout(b, key::ENABLE)?;
     b.until_flags(S::GENERAL, bits::LOCKED_OUT, 0, 2000)
 }
 
-fn released(b: &mut Bench<'_>) -> Step {
+/// The same, until a loss of power would not end it.
+pub fn locked_and_stored(b: &mut Bench<'_>) -> Step {
+    locked(b)?;
+    b.until(10_000, text::OkFromGeneral, |b| {
+        let records = lockout(b, key::ENABLE)?;
+        Ok(records.last().is_some_and(|rec| rec.device == S::GENERAL && rec.status == Status::OK))
+    })
+}
+
+/// Releases, and waits until it is.
+pub fn released(b: &mut Bench<'_>) -> Step {
     lockout(b, key::DISABLE)?;
     is_off(b)
 }
@@ -185,11 +196,7 @@ pub fn lockout_off(b: &mut Bench<'_>) -> Step {
 
 /// §3.18/8
 pub fn lockout_stored(b: &mut Bench<'_>) -> Step {
-    locked(b)?;
-    b.until(10_000, text::OkFromGeneral, |b| {
-        let records = lockout(b, key::ENABLE)?;
-        Ok(records.last().is_some_and(|rec| rec.device == S::GENERAL && rec.status == Status::OK))
-    })?;
+    locked_and_stored(b)?;
     let first = lockout(b, key::DISABLE)?;
     must(
         first.last().is_some_and(|rec| rec.status == Status::ACCEPTED),
@@ -215,7 +222,8 @@ pub fn restart_addressee(b: &mut Bench<'_>) -> Step {
     must(flags & bits::RESTARTING == 0, text::DoesNotRestart, format!("{flags:#010x}"))
 }
 
-fn restart(b: &mut Bench<'_>) -> Step<Vec<Rec>> {
+/// Restarts it; [`back`] waits until it is there again.
+pub fn restart(b: &mut Bench<'_>) -> Step<Vec<Rec>> {
     b.moves(&crate::safety::DRIVES);
     b.frame(&Rec::new(R::RESTART, S::ALL, &[]).bytes())
 }

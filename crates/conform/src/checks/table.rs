@@ -7,7 +7,7 @@ use crate::verdict::Step;
 
 use super::{
     fold, limits, link, memory, motion, params, programs, reads, records, search, service, timed,
-    water,
+    update, water,
 };
 
 type Run = fn(&mut Bench<'_>) -> Step;
@@ -91,6 +91,13 @@ pub const TESTS: &[Test] = &[
     t("§3.21", "hotbeds", ReadOnly, reads::hotbeds),
     t("§3.21/1", "hotbeds-bytes", ReadOnly, reads::hotbeds),
     t("§3.21/2", "get-hotbed", ReadOnly, reads::get_hotbed),
+    t("§U", "update-state", ReadOnly, update::report),
+    t("§U/2", "update-sizes", ReadOnly, update::sizes),
+    t("§U/2", "update-no-order", ReadOnly, update::no_order),
+    t("§U/3", "update-key", ReadOnly, update::key),
+    t("§U/4", "update-not-locked-out", ReadOnly, update::not_locked_out),
+    t("§U/7", "update-absent", ReadOnly, update::without),
+    t("§U/8", "update-addressee", ReadOnly, update::addressee),
 
     t("§3.5", "set-param-id", Motion, params::answer_id),
     t("§3.5/1", "set-and-read", Motion, params::set_and_read),
@@ -162,6 +169,8 @@ pub const TESTS: &[Test] = &[
     t("§D/4", "move-timeout", Motion, timed::move_timeout),
     t("§D/4", "move-hold", Motion, timed::move_hold),
 
+    t("§U/5", "update-headers", Full, update::begin),
+    t("§U/6", "update-nothing-started", Full, update::nothing_started),
     t("§3.8/1", "open-wrapped", Full, water::open_wrapped),
     t("§D/5", "no-water-wrapped", Full, water::open_wrapped),
     t("§3.13/2", "justify-wrapped", Full, search::justify_wrapped),
@@ -236,11 +245,14 @@ pub const TESTS: &[Test] = &[
     t("§3.3/2", "reads-locked-out", Full, service::reads_locked),
     t("§3.18/4", "lockout-off", Full, service::lockout_off),
     t("§3.18/8", "lockout-stored", Full, service::lockout_stored),
+    t("§U/4", "update-not-stowed", Full, update::not_stowed),
+    t("§U/7", "update-absent-locked-out", Full, update::without_locked),
     t("§3.12/3", "restart-addressee", Full, service::restart_addressee),
     t("§3.12", "restart-layout", Full, service::restart_addressee),
     t("§3.12/1", "restart-answers", Full, service::restart_answers),
     t("§3.12/2", "restarting", Full, service::restarting),
     t("§3.12/4", "restart-keeps", Full, service::restart_keeps),
+    t("§U/1", "update-state-everywhere", Full, update::state_everywhere),
     t("§D/1", "inert-after-reset", Full, service::inert),
     t("§D/2", "reset-closes-valves", Full, service::restart_closes),
     t("§3.3.4/1", "overload", Full, motion::overload),

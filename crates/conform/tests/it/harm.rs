@@ -19,7 +19,7 @@ use lafet_proto::param::Param;
 use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
 use lafet_sim::sim::Sim;
 
-use crate::support::{Between, Frames, SimLine, ask, monitor};
+use crate::support::{BOARD, Between, Frames, SimLine, ask, monitor};
 use crate::wrong::{asks, flags, pass, reflag, says, secretly};
 
 const LIMITLESS: u32 = DriveFlags::LIMITLESS.bits();
@@ -51,7 +51,8 @@ impl<F: FnMut(&mut Sim, &[Rec]) -> Option<Vec<Rec>>> Between for Layer<F> {
     }
 }
 
-fn tested(
+/// Tests a monitor through a function, with the tests of one item; returns the monitor as it is left.
+pub fn tested(
     sim: Sim,
     level: Level,
     only: &str,
@@ -71,7 +72,9 @@ fn tested_in(
     let (monitor, keep_in) = (sim.address(), folder.to_owned());
     let mut line = SimLine::new(sim, Layer { frames: Frames::default(), handle });
     let only = vec![only.to_owned()];
-    let options = Options { level, only, monitor, keep_in, strict: true, ..Options::default() };
+    let board = Some(BOARD.to_owned());
+    let options =
+        Options { level, only, monitor, keep_in, board, strict: true, ..Options::default() };
     let report = run(&mut line, &options, &mut |_| {});
     (report, line.sim)
 }

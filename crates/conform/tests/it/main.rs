@@ -5,5 +5,6 @@ mod odd_answers;
 mod pages;
 mod profiles;
 mod support;
+mod update;
 mod wrong;
 mod wrong_monitors;

@@ -1,6 +1,6 @@
 //! The correct monitors: no test fails, at any level, in any profile.
 
-use crate::support::{Between, SimLine, monitor};
+use crate::support::{BOARD, Between, SimLine, UPDATED, monitor};
 use lafet_conform::raw::{Rec, frame};
 use lafet_conform::{Level, Options, Outcome, Report, TestReport, run};
 use lafet_device::Source;
@@ -25,7 +25,8 @@ impl Between for Plain {
 
 fn tested(profile: &str, level: Level) -> Report {
     let mut line = SimLine::new(monitor(profile), Plain::new());
-    let options = Options { level, strict: true, ..Options::default() };
+    let board = Some(BOARD.to_owned());
+    let options = Options { level, board, strict: true, ..Options::default() };
     run(&mut line, &options, &mut |_| {})
 }
 
@@ -123,6 +124,11 @@ fn a_lockout_that_lets_a_request_through_fails() {
 #[test]
 fn full() {
     passes("full");
+}
+
+#[test]
+fn updated() {
+    passes(UPDATED);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use crate::support::{SimLine, monitor};
+use crate::support::{BOARD, SimLine, monitor};
 use crate::wrong::{self, Breaking, Wrong};
 use lafet_client::Lang;
 use lafet_conform::{Level, Options, Outcome, Report, report, run};
@@ -26,7 +26,8 @@ fn tested(wrong: &Wrong) -> Report {
         true => (Level::Erase, ERASED.map(str::to_owned).to_vec()),
         false => (Level::Full, vec![wrong.item.to_owned()]),
     };
-    let options = Options { level, only, strict: true, ..Options::default() };
+    let board = Some(BOARD.to_owned());
+    let options = Options { level, only, board, strict: true, ..Options::default() };
     let report = run(&mut line, &options, &mut |_| {});
     if !report.tests.is_empty() {
         return report;

@@ -6,7 +6,7 @@ use std::io;
 use lafet_conform::line::Line;
 use lafet_conform::raw::{Incoming, Splitter};
 use lafet_device::Source;
-use lafet_sim::sim::{Config, Sim};
+use lafet_sim::sim::{Config, Sim, Software};
 use lafet_sim::world::STEP_MS;
 
 /// Simulated time before the first request, ms.
@@ -19,10 +19,17 @@ const PAYLOAD_MAX: usize = 512;
 const PROBES_AT_ONCE: u64 = 255;
 const PROBE_AGAIN_MS: u64 = 512;
 
+/// The profile `full`, with software that can be updated.
+pub const UPDATED: &str = "updated";
+/// The board of that monitor.
+pub const BOARD: &str = "bench";
+
 /// A monitor with the configuration of a profile.
 pub fn monitor(profile: &str) -> Sim {
     let mut config = Config::default();
-    config.profile(profile).expect("a known profile");
+    let updated = profile == UPDATED;
+    config.profile(if updated { "full" } else { profile }).expect("a known profile");
+    config.software = updated.then(|| Software { board: BOARD.to_owned(), ..Software::default() });
     let mut sim = Sim::new(config);
     sim.advance_ms(POWER_UP_MS);
     sim

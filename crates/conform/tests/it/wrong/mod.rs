@@ -9,6 +9,7 @@ mod reads;
 mod records;
 mod seeks;
 mod service;
+mod update;
 mod water;
 
 use lafet_conform::raw::{self, Rec};
@@ -85,6 +86,7 @@ pub fn all() -> Vec<Wrong> {
         programs::WRONG,
         seeks::WRONG,
         service::WRONG,
+        update::WRONG,
     ]
     .concat()
 }

@@ -31,6 +31,9 @@ pub struct Cli {
 /// Heading in the help for [`Global`] options.
 pub const GENERAL: &str = "General options";
 
+/// How long an answer may take unless the user says it, seconds.
+pub const TIMEOUT_S: f64 = 1.0;
+
 /// Options of every command.
 #[derive(Clone, Debug, Args)]
 pub struct Global {
@@ -44,7 +47,7 @@ pub struct Global {
         long,
         global = true, help_heading = GENERAL,
         value_name = "SECONDS",
-        default_value_t = 1.0,
+        default_value_t = TIMEOUT_S,
         value_parser = timeout
     )]
     pub timeout: f64,

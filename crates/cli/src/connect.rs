@@ -58,6 +58,9 @@ const SOON: Duration = Duration::from_millis(500);
 /// Capacity of a pipe to the simulator in this process, bytes.
 const PIPE: usize = 4096;
 
+/// Work of minutes gives way so often, times [`VISITS_MAX`].
+const LONG_ROUNDS: u32 = 12;
+
 /// What is done before the first frame on a serial port.
 #[derive(Clone, Copy, Debug)]
 enum Before {
@@ -210,6 +213,21 @@ pub fn url_of(global: &Global) -> Result<&str, Failure> {
         .ok_or_else(|| Failure::Usage(text::WhichMonitor.str(current()).into()))
 }
 
+/// What the monitors of a line have in common; `None` where each has a line of its own.
+pub fn line_of(endpoint: &Endpoint) -> Option<Endpoint> {
+    if endpoint.framing() == Framing::Records {
+        return None;
+    }
+    let mut line = endpoint.clone();
+    match &mut line {
+        Endpoint::Tcp { addresses, .. }
+        | Endpoint::Udp { addresses, .. }
+        | Endpoint::Serial { addresses, .. } => addresses.monitor = 1,
+        Endpoint::Sim { .. } => return None,
+    }
+    Some(line)
+}
+
 /// Opens the bare link, for commands that work on bytes and listen themselves.
 pub async fn link(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
     if let Endpoint::Sim { query, .. } = endpoint {
@@ -335,6 +353,29 @@ pub async fn giving_way<F: Future>(
     done.ok_or_else(|| Failure::Silent(text::PortGivenOften { url, times }.of(current())))
 }
 
+/// The same for what goes on for minutes and takes the line for itself: it gives way far more often.
+pub async fn giving_way_for_long<F: Future>(
+    url: &str,
+    endpoint: &Endpoint,
+    answer: Duration,
+    mut work: impl FnMut() -> F,
+) -> Result<F::Output, Failure> {
+    for _ in 0..LONG_ROUNDS {
+        let gave = |Holder { pid, program }: &Holder| {
+            complain_aside({
+                let (url, pid, program) = (url.to_owned(), *pid, program.clone());
+                move || text::PortGivenAway { url: &url, pid, program: &program }.of(current())
+            });
+        };
+        let done = door::giving_way(endpoint, answer, gave, &mut work).await;
+        if let Some(done) = done.map_err(|source| lost(url, source))? {
+            return Ok(done);
+        }
+    }
+    let times = LONG_ROUNDS * VISITS_MAX;
+    Err(Failure::Silent(text::PortGivenOften { url, times }.of(current())))
+}
+
 /// Opens the bare link of what must not wait. Says who has the port when it is not given soon, on a thread of
 /// its own: a look at all processes takes up to a second, and a terminal that is held takes no line at all.
 async fn urgently(url: &str, endpoint: &Endpoint) -> Result<Link, Failure> {
@@ -404,4 +445,21 @@ fn simulated(query: &[(String, String)], address: u8) -> Result<DuplexStream, Fa
 fn wrong_option(key: &str, value: &str) -> String {
     let profiles = simulator::profiles();
     text::SimOptions { key, value, profiles }.of(current())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn monitors_of_a_line_share_it() {
+        let line_of = |url: &str| line_of(&url.parse().expect(url));
+        let (a, b) = ("serial:///dev/ttyUSB0?addr=1", "serial:///dev/ttyUSB0?addr=2");
+        assert!(line_of(a).is_some());
+        assert_eq!(line_of(a), line_of(b));
+        assert_ne!(line_of(a), line_of("serial:///dev/ttyUSB1?addr=1"));
+        // Bare records carry no addresses, and each simulator is separate.
+        assert_eq!(line_of("tcp://h:1?framing=records"), None);
+        assert_eq!(line_of("sim:"), None);
+    }
 }

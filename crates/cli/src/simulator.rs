@@ -65,3 +65,31 @@ pub fn fault(name: &str) -> Result<Fault, String> {
 pub fn fire(text: &str) -> Result<FireSpec, String> {
     text.parse().map_err(|error| surroundings::told(error, text::FireExpected))
 }
+
+#[cfg(test)]
+mod tests {
+    use lafet_texts::Lang;
+
+    use super::*;
+
+    /// A fire that is given wrongly is answered with all that a fire can have.
+    #[test]
+    fn what_a_fire_can_have_is_named() {
+        for (name, value) in [
+            ("az", "30"),
+            ("range", "25"),
+            ("size", "2"),
+            ("growth", "0.01"),
+            ("reignites", "1"),
+            ("lit", "0"),
+            ("class", "hydrocarbon"),
+        ] {
+            let given = format!("az=0,range=20,{name}={value}");
+            assert!(given.parse::<FireSpec>().is_ok(), "{given}");
+            for lang in Lang::ALL {
+                let named = text::FireExpected.str(lang).contains(&format!("{name}="));
+                assert!(named, "{name} in {}", lang.code());
+            }
+        }
+    }
+}

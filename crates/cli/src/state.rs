@@ -5,7 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use lafet_client::Endpoint;
+pub use lafet_client::note::monitor;
 
 use crate::failure::Failure;
 
@@ -21,18 +21,6 @@ pub fn notes(command: &str) -> Result<PathBuf, Failure> {
     let state =
         folder().ok_or_else(|| Failure::io("XDG_STATE_HOME", io::ErrorKind::NotFound.into()))?;
     Ok(state.join(command))
-}
-
-/// A monitor by its link and address, whatever the other options of its URL. It may have any characters.
-pub fn monitor(endpoint: &Endpoint) -> String {
-    let address = endpoint.addresses().monitor;
-    let link = match endpoint {
-        Endpoint::Tcp { host, port, .. } => format!("tcp-{host}-{port}"),
-        Endpoint::Udp { host, port, .. } => format!("udp-{host}-{port}"),
-        Endpoint::Serial { path, .. } => format!("serial-{}", path.display()),
-        Endpoint::Sim { .. } => "sim".to_owned(),
-    };
-    format!("{link}-{address}")
 }
 
 /// Takes a monitor for one command, as long as the file is open: the note of one that runs is not of one

@@ -10,11 +10,13 @@ use lafet_client::{Endpoint, Error};
 use lafet_conform::line::{Cut, LinkLine};
 use lafet_conform::{Level, Options, Progress, Report, report};
 use lafet_texts::{Text as _, cli as text};
+use lafet_update::BoardName;
 use serde_json::{Value, json};
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::time::Instant;
 
 use crate::cli::Global;
+use crate::cmd::image::board;
 use crate::connect::{alone, url_of};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -58,6 +60,8 @@ pub struct ConformArgs {
     junit: Option<PathBuf>,
     #[arg(long, value_name = "FILE")]
     text: Option<PathBuf>,
+    #[arg(long, value_name = "BOARD", value_parser = board)]
+    board: Option<BoardName>,
     #[arg(long, value_name = "FACTOR", value_parser = simulator::speed)]
     speed: Option<f64>,
 }
@@ -89,6 +93,7 @@ impl ConformArgs {
             framing: endpoint.framing(),
             // The timeout scales with the clock, because the time on the way does not.
             timeout_ms: (global.timeout * 1000.0 * self.clock(endpoint)) as u64,
+            board: self.board.map(|board| board.as_str().to_owned()),
             ..Options::default()
         }
     }

@@ -21,6 +21,7 @@ use crate::failure::{Failure, Outcome};
 use crate::lang::current;
 use crate::out::Out;
 use people::User;
+pub use state::keep_off;
 
 /// What the package calls the hub's user.
 const USER: &str = "lafet";
@@ -98,14 +99,20 @@ pub fn run(file: Option<&Path>, user: Option<&str>, out: &mut Out) -> Outcome {
     }
 }
 
-fn examine(file: &Path, user: &User) -> Vec<Finding> {
-    let mut findings = config::of_file(file, user);
+/// What a hub takes instead of what is in this file: the environment's, and for the file of the package what its unit
+/// sets.
+pub fn overrides(file: &Path) -> Overrides {
     let mut overrides = Overrides::of_environment(|name| std::env::var(name).ok());
-    // As the unit runs it.
-    if file == Path::new(FILES[1]) {
+    let whole = file.canonicalize();
+    if whole.as_deref().unwrap_or(file) == Path::new(FILES[1]) {
         overrides.state.get_or_insert_with(|| STATE.into());
     }
-    let config: Option<Config> = match read_config(file, &overrides) {
+    overrides
+}
+
+fn examine(file: &Path, user: &User) -> Vec<Finding> {
+    let mut findings = config::of_file(file, user);
+    let config: Option<Config> = match read_config(file, &overrides(file)) {
         Ok(config) => Some(config),
         // A file that cannot be read has been reported.
         Err(Failure::Io { .. }) => None,

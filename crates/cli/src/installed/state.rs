@@ -15,8 +15,24 @@ use crate::lang::current;
 
 /// Whether a hub uses the folder now.
 pub fn is_running(folder: &Path) -> bool {
-    let lock = File::open(folder.join("lock"));
-    lock.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    keep_off(folder).is_err_and(|error| error.kind() == io::ErrorKind::WouldBlock)
+}
+
+/// Keeps the hub of this folder from its start, as long as the file is open; `None`: no hub has used it yet.
+///
+/// # Errors
+///
+/// `WouldBlock` while a hub uses the folder; a folder that this user may not look into.
+pub fn keep_off(folder: &Path) -> io::Result<Option<File>> {
+    let file = match File::open(folder.join("lock")) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        file => file?,
+    };
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Err(io::ErrorKind::WouldBlock.into()),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
 }
 
 /// Whether the hub's user, and no other, can use the folder.

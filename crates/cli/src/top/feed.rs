@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use lafet_client::{
-    Answers, Client, Endpoint, Framing, LinkEvent, LinkStatistics, Monitor, Subscription, os_text,
+    Answers, Client, Endpoint, LinkEvent, LinkStatistics, Monitor, Subscription, os_text,
 };
 use lafet_proto::answer::Reply;
 use lafet_proto::request::Body;
@@ -17,7 +17,7 @@ use tokio::time::sleep;
 
 use super::scene::{Connected, Seen};
 use crate::cli::Global;
-use crate::connect::Connection;
+use crate::connect::{Connection, line_of};
 use crate::failure::Failure;
 use crate::lang::current;
 
@@ -74,7 +74,7 @@ impl Feed {
         for endpoint in urls {
             let slot = Arc::new(Mutex::new(Slot::default()));
             let (name, url) = (name(endpoint), endpoint.to_string());
-            let line = line(endpoint);
+            let line = line_of(endpoint);
             let member = (endpoint.clone(), slot.clone());
             let known = |(known, ..): &&mut (_, _, _)| line.is_some() && *known == line;
             let stops = match groups.iter_mut().find(known) {
@@ -370,21 +370,6 @@ fn all_hotbeds(answers: &Answers) -> Vec<lafet_proto::status::Hotbed> {
     decoded.and_then(|answer| Some(answer.hotbeds()?.collect())).unwrap_or_default()
 }
 
-/// What the monitors of a line have in common; `None` where each has a line of its own.
-fn line(endpoint: &Endpoint) -> Option<Endpoint> {
-    if endpoint.framing() == Framing::Records {
-        return None;
-    }
-    let mut line = endpoint.clone();
-    match &mut line {
-        Endpoint::Tcp { addresses, .. }
-        | Endpoint::Udp { addresses, .. }
-        | Endpoint::Serial { addresses, .. } => addresses.monitor = 1,
-        Endpoint::Sim { .. } => return None,
-    }
-    Some(line)
-}
-
 /// A name as short as it remains unambiguous: `10.0.0.5:10485/1`, `ttyUSB0/12`, `sim/1`.
 fn name(endpoint: &Endpoint) -> String {
     let place = match endpoint {
@@ -417,17 +402,5 @@ mod tests {
         ] {
             assert_eq!(name(&endpoint(url)), short);
         }
-    }
-
-    #[test]
-    fn monitors_of_a_line_share_it() {
-        let line_of = |url| line(&endpoint(url));
-        let (a, b) = ("serial:///dev/ttyUSB0?addr=1", "serial:///dev/ttyUSB0?addr=2");
-        assert!(line_of(a).is_some());
-        assert_eq!(line_of(a), line_of(b));
-        assert_ne!(line_of(a), line_of("serial:///dev/ttyUSB1?addr=1"));
-        // Bare records carry no addresses, and each simulator is separate.
-        assert_eq!(line_of("tcp://h:1?framing=records"), None);
-        assert_eq!(line_of("sim:"), None);
     }
 }

@@ -199,7 +199,7 @@ fn every_shape_is_seen(shapes: Shapes) {
         let part = ["hex", "state", "states", "device", "frame", "noise", "summary", "figure"];
         // The tests of `ports`, `bus` and `update` check theirs; `jog` needs a terminal.
         let elsewhere = ["port", "jog", "bus", "bus-who", "bus-log", "bus-totals"];
-        let updates = ["update", "update-state"];
+        let updates = ["update", "update-all", "update-state"];
         let known = seen.contains(shape)
             || part.contains(&shape.as_str())
             || elsewhere.contains(&shape.as_str())

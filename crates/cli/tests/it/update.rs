@@ -1,5 +1,9 @@
 //! `lafet image` and `lafet update` on simulated monitors: from a key to a new version, by commands alone.
 
+mod all;
+#[cfg(target_os = "linux")]
+mod line;
+
 use std::fs;
 use std::path::PathBuf;
 
@@ -106,7 +110,7 @@ fn from_a_key_to_a_new_version() {
     sim.done(&["lockout", "on"]);
     let before = state(&sim);
     assert_eq!((&before["version"], &before["slot"]), (&json!("1.0.0.0"), &json!("A")));
-    let run = sim.done(&["update", &image]);
+    let run = sim.done(&["update", &image, "--watch", "5"]);
     assert!(run.out.contains("1.0.0.0 → 1.1.0.0, confirmed."), "{run:?}");
     assert!(run.out.contains("lafet lockout off"), "{run:?}");
     assert!(run.err.contains("sending: ") && run.err.contains("on trial"), "{run:?}");
@@ -118,9 +122,9 @@ fn from_a_key_to_a_new_version() {
     sim.done(&["lockout", "off"]);
     sim.done(&["deploy"]);
     // The same once more says so, in whatever state the monitor is.
-    let again = sim.done(&["update", &image]);
+    let again = sim.done(&["update", &image, "--watch", "5"]);
     assert!(again.out.contains("1.1.0.0"), "{again:?}");
-    assert_eq!(sim.value(&["update", &image])["stage"], "running-already");
+    assert_eq!(sim.value(&["update", &image, "--watch", "5"])["stage"], "running-already");
 }
 
 /// What is missing is named in the language of the user, and nothing is changed.
@@ -129,9 +133,9 @@ fn a_monitor_that_is_not_ready() {
     let maker = Maker::new("update-not-ready");
     let image = maker.image("1.1", 400);
     let sim = maker.monitor(&["--speed", "20"]);
-    let run = sim.run(&["update", &image]);
+    let run = sim.run(&["update", &image, "--watch", "5"]);
     assert!(run.code == 1 && run.err.contains("lafet lockout on"), "{run:?}");
-    let run = sim.run(&["--lang", "ru", "update", &image]);
+    let run = sim.run(&["--lang", "ru", "update", &image, "--watch", "5"]);
     assert!(run.code == 1 && run.err.contains("lafet lockout on"), "{run:?}");
     assert!(run.err.chars().any(|c| ('а'..='я').contains(&c)), "{run:?}");
     let state = state(&sim);
@@ -141,7 +145,7 @@ fn a_monitor_that_is_not_ready() {
     assert!(run.out.contains("версия") && run.out.contains("1.0.0.0"), "{run:?}");
     // A monitor without an update says that it has none.
     let plain = Sim::start(&[]);
-    for words in [&["update", &image] as &[&str], &["update", "--state"]] {
+    for words in [&["update", &image, "--watch", "5"] as &[&str], &["update", "--state"]] {
         let run = plain.run(words);
         assert!(run.code == 1 && run.err.contains("cannot be updated"), "{words:?}: {run:?}");
     }
@@ -171,7 +175,7 @@ fn images_that_are_refused() {
         (cut, 2, "Copy it again"),
         (maker.path("program"), 2, "no image"),
     ] {
-        let run = sim.run(&["update", &image]);
+        let run = sim.run(&["update", &image, "--watch", "5"]);
         assert!(run.code == code && run.err.contains(word), "{word}: {run:?}");
         let state = state(&sim);
         assert_eq!((&state["version"], &state["phase"]), (&json!("1.0.0.0"), &json!("idle")));
@@ -194,7 +198,7 @@ fn an_update_that_is_ended_goes_on() {
     sim.done(&["lockout", "on"]);
     let start = || {
         let mut command = lafet();
-        command.args(["-c", sim.url(), "--lang", "en", "--json", "update", &image]);
+        command.args(["-c", sim.url(), "--lang", "en", "--json", "update", &image, "--watch", "5"]);
         Running::stdout(&mut command)
     };
     let sent = |line: &str| {
@@ -204,7 +208,7 @@ fn an_update_that_is_ended_goes_on() {
     };
     let mut first = start();
     while sent(&first.line()).is_none_or(|done| done < 3000) {}
-    let second = sim.run(&["update", &image]);
+    let second = sim.run(&["update", &image, "--watch", "5"]);
     assert!(second.code == 1 && second.err.contains("Another lafet update"), "{second:?}");
     first.signal("KILL");
     assert_eq!(first.code(), None, "it was ended by a signal");
@@ -213,7 +217,7 @@ fn an_update_that_is_ended_goes_on() {
     let there = there["received"].as_u64().unwrap();
     assert!((3000..64 * 1024).contains(&there), "{there}");
     let mut command = lafet();
-    command.args(["-c", sim.url(), "--lang", "en", "update", &image]);
+    command.args(["-c", sim.url(), "--lang", "en", "update", &image, "--watch", "5"]);
     let mut interrupted = Running::stdout(&mut command);
     while state(&sim)["received"].as_u64().unwrap() <= there {}
     interrupted.signal("INT");
@@ -242,7 +246,7 @@ fn a_trial_is_confirmed_by_the_next_one() {
         false => Fate::Passed,
     });
     let mut command = lafet();
-    command.args(["-c", &url, "--json", "--timeout", "0.3", "update", &image]);
+    command.args(["-c", &url, "--json", "--timeout", "0.3", "update", &image, "--watch", "5"]);
     let mut first = Running::stdout(&mut command);
     while !first.line().contains("\"confirming\"") {}
     first.signal("KILL");
@@ -258,15 +262,18 @@ fn a_trial_is_confirmed_by_the_next_one() {
     let run = sim.done(&["update", "--state"]);
     assert!(run.out.contains("on trial: unless"), "{run:?}");
     // The monitor at the simulator's own URL has no note, then half of one.
-    let run = sim.run(&["update", &image]);
+    let run = sim.run(&["update", &image, "--watch", "5"]);
     assert!(run.code == 1 && run.err.contains("not sent from here"), "{run:?}");
+    assert!(!note(sim.url()).exists(), "a word that nothing waits for is not kept");
+    let noted = fs::read_to_string(note(&url)).unwrap();
+    assert!(noted.lines().any(|line| line.starts_with("before 00:")), "{noted}");
     fs::write(note(sim.url()), "lafet update 1\nword 00").unwrap();
-    let run = sim.run(&["update", &image]);
+    let run = sim.run(&["update", &image, "--watch", "5"]);
     assert!(run.code == 1 && run.err.contains("cannot be read from"), "{run:?}");
     fs::rename(note(&url), note(sim.url())).unwrap();
     let run = sim.run(&["update", &maker.image("1.2", 400)]);
     assert!(run.code == 1 && run.err.contains("another image"), "{run:?}");
-    let run = sim.done(&["update", &image]);
+    let run = sim.done(&["update", &image, "--watch", "5"]);
     assert!(run.out.contains("1.1.0.0 was on trial and is confirmed."), "{run:?}");
     assert!(!note(sim.url()).exists());
     let kept = state(&sim);
@@ -296,7 +303,18 @@ fn a_line_that_loses() {
             _ => Fate::Passed,
         }
     });
-    let run = Run::of(&["-c", &url, "--lang", "en", "--timeout", "0.3", "update", &image]);
+    let run = Run::of(&[
+        "-c",
+        &url,
+        "--lang",
+        "en",
+        "--timeout",
+        "0.3",
+        "update",
+        &image,
+        "--watch",
+        "5",
+    ]);
     assert!(run.code == 0 && run.out.contains("1.0.0.0 → 1.1.0.0, confirmed."), "{run:?}");
     assert_eq!(state(&sim)["version"], "1.1.0.0");
     assert!(!note(&url).exists());
@@ -309,7 +327,7 @@ fn a_trial_that_fails() {
     let image = maker.image("1.1", 400);
     let sim = maker.monitor(&["--speed", "20", "--bad-trial", "hangs"]);
     sim.done(&["lockout", "on"]);
-    let run = sim.run(&["update", &image]);
+    let run = sim.run(&["update", &image, "--watch", "5"]);
     assert!(run.code == 1 && run.err.contains("1.0.0.0 is running"), "{run:?}");
     assert!(!note(sim.url()).exists());
     let state = state(&sim);
@@ -330,7 +348,7 @@ fn the_software_is_kept_with_the_memory() {
     let note = note(sim.url());
     fs::create_dir_all(note.parent().unwrap()).unwrap();
     fs::write(&note, "half").unwrap();
-    let run = sim.done(&["update", &image]);
+    let run = sim.done(&["update", &image, "--watch", "5"]);
     assert!(run.err.contains("it is replaced"), "{run:?}");
     assert!(!note.exists());
     sim.running.signal("TERM");

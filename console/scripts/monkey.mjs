@@ -12,7 +12,7 @@ const WINDOWS = [
   { width: 2560, height: 1440, lang: 'ru' },
 ];
 const MONITORS = ['M1', 'M2', 'M3'];
-const OF_SITE = ['overview', 'alarms', 'events', 'replay', 'training', 'admin'];
+const OF_SITE = ['overview', 'alarms', 'events', 'replay', 'updates', 'training', 'admin'];
 const OF_MONITOR = ['operate', 'params', 'programs', 'commissioning', 'diagnosis', 'inspector'];
 const ROUTES = [...OF_SITE, ...MONITORS.flatMap((monitor) => OF_MONITOR.map((page) => `m/${monitor}/${page}`))];
 const KEYS = [

@@ -78,7 +78,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("lafet-client", &["lafet-sim", "lafet-device", "lafet-update"]),
     ("lafet-conform", &["lafet-sim", "lafet-device"]),
-    ("lafet-hub", &["lafet-sim", "lafet-device"]),
+    ("lafet-hub", &["lafet-sim", "lafet-device", "lafet-update"]),
 ];
 
 /// Says of each direct dependency what it is for.

@@ -159,6 +159,54 @@ export interface components {
             /** @enum {string} */
             type: "upload_recording";
         } | {
+            /** @description The board that it is for. */
+            board: string;
+            /** @description SHA-256 of its payload, hexadecimal. */
+            digest: string;
+            /** @enum {string} */
+            type: "store_image";
+            /** @description Its version. */
+            version: string;
+        } | {
+            /** @description The board that it is for. */
+            board: string;
+            /** @description SHA-256 of its payload, hexadecimal. */
+            digest: string;
+            /** @enum {string} */
+            type: "remove_image";
+            /** @description Its version. */
+            version: string;
+        } | {
+            /** @description SHA-256 of the payload of each image, hexadecimal. */
+            images: string[];
+            /** @description Ids of the monitors, in their order. */
+            monitors: string[];
+            /** @enum {string} */
+            type: "start_update";
+            /** @description The version of the images. */
+            version: string;
+        } | {
+            /** @enum {string} */
+            type: "stop_update";
+        } | {
+            /** @description The version before, where it is known. */
+            from?: string | null;
+            text?: components["schemas"]["Both"] | null;
+            /** @description The version that is confirmed. */
+            to?: string | null;
+            /** @enum {string} */
+            type: "update_monitor";
+            /** @description The version of the images. */
+            version: string;
+        } | {
+            /** @description Monitors that have the version. */
+            done: number;
+            /** @description Monitors that were to have it. */
+            monitors: number;
+            text?: components["schemas"]["Both"] | null;
+            /** @enum {string} */
+            type: "end_update";
+        } | {
             /** @description Id of the scenario. */
             scenario: string;
             /**
@@ -1163,6 +1211,11 @@ export interface components {
         Ids: {
             ids?: string[] | null;
         };
+        /**
+         * @description A slot of a monitor.
+         * @enum {string}
+         */
+        ImageSlot: "a" | "b";
         /** @description Id, name and address of a monitor. */
         Info: {
             /**
@@ -1734,6 +1787,39 @@ export interface components {
             /** @description In the order of the file. */
             buses: components["schemas"]["ModbusBus"][];
         };
+        /** @description A monitor of a run. */
+        MonitorUpdate: {
+            /**
+             * Format: int32
+             * @description Bytes of the payload that it has.
+             */
+            done: number | null;
+            /** @description The version before, where it is known. */
+            from: string | null;
+            /** @description Its id. */
+            id: string;
+            /**
+             * Format: int64
+             * @description Time that sending still takes at the speed so far, s.
+             */
+            left_s: number | null;
+            /**
+             * Format: int32
+             * @description Bytes of the payload.
+             */
+            size: number | null;
+            stage: components["schemas"]["UpdateStage"] | null;
+            /** @description What is done with it. */
+            state: components["schemas"]["MonitorUpdateState"];
+            text: components["schemas"]["Both"] | null;
+            /** @description The version that is confirmed. */
+            to: string | null;
+        };
+        /**
+         * @description What is done with a monitor.
+         * @enum {string}
+         */
+        MonitorUpdateState: "waiting" | "checking" | "locking" | "updating" | "unlocking" | "done" | "same" | "failed" | "skipped";
         /** @description Everything about a monitor: the published values as they are. */
         MonitorView: components["schemas"]["Info"] & {
             authority: components["schemas"]["Control"] | null;
@@ -2750,6 +2836,22 @@ export interface components {
          * @enum {string}
          */
         Standing: "good" | "expired" | "ended";
+        /** @description What is to be updated. */
+        StartUpdate: {
+            /** @description The digest of one image, or those of two of one version and board, for slot A and slot B. */
+            images: string[];
+            /**
+             * @description Ids of the monitors, in the order in which they are updated; left out or null: all of the configuration, in
+             *     its order.
+             */
+            monitors?: string[] | null;
+            /**
+             * Format: int32
+             * @description How much of the line's time the data may take, percent, 1 to 100; left out or null: 20 where others share the
+             *     line, else 100.
+             */
+            pace?: number | null;
+        };
         /** @description What is wrong with a file of the state. */
         StateFault: {
             /** @enum {string} */
@@ -2785,6 +2887,11 @@ export interface components {
             /** @enum {string} */
             fault: "altered";
         } | {
+            /** @description What was found. */
+            error: string;
+            /** @enum {string} */
+            fault: "unread";
+        } | {
             /** @description Its name now; a new file has its old one. */
             aside?: string | null;
             /** @description What was found. */
@@ -2814,6 +2921,33 @@ export interface components {
             stale: boolean;
             /** @description The subsystems that the monitor consists of. */
             subsystems: components["schemas"]["Subsystems"];
+        };
+        /** @description A stored image. */
+        StoredImage: {
+            /**
+             * Format: int64
+             * @description When it was uploaded, ms since 1970.
+             */
+            at_ms: number;
+            /** @description The board that it is for. */
+            board: string;
+            /** @description User who uploaded it. */
+            by: string;
+            /** @description SHA-256 of its payload, 64 hexadecimal digits: its name here. */
+            digest: string;
+            /**
+             * Format: int32
+             * @description Number of the key that it is signed with, 0 to 15.
+             */
+            key: number;
+            /**
+             * Format: int32
+             * @description Size of its payload, bytes.
+             */
+            size: number;
+            slot: components["schemas"]["ImageSlot"] | null;
+            /** @description Its version, `1.2.0.0`. */
+            version: string;
         };
         /** @description A tank or a wall that ends the way of the water. */
         Struck: {
@@ -3040,6 +3174,46 @@ export interface components {
             bits: number;
             /** @description Name of the register. */
             register: string;
+        };
+        /** @description A run: monitors that are updated one after the other. */
+        UpdateRun: {
+            /**
+             * Format: int64
+             * @description When it was started, ms since 1970.
+             */
+            began_ms: number;
+            /** @description User who started it. */
+            by: string;
+            /**
+             * Format: int64
+             * @description When it ended, ms since 1970; null: it runs.
+             */
+            ended_ms: number | null;
+            /** @description Digests of the images. */
+            images: string[];
+            /** @description The monitors, in their order. */
+            monitors: components["schemas"]["MonitorUpdate"][];
+            /** @description Whether it runs, is done, or has ended before it was. */
+            state: components["schemas"]["UpdateRunState"];
+            text: components["schemas"]["Both"] | null;
+            /** @description Their version. */
+            version: string;
+        };
+        /**
+         * @description How far a run is.
+         * @enum {string}
+         */
+        UpdateRunState: "running" | "done" | "ended";
+        /**
+         * @description How far the update of a monitor is.
+         * @enum {string}
+         */
+        UpdateStage: "sending" | "verifying" | "committed" | "restarting" | "on-trial" | "confirming" | "confirmed";
+        /** @description The images that the hub stores, and the run that updates monitors. */
+        Updates: {
+            /** @description In the order in which they came. */
+            images: components["schemas"]["StoredImage"][];
+            run: components["schemas"]["UpdateRun"] | null;
         };
         /**
          * @description How many urgent requests have come for a monitor since the hub was started, from all clients: what is held on a
@@ -3990,6 +4164,7 @@ export type Hotbeds = components['schemas']['Hotbeds'];
 export type HubState = components['schemas']['HubState'];
 export type Id = components['schemas']['Id'];
 export type Ids = components['schemas']['Ids'];
+export type ImageSlot = components['schemas']['ImageSlot'];
 export type Info = components['schemas']['Info'];
 export type JetAsked = components['schemas']['JetAsked'];
 export type JetWind = components['schemas']['JetWind'];
@@ -4019,6 +4194,8 @@ export type ModbusProblem = components['schemas']['ModbusProblem'];
 export type ModbusReading = components['schemas']['ModbusReading'];
 export type ModbusSource = components['schemas']['ModbusSource'];
 export type ModbusView = components['schemas']['ModbusView'];
+export type MonitorUpdate = components['schemas']['MonitorUpdate'];
+export type MonitorUpdateState = components['schemas']['MonitorUpdateState'];
 export type MonitorView = components['schemas']['MonitorView'];
 export type MotionEnd = components['schemas']['MotionEnd'];
 export type MotionWord = components['schemas']['MotionWord'];
@@ -4087,9 +4264,11 @@ export type Site = components['schemas']['Site'];
 export type Speed = components['schemas']['Speed'];
 export type Spot = components['schemas']['Spot'];
 export type Standing = components['schemas']['Standing'];
+export type StartUpdate = components['schemas']['StartUpdate'];
 export type StateFault = components['schemas']['StateFault'];
 export type StateFile = components['schemas']['StateFile'];
 export type Status = components['schemas']['Status'];
+export type StoredImage = components['schemas']['StoredImage'];
 export type Struck = components['schemas']['Struck'];
 export type Structure = components['schemas']['Structure'];
 export type Subscribed = components['schemas']['Subscribed'];
@@ -4104,6 +4283,10 @@ export type Tune = components['schemas']['Tune'];
 export type TunePair = components['schemas']['TunePair'];
 export type TuneWord = components['schemas']['TuneWord'];
 export type UnknownBits = components['schemas']['UnknownBits'];
+export type UpdateRun = components['schemas']['UpdateRun'];
+export type UpdateRunState = components['schemas']['UpdateRunState'];
+export type UpdateStage = components['schemas']['UpdateStage'];
+export type Updates = components['schemas']['Updates'];
 export type UrgentCounts = components['schemas']['UrgentCounts'];
 export type User = components['schemas']['User'];
 export type UserChange = components['schemas']['UserChange'];

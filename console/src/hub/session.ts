@@ -3,6 +3,7 @@ import { type Key, t } from '../i18n';
 import { session } from './me';
 import { store } from './store';
 import type { FlagOf, LinkFigures, Role, SubsystemName } from './types';
+import { underUpdate } from './updates';
 
 const RANK: Record<Role, number> = { observer: 0, operator: 1, engineer: 2, administrator: 3 };
 
@@ -63,6 +64,7 @@ export function whyNot(monitor: string, wants: Wants = {}): string {
       return t('why.subsystem', { subsystem: wants.subsystem });
     }
   }
+  if (wants.authority !== false && underUpdate() === monitor) return t('why.updating', { monitor });
   if (wants.authority !== false && store.stale(monitor)) return t('why.stale', { monitor });
   if (wants.authority !== false && !inControl(monitor)) {
     const holder = store.get(`monitors/${monitor}/authority`)?.holder;

@@ -272,3 +272,9 @@ class Socket {
 }
 
 export const socket = new Socket();
+
+/** A network that was dead delivers what was sent meanwhile: the hub refuses what people were shown as unanswered. */
+export function inTime(path: string): string {
+  const up_ms = socket.hubUp();
+  return up_ms === null ? path : `${path}?up_ms=${up_ms}`;
+}

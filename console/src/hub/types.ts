@@ -2,9 +2,19 @@
 // description does not contain: fields of the dictionary, recordings, the simulator.
 import type * as api from './api';
 
-import type { Act } from './api';
+import type { Act, Updates } from './api';
 
-export type { Act, Role, Session, Site } from './api';
+export type {
+  Act,
+  MonitorUpdate,
+  Role,
+  Session,
+  Site,
+  StartUpdate,
+  StoredImage,
+  UpdateRun,
+  Updates,
+} from './api';
 export type Drive = 'Vertical' | 'Horizontal' | 'Nozzle' | 'Deployer';
 export type Valve = 'Valve1' | 'Valve2';
 export type Toward = 'min' | 'max';
@@ -112,37 +122,39 @@ export type TopicOf<K extends string> = K extends 'hub'
   ? Hub
   : K extends 'scene'
     ? Scene
-    : K extends 'zones'
-      ? api.ZonesView
-      : K extends 'zones/configured'
-        ? api.ZonesConfigured
-        : K extends `alarms/${string}`
-          ? Alarm
-          : K extends `monitors/${string}/info`
-            ? Info
-            : K extends `monitors/${string}/status`
-              ? Status
-              : K extends `monitors/${string}/link`
-                ? Link
-                : K extends `monitors/${string}/authority`
-                  ? Authority
-                  : K extends `monitors/${string}/readiness`
-                    ? Readiness
-                    : K extends `monitors/${string}/limits`
-                      ? Limits | null
-                      : K extends `monitors/${string}/hotbeds`
-                        ? Hotbeds | null
-                        : K extends `monitors/${string}/params`
-                          ? Params
-                          : K extends `monitors/${string}/params_progress`
-                            ? Params['progress']
-                            : K extends `monitors/${string}/program`
-                              ? Program | null
-                              : K extends `monitors/${string}/tune`
-                                ? Tune
-                                : K extends `monitors/${string}/urgent`
-                                  ? api.UrgentCounts
-                                  : unknown;
+    : K extends 'updates'
+      ? Updates
+      : K extends 'zones'
+        ? api.ZonesView
+        : K extends 'zones/configured'
+          ? api.ZonesConfigured
+          : K extends `alarms/${string}`
+            ? Alarm
+            : K extends `monitors/${string}/info`
+              ? Info
+              : K extends `monitors/${string}/status`
+                ? Status
+                : K extends `monitors/${string}/link`
+                  ? Link
+                  : K extends `monitors/${string}/authority`
+                    ? Authority
+                    : K extends `monitors/${string}/readiness`
+                      ? Readiness
+                      : K extends `monitors/${string}/limits`
+                        ? Limits | null
+                        : K extends `monitors/${string}/hotbeds`
+                          ? Hotbeds | null
+                          : K extends `monitors/${string}/params`
+                            ? Params
+                            : K extends `monitors/${string}/params_progress`
+                              ? Params['progress']
+                              : K extends `monitors/${string}/program`
+                                ? Program | null
+                                : K extends `monitors/${string}/tune`
+                                  ? Tune
+                                  : K extends `monitors/${string}/urgent`
+                                    ? api.UrgentCounts
+                                    : unknown;
 
 type Message = api.Message;
 type Of<K extends Message['type']> = Extract<Message, { type: K }>;

@@ -7,13 +7,14 @@ import { http } from '../hub/http';
 import { type Recording, replay } from '../hub/replay';
 import { may } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
-import { dateTime, lang, num, t } from '../i18n';
+import { dateTime, lang, t } from '../i18n';
 import { icon } from '../parts/icons';
 import '../parts/lf-button';
 import '../parts/lf-chip';
 import '../parts/lf-plan';
 import { span } from '../parts/lf-timeline';
 import { standAlone } from '../parts/stand-alone';
+import { sizeText } from '../parts/words';
 import { confirmDialog, dialog } from '../shell/dialog';
 import { hrefOf, PAGES } from '../shell/router';
 import { toast } from '../shell/toasts';
@@ -527,9 +528,4 @@ function localTime(at_ms: number): string {
 
 function lengthText(minutes: number): string {
   return minutes >= 60 ? t('replay.hours', { n: minutes / 60 }) : t('replay.min', { n: minutes });
-}
-
-function sizeText(bytes: number): string {
-  const large = bytes >= 1e6;
-  return `${num(bytes / (large ? 1e6 : 1e3), large ? 1 : 0)}\u202f${t(large ? 'replay.mb' : 'replay.kb')}`;
 }

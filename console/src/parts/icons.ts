@@ -18,6 +18,7 @@ const PATHS = {
   replay: svg`<path d="M4 12a8 8 0 1 0 2.6-5.9"/><path d="M4 4v4.5h4.5M10.5 9v6l5-3-5-3Z"/>`,
   training: svg`<path d="M2.5 9.5 12 5l9.5 4.5L12 14 2.5 9.5Z"/><path d="M6.5 11.7V16c1.5 1.6 3.3 2.4 5.5 2.4s4-.8 5.5-2.4v-4.3"/>`,
   admin: svg`<circle cx="9" cy="8.5" r="3.5"/><path d="M3 19.5c.6-3.5 2.8-5.3 6-5.3s5.4 1.8 6 5.3M16 5.3a3.5 3.5 0 0 1 0 6.4M18 14.8c1.6.8 2.6 2.4 3 4.7"/>`,
+  updates: svg`<rect x="7" y="7" width="10" height="10" rx="1.5"/><path d="M10 3.500V7M14 3.500V7M10 17v3.500M14 17v3.500M3.500 10H7M3.500 14H7M17 10h3.500M17 14h3.500"/>`,
   stop: svg`<path d="M8.3 3h7.4L21 8.3v7.4L15.7 21H8.3L3 15.7V8.3L8.3 3Z" fill="currentColor" stroke="none"/><rect x="8" y="8" width="8" height="8" rx="1" fill="var(--stop)" stroke="none"/>`,
   lock: svg`<rect x="5" y="11" width="14" height="9" rx="2"/><path d="M8 11V8a4 4 0 0 1 8 0v3M12 14.5v2"/>`,
   unlock: svg`<rect x="5" y="11" width="14" height="9" rx="2"/><path d="M8 11V8a4 4 0 0 1 7.6-1.8M12 14.5v2"/>`,

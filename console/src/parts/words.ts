@@ -1,7 +1,7 @@
 // Texts of parts in the operator's language and units; a part that shows any renders again when
 // these change.
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import { langChanged, num } from '../i18n';
+import { langChanged, num, t } from '../i18n';
 import { fromWire, show, unitsChanged, unitText } from '../units';
 
 export class Words implements ReactiveController {
@@ -48,4 +48,10 @@ export function bearingText(degrees: number): string {
 /** An opening in degrees. */
 export function openingText(degrees: number): string {
   return `${num(degrees, degrees < 10 ? 1 : 0)}°`;
+}
+
+/** The size of a file: 12 kB, 1.5 MB. */
+export function sizeText(bytes: number): string {
+  const large = bytes >= 1e6;
+  return `${num(bytes / (large ? 1e6 : 1e3), large ? 1 : 0)}\u202f${t(large ? 'replay.mb' : 'replay.kb')}`;
 }

@@ -50,7 +50,7 @@ const LOOK_MS = 20_000;
 type Phase = 'boot' | 'unreachable' | 'login' | 'setup' | 'on';
 
 /** Pages to which a summary of each monitor, once a second, is enough. */
-const SUMMARIES = ['overview', 'zones', 'alarms', 'events'];
+const SUMMARIES = ['overview', 'zones', 'alarms', 'events', 'updates'];
 
 /** The monitors of which a page shows each change; null: all. */
 function lookedAt({ page, monitor }: Route): string[] | null {

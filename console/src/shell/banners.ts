@@ -6,6 +6,7 @@ import { resumesIn } from '../hub/pause';
 import { has, inControl, isSelf, may, whyNot } from '../hub/session';
 import { SECOND, store, TopicController } from '../hub/store';
 import type { AskedSeen } from '../hub/types';
+import { underUpdate } from '../hub/updates';
 import { phaseOf, zones } from '../hub/zones';
 import { age, num, t } from '../i18n';
 import { type IconName, icon } from '../parts/icons';
@@ -13,7 +14,8 @@ import '../parts/lf-button';
 import { base } from '../theme/shared';
 import { answerAsked, asked, askedChanged, releaseControl, takeControl } from './authority';
 import { soundBlocked, soundTurned } from './fire';
-import { type Route, router } from './router';
+import { hrefOf, type Route, router } from './router';
+import { updatingWords } from './updates';
 import { phaseWords } from './zone-words';
 
 /** The seat of the zone controller. */
@@ -64,6 +66,12 @@ export class LfBanners extends LitElement {
       .banner.zones {
         min-width: min(100%, 260px);
         overflow-wrap: anywhere;
+      }
+      .updating a {
+        display: inline-flex;
+        align-items: center;
+        min-height: 48px;
+        font-weight: 650;
       }
       .info {
         background: var(--info-soft);
@@ -119,7 +127,7 @@ export class LfBanners extends LitElement {
     super();
     new TopicController(
       this,
-      () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/', 'zones'],
+      () => [SECOND, 'hub', 'monitors/', 'scene', 'alarms/', 'zones', 'updates'],
       () => this.seen(),
     );
   }
@@ -153,7 +161,7 @@ export class LfBanners extends LitElement {
       ${[...asked.values()].map((one) => this.asked(one))}
       ${soundBlocked() ? banner('medium', 'sound', html`<b>${t('banner.sound')}</b>`) : nothing}
       ${alarmed() ? banner('medium zones', 'fire', html`<b>${alarmed()}</b>`) : nothing}
-      ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
+      ${this.updating()} ${this.limitless()} ${monitor ? this.ofMonitor(monitor) : this.ofAll()}`;
   }
 
   /** What is shown is not sure, or no longer fits the hub. */
@@ -188,6 +196,7 @@ export class LfBanners extends LitElement {
       limitless(),
       unreported(),
       alarmed(),
+      updatingWords(monitor),
       of,
       held,
     ]);
@@ -245,6 +254,8 @@ export class LfBanners extends LitElement {
     if (!authority || !may('operator') || store.source === 'replay') {
       return may('operator') ? nothing : banner('info', 'user', t('banner.observer'), true);
     }
+    // The run holds it: its own strip says so, and no request would get it.
+    if (underUpdate() === monitor) return nothing;
     const why = whyNot(monitor, { authority: false, lockedOut: true });
     if (inControl(monitor)) {
       return html`<div class="banner grow">
@@ -272,6 +283,17 @@ export class LfBanners extends LitElement {
       <span class="count">${left} ${t('banner.s')}</span>
       <lf-button kind="primary" @click=${() => answerAsked(monitor, 'grant')}>${t('authority.grant')}</lf-button>
       <lf-button @click=${() => answerAsked(monitor, 'deny')}>${t('authority.deny')}</lf-button>
+    </div>`;
+  }
+
+  /** A monitor that is being updated gives no water: every page says so. */
+  private updating() {
+    const { monitor, page } = this.route;
+    const text = store.linked ? updatingWords(monitor) : '';
+    if (!text) return nothing;
+    return html`<div class="banner ${underUpdate() === monitor ? 'medium' : 'info'} updating">
+      ${icon('updates')}<span><b>${text}</b></span>
+      ${page === 'updates' ? nothing : html`<a href=${hrefOf('updates')}>${t('banner.updating_show')}</a>`}
     </div>`;
   }
 

@@ -143,7 +143,7 @@ export class LfNav extends LitElement {
       :host([rail]) select {
         padding: 0 var(--s1);
       }
-      /* All pages on a tablet in landscape format, without scrolling. */
+      /* On a tablet in landscape format nearly all pages fit. */
       :host([rail][dense]) {
         padding: var(--s1) var(--s1);
         gap: 0;

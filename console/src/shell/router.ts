@@ -27,6 +27,7 @@ const KNOWN: PageInfo[] = [
   { name: 'alarms', icon: 'alarms', scope: 'site' },
   { name: 'events', icon: 'events', scope: 'site' },
   { name: 'replay', icon: 'replay', scope: 'site' },
+  { name: 'updates', icon: 'updates', scope: 'site' },
   { name: 'training', icon: 'training', scope: 'site', demo: true },
   { name: 'admin', icon: 'admin', scope: 'site', role: 'administrator' },
   { name: 'operate', icon: 'operate', scope: 'monitor' },

@@ -3,7 +3,7 @@ import type { DetectorBypass, ZoneMode } from '../hub/api';
 import { HubError } from '../hub/errors';
 import { halt } from '../hub/halt';
 import { http } from '../hub/http';
-import { socket } from '../hub/socket';
+import { inTime } from '../hub/socket';
 import { insist } from '../hub/urgent';
 import { goesOn, phaseOf, zones } from '../hub/zones';
 import { lang, t } from '../i18n';
@@ -20,12 +20,6 @@ const ANSWER_MS = 2000;
 
 function path(zone: string, what: string): string {
   return `/api/zones/${encodeURIComponent(zone)}/${what}`;
-}
-
-/** A network that was dead delivers what was sent meanwhile: the hub refuses what people were shown as unanswered. */
-function inTime(to: string): string {
-  const up_ms = socket.hubUp();
-  return up_ms === null ? to : `${to}?up_ms=${up_ms}`;
 }
 
 /** Sends an order and shows what became of it; whether the hub has accepted it. */

@@ -40,8 +40,11 @@ export class Site {
   way!: Cable;
   url = '';
 
-  /** Two deployed monitors, M1 and M2, with these faults; `more` is added to the hub's configuration. */
-  static async start(more = '', faults: string[] = []): Promise<Site> {
+  /**
+   * Two deployed monitors, M1 and M2, with these faults and options of `lafet sim`; `more` is added to the hub's
+   * configuration.
+   */
+  static async start(more = '', faults: string[] = [], options: string[] = []): Promise<Site> {
     const site = new Site();
     for (const address of [1, 2]) {
       const port = await site.program([
@@ -51,6 +54,7 @@ export class Site {
         '--addr',
         `${address}`,
         ...faults.flatMap((fault) => ['--fault', fault]),
+        ...options,
       ]);
       site.monitors.push(port);
       site.links.push(await Cable.to(port));
@@ -137,7 +141,12 @@ export class Site {
   }
 
   async send(id: string, request: string): Promise<void> {
-    await run(LAFET, ['-c', this.address(id), 'send', request]);
+    await this.lafet(id, 'send', request);
+  }
+
+  /** What a command of the program prints about a monitor. */
+  async lafet(id: string, ...words: string[]): Promise<string> {
+    return (await run(LAFET, ['-c', this.address(id), ...words])).stdout;
   }
 
   async position(id: string, drive = 'Horizontal'): Promise<number> {

@@ -76,6 +76,12 @@ const acts: Record<Act['type'], Act> = {
   start_recording: { type: 'start_recording', recording: 'r.mcap' },
   remove_recording: { type: 'remove_recording', recording: 'r.mcap' },
   upload_recording: { type: 'upload_recording', recording: 'r.mcap' },
+  store_image: { type: 'store_image', digest: '00ff', version: '1', board: '1' },
+  remove_image: { type: 'remove_image', digest: '00ff', version: '1', board: '1' },
+  start_update: { type: 'start_update', version: '1', images: ['00ff'], monitors: ['M1'] },
+  stop_update: { type: 'stop_update' },
+  update_monitor: { type: 'update_monitor', version: '2', from: '1', to: '2' },
+  end_update: { type: 'end_update', done: 1, monitors: 3 },
   sim_scenario: { type: 'sim_scenario', scenario: 'hangar' },
   sim: { type: 'sim', act: sims.fire },
   zone: { type: 'zone', entry: zones.released, cause: [] },
@@ -180,6 +186,31 @@ it('an entry of another version of the hub is its text', () => {
   expect(wordsOf(entry(undefined))).toBe(TEXT);
   expect(wordsOf(entry(acts.login, TEXT, 2))).toBe(TEXT);
   expect(kindOf(entry(undefined))).toBeNull();
+});
+
+it('says what became of the software of a monitor, and why', async () => {
+  const text = { en: 'It is not stowed.', ru: 'Не свёрнут: сверните.' };
+  const wanted = {
+    en: [
+      'Software updated: 1.0 → 1.2',
+      'Software 1.2 confirmed',
+      'Has software 1.2 already',
+      'Not updated to 1.2. It is not stowed.',
+    ],
+    ru: [
+      'ПО обновлено: 1.0 → 1.2',
+      'ПО 1.2 подтверждено',
+      'ПО 1.2 уже есть',
+      'Не обновлено до 1.2. Не свёрнут: сверните.',
+    ],
+  } as const;
+  for (const lang of ['ru', 'en'] as const) {
+    await setLang(lang);
+    await loadLang();
+    const said = (more: object) => wordsOf(entry({ type: 'update_monitor', version: '1.2', ...more }));
+    const all = [{ from: '1.0', to: '1.2' }, { to: '1.2' }, { from: '1.2', to: '1.2' }, { text }].map(said);
+    expect(all).toEqual(wanted[lang]);
+  }
 });
 
 it('says how a motion ended, and of a bad value that it is', async () => {

@@ -5,7 +5,7 @@
 //! the date at the start and what has passed since, by a clock that cannot be set.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use lafet_texts::{Decimal, Text as _, hub as text};
@@ -18,6 +18,10 @@ use crate::sync::lock;
 /// A difference between date and steady time that changes by this within a second is a step; what
 /// a time server slews is less.
 const STEP_MS: u64 = 2000;
+/// A machine that has slept for less is not noticed: two clocks are not read at the same moment.
+const SLEPT_MS: i64 = 250;
+/// What is sent within this time after a sleep was noticed may have been sent before it.
+const WAKES: Duration = Duration::from_secs(1);
 
 /// A steady time in whole milliseconds.
 pub fn ms(time: Duration) -> u64 {
@@ -113,7 +117,52 @@ impl Steps {
     }
 }
 
+/// A sleep of the hub's machine, or a pause of it: the date goes on meanwhile, and no clock by which ages are measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sleep {
+    /// When it was noticed, by the time since the hub's start.
+    noticed: Duration,
+    /// How long it was.
+    long: Duration,
+}
+
+impl Sleep {
+    /// How old something is that is so old by a clock that stops in a sleep, as it is at `now`: a date that was
+    /// set ahead makes it older as well.
+    pub fn age(self, now: Duration, age: Duration) -> Duration {
+        let may_be_before = now.saturating_sub(age) < self.noticed.saturating_add(WAKES);
+        age.saturating_add(if may_be_before { self.long } else { Duration::ZERO })
+    }
+}
+
+/// Notices sleeps.
+#[derive(Debug)]
+pub struct Sleeps(Mutex<(i64, Sleep)>);
+
+impl Sleeps {
+    /// Watches the clock from now on.
+    pub fn from_now(clock: &Clock) -> Self {
+        Self(Mutex::new((clock.ahead_ms(), Sleep::default())))
+    }
+
+    /// The last one, also if it has only just ended; `now` is the time since the hub's start.
+    pub fn look(&self, now: Duration, clock: &Clock) -> Sleep {
+        let mut seen = lock(&self.0);
+        let ahead_ms = clock.ahead_ms();
+        let by_ms = ahead_ms.saturating_sub(std::mem::replace(&mut seen.0, ahead_ms));
+        if by_ms >= SLEPT_MS {
+            seen.1 = Sleep { noticed: now, long: Duration::from_millis(by_ms.unsigned_abs()) };
+        }
+        seen.1
+    }
+}
+
 impl Hub {
+    /// How old something is, with the last sleep of the machine, that is so old by the clock of the hub.
+    pub fn age(&self, age: Duration) -> Duration {
+        self.last_sleep().age(self.now(), age)
+    }
+
     /// Looks whether the date has stepped: it is recorded, and ages stay what they were.
     pub fn look_at_clock(&self, steps: &mut Steps) {
         let Some(by_ms) = steps.look(self.clock()) else { return };
@@ -148,6 +197,38 @@ fn date_ms() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const fn s(s: u64) -> Duration {
+        Duration::from_secs(s)
+    }
+
+    /// Assumed: the machine sleeps for five minutes, and the clocks of the hub and of its client with it.
+    #[test]
+    fn what_was_sent_before_a_sleep_is_as_old_as_that() {
+        let time = ManualTime::at(1_000_000);
+        let clock = Clock::Manual(time.clone());
+        let sleeps = Sleeps::from_now(&clock);
+        time.pass(60_000);
+        assert_eq!(sleeps.look(s(60), &clock).age(s(60), s(1)), s(1), "time has passed");
+        time.set_date(1_000_000 + 60_000 + 300_000);
+        let sleep = sleeps.look(s(60), &clock);
+        for (now, age, real) in [
+            (s(60), Duration::ZERO, s(300)),
+            (s(60), s(1), s(301)),
+            (s(61), Duration::from_millis(10), Duration::from_millis(300_010)),
+            (s(62), s(1), s(1)),
+            (s(62), s(2), s(302)),
+            (s(90), Duration::ZERO, Duration::ZERO),
+            (s(90), Duration::MAX, Duration::MAX),
+        ] {
+            assert_eq!(sleep.age(now, age), real, "{age:?} old at {now:?}");
+        }
+        assert_eq!(sleeps.look(s(61), &clock), sleep, "it is noticed once");
+        time.set_date(5000);
+        assert_eq!(sleeps.look(s(62), &clock), sleep, "a date that is set back is no sleep");
+        time.set_date(5249);
+        assert_eq!(sleeps.look(s(63), &clock), sleep, "two clocks are read one after the other");
+    }
 
     #[test]
     fn a_step_is_noticed_once_and_moves_no_age() {

@@ -179,6 +179,12 @@ impl ApiError {
         Self::new(StatusCode::CONFLICT, "void", text)
     }
 
+    /// 409: the software of the monitor is being updated.
+    pub fn updating(monitor: &str) -> Self {
+        let text = text::UpdatesOrderRefused { monitor }.words();
+        Self::new(StatusCode::CONFLICT, "updating", text)
+    }
+
     /// 409: a request that was under way for too long.
     pub fn late() -> Self {
         Self::new(StatusCode::CONFLICT, "late", text::RequestLate.words())

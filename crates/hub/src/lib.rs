@@ -10,6 +10,7 @@
 //!             │      ├─ store: audit, history, events; access: users, sessions, tokens
 //!             │      ├─ zones: the zone controller (lafet-site), its detectors and orders
 //!             │      ├─ field: detectors on Modbus, which report to the zones
+//!             │      ├─ updates: the software of monitors, one after the other
 //!             │      ├─ plugs: other protocols, whose clients command like consoles
 //!             │      └─ recording, simulation, site
 //!             └─ publish: topics, of which the latest value wins; messages
@@ -38,6 +39,7 @@ pub mod site;
 pub mod store;
 mod sync;
 pub mod text;
+mod updates;
 mod words;
 mod zones;
 

@@ -160,10 +160,12 @@ export default {
   'admin.may_unlock': 'With control: release the lockout, in two steps',
   'admin.may_alarms': 'Acknowledge and shelve alarms',
   'admin.may_audit': 'Read the audit log and check its chain',
+  'admin.may_stop_update': 'End an update of the monitors’ software',
   'admin.may_setup': 'With control: parameters, limits, alignment, correction table',
   'admin.may_restart': 'With control: restart a monitor; send unknown requests',
   'admin.may_force': 'Take control from another user by force, with a reason',
   'admin.may_export': 'Export the audit log',
+  'admin.may_update': 'Store images, update the monitors’ software',
   'admin.may_erase': 'With control: erase the memory of a monitor (CleanFlash)',
   'admin.may_users': 'Manage users and tokens',
 };

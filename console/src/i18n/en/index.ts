@@ -18,6 +18,7 @@ import replay from './replay';
 import setup from './setup';
 import shell from './shell';
 import training from './training';
+import updates from './updates';
 import zones from './zones';
 
 export default {
@@ -38,6 +39,7 @@ export default {
   ...inspector,
   ...replay,
   ...training,
+  ...updates,
   ...admin,
   ...zones,
 };

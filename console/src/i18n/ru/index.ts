@@ -17,6 +17,7 @@ import replay from './replay';
 import setup from './setup';
 import shell from './shell';
 import training from './training';
+import updates from './updates';
 import zones from './zones';
 
 // The type checker requires every key of the English texts here.
@@ -38,6 +39,7 @@ const ru: Dictionary = {
   ...inspector,
   ...replay,
   ...training,
+  ...updates,
   ...admin,
   ...zones,
 };

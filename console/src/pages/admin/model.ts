@@ -44,10 +44,12 @@ export const RIGHTS: readonly (readonly [string, Role])[] = [
   ['unlock', 'operator'],
   ['alarms', 'operator'],
   ['audit', 'operator'],
+  ['stop_update', 'operator'],
   ['setup', 'engineer'],
   ['restart', 'engineer'],
   ['force', 'engineer'],
   ['export', 'engineer'],
+  ['update', 'engineer'],
   ['erase', 'administrator'],
   ['users', 'administrator'],
 ];

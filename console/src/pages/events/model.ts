@@ -26,7 +26,7 @@ export interface LogFilter {
   to_ms: number | null;
 }
 
-const GOOD = new Set(['Ok', 'Accepted', 'Cached', 'stopped', 'standing', 'replaced', 'repeated', 'effect']);
+const GOOD = new Set(['Ok', 'Accepted', 'Cached', 'stopped', 'standing', 'replaced', 'repeated', 'effect', 'same']);
 /** Version of the acts that this page supports. */
 const VERSION = 1;
 const ALARMS = ['acknowledge', 'shelve', 'unshelve'];

@@ -1,6 +1,6 @@
 // Texts of entries of the audit log. They are made from the typed act; an entry without one, or of a later version of
 // the hub, is shown as its own text.
-import type { Act, JogEnding, Role, SimAct } from '../../hub/api';
+import type { Act, Both, JogEnding, Role, SimAct } from '../../hub/api';
 import { dictionaryNow, flag } from '../../hub/dictionary';
 import { badText, readingOf } from '../../hub/readings';
 import type { AuditEntry, SubsystemStatus } from '../../hub/types';
@@ -89,6 +89,17 @@ function actWords(act: Act, what: string): string {
     case 'remove_recording':
     case 'upload_recording':
       return t(`events.${act.type}`, { name: act.recording });
+    case 'store_image':
+    case 'remove_image':
+      return t(`events.${act.type}`, { version: act.version, board: act.board });
+    case 'start_update':
+      return t('events.start_update', { version: act.version, monitors: act.monitors.join(', ') });
+    case 'stop_update':
+      return t('events.stop_update');
+    case 'update_monitor':
+      return because(versionsOf(act), act.text);
+    case 'end_update':
+      return because(t('events.end_update', { n: num(act.done), all: num(act.monitors) }), act.text);
     case 'sim_scenario': {
       const title = simulation.scenarios.find(({ id }) => id === act.scenario)?.title;
       return t('events.sim_scenario', { name: tt(title) || act.scenario });
@@ -122,6 +133,18 @@ function changeWords({ user, role, password }: Extract<Act, { type: 'change_user
     password ? t('events.change_password') : '',
   ];
   return `${t('events.change_user', { user })}: ${parts.filter(Boolean).join(', ')}`;
+}
+
+/** What became of the software of a monitor. */
+function versionsOf({ version, from, to }: Extract<Act, { type: 'update_monitor' }>): string {
+  if (to == null) return t('events.update_failed', { version });
+  if (from === to) return t('events.update_same', { version: to });
+  return from == null ? t('events.update_confirmed', { version: to }) : t('events.update_done', { from, to });
+}
+
+/** With the reason, or with what is left to be done. */
+function because(words: string, text: Both | null | undefined): string {
+  return text ? `${words}. ${tt(text)}` : words;
 }
 
 function simWords(act: SimAct): string {

@@ -106,6 +106,9 @@ fn answer(name: &str) -> Answered {
         "POST /api/password" => Refused(400),
         // No client has sessions of these numbers, and no pump is configured.
         "DELETE /api/sessions/{id}" | "POST /api/pumps/{id}" => Refused(404),
+        // No monitor of the load has software of its own.
+        "POST /api/updates" | "POST /api/updates/images" => Refused(400),
+        "POST /api/updates/stop" | "DELETE /api/updates/images/{digest}" => Refused(404),
         // A client that does not read, or a flood before this one, has made the user, or removed it, already.
         "POST /api/users" => DoneOr(409),
         "DELETE /api/users/{user}"
@@ -194,6 +197,7 @@ fn filled(method: &str, path: &str) -> Option<String> {
         ("DELETE", "/api/tokens/" | "/api/sessions/") => number("", ""),
         ("DELETE", "/api/users/") => number("user", ""),
         ("DELETE", "/api/recordings/") => number("load", ".mcap"),
+        ("DELETE", "/api/updates/images/") => number("", ""),
         (_, "/api/users/") => "olga".to_owned(),
         (_, "/api/recordings/") => "seed.mcap".to_owned(),
         (_, "/api/monitors/") => "M1".to_owned(),

@@ -247,6 +247,15 @@ impl Known {
         Some((entry.principal(Kind::Token, 0, Standing::Good), touch))
     }
 
+    /// Whether a session or token is there no more: it did not just run out.
+    pub fn was_ended(&self, principal: &Principal) -> bool {
+        match principal.kind {
+            Kind::Session => !self.has_session(&principal.key),
+            Kind::Token => !self.has_token(&principal.key),
+            Kind::Certificate | Kind::Demo | Kind::Modbus | Kind::Mqtt => false,
+        }
+    }
+
     /// Whether a session or token is still valid: neither ended nor expired. The question counts
     /// as use. Of a certificate the time is the date.
     pub fn is_valid(&self, now_ms: u64, principal: &Principal) -> (bool, Option<Touch>) {

@@ -1,6 +1,6 @@
 //! Users, sessions and tokens between the disk and memory.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
@@ -55,6 +55,24 @@ pub fn read(db: &Connection, now_ms: u64, revoked: &Revoked) -> Result<Known, ru
         known.add_token(row.get(0)?, entry);
     }
     Ok(known)
+}
+
+/// The roles of the users, with what is not stored yet.
+pub fn read_roles(
+    db: &Connection,
+    revoked: &Revoked,
+) -> Result<BTreeMap<String, Role>, rusqlite::Error> {
+    let mut query = db.prepare("SELECT name, role FROM user")?;
+    let rows = query.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?;
+    let mut roles = BTreeMap::new();
+    for row in rows {
+        let (user, stored): (String, String) = row?;
+        if !revoked.has_user(&user) {
+            let role = revoked.role_of(&user).unwrap_or(role(&stored));
+            roles.insert(user, role);
+        }
+    }
+    Ok(roles)
 }
 
 /// The id of a token among seats.

@@ -1,6 +1,6 @@
 //! Users, sessions and tokens, in SQLite. Of secrets only digests are kept, of passwords argon2id.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -17,8 +17,8 @@ use super::names::problem;
 use super::password::{PASSWORD_MAX, check};
 use super::revoked::{Revocation, Revoked};
 use super::stored::{
-    count, insert, names, read, read_devices, role_of, store_change, store_session, token,
-    token_key, write_touches,
+    count, insert, names, read, read_devices, read_roles, role_of, store_change, store_session,
+    token, token_key, write_touches,
 };
 use super::{Kind, Principal, Role, Standing};
 use crate::clock::shifted;
@@ -161,6 +161,9 @@ const DEVICES_MAX: i64 = 16;
 pub struct Access {
     db: Arc<Mutex<Connection>>,
     known: Known,
+    /// The users, with what is not stored yet: whose sessions end is known without the disk. Changed under the lock of
+    /// the database.
+    roles: Mutex<BTreeMap<String, Role>>,
     revoked: Arc<Mutex<Revoked>>,
     /// A revocation waits for the disk.
     waits: Arc<AtomicBool>,
@@ -188,6 +191,7 @@ impl Access {
         let empty = AtomicBool::new(count(&db, "SELECT COUNT(*) FROM user")? == 0);
         let known = read(&db, now_ms, &revoked)?;
         let devices = Mutex::new(read_devices(&db)?);
+        let roles = Mutex::new(read_roles(&db, &revoked)?);
         let waits = revoked.waits();
         let (db, revoked) = (Arc::new(Mutex::new(db)), Arc::new(Mutex::new(revoked)));
         let (touches, queue) = sync_channel(TOUCHES_MAX);
@@ -196,7 +200,7 @@ impl Access {
         named.spawn(move || write_touches(&own.0, &own.1, &queue))?;
         let ahead_ms = AtomicI64::new(0);
         let hasher = Hasher::default();
-        Ok(Self { db, known, revoked, waits, devices, ahead_ms, empty, hasher, touches })
+        Ok(Self { db, known, roles, revoked, waits, devices, ahead_ms, empty, hasher, touches })
     }
 
     /// Why the list of revocations that this start found cannot be read, if it cannot.
@@ -297,6 +301,7 @@ impl Access {
         }
         insert(&transaction, now_ms, user, Role::Administrator, &hash)?;
         transaction.commit()?;
+        lock(&self.roles).insert(user.to_owned(), Role::Administrator);
         self.empty.store(false, Ordering::Relaxed);
         Ok(())
     }
@@ -318,11 +323,13 @@ impl Access {
         if taken.iter().any(|it| it == user) {
             return Err(AccessError::Conflict);
         }
-        Ok(insert(&db, now_ms, user, role, &hash)?)
+        insert(&db, now_ms, user, role, &hash)?;
+        lock(&self.roles).insert(user.to_owned(), role);
+        Ok(())
     }
 
-    /// Changes role or password, and ends the user's sessions but one: at once, whatever the disk does. Slow on
-    /// purpose.
+    /// Changes role or password, and ends the user's sessions but one: at once, whatever the disk does, also one that
+    /// does not answer. Slow on purpose.
     pub fn change(
         &self,
         now_ms: u64,
@@ -338,61 +345,61 @@ impl Access {
             }
             None => None,
         };
+        let goes = role.is_some_and(|role| role != Role::Administrator);
+        let end = || {
+            self.may_change(user, goes)?;
+            self.known.end(now_ms, |it| it.user == user && Some(it.key.as_str()) != but);
+            if hash.is_some() {
+                lock(&self.devices).retain(|_, of| of != user);
+            }
+            Ok::<_, AccessError>(())
+        };
+        end()?;
         let mut db = lock(&self.db);
         // What waits is older than this.
         if let Err(error) = lock(&self.revoked).flush(&db) {
             tracing::warn!(%error, "revocations are not stored yet");
         }
-        self.must_be_there(&db, user)?;
-        if role.is_some_and(|role| role != Role::Administrator) {
-            self.keep_an_administrator(&db, user)?;
-        }
-        self.known.end(now_ms, |it| it.user == user && Some(it.key.as_str()) != but);
+        // While the disk was waited for, others may have been removed, and a login may have been under way.
+        end()?;
         let stored = store_change(&mut db, user, role, hash.as_deref(), but);
         let (user_name, but) = (user.to_owned(), but.map(str::to_owned));
         let change = Revocation::Change { user: user_name, role, password: hash.clone(), but };
         self.settle(stored, change)?;
-        if hash.is_some() {
-            lock(&self.devices).retain(|_, of| of != user);
-        }
         if let Some(role) = role {
+            lock(&self.roles).insert(user.to_owned(), role);
             self.known.set_role(user, role);
         }
         Ok(())
     }
 
-    /// Removes a user, and ends the user's sessions: at once, whatever the disk does.
+    /// Removes a user, and ends the user's sessions: at once, whatever the disk does, also one that does not answer.
     pub fn remove(&self, now_ms: u64, user: &str) -> Result<(), AccessError> {
-        let db = lock(&self.db);
-        self.must_be_there(&db, user)?;
-        self.keep_an_administrator(&db, user)?;
-        self.known.end(now_ms, |it| it.user == user);
-        lock(&self.devices).retain(|_, of| of != user);
-        let stored = db.execute("DELETE FROM user WHERE name = ?1", [user]);
-        self.settle(stored, Revocation::User { user: user.to_owned() })
-    }
-
-    fn must_be_there(&self, db: &Connection, user: &str) -> Result<(), AccessError> {
-        self.role_of(db, user)?.map(drop).ok_or(AccessError::Missing)
-    }
-
-    /// The role of a user, with what is not stored yet.
-    fn role_of(&self, db: &Connection, user: &str) -> Result<Option<Role>, rusqlite::Error> {
-        let (stored, revoked) = (role_of(db, user)?, lock(&self.revoked));
-        let there = stored.filter(|_| !revoked.has_user(user));
-        Ok(there.map(|role| revoked.role_of(user).unwrap_or(role)))
-    }
-
-    /// There has to be an administrator besides this user.
-    fn keep_an_administrator(&self, db: &Connection, but: &str) -> Result<(), AccessError> {
-        let mut query = db.prepare("SELECT name FROM user")?;
-        let names: Vec<String> =
-            query.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
-        let is_one = |name: &String| {
-            let role = self.role_of(db, name).ok().flatten();
-            name != but && role == Some(Role::Administrator)
+        let end = || {
+            self.may_change(user, true)?;
+            self.known.end(now_ms, |it| it.user == user);
+            lock(&self.devices).retain(|_, of| of != user);
+            Ok::<_, AccessError>(())
         };
-        match names.iter().any(is_one) {
+        end()?;
+        let db = lock(&self.db);
+        // As in `change`.
+        end()?;
+        let stored = db.execute("DELETE FROM user WHERE name = ?1", [user]);
+        self.settle(stored, Revocation::User { user: user.to_owned() })?;
+        lock(&self.roles).remove(user);
+        Ok(())
+    }
+
+    /// There has to be such a user, and, if that one goes or is an administrator no more, another administrator.
+    fn may_change(&self, user: &str, goes: bool) -> Result<(), AccessError> {
+        let roles = lock(&self.roles);
+        if !roles.contains_key(user) {
+            return Err(AccessError::Missing);
+        }
+        let is_other =
+            |(name, role): (&String, &Role)| name != user && *role == Role::Administrator;
+        match !goes || roles.iter().any(is_other) {
             true => Ok(()),
             false => Err(AccessError::Conflict),
         }
@@ -449,7 +456,7 @@ impl Access {
         let secret = random()?;
         let (id, csrf) = (format!("h{}", &random()?[..12]), random()?);
         let db = lock(&self.db);
-        let role = self.role_of(&db, user)?.ok_or(AccessError::Wrong)?;
+        let role = lock(&self.roles).get(user).copied().ok_or(AccessError::Wrong)?;
         let entry = Entry {
             key: id,
             user: user.to_owned(),
@@ -507,6 +514,11 @@ impl Access {
             }
         };
         if right { Ok(()) } else { Err(AccessError::Wrong) }
+    }
+
+    /// Whether a session or token was ended by others or by its user: it did not just run out.
+    pub fn was_ended(&self, principal: &Principal) -> bool {
+        self.known.was_ended(principal)
     }
 
     /// The user of a session cookie.

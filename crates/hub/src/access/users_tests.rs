@@ -293,6 +293,69 @@ fn the_number_of_a_token_is_not_given_again() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+/// Assumed: the disk hangs, so who has started to read or write holds the database.
+#[test]
+fn who_is_removed_is_out_before_a_disk_that_hangs_answers() {
+    let access = Arc::new(set_up());
+    for user in ["anna", "boris"] {
+        access.add(1, user, Role::Administrator, PASSWORD).unwrap();
+    }
+    let anna = access.log_in(5, "anna", PASSWORD).unwrap();
+    let boris = access.log_in(5, "boris", PASSWORD).unwrap();
+    let root = access.log_in(5, "root", PASSWORD).unwrap();
+    let (db, changed) = (access.db.clone(), std::sync::mpsc::channel());
+    let hangs = lock(&db);
+    type Work = fn(&Access) -> Result<(), AccessError>;
+    let work: [Work; 4] = [
+        |it| it.remove(6, "anna"),
+        |it| it.change(6, "boris", Some(Role::Operator), None, None),
+        |it| it.remove(6, "viktor"),
+        |it| it.end_session(6, "none"),
+    ];
+    for (number, work) in work.into_iter().enumerate() {
+        let (own, said) = (access.clone(), changed.0.clone());
+        std::thread::spawn(move || said.send((number, work(&own).is_ok())));
+    }
+    let patience = std::time::Duration::from_secs(30);
+    let began = std::time::Instant::now();
+    while [&anna, &boris].into_iter().any(|it| access.is_valid(7, &it.principal)) {
+        assert!(began.elapsed() < patience, "they wait for the disk");
+        std::thread::yield_now();
+    }
+    assert!(access.was_ended(&anna.principal) && access.was_ended(&boris.principal));
+    assert!(access.is_valid(7, &root.principal) && !access.was_ended(&root.principal));
+    let mut said: Vec<_> = (0..2).map(|_| changed.1.recv_timeout(patience).unwrap()).collect();
+    said.sort_unstable();
+    assert_eq!(said, [(2, false), (3, false)], "what there is not is known without the disk");
+    drop(hangs);
+    let mut said: Vec<_> = (0..2).map(|_| changed.1.recv_timeout(patience).unwrap()).collect();
+    said.sort_unstable();
+    assert_eq!(said, [(0, true), (1, true)]);
+    let users: Vec<_> = access.users().unwrap().into_iter().map(|it| (it.user, it.role)).collect();
+    assert_eq!(
+        users,
+        [("boris".to_owned(), Role::Operator), ("root".to_owned(), Role::Administrator)]
+    );
+}
+
+/// Two administrators remove each other while the disk hangs: one of them stays.
+#[test]
+fn the_last_of_two_stays_when_both_are_removed_at_once() {
+    let access = Arc::new(set_up());
+    access.add(1, "anna", Role::Administrator, PASSWORD).unwrap();
+    let db = access.db.clone();
+    let hangs = lock(&db);
+    let removed = ["root", "anna"].map(|user| {
+        let own = access.clone();
+        std::thread::spawn(move || own.remove(6, user).is_ok())
+    });
+    std::thread::park_timeout(std::time::Duration::from_millis(200));
+    drop(hangs);
+    let removed = removed.map(|it| it.join().unwrap());
+    assert_eq!(removed.into_iter().filter(|it| *it).count(), 1);
+    assert_eq!(access.users().unwrap().len(), 1);
+}
+
 /// Who writes a revocation holds its lock until the disk has it.
 #[test]
 fn whether_revocations_wait_is_known_without_the_disk() {

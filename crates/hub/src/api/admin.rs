@@ -1,9 +1,13 @@
 //! Users and tokens.
 
+use std::pin::pin;
+use std::time::Duration;
+
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
+use tokio::time::timeout;
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -14,6 +18,9 @@ use crate::access::{AccessError, Role, Token, User};
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::Act;
+
+/// Sessions have ended by this time, whether or not the disk has answered.
+const AT_ONCE: Duration = Duration::from_millis(200);
 
 pub fn routes() -> OpenApiRouter<Hub> {
     OpenApiRouter::new()
@@ -212,7 +219,14 @@ async fn changed<T>(
 ) -> Result<T, ApiError> {
     only_administrators(caller)?;
     hub.count_request(&caller.principal)?;
-    let result = work.await;
+    let mut work = pin!(work);
+    let result = match timeout(AT_ONCE, &mut work).await {
+        Ok(result) => result,
+        Err(_) => {
+            hub.access_changed();
+            work.await
+        }
+    };
     let outcome = if result.is_ok() { "Ok" } else { "refused" };
     drop(hub.audit().note(hub.record(caller, "", &what, outcome).about(&act)));
     // WebSockets of revoked users and tokens are closed.

@@ -11,7 +11,10 @@ use lafet_texts::{Lang, hub as text};
 
 use super::packed::Lasting;
 
+/// Texts are packed, and end with [`PACKED`] (build.rs).
 static CONSOLE: Dir<'_> = include_dir!("$LAFET_CONSOLE");
+/// How the names of packed files end.
+const PACKED: &str = ".gz";
 
 /// What is shown when the console was not built in.
 static MISSING: LazyLock<String> = LazyLock::new(|| {
@@ -23,16 +26,20 @@ static MISSING: LazyLock<String> = LazyLock::new(|| {
     include_str!("no_console.html").replace("<!-- texts -->\n", &Lang::ALL.map(text).concat())
 });
 
-/// The files by their paths, with what is packed of them.
+/// The files by their paths.
 static FILES: LazyLock<HashMap<&str, Lasting>> = LazyLock::new(|| {
     let mut files = HashMap::new();
     let mut folders = vec![&CONSOLE];
     while let Some(folder) = folders.pop() {
         folders.extend(folder.dirs());
         let named = folder.files().filter_map(|file| Some((file.path().to_str()?, file)));
-        files.extend(
-            named.map(|(path, file)| (path, Lasting::new(Bytes::from_static(file.contents())))),
-        );
+        files.extend(named.map(|(path, file)| {
+            let bytes = Bytes::from_static(file.contents());
+            match path.strip_suffix(PACKED) {
+                Some(path) => (path, Lasting::of_packed(bytes)),
+                None => (path, Lasting::new(bytes)),
+            }
+        }));
     }
     files
 });

@@ -19,6 +19,7 @@ mod session;
 mod sim;
 mod state;
 mod unread;
+mod updates;
 mod ws;
 mod zones;
 
@@ -90,6 +91,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(records::routes())
         .merge(past::routes())
         .merge(recordings::routes())
+        .merge(updates::routes())
         .merge(sim::routes())
         .merge(state::routes())
         .merge(admin::routes())

@@ -394,7 +394,7 @@ impl Hub {
         };
         self.may_jog(caller, station)?;
         let late = self.is_late_beat(station, drive, beat.up_ms)?;
-        let heard = Heard { sent_ms: beat.t, late };
+        let heard = Heard { sent_ms: beat.t, late, sleep: self.last_sleep() };
         station.beat(self, caller, Beat { drive, toward, heard })
     }
 }

@@ -5,15 +5,17 @@
 //! most. Nothing that changes something is answered packed, nor is what holds a secret: the size of a
 //! packed text shows how much of it repeats (BREACH).
 
-use std::io::Write;
+use std::io::{Read as _, Write as _};
 use std::sync::{Arc, OnceLock};
 
 use axum::body::{Body, Bytes, to_bytes};
 use axum::extract::{Request, State};
+use axum::http::response::Parts;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use flate2::Compression;
+use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use hyper::body::Body as _;
 use lafet_texts::{Text as _, hub as text};
@@ -39,22 +41,28 @@ impl Default for Packing {
     }
 }
 
-/// A text that never changes. Clones share what was packed.
-#[derive(Clone, Debug)]
+/// What never changes, as it is or packed; the other form is made when it is first asked for. Clones share both.
+#[derive(Clone, Debug, Default)]
 pub struct Lasting {
-    plain: Bytes,
+    plain: Arc<OnceLock<Bytes>>,
     packed: Arc<OnceLock<Bytes>>,
 }
 
 impl Lasting {
-    /// Nothing is packed before it is asked for.
+    /// Of a text as it is.
     pub fn new(plain: impl Into<Bytes>) -> Self {
-        Self { plain: plain.into(), packed: Arc::default() }
+        Self { plain: Arc::new(OnceLock::from(plain.into())), ..Self::default() }
     }
 
-    /// As an answer of this kind.
+    /// Of a text that is packed with gzip.
+    pub fn of_packed(packed: impl Into<Bytes>) -> Self {
+        Self { packed: Arc::new(OnceLock::from(packed.into())), ..Self::default() }
+    }
+
+    /// As an answer of this kind. One that is still packed gets its body from [`packed()`].
     pub fn answer(&self, kind: &'static str) -> Response {
-        let mut response = ([(header::CONTENT_TYPE, kind)], self.plain.clone()).into_response();
+        let body = self.plain.get().cloned().unwrap_or_default();
+        let mut response = ([(header::CONTENT_TYPE, kind)], body).into_response();
         response.extensions_mut().insert(self.clone());
         response
     }
@@ -70,8 +78,24 @@ impl Lasting {
         if let Some(packed) = packed.get() {
             return Some(packed.clone());
         }
-        let pack = move || packed.get_or_init(|| gzip(&plain, Compression::best())).clone();
+        let pack = move || {
+            let plain = plain.get().map(Bytes::as_ref).unwrap_or_default();
+            packed.get_or_init(|| gzip(plain, Compression::best())).clone()
+        };
         spawn_blocking(pack).await.ok()
+    }
+
+    /// What was unpacked before takes no thread.
+    async fn plain(self) -> Option<Bytes> {
+        let Self { plain, packed } = self;
+        if let Some(plain) = plain.get() {
+            return Some(plain.clone());
+        }
+        let unpack = move || {
+            let unpacked = unpacked(packed.get()?)?;
+            Some(plain.get_or_init(|| unpacked).clone())
+        };
+        spawn_blocking(unpack).await.ok().flatten()
     }
 }
 
@@ -88,11 +112,14 @@ pub async fn packed(State(hub): State<Hub>, request: Request, next: Next) -> Res
         return response;
     }
     response.headers_mut().append(header::VARY, HeaderValue::from_static("accept-encoding"));
-    if !packs {
-        return response;
-    }
-    if let Some(lasting) = response.extensions_mut().remove::<Lasting>() {
-        return with(response.into_parts().0, lasting.packed().await);
+    let lasting = response.extensions_mut().remove::<Lasting>();
+    match lasting {
+        Some(lasting) if packs => {
+            return with(response.into_parts().0, lasting.packed().await);
+        }
+        Some(lasting) => return as_it_is(response.into_parts().0, lasting.plain().await),
+        None if !packs => return response,
+        None => {}
     }
     let whole = response.body().size_hint().exact().is_some_and(|size| SIZES.contains(&size));
     let Ok(_turn) = hub.packing().0.try_acquire() else { return response };
@@ -106,13 +133,25 @@ pub async fn packed(State(hub): State<Hub>, request: Request, next: Next) -> Res
 }
 
 /// The answer with its packed body.
-fn with(mut parts: axum::http::response::Parts, packed: Option<Bytes>) -> Response {
-    let Some(packed) = packed else {
+fn with(mut parts: Parts, packed: Option<Bytes>) -> Response {
+    parts.headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    as_it_is(parts, packed)
+}
+
+/// The answer with another body.
+fn as_it_is(mut parts: Parts, body: Option<Bytes>) -> Response {
+    let Some(body) = body else {
         return StatusCode::INTERNAL_SERVER_ERROR.into_response();
     };
-    parts.headers.remove(header::CONTENT_LENGTH);
-    parts.headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
-    Response::from_parts(parts, Body::from(packed))
+    parts.headers.insert(header::CONTENT_LENGTH, HeaderValue::from(body.len()));
+    Response::from_parts(parts, Body::from(body))
+}
+
+fn unpacked(packed: &[u8]) -> Option<Bytes> {
+    let mut plain = Vec::new();
+    // Files of the program itself.
+    GzDecoder::new(packed).read_to_end(&mut plain).ok()?;
+    Some(plain.into())
 }
 
 fn gzip(plain: &[u8], level: Compression) -> Bytes {
@@ -152,6 +191,18 @@ pub fn refuse_packed(headers: &HeaderMap) -> Result<(), ApiError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[tokio::test]
+    async fn either_form_gives_the_other() {
+        let text = "lafet ".repeat(1000);
+        let packed = Lasting::new(text.clone()).packed().await.unwrap();
+        assert!(packed.len() < 100, "{}", packed.len());
+        let lasting = Lasting::of_packed(packed.clone());
+        assert_eq!(lasting.clone().packed().await.unwrap(), packed);
+        assert_eq!(lasting.clone().plain().await.unwrap(), text);
+        assert_eq!(lasting.plain().await.unwrap(), text);
+        assert_eq!(Lasting::of_packed("no gzip").plain().await, None);
+    }
 
     #[test]
     fn gzip_is_taken_if_it_is_named_and_not_refused() {

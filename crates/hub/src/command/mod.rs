@@ -151,6 +151,7 @@ impl Hub {
             return Err(ApiError::role(needs.role));
         }
         if needs.authority {
+            station.refuse_while_updated(caller)?;
             let mut authority = lock(&station.authority);
             // What the hub sends for a client does not keep it from being lost.
             let present = authority.is_present(&caller.seat.seat);
@@ -176,6 +177,7 @@ impl Hub {
         if caller.principal.role < Role::Operator || !caller.principal.is_good() {
             return Err(ApiError::role(Role::Operator));
         }
+        station.refuse_while_updated(caller)?;
         let mut authority = lock(&station.authority);
         let held = authority.command(self.now(), &caller.seat.seat);
         held.map_err(|refusal| ApiError::authority(station.id(), refusal))

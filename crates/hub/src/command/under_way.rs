@@ -4,6 +4,9 @@
 //! exact, but the first one has nothing to be compared with, nor have those that a stall delivers together.
 //! That of the hub (`up_ms`), which it knows from what the hub has sent, is behind by the time that took: a request is
 //! never taken for younger than it is.
+//!
+//! Both stand still while the machine of the hub sleeps, the first one if its client sleeps with it. The date goes on: by
+//! how much it is ahead afterwards, what was sent before is older.
 
 use std::time::Duration;
 
@@ -41,7 +44,7 @@ impl Hub {
         }
         // More than a duration has room for was under way for ever.
         let most = Duration::try_from_secs_f64(most_ms.max(0.0) / 1000.0);
-        Ok(Some(most.unwrap_or(Duration::MAX)))
+        Ok(Some(self.age(most.unwrap_or(Duration::MAX))))
     }
 
     /// Whether a request is still to be carried out that was under way for so much longer than the quickest one of its
@@ -109,6 +112,8 @@ impl Hub {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Clock;
+    use crate::clock::ManualTime;
 
     /// What is sent is known to be older, or to be sent now; a client that is ahead of the hub has known its time from before
     /// it stood still.
@@ -124,5 +129,24 @@ mod tests {
             assert_eq!(sent(ahead_ms).unwrap_err().code, "bad_request", "{ahead_ms}");
         }
         assert_eq!(hub.sent_at(None).unwrap(), None);
+    }
+
+    /// Assumed: hub and client are on one machine, which sleeps while a request is under way.
+    #[tokio::test]
+    async fn what_was_sent_before_the_machine_slept_is_late() {
+        let time = ManualTime::at(1_000_000);
+        let (hub, station) = Hub::of_one_at(None, Clock::Manual(time.clone()));
+        let open = MonitorRequest::parse("Open Valve1").unwrap();
+        let code = |t: Option<Duration>, up_ms: Option<f64>| {
+            hub.in_time(&station, &open, t, up_ms).err().map(|error| error.code)
+        };
+        let now = || Some(hub.up_ms() as f64);
+        let quick = |hub: &Hub| Some(hub.age(Duration::ZERO));
+        assert_eq!([code(quick(&hub), None), code(None, now())], [None; 2]);
+        time.set_date(1_300_000);
+        assert_eq!(code(quick(&hub), None), Some("late"));
+        assert_eq!(code(None, now()), Some("late"));
+        assert!(hub.is_late_beat(&station, SubsystemId::VERTICAL, now()).unwrap());
+        assert_eq!(code(None, None), None, "of which nothing is known");
     }
 }

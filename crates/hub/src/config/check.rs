@@ -93,6 +93,7 @@ pub fn check(
     let data = data.unwrap_or_else(|| folder.join("lafet-data"));
     let recording = recording(read.recording, folder, &data);
     let config = Config {
+        proven: lafet_client::update::PROVEN,
         listen,
         names,
         origins,

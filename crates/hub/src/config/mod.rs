@@ -17,6 +17,7 @@ mod zones;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use lafet_client::Endpoint;
 
@@ -56,6 +57,8 @@ pub struct Config {
     pub data: Option<PathBuf>,
     /// Files of the state whose loss is accepted at this start.
     pub accept_lost: Vec<StateFile>,
+    /// New software of a monitor has to be as the monitor was before for so long until it is confirmed.
+    pub proven: Duration,
     /// Most open connections.
     pub connections_max: usize,
     /// TLS; without it plain HTTP.
@@ -153,6 +156,7 @@ impl Default for Config {
             login: true,
             data: None,
             accept_lost: Vec::new(),
+            proven: lafet_client::update::PROVEN,
             connections_max: 2048,
             tls: None,
             metrics_open: false,

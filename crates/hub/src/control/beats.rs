@@ -12,6 +12,8 @@ use std::time::Duration;
 
 use lafet_client::Toward;
 
+use crate::clock::Sleep;
+
 /// A moment: time since any fixed one.
 pub type Now = Duration;
 
@@ -32,17 +34,14 @@ pub struct Delay {
 }
 
 impl Delay {
-    /// Whether a beat was sent recently: not [`WATCHDOG`] later than the quickest one.
-    pub fn is_fresh(&mut self, now: Now, sent_ms: f64) -> bool {
-        self.is_within(WATCHDOG, now, sent_ms)
+    /// Whether a beat was sent recently: not [`WATCHDOG`] later than the quickest one, nor before the last sleep of the
+    /// machine.
+    pub fn is_fresh(&mut self, now: Now, sent_ms: f64, sleep: Sleep) -> bool {
+        self.longer(now, sent_ms).is_some_and(|it| sleep.age(now, it) < WATCHDOG)
     }
 
-    /// Whether a message was not under way for so much longer than the quickest one.
-    pub fn is_within(&mut self, longer: Duration, now: Now, sent_ms: f64) -> bool {
-        self.longer(now, sent_ms).is_some_and(|it| it < longer)
-    }
-
-    /// For how much longer a message was under way than the quickest one; `None`: the sender has no clock.
+    /// For how much longer a message was under way than the quickest one, by clocks that stand still while their machines
+    /// sleep; `None`: the sender has no clock.
     pub fn longer(&mut self, now: Now, sent_ms: f64) -> Option<Duration> {
         let offset_ms = millis(now) - sent_ms;
         if !offset_ms.is_finite() {
@@ -213,24 +212,26 @@ mod tests {
     #[test]
     fn what_a_stalled_connection_delivers_late_is_not_fresh() {
         let mut delay = Delay::default();
-        assert!(delay.is_fresh(ms(10_000), 50.0));
-        assert!(delay.is_fresh(ms(10_060), 110.0) && delay.is_fresh(ms(10_250), 170.0));
-        assert!(!delay.is_fresh(ms(10_900), 230.0), "610 ms late");
-        assert!(!delay.is_fresh(ms(10_900), 290.0));
-        assert!(delay.is_fresh(ms(10_901), 880.0));
-        assert!(!delay.is_fresh(ms(11_000), f64::NAN));
+        let mut is_fresh = |at, sent_ms| delay.is_fresh(ms(at), sent_ms, Sleep::default());
+        assert!(is_fresh(10_000, 50.0));
+        assert!(is_fresh(10_060, 110.0) && is_fresh(10_250, 170.0));
+        assert!(!is_fresh(10_900, 230.0), "610 ms late");
+        assert!(!is_fresh(10_900, 290.0));
+        assert!(is_fresh(10_901, 880.0));
+        assert!(!is_fresh(11_000, f64::NAN));
     }
 
     /// A clock that is 100 ppm slower is 8.6 s behind after a day.
     #[test]
     fn a_slower_clock_makes_no_beat_late() {
-        let mut delay = Delay::default();
+        let (mut delay, awake) = (Delay::default(), Sleep::default());
         for second in 0..86_400_u64 {
             let now = ms(second * 1000);
-            assert!(delay.is_fresh(now, millis(now) * 0.9999), "after {second} s");
+            assert!(delay.is_fresh(now, millis(now) * 0.9999, awake), "after {second} s");
         }
         let now = ms(86_400_000);
-        assert!(!delay.is_fresh(now, millis(now) * 0.9999 - 310.0), "a late one is late still");
-        assert!(delay.is_within(ms(1000), now, millis(now) * 0.9999 - 900.0));
+        let sent_ms = millis(now) * 0.9999;
+        assert!(!delay.is_fresh(now, sent_ms - 310.0, awake), "a late one is late still");
+        assert!(delay.longer(now, sent_ms - 900.0).is_some_and(|it| it < ms(1000)));
     }
 }

@@ -7,6 +7,7 @@ use lafet_client::Toward;
 use lafet_proto::SubsystemId;
 use tokio::sync::mpsc;
 
+use crate::clock::Sleep;
 use crate::command::withdrawn::Accepted;
 use crate::control::beats::{Act, Beats, Delay, Now};
 use crate::words::MotionWord;
@@ -43,6 +44,8 @@ pub struct Heard {
     pub sent_ms: Option<f64>,
     /// Too long ago, by the hub's clock.
     pub late: bool,
+    /// The last sleep of the hub's machine.
+    pub sleep: Sleep,
 }
 
 #[derive(Debug)]
@@ -80,7 +83,8 @@ impl Jogs {
             slot.delay = Delay::default();
         }
         slot.heard = now;
-        let fresh = heard.sent_ms.is_none_or(|sent_ms| slot.delay.is_fresh(now, sent_ms));
+        let is_fresh = |sent_ms| slot.delay.is_fresh(now, sent_ms, heard.sleep);
+        let fresh = heard.sent_ms.is_none_or(is_fresh);
         if heard.late || !fresh {
             slot.beats.late(now);
             return match slot.hold {
@@ -153,6 +157,7 @@ impl Slot {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::{Clock, ManualTime, Sleeps};
 
     const NONE: Accepted = Accepted(0);
 
@@ -221,7 +226,7 @@ mod tests {
     fn a_clock_that_has_stood_still_is_learnt_anew_after_a_pause_and_lateness_is_said() {
         let mut jogs = Jogs::default();
         let beat = |jogs: &mut Jogs, at, sent_ms| {
-            let heard = Heard { sent_ms: Some(sent_ms), late: false };
+            let heard = Heard { sent_ms: Some(sent_ms), ..Heard::default() };
             jogs.beat(ms(at), key("a"), Toward::Max, heard, NONE)
         };
         assert!(matches!(beat(&mut jogs, 0, 0.0), Turn::Said(MotionWord::Armed)));
@@ -240,6 +245,29 @@ mod tests {
         // While a motion is held nothing is learnt again, however long nothing was heard.
         assert!(matches!(beat(&mut jogs, 239_960, 230_000.0), Turn::Said(MotionWord::Moving)));
         drop(held);
+    }
+
+    /// Assumed: the machine sleeps for five minutes, and the clocks of hub and client with it. The hand is off the control
+    /// meanwhile, and its last beats come with the first ones of the next hold.
+    #[test]
+    fn beats_from_before_a_sleep_move_nothing() {
+        let clock = ManualTime::at(1_000_000);
+        let system = Clock::Manual(clock.clone());
+        let sleeps = Sleeps::from_now(&system);
+        let mut jogs = Jogs::default();
+        let mut beat = |at: u64, sent_ms: f64| {
+            let sleep = sleeps.look(ms(at), &system);
+            let heard = Heard { sent_ms: Some(sent_ms), sleep, ..Heard::default() };
+            jogs.beat(ms(at), key("a"), Toward::Max, heard, NONE)
+        };
+        assert!(matches!(beat(10_000, 0.0), Turn::Said(MotionWord::Armed)));
+        clock.set_date(1_300_000);
+        for (at, sent_ms) in [(10_061, 60.0), (10_062, 61.0)] {
+            assert!(matches!(beat(at, sent_ms), Turn::Late), "{sent_ms} was sent before it");
+        }
+        // Awake for a while, and held again.
+        assert!(matches!(beat(12_000, 2000.0), Turn::Said(MotionWord::Armed)));
+        assert!(matches!(beat(12_060, 2060.0), Turn::Start(..)));
     }
 
     /// Another client stops the monitor between the first beat and the second.

@@ -151,6 +151,7 @@ impl Hub {
         if caller.principal.role < Role::Engineer || !caller.principal.is_good() {
             return Err(ApiError::role(Role::Engineer));
         }
+        station.refuse_while_updated(&caller)?;
         let mut authority = lock(&station.authority);
         let held = authority.command(self.now(), &caller.seat.seat);
         held.map_err(|refusal| ApiError::authority(station.id(), refusal))?;
@@ -205,6 +206,10 @@ fn note_of(hub: &Hub, station: &Station) -> Option<Note> {
 /// Puts back what a tuning has left in the monitor, if the hub was killed in the middle of it.
 pub async fn put_back(hub: &Hub, station: &Arc<Station>, client: &Client) {
     let Some(note) = note_of(hub, station) else { return };
+    // What is set on trial is not stored. After an update all is read again.
+    if station.is_updated() {
+        return;
+    }
     {
         let mut running = lock(&station.tuning);
         if running.is_some() {

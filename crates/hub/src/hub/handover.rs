@@ -23,7 +23,7 @@ impl Hub {
     ///
     /// # Errors
     ///
-    /// 403 without the role, 409 while another client holds the monitor, 400 for an unknown action or
+    /// 403 without the role, 409 while another client holds the monitor or its software is updated, 400 for an unknown action or
     /// a reason that is too long.
     pub fn change_authority(
         &self,
@@ -41,6 +41,9 @@ impl Hub {
             return Err(ApiError::bad_request(
                 text::ReasonTooLong { reason_max: REASON_MAX }.words(),
             ));
+        }
+        if matches!(action, "take" | "request" | "force") {
+            station.refuse_while_updated(caller)?;
         }
         let (now, seat, id) = (self.now(), caller.seat.clone(), station.id());
         let result = {

@@ -26,7 +26,7 @@ use utoipa::ToSchema;
 use crate::access::{Access, Kind, Logins, Principal, Turns};
 use crate::alarms::Alarms;
 use crate::api::{Answering, Lasting, Packing, Places};
-use crate::clock::Clock;
+use crate::clock::{Clock, Sleep, Sleeps};
 use crate::command::series::Series;
 use crate::config::{Config, MonitorConfig};
 use crate::control::authority::Now;
@@ -44,8 +44,9 @@ use crate::site::keep_out::KeepOut;
 use crate::site::{Place, Site};
 use crate::store::integrity::Integrity;
 use crate::store::reserve::Room;
-use crate::store::{self, Audit, Events, History, StoreError};
+use crate::store::{self, Audit, Events, History, StateFile, StoreError};
 use crate::sync::lock;
+use crate::updates::Updating;
 use crate::zones::Zones;
 
 pub use caller::Caller;
@@ -74,6 +75,7 @@ struct Parts {
     lock_file: Option<std::fs::File>,
     config: Config,
     clock: Clock,
+    sleeps: Sleeps,
     start: Instant,
     started_ms: u64,
 
@@ -107,6 +109,7 @@ struct Parts {
     stations: Mutex<Arc<BTreeMap<String, Arc<Station>>>>,
     site: Mutex<Option<Arc<Site>>>,
     zones: Option<Zones>,
+    updating: Updating,
     field: Field,
     modbus_servers: Servers,
     mqtt_brokers: Brokers,
@@ -143,6 +146,35 @@ pub struct About {
     pub site: Option<Site>,
 }
 
+/// The files of the state that the hub goes on without when the disk fails.
+struct Stores {
+    audit: Audit,
+    events: Events,
+    /// The alarms that were not normal, as JSON.
+    alarms: Vec<String>,
+    history: History,
+}
+
+impl Stores {
+    fn open(config: &Config, integrity: &Integrity) -> Result<Self, StoreError> {
+        let folder = config.data.as_deref();
+        let unread = || Ok((Events::unread(), Vec::new(), None));
+        let open = || Events::open_with_alarms(folder);
+        let (events, alarms, loss) = integrity.opened(StateFile::Events, open, unread)?;
+        loss.into_iter().for_each(|loss| integrity.lost(loss));
+        let unread = || integrity.audit_unread();
+        let audit = integrity.opened(StateFile::Audit, || Audit::open(folder), unread)?;
+        let history = match config.postgres.clone() {
+            Some(address) => History::open_postgres(address)?,
+            None => {
+                let open = || History::open(folder);
+                integrity.opened(StateFile::History, open, || Ok(History::unread()))?
+            }
+        };
+        Ok(Self { audit, events, alarms, history })
+    }
+}
+
 impl Hub {
     /// Opens the storage and builds the hub; no task runs yet.
     pub fn new(config: Config, clock: Clock, dictionary: Value) -> Result<Self, StoreError> {
@@ -156,18 +188,14 @@ impl Hub {
             tracing::warn!("{warning}");
         }
         let stations = stations_of(&config, &config.monitors);
-        let (events, alarms, loss) = Events::open_with_alarms(folder)?;
-        loss.into_iter().for_each(|loss| integrity.lost(loss));
+        let Stores { audit, events, alarms, history } = Stores::open(&config, &integrity)?;
         let known = stations.keys().cloned().collect();
         let alarms = Alarms::restored(clock.now_ms(), &alarms, &known);
         let hub = Self(Arc::new(Parts {
-            audit: Audit::open(folder)?,
+            audit,
             events,
             access: Access::open(folder, clock.steady_ms())?,
-            history: Mutex::new(match config.postgres.clone() {
-                Some(address) => History::open_postgres(address)?,
-                None => History::open(folder)?,
-            }),
+            history: Mutex::new(history),
             recordings: Recordings::open(&config.recording)?,
             logins: Mutex::default(),
             hashing: Turns::new(HASHING_MAX),
@@ -188,6 +216,7 @@ impl Hub {
             stations: Mutex::new(Arc::new(stations)),
             site: Mutex::new(config.site.clone().map(Arc::new)),
             zones: Zones::open(&config)?,
+            updating: Updating::open(folder),
             field: Field::new(&config.modbus),
             modbus_servers: Servers::new(&config.modbus_servers),
             mqtt_brokers: Brokers::new(&config.mqtt),
@@ -197,6 +226,7 @@ impl Hub {
             failed: watch::Sender::new(false),
             ticks: AtomicU64::new(0),
             upkeep: Upkeep::default(),
+            sleeps: Sleeps::from_now(&clock),
             start: Instant::now(),
             started_ms: clock.now_ms(),
             integrity,
@@ -211,6 +241,7 @@ impl Hub {
             hub.topics().set(&format!("alarms/{}", alarm.id), alarm);
         }
         hub.topics().set("fire", &hub.alarms().fire());
+        hub.publish_updates();
         for station in hub.stations() {
             station.publish_all(&hub);
         }
@@ -327,6 +358,11 @@ impl Hub {
     /// The same, ms.
     pub fn up_ms(&self) -> u64 {
         u64::try_from(self.now().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    /// The last sleep of the machine, as far as it was noticed.
+    pub(crate) fn last_sleep(&self) -> Sleep {
+        self.0.sleeps.look(self.now(), self.clock())
     }
 
     /// Whether a client still has the rights with which it was identified.
@@ -473,6 +509,11 @@ impl Hub {
         self.0.zones.as_ref()
     }
 
+    /// Images, and runs that update the software of monitors.
+    pub(crate) fn updating(&self) -> &Updating {
+        &self.0.updating
+    }
+
     /// The simulation behind the monitors, if there is one.
     pub fn simulated(&self) -> Option<&dyn Simulation> {
         self.0.simulation.get().map(|it| &**it)
@@ -496,6 +537,7 @@ impl Hub {
 
     /// Another round.
     pub(crate) fn tick(&self) {
+        self.last_sleep();
         self.0.ticks.fetch_add(1, Ordering::Relaxed);
     }
 
@@ -520,6 +562,11 @@ fn stations_of(config: &Config, monitors: &[MonitorConfig]) -> BTreeMap<String, 
 impl Hub {
     /// A hub with one monitor, M1, that no connection reaches.
     pub fn of_one(site: Option<Site>) -> (Self, Arc<Station>) {
+        Self::of_one_at(site, Clock::System)
+    }
+
+    /// The same with a clock.
+    pub fn of_one_at(site: Option<Site>, clock: Clock) -> (Self, Arc<Station>) {
         let monitor = MonitorConfig {
             id: "M1".into(),
             name: crate::text::both("M1", "M1"),
@@ -527,7 +574,7 @@ impl Hub {
             poll_ms: 200,
         };
         let config = Config { monitors: vec![monitor], site, ..Config::default() };
-        let hub = Self::new(config, Clock::System, Value::Null).unwrap();
+        let hub = Self::new(config, clock, Value::Null).unwrap();
         let station = hub.station("M1").unwrap();
         (hub, station)
     }

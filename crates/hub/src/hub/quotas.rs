@@ -76,7 +76,7 @@ impl Hub {
             delays.clear();
         }
         let delay = delays.entry(format!("{}/{}", by.principal.key, by.seat.from)).or_default();
-        delay.longer(now, t).unwrap_or(Duration::MAX)
+        self.age(delay.longer(now, t).unwrap_or(Duration::MAX))
     }
 
     fn count(&self, what: &str, by: &Principal, (most, per_s): (f64, f64)) -> Result<(), ApiError> {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use axum::extract::ws::Utf8Bytes;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{broadcast, mpsc, watch};
 
 use super::Hub;
 use crate::access::Principal;
@@ -13,14 +13,23 @@ use crate::monitor::station::Station;
 use crate::publish::messages::Message;
 use crate::sync::lock;
 
-/// Messages that may wait for a slow client.
+/// Messages that may wait for a slow client: so many that are for it alone, and so many that are for all.
 const EVENTS_MAX: usize = 128;
 
 /// The seats by id.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Seats {
     all: Mutex<HashMap<String, Live>>,
     next: AtomicU64,
+    /// What is for all is queued once: a message takes a place here, whatever the number of seats.
+    common: broadcast::Sender<Utf8Bytes>,
+}
+
+impl Default for Seats {
+    fn default() -> Self {
+        let common = broadcast::Sender::new(EVENTS_MAX);
+        Self { all: Mutex::default(), next: AtomicU64::default(), common }
+    }
 }
 
 /// A WebSocket and its seat.
@@ -62,8 +71,10 @@ pub struct SeatKey {
     pub seat: String,
     /// Secret with which a later connection resumes the seat.
     pub resume: Option<String>,
-    /// Messages to the client besides published values.
+    /// Messages to this client alone, besides published values.
     pub events: mpsc::Receiver<Utf8Bytes>,
+    /// Messages to every client. Unread, it costs the sender nothing.
+    pub common: broadcast::Receiver<Utf8Bytes>,
     /// Messages dropped because the client is slow.
     pub missed: Arc<AtomicU64>,
     /// Whether the seat is still this connection's.
@@ -131,7 +142,8 @@ impl Hub {
         if resumed {
             self.stations().iter().for_each(|station| self.seat_is_back(station, &seat));
         }
-        SeatKey { seat, resume: secret, events, missed, has: Has(has), connection }
+        let common = self.0.seats.common.subscribe();
+        SeatKey { seat, resume: secret, events, common, missed, has: Has(has), connection }
     }
 
     /// A WebSocket is closed: its motions stop, and its authority is lost unless it is resumed.
@@ -185,13 +197,10 @@ impl Hub {
         seats.iter().map(one).collect()
     }
 
-    /// Sends a message to a seat; dropped and counted if the client is slow.
+    /// Sends a message to a seat, written: what waits for a slow client takes little room. Dropped and counted if it
+    /// is slow.
     pub fn send_to(&self, seat: &str, message: &Message) {
-        self.send_text(seat, message.written());
-    }
-
-    /// The same, already written: what waits for a slow client takes little room.
-    fn send_text(&self, seat: &str, message: Utf8Bytes) {
+        let message = message.written();
         let seats = lock(&self.0.seats.all);
         if let Some(live) = seats.get(seat)
             && live.events.try_send(message).is_err()
@@ -201,11 +210,16 @@ impl Hub {
         }
     }
 
-    /// Sends a message to every seat.
+    /// Sends a message to every seat, in the order of the calls. Written and queued once: the list of seats is not
+    /// looked at, and of the clients only those that wait for it are woken.
     pub(super) fn send_to_all(&self, message: &Message) {
-        let message = message.written();
-        let seats: Vec<String> = lock(&self.0.seats.all).keys().cloned().collect();
-        seats.iter().for_each(|seat| self.send_text(seat, message.clone()));
+        // Without a client there is none to send it to.
+        _ = self.0.seats.common.send(message.written());
+    }
+
+    /// Counts messages to all that a slow client has missed.
+    pub fn count_missed(&self, count: u64) {
+        self.counts().missed.fetch_add(count, Ordering::Relaxed);
     }
 
     /// Forgets a seat whose connection is lost, unless it may come back to what it holds.
@@ -222,11 +236,61 @@ impl Hub {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::channel;
+    use std::time::Duration;
+
     use serde_json::Value;
+    use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 
     use super::*;
     use crate::hub::Caller;
+    use crate::text::both;
     use crate::{Clock, Config};
+
+    /// Assumed: many clients are connected, and something holds the list of them.
+    #[test]
+    fn an_event_waits_for_no_list_of_clients() {
+        let (hub, _) = Hub::of_one(None);
+        let principal = Caller::hub().principal;
+        let mut idle: Vec<SeatKey> = (0..500).map(|_| hub.connect(&principal, "", None)).collect();
+        let held = lock(&hub.0.seats.all);
+        let (own, (said, heard)) = (hub.clone(), channel());
+        let sends = std::thread::spawn(move || {
+            own.event(Some("M1"), &both("tested", "проверено"));
+            said.send(())
+        });
+        assert_eq!(heard.recv_timeout(Duration::from_secs(30)), Ok(()));
+        drop(held);
+        sends.join().unwrap().unwrap();
+        for key in &mut idle {
+            assert!(key.common.try_recv().is_ok_and(|it| it.contains("tested")));
+            assert_eq!(key.common.try_recv(), Err(TryRecvError::Empty), "once");
+            assert!(key.events.try_recv().is_err(), "it takes no place of what is for one alone");
+        }
+    }
+
+    /// One client takes everything at once, another one nothing for a while.
+    #[tokio::test]
+    async fn events_come_in_their_order_and_what_a_slow_client_misses_is_counted() {
+        let (hub, _) = Hub::of_one(None);
+        let principal = Caller::hub().principal;
+        let mut quick = hub.connect(&principal, "", None);
+        let mut slow = hub.connect(&principal, "", None);
+        let number = |message: &Utf8Bytes| -> u64 {
+            let message: Value = serde_json::from_str(message).unwrap();
+            message["what"]["en"].as_str().unwrap().parse().unwrap()
+        };
+        let count = EVENTS_MAX as u64 + 30;
+        for event in 0..count {
+            hub.event(None, &both(event.to_string(), event.to_string()));
+            assert_eq!(number(&quick.common.recv().await.unwrap()), event);
+        }
+        assert_eq!(slow.common.recv().await, Err(RecvError::Lagged(30)), "the oldest");
+        for event in 30..count {
+            assert_eq!(number(&slow.common.recv().await.unwrap()), event);
+        }
+        assert_eq!(slow.common.try_recv(), Err(TryRecvError::Empty));
+    }
 
     /// Its connection is lost, and another client takes the monitor before it comes back.
     #[tokio::test]

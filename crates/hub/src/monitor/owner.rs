@@ -84,7 +84,7 @@ pub fn own(hub: &Hub) -> JoinSet<()> {
 }
 
 /// Monitors with the same answer share a link.
-fn link_of(endpoint: &Endpoint) -> String {
+pub fn link_of(endpoint: &Endpoint) -> String {
     let mut endpoint = endpoint.clone();
     match &mut endpoint {
         Endpoint::Tcp { addresses, .. }

@@ -1,7 +1,7 @@
 //! A monitor as the hub has it: its client, its state, its authority, and what is published of them.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -90,6 +90,8 @@ pub struct Station {
     pub tuning: Mutex<Option<Running>>,
     /// Commands and motions so far that end a tuning.
     pub interrupted: AtomicU64,
+    /// Its software is being updated.
+    pub updated: AtomicBool,
     /// How much of what is urgent waits for the first connection.
     asking: watch::Sender<usize>,
 }
@@ -178,6 +180,7 @@ impl Station {
             jogs: Mutex::default(),
             tuning: Mutex::default(),
             interrupted: AtomicU64::new(0),
+            updated: AtomicBool::new(false),
             asking: watch::Sender::new(0),
         }
     }

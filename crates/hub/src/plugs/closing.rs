@@ -1,17 +1,20 @@
-//! Valves that a lost client has opened: they are closed once more each second, until the monitor has confirmed it.
+//! What a lost client has started: valves that it has opened are closed, and drives that it has sent are stopped, once more
+//! each second, until the monitor has confirmed it.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, hub as text};
 use tokio::time::sleep;
 
-use super::orders::{What, valve_of};
-use super::refusal::Failed;
+use super::orders::{AXES, What, valve_of};
+use super::refusal::{Failed, Refusal};
 use super::seat::{PlugSeat, results};
 use super::sight::Holder;
 use crate::command::request::MonitorRequest;
 use crate::command::urgent::Joined;
+use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::sync::lock;
@@ -21,84 +24,138 @@ const EACH: Duration = Duration::from_secs(1);
 /// So often it is tried.
 const TRIES: u32 = 600;
 
-/// The valves of a monitor that are to close.
+/// A part of a monitor that is to come to rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Valve 1 or 2 closes.
+    Valve(u16),
+    /// A drive stops, by its place in [`AXES`].
+    Drive(usize),
+}
+
+impl Part {
+    const ALL: [Self; 5] =
+        [Self::Valve(1), Self::Valve(2), Self::Drive(0), Self::Drive(1), Self::Drive(2)];
+
+    /// What a command begins.
+    fn of(what: What) -> impl Iterator<Item = Self> {
+        let begins = move |part: &Self| match (what, *part) {
+            (What::Open(opens), Self::Valve(valve)) => valve_of(opens) == valve_of(valve),
+            (What::GoTo(targets), Self::Drive(axis)) => {
+                targets.get(axis).is_some_and(Option::is_some)
+            }
+            _ => false,
+        };
+        Self::ALL.into_iter().filter(begins)
+    }
+
+    const fn subsystem(self) -> SubsystemId {
+        match self {
+            Self::Valve(valve) => valve_of(valve),
+            Self::Drive(axis) => AXES[axis],
+        }
+    }
+
+    fn request(self) -> Result<MonitorRequest, ApiError> {
+        match self {
+            Self::Valve(_) => MonitorRequest::close(self.subsystem()),
+            Self::Drive(_) => MonitorRequest::stop(self.subsystem()),
+        }
+    }
+
+    /// Whether the monitor has done it. A program that runs refuses the Stop of a drive, which is its own.
+    fn is_done(self, result: Result<(), Failed>) -> bool {
+        match result {
+            Ok(()) => true,
+            Err(failed) => matches!(self, Self::Drive(_)) && failed.why == Refusal::Refused,
+        }
+    }
+}
+
+/// The parts of a monitor that are to come to rest.
 #[derive(Debug, Default)]
 pub struct Closing(Mutex<Due>);
 
 #[derive(Debug, Default)]
 struct Due {
-    /// Of each valve the number of the task that closes it.
-    valves: [Option<u64>; 2],
+    /// Of each part the number of the task that ends it.
+    parts: Vec<(Part, u64)>,
     tasks: u64,
 }
 
 impl Closing {
     /// The number of a new task; that of an earlier one is void.
-    fn begin(&self, valve: u16) -> u64 {
+    fn begin(&self, part: Part) -> u64 {
         let mut due = lock(&self.0);
         due.tasks += 1;
         let number = due.tasks;
-        due.valves[place(valve)] = Some(number);
+        due.parts.retain(|(it, _)| *it != part);
+        due.parts.push((part, number));
         number
     }
 
-    fn is_due(&self, valve: u16, number: u64) -> bool {
-        lock(&self.0).valves[place(valve)] == Some(number)
+    fn is_due(&self, part: Part, number: u64) -> bool {
+        lock(&self.0).parts.contains(&(part, number))
     }
 
-    /// An opening is accepted: what closes the valve for a client that was lost ends. The valve, if something did.
-    pub fn opens(&self, what: What) -> Option<u16> {
-        match what {
-            What::Open(valve) => self.end(valve).then_some(valve),
-            _ => None,
-        }
+    /// A command is accepted: what ends its parts for a client that was lost ends. The parts of which something did.
+    pub fn begins(&self, what: What) -> Vec<Part> {
+        Part::of(what).filter(|part| self.end(*part)).collect()
     }
 
-    /// Nothing closes this valve any more; whether something did.
-    fn end(&self, valve: u16) -> bool {
-        lock(&self.0).valves[place(valve)].take().is_some()
+    /// Nothing ends this part any more; whether something did.
+    fn end(&self, part: Part) -> bool {
+        lock(&self.0).parts.extract_if(.., |(it, _)| *it == part).count() > 0
     }
 
-    fn done(&self, valve: u16, number: u64) {
-        lock(&self.0).valves[place(valve)].take_if(|it| *it == number);
+    fn done(&self, part: Part, number: u64) {
+        lock(&self.0).parts.retain(|it| *it != (part, number));
     }
-}
-
-fn place(valve: u16) -> usize {
-    usize::from(valve == 2)
 }
 
 impl PlugSeat<'_> {
     /// Closes a valve that this seat has opened, also one of a monitor that it has released, unless another holds it:
     /// until the monitor has confirmed it, another holds it, or a client of a plug opens the valve.
     pub fn shut(self, station: &Arc<Station>, valve: u16) {
-        let Ok(request) = MonitorRequest::close(valve_of(valve)) else { return };
-        if self.control(station).holder == Holder::Other {
-            return;
+        if self.control(station).holder != Holder::Other {
+            self.rest(station, Part::Valve(valve));
         }
-        let number = station.closing.begin(valve);
+    }
+
+    /// Stops a drive that this seat has sent, as long as it holds the monitor: until the monitor has answered, another
+    /// holds it, or a client of a plug sends the drive. By its place in [`AXES`].
+    pub fn halt(self, station: &Arc<Station>, axis: usize) {
+        if self.control(station).holder == Holder::Mine {
+            self.rest(station, Part::Drive(axis));
+        }
+    }
+
+    fn rest(self, station: &Arc<Station>, part: Part) {
+        let Ok(request) = part.request() else { return };
+        let number = station.closing.begin(part);
         // For the wire alone: no hand has said no to the zones. It is under way when this returns.
         let (first, _) = self.hub.overtake(self.caller, station, &request);
         let (hub, caller) = (self.hub.clone(), self.caller.clone());
-        let task = Task { hub, caller, station: station.clone(), valve, number, request };
+        let task = Task { hub, caller, station: station.clone(), part, number, request };
         tokio::spawn(task.run(first));
     }
 
-    /// What has become of the opening: if it certainly was not done, what was to close still is.
-    pub fn opened(self, station: &Arc<Station>, valve: Option<u16>, result: Result<(), Failed>) {
-        let closes = result.is_err_and(|failed| !failed.why.may_be_done());
-        if let Some(valve) = valve.filter(|_| closes) {
-            self.shut(station, valve);
+    /// What has become of a command: if it certainly was not done, what was to come to rest still is.
+    pub fn begun(self, station: &Arc<Station>, parts: &[Part], result: Result<(), Failed>) {
+        if result.is_err_and(|failed| !failed.why.may_be_done())
+            && self.control(station).holder != Holder::Other
+        {
+            parts.iter().for_each(|part| self.rest(station, *part));
         }
     }
 }
 
-/// Closes a valve.
+/// Brings a part to rest.
 struct Task {
     hub: Hub,
     caller: Caller,
     station: Arc<Station>,
-    valve: u16,
+    part: Part,
     number: u64,
     request: MonitorRequest,
 }
@@ -111,7 +168,7 @@ impl Task {
                 result = results(Ok(vec![sent])) => result,
                 () = shutdown.requested() => return,
             };
-            if result.is_ok() {
+            if self.part.is_done(result) {
                 break;
             }
             if attempt == 1 {
@@ -126,19 +183,22 @@ impl Task {
             }
             sent = self.hub.overtake_again(&self.station, &self.request);
         }
-        self.station.closing.done(self.valve, self.number);
+        self.station.closing.done(self.part, self.number);
     }
 
     fn goes_on(&self) -> bool {
         let seat = PlugSeat { hub: &self.hub, caller: &self.caller };
         let is_others = seat.control(&self.station).holder == Holder::Other;
-        self.station.closing.is_due(self.valve, self.number) && !is_others
+        self.station.closing.is_due(self.part, self.number) && !is_others
     }
 
     fn report(&self) {
         let (client, from) = (&self.caller.principal.user, &self.caller.seat.from);
-        let (monitor, valve) = (self.station.id(), valve_of(self.valve).to_string());
-        let what = text::PlugNotClosed { client, from, monitor, valve: &valve }.words();
+        let (monitor, part) = (self.station.id(), self.part.subsystem().to_string());
+        let what = match self.part {
+            Part::Valve(_) => text::PlugNotClosed { client, from, monitor, valve: &part }.words(),
+            Part::Drive(_) => text::PlugNotStopped { client, from, monitor, drive: &part }.words(),
+        };
         self.hub.event(Some(monitor), &what);
     }
 }
@@ -148,7 +208,6 @@ mod tests {
     use super::*;
     use crate::hub::SeatKey;
     use crate::plugs::orders::Command;
-    use crate::plugs::refusal::Refusal;
     use crate::plugs::seat::tests::client;
     use crate::store::Search;
 
@@ -218,15 +277,79 @@ mod tests {
             (Err(Refusal::NotSent.into()), true),
         ] {
             one.shut(&station, 2);
-            assert_eq!(station.closing.opens(What::Open(1)), None, "the other valve");
-            let due = station.closing.opens(What::Open(2));
-            assert_eq!(due, Some(2));
+            assert_eq!(station.closing.begins(What::Open(1)), [], "the other valve");
+            let due = station.closing.begins(What::Open(2));
+            assert_eq!(due, [Part::Valve(2)]);
             closes(&station, 2).await;
             assert_eq!(closes(&station, 10).await, 0, "while it is opened");
-            one.opened(&station, due, result);
+            one.begun(&station, &due, result);
             assert_eq!(closes(&station, 10).await > 5, goes_on, "{result:?}");
-            station.closing.end(2);
+            station.closing.end(Part::Valve(2));
             closes(&station, 2).await;
+        }
+    }
+
+    async fn stops(station: &Station, seconds: u64) -> u64 {
+        let before = station.urgent_counts().stop;
+        sleep(Duration::from_secs(seconds)).await;
+        station.urgent_counts().stop - before
+    }
+
+    /// Assumed: the link is lost together with the client whose drive moves.
+    #[tokio::test(start_paused = true)]
+    async fn a_stop_that_is_not_confirmed_is_repeated_until_another_takes_over() {
+        let (hub, station, clients) = bench();
+        let (one, other) = (seat(&hub, &clients[0]), seat(&hub, &clients[1]));
+        one.halt(&station, 1);
+        assert_eq!(stops(&station, 10).await, 0, "it does not hold the monitor");
+        one.authority(&station, Command::Take).unwrap();
+        one.halt(&station, 1);
+        assert_eq!(station.urgent_counts().stop, 1, "at once");
+        assert!((8..=11).contains(&stops(&station, 10).await));
+        // Its authority is lost meanwhile: no other holds the monitor.
+        one.authority(&station, Command::Release).unwrap();
+        assert!((8..=11).contains(&stops(&station, 10).await));
+        other.authority(&station, Command::Take).unwrap();
+        stops(&station, 2).await;
+        assert_eq!(stops(&station, 60).await, 0, "it is another's drive now");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_stop_ends_with_a_command_to_the_drive_and_after_ten_minutes() {
+        let (hub, station, clients) = bench();
+        let one = seat(&hub, &clients[0]);
+        one.authority(&station, Command::Take).unwrap();
+        let up = What::GoTo([None, Some(60), None]);
+        for (result, goes_on) in [
+            (Ok(()), false),
+            (Err(Refusal::NoAnswer.into()), false),
+            (Err(Refusal::Held.into()), true),
+        ] {
+            one.halt(&station, 1);
+            let aside = What::GoTo([Some(60), None, Some(9)]);
+            assert_eq!(station.closing.begins(aside), [], "other drives");
+            let due = station.closing.begins(up);
+            assert_eq!(due, [Part::Drive(1)]);
+            stops(&station, 2).await;
+            assert_eq!(stops(&station, 10).await, 0, "while it is sent");
+            one.begun(&station, &due, result);
+            assert_eq!(stops(&station, 10).await > 5, goes_on, "{result:?}");
+            station.closing.end(Part::Drive(1));
+            stops(&station, 2).await;
+        }
+        one.halt(&station, 0);
+        assert!((300..=600).contains(&stops(&station, 1300).await));
+        assert_eq!(stops(&station, 60).await, 0);
+    }
+
+    #[test]
+    fn an_answer_ends_the_stop_of_a_drive_and_a_refusal_no_close() {
+        let refused = || Err(Failed::from(Refusal::Refused));
+        assert!(Part::Drive(0).is_done(Ok(())) && Part::Valve(1).is_done(Ok(())));
+        assert!(Part::Drive(0).is_done(refused()), "a program has the drive");
+        assert!(!Part::Valve(1).is_done(refused()));
+        for why in [Refusal::NoAnswer, Refusal::NotSent, Refusal::Unknown, Refusal::Hub] {
+            assert!(!Part::Drive(0).is_done(Err(why.into())), "{why:?}");
         }
     }
 }

@@ -137,7 +137,8 @@ impl Refusal {
             "no_monitor" => Self::Monitor,
             "role" | "login_needed" => Self::Role,
             "slow_down" => Self::TooFast,
-            "held" => Self::Held,
+            // An update of its software holds it.
+            "held" | "updating" => Self::Held,
             "no_authority" if error.body().details.holder == Some(None) => Self::NotTaken,
             "no_authority" => Self::Held,
             "refused" => Self::Refused,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use lafet_proto::SubsystemId;
 
-use super::orders::{Command, What, valve_of};
+use super::orders::{AXES, Command, What, valve_of};
 use super::refusal::{Failed, Refusal};
 use super::sight::{Control, Holder, Known, Tally};
 use crate::command::outcome::Outcome;
@@ -70,15 +70,6 @@ impl PlugSeat<'_> {
         }
     }
 
-    /// An urgent request that is this seat's to send only as long as it holds the monitor. For valves there is
-    /// [`PlugSeat::shut`].
-    pub fn if_held(self, station: &Arc<Station>, request: &MonitorRequest) {
-        if self.control(station).holder == Holder::Mine {
-            // For the wire alone: no hand has said no to the zones. It is carried out without a wait.
-            drop(self.hub.overtake(self.caller, station, request));
-        }
-    }
-
     /// Takes, releases or asks for authority.
     pub fn authority(self, station: &Arc<Station>, command: Command) -> Result<(), Failed> {
         let action = match command {
@@ -137,10 +128,9 @@ impl PlugSeat<'_> {
             result = result.and(outcome);
         }
         // What is reported refused does not go on with a part of its drives.
-        for axis in done.into_iter().filter(|it| result.is_err() && it.is_drive()) {
-            if let Ok(request) = MonitorRequest::stop(axis) {
-                self.if_held(station, &request);
-            }
+        if result.is_err() {
+            let done = AXES.iter().enumerate().filter(|(_, drive)| done.contains(drive));
+            done.for_each(|(axis, _)| self.halt(station, axis));
         }
         result
     }

@@ -126,6 +126,59 @@ pub enum Act {
         /// Name of the recording.
         recording: String,
     },
+    /// An image of a monitor's software was uploaded.
+    StoreImage {
+        /// SHA-256 of its payload, hexadecimal.
+        digest: String,
+        /// Its version.
+        version: String,
+        /// The board that it is for.
+        board: String,
+    },
+    /// An image was removed.
+    RemoveImage {
+        /// SHA-256 of its payload, hexadecimal.
+        digest: String,
+        /// Its version.
+        version: String,
+        /// The board that it is for.
+        board: String,
+    },
+    /// An update of monitors was started.
+    StartUpdate {
+        /// The version of the images.
+        version: String,
+        /// SHA-256 of the payload of each image, hexadecimal.
+        images: Vec<String>,
+        /// Ids of the monitors, in their order.
+        monitors: Vec<String>,
+    },
+    /// An update of monitors was stopped.
+    StopUpdate,
+    /// The update of a monitor has ended, as the outcome of the entry says.
+    UpdateMonitor {
+        /// The version of the images.
+        version: String,
+        /// The version before, where it is known.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        from: Option<String>,
+        /// The version that is confirmed.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        to: Option<String>,
+        /// Why it failed, or what was left to be done.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        text: Option<Both>,
+    },
+    /// An update of monitors has ended.
+    EndUpdate {
+        /// Monitors that have the version.
+        done: usize,
+        /// Monitors that were to have it.
+        monitors: usize,
+        /// Why it ended before it was done.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        text: Option<Both>,
+    },
     /// A scenario of the simulation is loaded.
     SimScenario {
         /// Id of the scenario.

@@ -6,10 +6,10 @@
 //! hub goes on: a full disk must not prevent extinguishing.
 
 use std::collections::VecDeque;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -22,13 +22,15 @@ use utoipa::ToSchema;
 
 use super::act::Act;
 use super::chain::{Chain, GENESIS, Verified, hash};
-use super::db::{Db, StoreError, open};
+use super::db::{Db, StoreError, open, said_corrupt};
 use super::events::{Page, Search};
-use super::mark::{self, Users};
+use super::mark::{self, Mark, StateFile, Users};
 use crate::access::Kind;
 use crate::hub::Caller;
 use crate::sync::lock;
 
+/// The file in the folder of the state.
+const FILE: &str = StateFile::Audit.name();
 /// Entries in one transaction.
 const BATCH_MAX: usize = 256;
 /// Entries that wait in memory for a disk that takes none; what comes then is given up.
@@ -125,7 +127,8 @@ pub struct Entry {
 #[derive(Clone, Debug)]
 pub struct Audit {
     notes: Sender<Note>,
-    reads: Db,
+    /// Empty until the file can be read.
+    reads: Arc<OnceLock<Db>>,
     state: Arc<State>,
 }
 
@@ -193,7 +196,7 @@ impl Audit {
     /// Opens the log in a folder, or in memory.
     pub fn open(folder: Option<&Path>) -> Result<Self, StoreError> {
         let (write, read) = match folder {
-            Some(_) => (open(folder, "audit.db", SCHEMA)?, open(folder, "audit.db", SCHEMA)?),
+            Some(_) => (open(folder, FILE, SCHEMA)?, open(folder, FILE, SCHEMA)?),
             None => {
                 // Two connections to the same database in memory, which has a name for that.
                 static NEXT: AtomicU64 = AtomicU64::new(0);
@@ -210,12 +213,39 @@ impl Audit {
         };
         bring_up_to_date(&write)?;
         let head = head(&write)?;
+        let reads = OnceLock::from(Db::new("audit-read", read)?);
+        Self::start(reads, |reads, state| Writer::new(write, head, reads, state))
+    }
+
+    /// A log whose file the disk did not let be read when the hub started: entries wait in memory, are in the program's
+    /// log meanwhile, and the file is tried again each second. It has to be the one that was noted.
+    ///
+    /// # Errors
+    ///
+    /// There is no thread.
+    pub fn unread(folder: PathBuf, noted: Mark) -> Result<Self, StoreError> {
+        let nothing = Connection::open_in_memory()?;
+        let audit = Self::start(OnceLock::new(), |reads, state| {
+            let late = Some(Late { folder, noted });
+            Writer { late, ..Writer::new(nothing, (0, GENESIS.into()), reads, state) }
+        })?;
+        audit.state.failing.store(true, Ordering::Relaxed);
+        Ok(audit)
+    }
+
+    fn start(
+        reads: OnceLock<Db>,
+        writer: impl FnOnce(Arc<OnceLock<Db>>, Arc<State>) -> Writer,
+    ) -> Result<Self, StoreError> {
         let (notes, queue) = channel();
-        let state = Arc::new(State::default());
-        let writer =
-            Writer { connection: write, head, waiting: VecDeque::new(), state: state.clone() };
+        let (reads, state) = (Arc::new(reads), Arc::new(State::default()));
+        let writer = writer(reads.clone(), state.clone());
         thread::Builder::new().name("lafet-audit".into()).spawn(move || writer.run(&queue))?;
-        Ok(Self { notes, reads: Db::new("audit-read", read)?, state })
+        Ok(Self { notes, reads, state })
+    }
+
+    fn reads(&self) -> Result<&Db, StoreError> {
+        self.reads.get().ok_or(StoreError::Unread)
     }
 
     /// Notes something. The number of the entry comes when it is on the disk; who does not wait
@@ -286,7 +316,7 @@ impl Audit {
     /// Looks entries up, the latest first.
     pub async fn find(&self, search: Search) -> Result<Page<Entry>, StoreError> {
         self.catch_up().await;
-        self.reads.look(move |db| find(db, &search, SCAN_MAX)).await
+        self.reads()?.look(move |db| find(db, &search, SCAN_MAX)).await
     }
 
     /// Number of the last entry that is stored.
@@ -297,23 +327,23 @@ impl Audit {
     /// Number and hash of the last entry that is stored.
     pub async fn head(&self) -> Result<(u64, String), StoreError> {
         self.catch_up().await;
-        self.reads.look(|db| head(db)).await
+        self.reads()?.look(|db| head(db)).await
     }
 
     /// Notes in the file of the log how many changes of users and tokens there were.
     pub async fn note_users(&self, users: Users) -> Result<(), StoreError> {
-        self.reads.call(move |db| mark::note_users(db, users)).await
+        self.reads()?.call(move |db| mark::note_users(db, users)).await
     }
 
     /// Moves what is stored into the file itself.
     pub async fn settle(&self) -> Result<(), StoreError> {
-        self.reads.checkpoint().await
+        self.reads()?.checkpoint().await
     }
 
     /// Entries from a number on, for export.
     pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
         self.catch_up().await;
-        self.reads.look(move |db| from(db, n, limit)).await
+        self.reads()?.look(move |db| from(db, n, limit)).await
     }
 
     /// Checks the whole chain, part by part, so that others can read meanwhile.
@@ -331,7 +361,7 @@ impl Audit {
     /// Walks on along the chain, by so many entries at most, on the thread that reads: what the hub does
     /// waits for no hash. Then there are more, or this was the end, or an entry is not right.
     pub async fn walk(&self, mut chain: Chain, most: u32) -> Result<(Chain, bool), StoreError> {
-        self.reads
+        self.reads()?
             .look(move |db| {
                 let entries = from(db, chain.next(), most)?;
                 let goes_on = !entries.is_empty() && entries.iter().all(|entry| chain.add(entry));
@@ -345,27 +375,74 @@ struct Writer {
     connection: Connection,
     head: (u64, String),
     waiting: VecDeque<Note>,
+    reads: Arc<OnceLock<Db>>,
     state: Arc<State>,
+    /// The file that is still to be opened.
+    late: Option<Late>,
+}
+
+/// A file that the disk did not let be read.
+struct Late {
+    folder: PathBuf,
+    /// What was noted of it.
+    noted: Mark,
 }
 
 impl Writer {
+    fn new(
+        connection: Connection,
+        head: (u64, String),
+        reads: Arc<OnceLock<Db>>,
+        state: Arc<State>,
+    ) -> Self {
+        Self { connection, head, waiting: VecDeque::new(), reads, state, late: None }
+    }
+
+    /// Opens the file that could not be read, if it is the one that was noted.
+    fn open_late(&mut self) -> Result<(), StoreError> {
+        let Some(Late { folder, noted }) = &self.late else { return Ok(()) };
+        // One that is not there is not made.
+        std::fs::metadata(folder.join(FILE))?;
+        let connection = open(Some(folder), FILE, SCHEMA)?;
+        if !mark::check_late(&connection, noted)? {
+            let other = said_corrupt("it is not the file that was noted before");
+            return Err(StoreError::File(folder.join(FILE), other));
+        }
+        bring_up_to_date(&connection)?;
+        let reads = Db::new("audit-read", open(Some(folder), FILE, SCHEMA)?)?;
+        (self.head, self.connection, self.late) = (head(&connection)?, connection, None);
+        _ = self.reads.set(reads);
+        tracing::info!(waiting = self.waiting.len(), "the audit log can be read again");
+        Ok(())
+    }
+
+    /// Takes an entry. What cannot be stored for want of a file is in the program's log as well.
+    fn take(&mut self, note: Note) {
+        if self.late.is_some() {
+            let entry = serde_json::to_string(&note.record).unwrap_or_default();
+            tracing::info!(entry, "entry of the audit log, which cannot be read");
+        }
+        self.waiting.push_back(note);
+    }
+
     fn run(mut self, notes: &Receiver<Note>) {
         loop {
-            let note = if self.waiting.is_empty() {
+            let note = if self.waiting.is_empty() && self.late.is_none() {
                 notes.recv().map_err(|_| RecvTimeoutError::Disconnected)
             } else {
                 notes.recv_timeout(AGAIN)
             };
             match note {
-                Ok(note) => self.waiting.push_back(note),
+                Ok(note) => self.take(note),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
                     while !self.waiting.is_empty() && self.store().is_ok() {}
                     return;
                 }
             }
-            self.waiting.extend(notes.try_iter().take(BATCH_MAX));
-            let stored = self.store().and_then(|()| self.store_gap());
+            notes.try_iter().take(BATCH_MAX).for_each(|note| self.take(note));
+            let opened = self.open_late();
+            let stored = opened.and_then(|()| Ok(self.store().and_then(|()| self.store_gap())?));
             let failing = stored.is_err();
             if let Err(error) = stored
                 && !self.state.failing.load(Ordering::Relaxed)
@@ -542,223 +619,5 @@ fn unsigned(number: i64) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::chain::verify_lines;
-    use super::*;
-    use serde_json::json;
-
-    fn record(what: &str) -> Record {
-        let details = json!({ "b": 1, "a": [1.5, "ж"] });
-        Record { at_ms: 5, user: "anna".into(), what: what.into(), details, ..Record::default() }
-    }
-
-    async fn filled() -> Audit {
-        let audit = Audit::open(None).unwrap();
-        for what in ["Stop All", "Open Valve1", "Close Valve1"] {
-            audit.note(record(what)).await.unwrap();
-        }
-        audit
-    }
-
-    /// Of an entry that a later version has written, the words are shown; the chain covers it as it
-    /// is.
-    #[tokio::test]
-    async fn an_act_that_is_not_known_is_stored_and_not_shown() {
-        let audit = Audit::open(None).unwrap();
-        let later = json!({ "v": 2, "type": "teleport", "to": "M2" });
-        let known = record("login").about(&Act::Login);
-        for record in [record("old"), known, Record { act: Some(later), ..record("teleport M2") }] {
-            audit.note(record).await.unwrap();
-        }
-        assert!(audit.verify().await.unwrap().ok);
-        let entries = audit.from(1, 9).await.unwrap();
-        let acts = |it: &Entry| (it.record.act.is_some(), it.clone().shown().record.act.is_some());
-        let all: Vec<_> = entries.iter().map(acts).collect();
-        assert_eq!(all, [(false, false), (true, true), (true, false)]);
-    }
-
-    #[tokio::test]
-    async fn entries_are_chained_and_read_back() {
-        let audit = filled().await;
-        let verified = audit.verify().await.unwrap();
-        assert_eq!((verified.ok, verified.entries, verified.bad), (true, 3, None));
-        let latest = audit.latest(None, 2, None, Some("anna".into())).await.unwrap();
-        assert_eq!(latest[0].record, record("Close Valve1"));
-        assert_eq!(latest[0].prev, latest[1].hash);
-        assert_eq!(latest[0].hash, verified.head);
-        assert!(audit.latest(None, 2, Some("M1".into()), None).await.unwrap().is_empty());
-        let search = |text: &str| Search { text: Some(text.into()), limit: 1, ..Search::default() };
-        let page = audit.find(search("valve1")).await.unwrap();
-        assert_eq!((page.found[0].n, page.next), (3, Some(3)));
-        let page = audit.find(Search { before: page.next, ..search("valve1") }).await.unwrap();
-        assert_eq!((page.found[0].n, audit.last().await.unwrap()), (2, 3));
-        let none = audit.find(Search { to_ms: Some(4), ..search("") }).await.unwrap();
-        assert_eq!((none.found.len(), none.next), (0, None));
-        assert_eq!((audit.waiting(), audit.is_failing()), (0, false));
-    }
-
-    /// A number of a simulation is read back as the one that was hashed.
-    #[tokio::test]
-    async fn fractions_break_no_chain() {
-        let audit = Audit::open(None).unwrap();
-        let mut seed = 1_u64;
-        let fractions: Vec<f64> = std::iter::repeat_with(|| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            f64::from_bits((seed >> 12) | 0x3FF0_0000_0000_0000) * 1e-3
-        })
-        .take(2000)
-        .collect();
-        audit.note(Record { details: json!(fractions), ..record("sim") }).await.unwrap();
-        assert!(audit.verify().await.unwrap().ok);
-    }
-
-    #[tokio::test]
-    async fn what_was_changed_or_taken_out_shows() {
-        let audit = filled().await;
-        let entries = audit.from(1, 10).await.unwrap();
-        let lines = |entries: &[Entry]| {
-            let lines: Vec<_> =
-                entries.iter().map(|it| Ok(serde_json::to_string(it).unwrap())).collect();
-            verify_lines(lines.into_iter())
-        };
-        assert!(lines(&entries).ok);
-        let mut changed = entries.clone();
-        changed[1].record.user = "boris".into();
-        assert_eq!(lines(&changed).bad, Some(2));
-        let mut taken = entries.clone();
-        taken.remove(0);
-        assert_eq!(lines(&taken).bad, Some(1));
-        taken = entries;
-        taken[2] = Entry::new(3, record("Open Valve2"), GENESIS.into());
-        assert_eq!(lines(&taken).bad, Some(3));
-    }
-
-    #[tokio::test]
-    async fn the_database_itself_refuses_changes() {
-        let audit = filled().await;
-        let deleted = audit.reads.call(|db| db.execute("DELETE FROM audit", [])).await;
-        assert!(deleted.unwrap_err().to_string().contains("not deleted"));
-        let changed = audit.reads.call(|db| db.execute("UPDATE audit SET user = 'x'", [])).await;
-        assert!(changed.unwrap_err().to_string().contains("not changed"));
-    }
-
-    /// What was noted is found by who reads afterwards, and a writer that hangs does not hold up who reads.
-    #[tokio::test]
-    async fn who_reads_finds_what_was_noted_before() {
-        let audit = Audit::open(None).unwrap();
-        for round in 1..=200 {
-            drop(audit.note(record("Stop All")));
-            assert_eq!(audit.last().await.unwrap(), round);
-        }
-        audit.state.noted.fetch_add(1, Ordering::Relaxed);
-        let found = timeout(4 * CATCH_UP, audit.latest(None, 1, None, None)).await;
-        assert_eq!(found.expect("the wait is bounded").unwrap()[0].n, 200);
-    }
-
-    /// What a full disk does not take waits, and is stored in its order when there is room.
-    #[test]
-    fn a_full_disk_loses_nothing() {
-        let connection = open(None, "", SCHEMA).unwrap();
-        let limit = |connection: &Connection, pages: u32| {
-            // The pragma answers with what it is set to.
-            let query = format!("PRAGMA max_page_count = {pages}");
-            connection.query_row(&query, [], |row| row.get::<_, u32>(0)).unwrap();
-        };
-        limit(&connection, 1);
-        let waiting = VecDeque::new();
-        let state = Arc::new(State::default());
-        let mut writer = Writer { connection, head: (0, GENESIS.into()), waiting, state };
-        for _ in 0..50 {
-            let record = Record { outcome: "x".repeat(500), ..record("Stop All") };
-            writer.waiting.push_back(Note { record, stored: None });
-            writer.state.waiting.fetch_add(1, Ordering::Relaxed);
-        }
-        assert!(writer.store().unwrap_err().to_string().contains("full"));
-        assert_eq!((writer.waiting.len(), writer.head.0), (50, 0));
-        limit(&writer.connection, 10_000);
-        writer.store().unwrap();
-        assert_eq!((writer.waiting.len(), writer.head.0), (0, 50));
-    }
-
-    /// More than fits is given up and counted; what waits is stored in its order.
-    #[tokio::test]
-    async fn what_waits_is_bounded() {
-        let audit = Audit::open(None).unwrap();
-        audit.state.waiting.store(WAITING_MAX, Ordering::Relaxed);
-        assert!(audit.note(record("Stop All")).await.is_err());
-        assert_eq!((audit.waiting(), audit.lost()), (WAITING_MAX, 1));
-        audit.state.waiting.store(0, Ordering::Relaxed);
-        let long = record(&"ж".repeat(TEXT_MAX));
-        assert_eq!(audit.note(long).await.unwrap(), 1);
-        let stored = audit.from(1, 1).await.unwrap();
-        assert_eq!(stored[0].record.what, "ж".repeat(TEXT_MAX / 2));
-    }
-
-    /// A disk that does not answer says nothing, not even that it fails; and what was lost meanwhile is in the log
-    /// after it.
-    #[tokio::test]
-    async fn a_disk_that_hangs_fails_and_what_is_lost_leaves_a_trace() {
-        let audit = Audit::open(None).unwrap();
-        let before = Instant::now().checked_sub(HANGS + Duration::from_secs(1)).unwrap();
-        *lock(&audit.state.since) = Some(before);
-        assert!(audit.is_failing(), "nothing was taken for so long");
-        audit.state.waiting.store(WAITING_MAX, Ordering::Relaxed);
-        for at_ms in [70, 60, 90] {
-            assert!(audit.note(Record { at_ms, ..record("Stop All") }).await.is_err());
-        }
-        *lock(&audit.state.since) = None;
-        assert!(audit.is_failing(), "three entries are missing");
-        audit.state.waiting.store(0, Ordering::Relaxed);
-        audit.note(record("Stop All")).await.unwrap();
-        let gap = loop {
-            if let Some(entry) = audit.from(2, 1).await.unwrap().pop() {
-                break entry.record;
-            }
-        };
-        let act = Act::EntriesLost { entries: 3, from_ms: 60, to_ms: 90 };
-        assert_eq!((gap.act, gap.at_ms, gap.outcome.as_str()), (Some(act.to_value()), 90, "lost"));
-        let began = Instant::now();
-        while audit.is_failing() && began.elapsed() < Duration::from_secs(30) {
-            tokio::task::yield_now().await;
-        }
-        assert_eq!((audit.is_failing(), audit.lost(), audit.waiting()), (false, 3, 0));
-        assert!(audit.verify().await.unwrap().ok);
-    }
-
-    /// One user's entries among those of many others are looked for piece by piece.
-    #[tokio::test]
-    async fn a_search_looks_at_so_many_entries_at_a_time() {
-        let audit = Audit::open(None).unwrap();
-        for n in 0..20 {
-            let user = if n == 1 { "anna" } else { "boris" };
-            audit.note(Record { user: user.into(), ..record("Stop All") }).await.unwrap();
-        }
-        let of =
-            |before| Search { before, user: Some("anna".into()), limit: 9, ..Search::default() };
-        let pages = audit.reads.call(move |db| {
-            let (mut before, mut pages) = (None, Vec::new());
-            loop {
-                let page = find(db, &of(before), 8)?;
-                pages.push((page.found.iter().map(|it| it.n).collect::<Vec<_>>(), page.next));
-                before = page.next;
-                if before.is_none() {
-                    return Ok(pages);
-                }
-            }
-        });
-        let expected = [(vec![], Some(13)), (vec![], Some(5)), (vec![2], None)];
-        assert_eq!(pages.await.unwrap(), expected);
-    }
-
-    #[tokio::test]
-    async fn the_chain_goes_on_after_a_restart() {
-        let folder = std::env::temp_dir().join(format!("lafet-audit-{}", std::process::id()));
-        _ = std::fs::remove_dir_all(&folder);
-        for round in 1..=3 {
-            let audit = Audit::open(Some(&folder)).unwrap();
-            assert_eq!(audit.note(record("Stop All")).await.unwrap(), round);
-            assert!(audit.verify().await.unwrap().ok);
-        }
-        std::fs::remove_dir_all(&folder).unwrap();
-    }
-}
+#[path = "audit_tests.rs"]
+mod tests;

@@ -49,6 +49,8 @@ pub enum StoreError {
     Away,
     /// The disk is so slow that too much waits.
     Busy,
+    /// The disk did not let the file be read when the hub started.
+    Unread,
     /// Two hubs with one audit log would lose entries.
     InUse(std::path::PathBuf),
     /// A newer program wrote the state.
@@ -77,6 +79,7 @@ impl Argument for StoreError {
             Self::Postgres(error) => out.write_str(&super::postgres::said(error)),
             Self::Away => text::StoreAway.write(lang, out),
             Self::Busy => text::StoreBusy.write(lang, out),
+            Self::Unread => text::StoreUnread.write(lang, out),
             Self::InUse(folder) => {
                 text::StoreInUse { folder: Shown(folder.display()) }.write(lang, out)
             }
@@ -333,6 +336,18 @@ pub fn is_corrupt(error: &rusqlite::Error) -> bool {
     matches!(error.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase))
 }
 
+/// The disk, or the way to it, does not let a file be read or written: that says nothing of what the file has.
+pub fn is_of_disk(error: &rusqlite::Error) -> bool {
+    error.sqlite_error_code() == Some(rusqlite::ErrorCode::SystemIoFailure)
+}
+
+impl StoreError {
+    /// As [`is_of_disk`].
+    pub fn is_of_disk(&self) -> bool {
+        matches!(self, Self::Sqlite(error) | Self::File(_, error) if is_of_disk(error))
+    }
+}
+
 /// As [`is_corrupt`], or it is one of another program: tables, columns or values are not those of the hub.
 pub fn is_malformed(error: &rusqlite::Error) -> bool {
     use rusqlite::Error;
@@ -387,6 +402,12 @@ fn prepare(connection: Connection, schema: &str) -> Result<Connection, rusqlite:
 }
 
 impl Db {
+    /// In the place of a file that the disk does not let be read: nothing is taken, nothing is found.
+    pub fn unread() -> Self {
+        let (work, _) = sync_channel(0);
+        Self { reading: work.clone(), work }
+    }
+
     /// Gives a connection its thread, and beside it one to read with.
     pub fn new(name: &str, connection: Connection) -> Result<Self, StoreError> {
         let reader = match connection.path() {
@@ -429,6 +450,16 @@ impl Db {
     /// As `checkpoint`, after what was asked before.
     pub async fn checkpoint(&self) -> Result<(), StoreError> {
         self.call(|db| checkpoint(db)).await
+    }
+
+    /// Keeps its thread busy until what is returned is dropped; nothing of that is in the queue any more.
+    #[cfg(test)]
+    pub fn hang(&self) -> std::sync::mpsc::Sender<()> {
+        let (go, hung) = std::sync::mpsc::channel::<()>();
+        let (began, hangs) = std::sync::mpsc::channel();
+        assert!(self.post(move |_| _ = began.send(()).map(|()| hung.recv())));
+        hangs.recv().unwrap();
+        go
     }
 
     /// Does something, and waits for nothing; `false`: it was not taken.
@@ -496,7 +527,10 @@ fn submit<T: Send + 'static>(
             _ = reply.send(work(connection));
         }
     });
-    queue.try_send(work).map_err(|_| StoreError::Busy)?;
+    queue.try_send(work).map_err(|error| match error {
+        TrySendError::Full(_) => StoreError::Busy,
+        TrySendError::Disconnected(_) => StoreError::Unread,
+    })?;
     Ok(result)
 }
 
@@ -589,8 +623,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn who_reads_does_not_wait_for_a_disk_that_hangs() {
         let db = Db::new("test", Connection::open_in_memory().unwrap()).unwrap();
-        let (go, hung) = std::sync::mpsc::channel::<()>();
-        assert!(db.post(move |_| _ = hung.recv()));
+        let go = db.hang();
         let (done, looked) = std::sync::mpsc::channel();
         let again = done.clone();
         let read = db.read(move |_| {

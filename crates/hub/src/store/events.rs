@@ -124,6 +124,13 @@ impl Events {
         Ok((Self { db, waiting, alarms: Arc::default(), failing }, alarms, loss))
     }
 
+    /// In the place of a file that the disk does not let be read: until the hub is started again, events wait and none
+    /// is found, and no alarm of before is known.
+    pub fn unread() -> Self {
+        let (waiting, alarms) = Default::default();
+        Self { db: Db::unread(), waiting, alarms, failing: Arc::new(true.into()) }
+    }
+
     /// Notes what an alarm is now; `None`: it is normal. Written with the next flush.
     pub fn note_alarm(&self, id: &str, alarm: Option<String>) {
         lock(&self.alarms).insert(id.to_owned(), alarm);
@@ -362,8 +369,7 @@ mod tests {
         let page = events.find(Search { limit: 9, ..Search::default() }).await.unwrap();
         assert_eq!(page.found.iter().map(|it| it.at_ms).collect::<Vec<_>>(), [2, 1]);
         assert!(!events.is_failing());
-        let (go, hung) = std::sync::mpsc::channel::<()>();
-        assert!(events.db.post(move |_| _ = hung.recv()));
+        let go = events.db.hang();
         while events.db.post(|_| {}) {}
         events.note(3, None, &both("third", "третье"));
         events.flush();

@@ -130,6 +130,13 @@ impl History {
         Ok(Self::of(Base::Sqlite(db)))
     }
 
+    /// In the place of a file that the disk does not let be read: until the hub is started again, nothing is stored.
+    pub fn unread() -> Self {
+        let history = Self::of(Base::Sqlite(Db::unread()));
+        history.file.failing.store(true, Ordering::Relaxed);
+        history
+    }
+
     /// Opens the history in PostgreSQL.
     pub fn open_postgres(address: Address) -> Result<Self, StoreError> {
         Ok(Self::of(Base::Postgres(Postgres::open(address)?)))
@@ -520,8 +527,7 @@ mod tests {
     async fn what_a_full_queue_refuses_is_counted() {
         let mut history = History::open(None).unwrap();
         let Base::Sqlite(db) = history.base() else { panic!("it is a file") };
-        let (go, hung) = std::sync::mpsc::channel::<()>();
-        assert!(db.post(move |_| _ = hung.recv()));
+        let go = db.hang();
         while db.post(|_| {}) {}
         history.note(1000, "M1", "a", 1.0);
         assert!(!history.flush());

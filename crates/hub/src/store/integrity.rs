@@ -14,7 +14,9 @@ use super::db::is_corrupt;
 use crate::config::Config;
 use crate::hub::{Caller, Hub};
 use crate::store::reserve::Room;
-use crate::store::{self, Act, Chain, Examined, Fault, Head, Loss, Mark, StateFile, StoreError};
+use crate::store::{
+    self, Act, Audit, Chain, Examined, Fault, Head, Loss, Mark, StateFile, StoreError,
+};
 use crate::sync::lock;
 
 /// The longest time for the files at the end.
@@ -60,6 +62,8 @@ pub enum ChainWord {
 pub struct Integrity {
     folder: Option<PathBuf>,
     history: bool,
+    /// All files were marked before this start.
+    is_whole: bool,
     noted: Mutex<Mark>,
     /// The end of the audit log as it was noted before this start.
     noted_before: Mutex<Head>,
@@ -74,7 +78,7 @@ impl Integrity {
     pub fn examine(config: &Config, room: Room) -> Result<Self, StoreError> {
         let Some(folder) = config.data.clone() else { return Ok(Self::default()) };
         let history = config.postgres.is_none();
-        let Examined { site, is_new, mut losses } = store::examine(&folder, history)?;
+        let Examined { site, is_new, is_whole, mut losses } = store::examine(&folder, history)?;
         if let Room::None(error) = room {
             if is_new {
                 return Err(StoreError::NoRoom(folder, error));
@@ -101,14 +105,56 @@ impl Integrity {
             store::begin(&folder, &site, history)?;
         }
         let noted = Mutex::new(Mark { site, ..Mark::default() });
-        Ok(Self { folder: Some(folder), history, noted, losses: losses.into(), ..Self::default() })
+        let (folder, losses) = (Some(folder), losses.into());
+        Ok(Self { folder, history, is_whole, noted, losses, ..Self::default() })
+    }
+
+    /// Opens a file, or what takes its place where the disk does not let it be read: the hub starts as it goes on when
+    /// the disk fails while it runs. `hub.db` is not opened in this way.
+    ///
+    /// # Errors
+    ///
+    /// Any other error of opening it; that of the disk as well in a folder that is new.
+    pub fn opened<T>(
+        &self,
+        file: StateFile,
+        open: impl FnOnce() -> Result<T, StoreError>,
+        unread: impl FnOnce() -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        if self.unread().contains(&file) {
+            return unread();
+        }
+        match open() {
+            Err(error) if error.is_of_disk() && self.is_whole => {
+                self.lost(Loss { file, fault: Fault::Unread { error: error.to_string() } });
+                unread()
+            }
+            opened => opened,
+        }
+    }
+
+    /// The files that the disk did not let be read at this start.
+    fn unread(&self) -> Vec<StateFile> {
+        let losses = lock(&self.losses);
+        let unread = losses.iter().filter(|it| matches!(it.fault, Fault::Unread { .. }));
+        unread.map(|it| it.file).collect()
+    }
+
+    /// The audit log in the place of one that the disk did not let be read at this start.
+    ///
+    /// # Errors
+    ///
+    /// There is no folder, or no thread.
+    pub fn audit_unread(&self) -> Result<Audit, StoreError> {
+        let folder = self.folder.clone().ok_or(StoreError::Unread)?;
+        Audit::unread(folder.clone(), store::noted(&folder))
     }
 
     /// Marks the files, which are open now.
     pub fn mark(&self) -> Result<(), StoreError> {
         let Some(folder) = &self.folder else { return Ok(()) };
         let site = lock(&self.noted).site.clone();
-        let (before, now) = store::mark(folder, &site, self.history)?;
+        let (before, now) = store::mark(folder, &site, self.history, &self.unread())?;
         (*lock(&self.noted_before), *lock(&self.noted)) = (before, now);
         Ok(())
     }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::audit::head;
-use super::db::{StoreError, is_malformed, open, private, replace, said_corrupt};
+use super::db::{StoreError, is_malformed, is_of_disk, open, private, replace, said_corrupt};
 use super::format::{FORMAT, PROGRAM};
 use crate::access::digest;
 use crate::text::Both;
@@ -73,6 +73,11 @@ pub enum Fault {
     Emptied,
     /// Users or tokens are not as the hub has left them, and its log has no entry for it.
     Altered,
+    /// The disk does not let it be read: the hub works without what is in it, and leaves it as it is.
+    Unread {
+        /// What was found.
+        error: String,
+    },
     /// It cannot be read: no database, damaged, or one of another program.
     Malformed {
         /// What was found.
@@ -186,9 +191,10 @@ impl StateFile {
 
 impl Loss {
     /// The hub does not start unless this is accepted. Users who were altered are no loss: a hub that does not
-    /// start stops no water.
+    /// start stops no water. Nor is an audit log that cannot be read: a hub whose disk fails while it runs goes on.
     pub fn is_grave(&self) -> bool {
-        self.file.is_needed() && self.fault != Fault::Altered
+        let is_lost = !matches!(self.fault, Fault::Altered | Fault::Unread { .. });
+        self.file.is_needed() && is_lost
     }
 
     /// Moves the file aside if it cannot be read.
@@ -211,6 +217,7 @@ impl Loss {
             Fault::Changed { n } => text::StateChanged { name, n }.words(),
             Fault::Emptied => text::StateNoUsers { name }.words(),
             Fault::Altered => text::StateAltered { name }.words(),
+            Fault::Unread { error } => text::StateUnread { name, error }.words(),
             Fault::Malformed { error, aside: None } => text::StateMalformed { name, error }.words(),
             Fault::Malformed { error, aside: Some(aside) } => {
                 text::StateSetAside { name, error, aside }.words()
@@ -230,13 +237,15 @@ enum Look {
     Nothing,
     Found(Found),
     Malformed(String),
+    /// The disk does not let it be read.
+    Unread(rusqlite::Error),
 }
 
 impl Look {
     const fn found(&self) -> Option<&Found> {
         match self {
             Self::Found(found) => Some(found),
-            Self::Nothing | Self::Malformed(_) => None,
+            Self::Nothing | Self::Malformed(_) | Self::Unread(_) => None,
         }
     }
 }
@@ -248,6 +257,8 @@ pub struct Examined {
     pub site: Option<String>,
     /// The folder was never used: nothing is in it, or what a first start that was cut off has left.
     pub is_new: bool,
+    /// All files were marked by an earlier start.
+    pub is_whole: bool,
     /// What is wrong.
     pub losses: Vec<Loss>,
 }
@@ -264,8 +275,12 @@ pub fn examine(folder: &Path, history: bool) -> Result<Examined, StoreError> {
     let mut losses = Vec::new();
     let mut say = |file, fault| losses.push(Loss { file, fault });
     for (file, it) in &files {
-        if let Look::Malformed(error) = it {
-            say(*file, Fault::Malformed { error: error.clone(), aside: None });
+        match it {
+            Look::Malformed(error) => {
+                say(*file, Fault::Malformed { error: error.clone(), aside: None });
+            }
+            Look::Unread(error) => say(*file, Fault::Unread { error: error.to_string() }),
+            Look::Nothing | Look::Found(_) => {}
         }
     }
     if let Err(error) = &manifest {
@@ -276,9 +291,18 @@ pub fn examine(folder: &Path, history: bool) -> Result<Examined, StoreError> {
     let marks = files.iter().filter_map(|(_, it)| it.found()?.mark.as_ref());
     let first = manifest.as_ref().map(|it| &it.mark).or_else(|| marks.clone().next());
     let site = first.map(|mark| mark.site.clone());
+    let is_whole = manifest.as_ref().is_some_and(|it| it.complete);
+    // Without its users no one is let in, and without its mark no file is missed.
+    let unread = files.into_iter().map(|(file, it)| match it {
+        Look::Unread(error) if file == StateFile::Hub || !is_whole => {
+            Err(StoreError::File(folder.join(file.name()), error))
+        }
+        it => Ok((file, it)),
+    });
+    let files = unread.collect::<Result<Vec<_>, _>>()?;
     let is_new = site.is_none() && is_unused(&files)?;
     if is_new || manifest.as_ref().is_some_and(|it| !it.complete) {
-        return Ok(Examined { site, is_new, losses });
+        return Ok(Examined { site, is_new, is_whole, losses });
     }
     if is_gone && site.is_some() {
         say(StateFile::Site, Fault::Missing);
@@ -296,7 +320,7 @@ pub fn examine(folder: &Path, history: bool) -> Result<Examined, StoreError> {
         }
     }
     compare(&files, site.as_deref(), manifest.as_ref(), &mut say)?;
-    Ok(Examined { site, is_new, losses })
+    Ok(Examined { site, is_new, is_whole, losses })
 }
 
 /// Whether files that have no id hold nothing: a start makes the table of the mark first, in each of them, and
@@ -354,9 +378,12 @@ fn compare(
             [mark(audit), beside].into_iter().flatten().map(|it| it.users).collect();
         let own = hub.mark.as_ref().map(|it| it.users).unwrap_or_default();
         let fault = or_malformed(check_users(&hub.connection, own, &noted))?;
-        let altered = match (&fault, manifest, audit) {
-            (None, Some(manifest), Some(audit)) => {
-                or_malformed(check_people(&hub.connection, own, manifest, &audit.connection))?
+        let is_unread =
+            |(file, it): &(_, Look)| *file == StateFile::Audit && matches!(it, Look::Unread(_));
+        let log = audit.map(|it| &it.connection);
+        let altered = match (&fault, manifest) {
+            (None, Some(manifest)) if log.is_some() || files.iter().any(is_unread) => {
+                or_malformed(check_people(&hub.connection, own, manifest, log))?
             }
             _ => None,
         };
@@ -378,22 +405,38 @@ fn or_malformed(
     }
 }
 
-/// Gives every file the id of the site, and notes how the others are now. What `hub.db` had noted of
-/// the end of the audit log, as far as that is there, and what is noted now.
-pub fn mark(folder: &Path, site: &str, history: bool) -> Result<(Head, Mark), StoreError> {
-    let noted = manifest(folder).ok().flatten();
-    let known = noted.is_some_and(|it| it.complete && it.mark.site == site);
+/// Gives every file the id of the site, but those that the disk does not let be read, and notes how the others are now.
+/// What `hub.db` had noted of the end of the audit log, as far as that is there, and what is noted now.
+pub fn mark(
+    folder: &Path,
+    site: &str,
+    history: bool,
+    unread: &[StateFile],
+) -> Result<(Head, Mark), StoreError> {
+    let noted = manifest(folder).ok().flatten().filter(|it| it.complete && it.mark.site == site);
     // A start that is cut off leaves what was noted before it: the next one checks against that.
-    if !known {
+    if noted.is_none() {
         begin(folder, site, history)?;
     }
-    let (hub, audit) =
-        (open_marked(folder, StateFile::Hub, site)?, open_marked(folder, StateFile::Audit, site)?);
-    open_marked(folder, StateFile::Events, site)?;
-    if history {
-        open_marked(folder, StateFile::History, site)?;
-    }
+    let hub = open_marked(folder, StateFile::Hub, site)?;
+    let is_there = |file| !unread.contains(&file) && (file != StateFile::History || history);
+    let open = |file| match is_there(file).then(|| open_marked(folder, file, site)).transpose() {
+        Err(error) if noted.is_some() && error.is_of_disk() => {
+            tracing::error!(%error, "it is not marked");
+            Ok(None)
+        }
+        opened => opened,
+    };
+    let audit = open(StateFile::Audit)?;
+    open(StateFile::Events)?;
+    open(StateFile::History)?;
     hub.execute("UPDATE site SET set_up = EXISTS (SELECT 1 FROM user)", [])?;
+    let Some(audit) = audit else {
+        // The log is compared with what was noted when it can be read again.
+        let noted = noted.ok_or(StoreError::Unread)?.mark;
+        note(folder, &noted, history, false)?;
+        return Ok((noted_head(&hub)?, noted));
+    };
     let mut before = noted_head(&hub)?;
     if check_audit(&audit, &before)?.is_some() {
         before = Head::default();
@@ -436,6 +479,12 @@ fn noted_head(hub: &Connection) -> Result<Head, rusqlite::Error> {
     Ok(read(hub)?.map(|it| it.audit).unwrap_or_default())
 }
 
+/// Whether an audit log that could not be read at the start is that of this site, and goes on from where it was noted.
+pub fn check_late(audit: &Connection, noted: &Mark) -> Result<bool, rusqlite::Error> {
+    let is_ours = read(audit)?.is_some_and(|mark| mark.site == noted.site);
+    Ok(is_ours && check_audit(audit, &noted.audit)?.is_none())
+}
+
 fn check_audit(audit: &Connection, noted: &Head) -> Result<Option<Fault>, rusqlite::Error> {
     if noted.n == 0 {
         return Ok(None);
@@ -466,12 +515,12 @@ fn check_users(
 }
 
 /// Whether users and tokens are those that were noted. After a kill those that were changed since, by entries of
-/// the log, may be others.
+/// the log, may be others; none are, if it cannot be read.
 fn check_people(
     hub: &Connection,
     own: Users,
     manifest: &Manifest,
-    audit: &Connection,
+    audit: Option<&Connection>,
 ) -> Result<Option<Fault>, rusqlite::Error> {
     let noted = &manifest.mark;
     if noted.people.is_empty() {
@@ -481,7 +530,10 @@ fn check_people(
     let altered = match () {
         () if manifest.ended => since > 0 || people(hub)? != noted.people,
         () if people(hub)? == noted.people => false,
-        () => since == 0 || since > changes_in_log(audit, noted.audit.n)?,
+        () => {
+            let in_log = audit.map(|audit| changes_in_log(audit, noted.audit.n)).transpose()?;
+            since == 0 || since > in_log.unwrap_or(0)
+        }
     };
     Ok(altered.then_some(Fault::Altered))
 }
@@ -557,6 +609,7 @@ fn look(folder: &Path, file: StateFile) -> Result<Look, StoreError> {
     };
     match read() {
         Err(error) if is_malformed(&error) => Ok(Look::Malformed(error.to_string())),
+        Err(error) if is_of_disk(&error) => Ok(Look::Unread(error)),
         read => read.map_err(|error| StoreError::File(path.clone(), error)),
     }
 }
@@ -619,6 +672,11 @@ fn manifest(folder: &Path) -> Result<Option<Manifest>, String> {
     }
 }
 
+/// What `site.json` has noted before this start.
+pub fn noted(folder: &Path) -> Mark {
+    manifest(folder).ok().flatten().map(|it| it.mark).unwrap_or_default()
+}
+
 /// Whole or not at all.
 fn write(folder: &Path, manifest: &Manifest) -> Result<(), StoreError> {
     let (new, path) = (folder.join("site.json.new"), folder.join(MANIFEST));
@@ -653,13 +711,14 @@ mod tests {
         for (name, schema) in schemas {
             open(Some(&folder), name, schema).unwrap();
         }
-        mark(&folder, "site", false).unwrap();
-        let good = Examined { site: Some("site".into()), is_new: false, losses: vec![] };
+        mark(&folder, "site", false, &[]).unwrap();
+        let (site, losses) = (Some("site".into()), vec![]);
+        let good = Examined { site, is_new: false, is_whole: true, losses };
         assert_eq!(examine(&folder, false).unwrap(), good);
         let (events, aside) = (folder.join("events.db"), folder.join("aside"));
         std::fs::rename(&events, &aside).unwrap();
         std::fs::create_dir(&events).unwrap();
-        assert!(mark(&folder, "site", false).is_err(), "it is cut off here");
+        assert!(mark(&folder, "site", false, &[]).is_err(), "it is cut off here");
         std::fs::remove_dir(&events).unwrap();
         std::fs::rename(&aside, &events).unwrap();
         std::fs::remove_file(folder.join("hub.db")).unwrap();

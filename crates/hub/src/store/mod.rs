@@ -29,7 +29,7 @@ pub(crate) use format::refuse_newer;
 pub use format::{FORMAT, Newer, newer};
 pub use history::{AlarmChange, Base, Change, DAY_MS, History, RAW_RANGE_MS, Series};
 pub(crate) use mark::{
-    Examined, Head, Mark, Users, begin, examine, mark, note, note_audit, people, users,
+    Examined, Head, Mark, Users, begin, examine, mark, note, note_audit, noted, people, users,
 };
 pub use mark::{Fault, Loss, StateFile};
 pub use postgres::Address;

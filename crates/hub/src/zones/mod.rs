@@ -22,6 +22,7 @@ mod no;
 mod notes;
 pub mod orders;
 mod planning;
+mod served;
 mod stored;
 pub mod view;
 

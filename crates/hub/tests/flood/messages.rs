@@ -208,3 +208,33 @@ async fn requests_that_come_together_take_turns() {
     let answered = String::from_utf8_lossy(&answers[..len]).matches("HTTP/1.1 200").count();
     assert!(answered < FLOOD / 2, "{answered} of {FLOOD} before another's one");
 }
+
+/// A client that sends more than it may over many connections, and leaves each of them open: few are kept while they
+/// end.
+#[tokio::test]
+async fn few_connections_are_kept_that_sent_too_many_messages() {
+    const FLOODS: usize = 100;
+    /// Of an address, the reading of their number, and what is just being closed.
+    const KEPT: usize = 64 + 1 + 4;
+    let site = Site::open(1).await;
+    let mut floods = join_all((0..FLOODS).map(|_| site.ws(""))).await;
+    let all = floods.iter_mut().map(async |flood| {
+        // Until it is not read from any more.
+        let ping = || Message::Ping(Vec::new().into());
+        while let Ok(Ok(())) = timeout(Duration::from_secs(1), flood.socket.send(ping())).await {}
+    });
+    _ = timeout(Duration::from_secs(4), join_all(all)).await;
+    // Each is kept for 10 s unless it gives way.
+    let few = async {
+        loop {
+            let metrics = site.get("", "/metrics").await.text;
+            let count = metrics.lines().find_map(|it| it.strip_prefix("lafet_connections "));
+            match count.unwrap().parse::<f64>().unwrap() as usize {
+                0..=KEPT => return,
+                _ => tokio::time::sleep(Duration::from_millis(50)).await,
+            }
+        }
+    };
+    timeout(Duration::from_secs(4), few).await.expect("few are kept");
+    drop(floods);
+}

@@ -82,6 +82,8 @@ async fn repetitions_are_counted_until_another_request_comes() {
     socket.authority("M1", "take").await;
     socket.send(json!({ "type": "stop", "id": 100 })).await;
     socket.send(json!({ "type": "stop", "id": 101 })).await;
+    // One that is under way would overtake what follows.
+    socket.next_where(|it| it["type"] == "answer" && it["id"] == 101).await;
     let ask = json!({ "type": "request", "monitor": "M1", "request": "Move Vertical 300" });
     let answer = socket.ask(ask).await;
     assert!(answer["error"].is_null(), "{answer}");

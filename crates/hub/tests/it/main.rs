@@ -26,4 +26,5 @@ mod simulation;
 mod state;
 mod stream;
 mod tune;
+mod updates;
 mod zones;

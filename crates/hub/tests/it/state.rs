@@ -477,6 +477,91 @@ async fn an_edited_entry_is_found_by_the_hub_itself() {
     _ = fs::remove_dir_all(folder);
 }
 
+/// The disk gives errors where a file is: SQLite cannot use a pipe as its shared memory, and says so as of a disk that has
+/// failed.
+#[cfg(target_os = "linux")]
+fn fail(folder: &Path, file: StateFile) -> PathBuf {
+    let pipe = folder.join(format!("{}-shm", file.name()));
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.is_ok_and(|it| it.success()), "{}", pipe.display());
+    pipe
+}
+
+/// Assumed: the disk does not let a file be read when the hub starts.
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn a_hub_starts_without_what_the_disk_does_not_let_be_read() {
+    let (good, damaged) = (folder("readable"), folder("unread"));
+    fill(&good).await;
+    for file in [StateFile::Audit, StateFile::Events, StateFile::History] {
+        copy(&good, &damaged);
+        let before = fs::read(damaged.join(file.name())).unwrap();
+        let pipe = fail(&damaged, file);
+        let hub = open(&damaged, &[]).unwrap_or_else(|error| panic!("{file:?}: {error}"));
+        let losses = hub.integrity().losses();
+        let is = |it: &Loss| it.file == file && matches!(it.fault, Fault::Unread { .. });
+        assert!(losses.len() == 1 && is(&losses[0]), "{losses:?}");
+        hub.look_at_itself();
+        let failing =
+            [hub.audit().is_failing(), hub.events().is_failing(), hub.history().is_failing()];
+        let expected = [StateFile::Audit, StateFile::Events, StateFile::History];
+        assert_eq!(failing, expected.map(|it| it == file), "each is an alarm of its own");
+        drop(hub.audit().note(hub.record_of_end()));
+        assert_eq!(hub.note_state().await.is_ok(), file != StateFile::Audit);
+        assert_eq!(fs::read(damaged.join(file.name())).unwrap(), before, "it is left as it is");
+        // The disk is repaired, or the cable is in again.
+        fs::remove_file(pipe).unwrap();
+        if file == StateFile::Audit {
+            until("the entries are stored", || !hub.audit().is_failing()).await;
+            let verified = hub.audit().verify().await.unwrap();
+            assert_eq!((verified.ok, verified.entries), (true, 7), "five, the loss, and the last");
+            hub.note_state().await.unwrap();
+        }
+        end(hub, &damaged).await;
+        let hub = open(&damaged, &[]).unwrap();
+        assert_eq!(hub.integrity().losses(), [], "{file:?}: nothing is lost");
+        end(hub, &damaged).await;
+    }
+    // No one would be let in.
+    copy(&good, &damaged);
+    fail(&damaged, StateFile::Hub);
+    let refused = open(&damaged, &[]).unwrap_err().to_string();
+    assert!(refused.contains("hub.db: disk I/O error"), "{refused}");
+    for folder in [good, damaged] {
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
+/// Assumed: who alters the state makes the audit log unreadable, so that it is not compared with it.
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn an_audit_log_that_cannot_be_read_hides_nothing() {
+    let (good, other, damaged) = (folder("seen"), folder("seen-other"), folder("unseen"));
+    fill(&good).await;
+    fill(&other).await;
+    copy(&good, &damaged);
+    sql(&damaged, "hub.db", "INSERT INTO user VALUES ('eve', 'administrator', 'x', 1, NULL)");
+    let pipe = fail(&damaged, StateFile::Audit);
+    let hub = open(&damaged, &[]).unwrap();
+    let altered = Loss { file: StateFile::Hub, fault: Fault::Altered };
+    assert!(hub.integrity().losses().contains(&altered), "{:?}", hub.integrity().losses());
+    // Another log takes its place while the hub runs.
+    fs::rename(damaged.join("audit.db"), damaged.join("kept")).unwrap();
+    fs::copy(other.join("audit.db"), damaged.join("audit.db")).unwrap();
+    fs::remove_file(pipe).unwrap();
+    tokio::time::sleep(std::time::Duration::from_secs(3)).await;
+    assert!(hub.audit().is_failing(), "it is not the one that was noted");
+    assert!(hub.audit().last().await.is_err());
+    remove(&damaged, "audit.db");
+    fs::rename(damaged.join("kept"), damaged.join("audit.db")).unwrap();
+    until("its own log is taken", || !hub.audit().is_failing()).await;
+    assert!(hub.audit().verify().await.unwrap().ok);
+    end(hub, &damaged).await;
+    for folder in [good, other, damaged] {
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
+
 #[cfg(unix)]
 #[tokio::test]
 async fn the_state_is_its_owners_alone() {

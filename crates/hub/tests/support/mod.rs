@@ -17,6 +17,7 @@ use lafet_hub::{Clock, Config, Hub, MonitorConfig, Server, text};
 use lafet_proto::RequestId;
 use lafet_proto::link::{BODY_MAX, Decoder};
 use lafet_proto::record::Records;
+use lafet_proto::update::Order;
 use lafet_sim::sim::{Config as SimConfig, Sim};
 use serde_json::{Value, json};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
@@ -48,6 +49,8 @@ pub struct Gate {
     silent: Option<usize>,
     /// How long an answer is under way.
     delay: Duration,
+    /// What confirms an update is lost.
+    unconfirmed: bool,
 }
 
 impl Bus {
@@ -63,6 +66,25 @@ impl Bus {
     /// Monitor 1, 2 … does not hear or answer any more.
     pub fn silence(&self, number: usize) {
         self.gate.send_modify(|it| it.silent = Some(number));
+    }
+
+    /// What confirms an update is lost on its way, or is not.
+    pub fn lose_confirmations(&self, lost: bool) {
+        self.gate.send_modify(|it| it.unconfirmed = lost);
+    }
+
+    fn loses(&self, bytes: &[u8]) -> bool {
+        let mut decoder = Decoder::<BODY_MAX>::new();
+        let mut confirms = false;
+        for byte in bytes {
+            let Some(frame) = decoder.push(*byte) else { continue };
+            let mut records = Records::new(frame.payload).map_while(Result::ok);
+            confirms |= records.any(|it| {
+                it.request == RequestId::UPDATE
+                    && matches!(Order::decode(it.data), Ok((Order::Confirm { .. }, _)))
+            });
+        }
+        confirms && self.gate.borrow().unconfirmed
     }
 
     /// Each exchange takes so long, as on a slow line.
@@ -97,12 +119,18 @@ impl Bus {
 
     /// Starts monitors 1, 2 … and the port that they share.
     pub async fn start(count: u8, composition: Composition) -> (Self, SocketAddr) {
-        let sim = |address| {
-            let mut sim = Sim::new(SimConfig { composition, address, ..SimConfig::default() });
+        let config = |address| SimConfig { composition, address, ..SimConfig::default() };
+        Self::of((1..=count).map(config)).await
+    }
+
+    /// The same of these monitors, whose addresses are 1, 2 ….
+    pub async fn of(configs: impl Iterator<Item = SimConfig>) -> (Self, SocketAddr) {
+        let sim = |config| {
+            let mut sim = Sim::new(config);
             sim.advance_ms(200);
             sim
         };
-        let sims = Arc::new(Mutex::new((1..=count).map(sim).collect()));
+        let sims = Arc::new(Mutex::new(configs.map(sim).collect()));
         let bus = Self { sims, gate: Arc::new(watch::Sender::new(Gate::default())) };
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
@@ -130,6 +158,9 @@ impl Bus {
         let mut ports: Vec<Port> = (0..count).map(|_| Port::new(Source::ExternalConn)).collect();
         let mut buffer = [0; 2048];
         while let Ok(len @ 1..) = stream.read(&mut buffer).await {
+            if self.loses(&buffer[..len]) {
+                continue;
+            }
             self.pass(&buffer[..len]).await;
             let delay = self.gate.borrow().delay;
             tokio::time::sleep(delay).await;
@@ -184,7 +215,16 @@ impl Site {
         clock: Clock,
         change: impl FnOnce(&mut Config),
     ) -> Self {
-        let (bus, place) = Bus::start(monitors, composition).await;
+        Self::on(Bus::start(monitors, composition).await, clock, change).await
+    }
+
+    /// At monitors that are there already.
+    pub async fn on(
+        (bus, place): (Bus, SocketAddr),
+        clock: Clock,
+        change: impl FnOnce(&mut Config),
+    ) -> Self {
+        let monitors = u8::try_from(bus.lock().len()).unwrap();
         let monitor = |number: u8| MonitorConfig {
             id: format!("M{number}"),
             name: text::both(format!("M{number}"), format!("М{number}")),

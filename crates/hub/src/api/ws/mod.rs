@@ -19,6 +19,7 @@ use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::time::timeout;
 use utoipa::IntoParams;
 
+use super::Place;
 use super::guard::Peer;
 use crate::access::{Principal, Standing};
 use crate::api::network;
@@ -65,8 +66,7 @@ pub async fn upgrade(
     let socket = socket.read_buffer_size(READ_BUFFER).max_write_buffer_size(UNTAKEN_MAX);
     socket.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(
         move |socket| async move {
-            serve(hub, socket, principal, from, resume).await;
-            drop(peer);
+            serve(hub, socket, principal, (from, &peer.place), resume).await;
         },
     )
 }
@@ -75,7 +75,7 @@ async fn serve(
     hub: Hub,
     socket: WebSocket,
     principal: Principal,
-    from: IpAddr,
+    (from, place): (IpAddr, &Arc<Place>),
     resume: Option<String>,
 ) {
     hub.counts().sockets.fetch_add(1, Ordering::Relaxed);
@@ -130,7 +130,12 @@ async fn serve(
             // A Stop that is stuck in it is one all the same.
             false => {
                 reader.closing = true;
-                _ = tokio::join!(closing, timeout(SLOW, reader.run(&mut stream)));
+                let _ending = place.ending();
+                let rest = async { tokio::join!(closing, timeout(SLOW, reader.run(&mut stream))) };
+                tokio::select! {
+                    _ = rest => {}
+                    () = place.given_up() => {}
+                }
             }
         }
     }

@@ -207,6 +207,7 @@ impl Reader {
             Said::Request { id, monitor, request, t, up_ms, confirm, save } => {
                 let now = self.hub.now();
                 let longer = t.map(|t| self.delay.longer(now, t).unwrap_or(Duration::MAX));
+                let longer = longer.map(|it| self.hub.age(it));
                 self.request(id, &monitor, (&request, longer, up_ms), confirm, save).await;
             }
             Said::Authority { id, monitor, action, reason } => {
@@ -247,6 +248,16 @@ impl Reader {
                 self.send(answer).await;
             }
         }
+    }
+
+    /// Who asks for something urgent. A session that others have ended may still stop until its connection is closed,
+    /// but shuts no water of a fire.
+    fn urgent_caller(&self) -> Caller {
+        let mut caller = self.caller.clone();
+        if self.hub.access().was_ended(&caller.principal) {
+            caller.principal.standing = Standing::Ended;
+        }
+        caller
     }
 
     fn authority(&self, id: Id, monitor: &str, action: &str, reason: Option<&str>) -> Answer {
@@ -325,7 +336,7 @@ impl Reader {
             Ok(request) => request,
             Err(error) => return self.answer(id, Err(error)).await,
         };
-        let all = self.hub.overtake_everywhere(&self.caller, &request);
+        let all = self.hub.overtake_everywhere(&self.urgent_caller(), &request);
         // It is under way: only what comes next may wait for room for the answers.
         let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let answers = self.answers.clone();
@@ -365,8 +376,9 @@ impl Reader {
                 Ok(known) => known,
                 Err(error) => return self.answer(id, Err(error)).await,
             };
+        let caller = self.urgent_caller();
         let all: Vec<Joined> =
-            requests.iter().map(|it| self.hub.urgent(&self.caller, &station, it)).collect();
+            requests.iter().map(|it| self.hub.urgent(&caller, &station, it)).collect();
         // They are under way: only what comes next may wait for room for the answers.
         let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
         let (answers, monitor) = (self.answers.clone(), station.id().to_owned());
@@ -477,6 +489,8 @@ fn written(progress: Progress) -> Utf8Bytes {
 mod tests {
     use super::super::ANSWERS_MAX;
     use super::*;
+    use crate::access::Role;
+    use crate::monitor::view::UrgentCounts;
     use crate::text::both;
 
     #[test]
@@ -511,6 +525,38 @@ mod tests {
             closing: false,
         };
         (reader, waiting)
+    }
+
+    /// An administrator removes a user whose WebSocket is open: until it is closed, it stops, and shuts no water.
+    #[tokio::test]
+    async fn a_removed_user_stops_and_shuts_no_water() {
+        const PASSWORD: &str = "correct horse";
+        let (hub, station) = Hub::of_one(None);
+        let access = hub.access();
+        let link = access.setup_link().unwrap().unwrap();
+        access.set_up(1, &link, "root", PASSWORD).unwrap();
+        access.add(1, "anna", Role::Operator, PASSWORD).unwrap();
+        let principal = access.log_in(1, "anna", PASSWORD).unwrap().principal;
+        let key = hub.connect(&principal, "", None);
+        let caller = Caller::socket(principal, [127, 0, 0, 1].into(), key.seat.clone());
+        let (mut own, _waiting) = reader(ANSWERS_MAX);
+        (own.hub, own.caller) = (hub.clone(), caller);
+        (own.urgent_room, own.has) = (Arc::new(Semaphore::new(URGENT_MAX)), key.has);
+        let id = Id::default;
+        let monitor = || Some("M1".to_owned());
+        let sent = async |own: &mut Reader| {
+            let before = station.urgent_counts();
+            own.heed(Said::Close { id: id(), monitor: "M1".into(), valve: None }).await;
+            own.heed(Said::Lockout { id: id(), monitor: monitor() }).await;
+            own.heed(Said::Lockout { id: id(), monitor: None }).await;
+            own.heed(Said::Stop { id: id(), monitor: monitor(), of: None }).await;
+            let after = station.urgent_counts();
+            let of = |count: fn(&UrgentCounts) -> u64| count(&after) - count(&before);
+            [of(|it| it.close) > 0, of(|it| it.lockout) > 0, of(|it| it.stop) > 0]
+        };
+        assert_eq!(sent(&mut own).await, [true; 3]);
+        hub.access().remove(2, "anna").unwrap();
+        assert_eq!(sent(&mut own).await, [false, false, true]);
     }
 
     /// From a client that takes no answers nothing more is read, so what waits for it is little.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::SinkExt;
 use futures_util::stream::SplitSink;
+use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, interval, timeout};
 
@@ -57,6 +58,11 @@ impl Writer {
             let sent = tokio::select! {
                 Some(answer) = answers.recv() => self.put(Message::Text(answer)).await,
                 Some(event) = key.events.recv() => self.event(key, event).await,
+                event = key.common.recv() => match event {
+                    Ok(event) => self.put(Message::Text(event)).await,
+                    Err(RecvError::Lagged(count)) => self.missed(count).await,
+                    Err(RecvError::Closed) => return Some(GOING_AWAY),
+                },
                 () = shutdown.requested() => return Some(GOING_AWAY),
                 _ = ping.tick() => {
                     if pings.heard.swap(false, Ordering::Relaxed) {
@@ -127,6 +133,12 @@ impl Writer {
             self.send(&messages::Message::Missed { count: missed }).await?;
         }
         self.put(Message::Text(event)).await
+    }
+
+    /// Messages to all came faster than the client takes them.
+    async fn missed(&mut self, count: u64) -> Result<(), Close> {
+        self.hub.count_missed(count);
+        self.send(&messages::Message::Missed { count }).await
     }
 
     /// Who has kept up is sent what all are sent; who has not, what is new to them alone.

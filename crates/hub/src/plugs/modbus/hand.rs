@@ -19,6 +19,7 @@ use crate::control::motion::Beat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
+use crate::plugs::closing::Part;
 use crate::plugs::noted::Reports;
 use crate::plugs::seat::{PlugSeat, results};
 
@@ -130,7 +131,9 @@ impl Hand {
                     }
                 }
                 Act::Halt { monitor, axis } => {
-                    self.if_held(monitor, MonitorRequest::stop(AXES[axis]));
+                    if let Ok(station) = self.station(monitor) {
+                        self.seat().halt(&station, axis);
+                    }
                 }
                 Act::Shut { monitor, valve } => {
                     if let Ok(station) = self.station(monitor) {
@@ -169,12 +172,6 @@ impl Hand {
         self.ids.iter().filter_map(|id| self.hub.station(id).ok()).for_each(|it| what(&it));
     }
 
-    /// An urgent request that is this session's to send only as long as it holds the monitor.
-    fn if_held(&self, monitor: usize, request: Result<MonitorRequest, ApiError>) {
-        let (Ok(station), Ok(request)) = (self.station(monitor), request) else { return };
-        self.seat().if_held(&station, &request);
-    }
-
     fn order(&self, ticket: u32, monitor: Option<usize>, what: What) {
         let hand = self.clone();
         match what {
@@ -194,7 +191,7 @@ impl Hand {
                 // From here on: what undoes it before its task begins makes it void as well.
                 let since = self.hub.now();
                 let station = self.station(monitor.unwrap_or_default());
-                let due = station.as_ref().ok().and_then(|it| it.closing.opens(what));
+                let due = station.as_ref().map(|it| it.closing.begins(what)).unwrap_or_default();
                 tokio::spawn(async move {
                     let result = hand.commands(station, (what, since), (own, due)).await;
                     hand.answer(ticket, result).await;
@@ -227,13 +224,13 @@ impl Hand {
         &self,
         station: Result<Arc<Station>, ApiError>,
         (what, since): (What, Duration),
-        (own, due): (u64, Option<u16>),
+        (own, due): (u64, Vec<Part>),
     ) -> Result<(), Failed> {
         let station = station.map_err(|error| Failed::from(&error))?;
         let generation = self.generation.clone();
         let valid = move || own != VOID && generation.load(Ordering::SeqCst) == own;
         let result = self.seat().commands(&station, (what, Some(since)), valid).await;
-        self.seat().opened(&station, due, result);
+        self.seat().begun(&station, &due, result);
         result
     }
 }

@@ -9,13 +9,12 @@ use tokio::sync::mpsc;
 use super::desk::{Act, Desk, Now};
 use super::state::State;
 use super::words;
-use crate::command::request::MonitorRequest;
 use crate::command::urgent::Joined;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
 use crate::plugs::noted::Reports;
-use crate::plugs::orders::{AXES, What};
+use crate::plugs::orders::What;
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::seat::{PlugSeat, results};
 use crate::plugs::sight::Holder;
@@ -87,7 +86,9 @@ impl Hand {
                 self.order((number, id), monitor, (what, since));
             }
             Act::Halt { monitor, axis } => {
-                self.if_held(monitor, MonitorRequest::stop(AXES[axis]));
+                if let Ok(station) = self.station(monitor) {
+                    self.seat().halt(&station, axis);
+                }
             }
             Act::Shut { monitor, valve } => {
                 if let Ok(station) = self.station(monitor) {
@@ -141,11 +142,6 @@ impl Hand {
         stations.filter(|it| what(it)).count() > 0
     }
 
-    fn if_held(&self, monitor: usize, request: Result<MonitorRequest, ApiError>) {
-        let (Ok(station), Ok(request)) = (self.station(monitor), request) else { return };
-        self.seat().if_held(&station, &request);
-    }
-
     /// The caller with the id of its command, for the audit log.
     fn caller_of(&self, id: Option<String>) -> Caller {
         let mut caller = self.caller.clone();
@@ -180,12 +176,12 @@ impl Hand {
                 let at = monitor.unwrap_or_default();
                 let own = self.generations.get(at).map_or(VOID, |it| it.load(Ordering::SeqCst));
                 let station = self.station(at);
-                let due = station.as_ref().ok().and_then(|it| it.closing.opens(what));
+                let due = station.as_ref().map(|it| it.closing.begins(what)).unwrap_or_default();
                 tokio::spawn(async move {
                     let result = match station {
                         Ok(station) => {
                             let result = hand.commands(&station, at, (what, since), own).await;
-                            hand.seat().opened(&station, due, result);
+                            hand.seat().begun(&station, &due, result);
                             result
                         }
                         Err(error) => Err(Failed::from(&error)),

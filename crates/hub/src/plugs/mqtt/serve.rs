@@ -12,6 +12,7 @@ use rumqttc::{
 };
 use serde::Serialize;
 use serde_json::Value;
+use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout, timeout_at};
@@ -285,7 +286,13 @@ impl Session {
                     let acts = self.desk.answered(number, result);
                     self.carry_out(acts);
                 }
-                Some(event) = self.key.events.recv() => self.tell(&event),
+                // What is for this client alone is published with the states.
+                Some(_) = self.key.events.recv() => {}
+                event = self.key.common.recv() => match event {
+                    Ok(event) => self.tell(&event),
+                    Err(RecvError::Lagged(count)) => self.hub.count_missed(count),
+                    Err(RecvError::Closed) => return None,
+                },
                 _ = looks.tick() => self.look(),
                 () = sleep_until(start + next) => {
                     let acts = self.desk.tick(self.hub.now(), &mut random);

@@ -99,8 +99,20 @@ fn end(runtime: Runtime) {
 
 /// Reports a failure: as text on standard error, as JSON on standard output.
 fn report(failure: &Failure, out: &mut Out) -> ExitCode {
-    out.end_progress();
     let message = failure.message();
+    // Ctrl-C ends a command, whether or not what it prints is read.
+    if matches!(failure, Failure::Interrupted)
+        && let Ok(mut aside) = out.aside()
+    {
+        if !message.is_empty() {
+            aside.warn(&message);
+            if aside.json() {
+                let _ = aside.value(&failure.json());
+            }
+        }
+        return ExitCode::from(failure.exit_code());
+    }
+    out.end_progress();
     if !message.is_empty() {
         // If standard error is closed, the exit code still reports the failure.
         complain(&message);

@@ -28,7 +28,7 @@ impl Before {
         Self { all: present.into_iter().map(|id| (id, u32::MAX)).collect() }
     }
 
-    /// As a line: `00:00040000 12:00000000`, the numbers of the subsystems and their flags in hexadecimal digits.
+    /// As a line: `c2:00040000 0d:00000000`, the numbers of the subsystems and their flags in hexadecimal digits.
     pub fn to_text(&self) -> String {
         let all: Vec<String> =
             self.all.iter().map(|(id, bits)| format!("{:02x}:{bits:08x}", id.0)).collect();

@@ -1,6 +1,6 @@
 //! Clients that ask for more than they could need: others do not notice, and nothing grows.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::support::{PATIENCE, Site, until};
 use futures_util::SinkExt;
@@ -8,6 +8,7 @@ use futures_util::future::join_all;
 use lafet_hub::access::Role;
 use lafet_proto::RequestId;
 use serde_json::{Value, json};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 
@@ -188,7 +189,6 @@ async fn what_no_monitor_has_does_not_overtake() {
 /// However many requests have come in one reading: between two of them others have their turn.
 #[tokio::test]
 async fn requests_that_come_together_take_turns() {
-    use tokio::io::{AsyncReadExt, AsyncWriteExt};
     const FLOOD: usize = 190;
     let site = Site::open(1).await;
     let connect = || tokio::net::TcpStream::connect(site.address);
@@ -213,18 +213,27 @@ async fn requests_that_come_together_take_turns() {
 /// end.
 #[tokio::test]
 async fn few_connections_are_kept_that_sent_too_many_messages() {
-    const FLOODS: usize = 100;
+    const FLOODS: usize = 90;
     /// Of an address, the reading of their number, and what is just being closed.
     const KEPT: usize = 64 + 1 + 4;
+    const PING: [u8; 6] = [0x89, 0x80, 0, 0, 0, 0];
+    const TOO_MANY: [u8; 2] = 4429_u16.to_be_bytes();
     let site = Site::open(1).await;
-    let mut floods = join_all((0..FLOODS).map(|_| site.ws(""))).await;
-    let all = floods.iter_mut().map(async |flood| {
-        // Until it is not read from any more.
-        let ping = || Message::Ping(Vec::new().into());
-        while let Ok(Ok(())) = timeout(Duration::from_secs(1), flood.socket.send(ping())).await {}
-    });
-    _ = timeout(Duration::from_secs(4), join_all(all)).await;
-    // Each is kept for 10 s unless it gives way.
+    let mut floods = Vec::new();
+    let began = Instant::now();
+    for _ in 0..FLOODS {
+        // It has what the one before it has left, and never answers that it is closed.
+        let mut flood = site.ws("").await;
+        let stream = flood.socket.get_mut();
+        stream.write_all(&PING.repeat(2000)).await.unwrap();
+        let (mut heard, mut buffer) = (Vec::new(), [0; 4096]);
+        while !heard.windows(2).any(|it| *it == TOO_MANY) {
+            let len = timeout(PATIENCE, stream.read(&mut buffer)).await.unwrap().unwrap();
+            assert_ne!(len, 0, "it is closed in order");
+            heard.extend_from_slice(&buffer[..len]);
+        }
+        floods.push(flood);
+    }
     let few = async {
         loop {
             let metrics = site.get("", "/metrics").await.text;
@@ -235,6 +244,8 @@ async fn few_connections_are_kept_that_sent_too_many_messages() {
             }
         }
     };
-    timeout(Duration::from_secs(4), few).await.expect("few are kept");
+    timeout(Duration::from_secs(1), few).await.expect("few are kept");
+    // Each would be kept for 10 s otherwise.
+    assert!(began.elapsed() < Duration::from_secs(10), "too slow to show anything");
     drop(floods);
 }

@@ -342,7 +342,7 @@ pub fn is_of_disk(error: &rusqlite::Error) -> bool {
 }
 
 impl StoreError {
-    /// As [`is_of_disk`].
+    /// The disk, or the way to it, does not let a file be read or written.
     pub fn is_of_disk(&self) -> bool {
         matches!(self, Self::Sqlite(error) | Self::File(_, error) if is_of_disk(error))
     }

@@ -6,7 +6,6 @@ use lafet_device::image::{AXES, Axis, DriveInput};
 use lafet_device::params::Params;
 use lafet_proto::param::{DriveParam, Param};
 use lafet_sim::fault::{DriveFault, Fault};
-use lafet_sim::world::STEP_MS;
 
 use super::View;
 
@@ -27,8 +26,9 @@ struct Homing {
     start: i32,
     /// It has started off the switch there, or has left it.
     left: bool,
-    /// Steps since the start, while the inputs settle, and for how many of the last ones that switch is closed.
-    steps: u8,
+    /// When it has started: the inputs settle for a time, in which a program may stand still.
+    started_ms: Option<u64>,
+    /// For how many of the last steps that switch is closed.
     closed_steps: u8,
     /// It was driven there in the step before.
     driven: bool,
@@ -78,8 +78,11 @@ impl Homings {
             let input = &view.inputs.drives[axis as usize];
             let far = if axis == Axis::Nozzle { LEFT_MM } else { LEFT_ARCMIN };
             let closed = is_closed(up, input);
-            homing.start(closed, input);
-            homing.left |= !closed && input.position.abs_diff(homing.start) >= far;
+            homing.closed_steps = if closed { homing.closed_steps.saturating_add(1) } else { 0 };
+            homing.start(view.now_ms, input);
+            // A switch that has closed counts once it has lasted.
+            let off = homing.closed_steps <= LASTING_STEPS;
+            homing.left |= off && input.position.abs_diff(homing.start) >= far;
             let other = is_closed(!up, input);
             homing.other_steps = if other { homing.other_steps.saturating_add(1) } else { 0 };
             if !told {
@@ -128,11 +131,10 @@ impl Homing {
     }
 
     /// A switch that has lasted as closed while the inputs settle is where it has started.
-    fn start(&mut self, closed: bool, input: &DriveInput) {
-        if u64::from(self.steps) < u64::from(SETTLE_MS) / STEP_MS {
-            self.steps += 1;
+    fn start(&mut self, now_ms: u64, input: &DriveInput) {
+        let started_ms = *self.started_ms.get_or_insert(now_ms);
+        if now_ms - started_ms < u64::from(SETTLE_MS) {
             self.start = input.position;
-            self.closed_steps = if closed { self.closed_steps + 1 } else { 0 };
             self.left &= self.closed_steps <= LASTING_STEPS;
         }
     }

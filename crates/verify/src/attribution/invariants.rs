@@ -185,14 +185,15 @@ impl Invariants {
         })
     }
 
-    /// §3.3.4: a drive that turns though it is not fed is reported.
+    /// §3.3.4: a drive that turns though it is not fed is reported, or that nothing new is heard of it.
     fn unfed(&self, ledger: &Ledger, view: &View<'_>) -> Option<String> {
         const TOLD: DriveFlags = DriveFlags::INTERNAL_FAULT
             .union(DriveFlags::POS_ENCODER_FAULT)
             .union(DriveFlags::SPEED_ENCODER_FAULT)
             .union(DriveFlags::POSITION_WAY_FAULT)
             .union(DriveFlags::SPEED_WAY_FAULT)
-            .union(DriveFlags::CONN_LOST);
+            .union(DriveFlags::CONN_LOST)
+            .union(DriveFlags::PROTOCOL_FAULT);
         let silent = |axis: &Axis| {
             let told = DriveFlags::from_bits_retain(view.told.drives[*axis as usize]);
             let ms = self.unfed_ms[*axis as usize].min(view.now_ms - ledger.powered_ms);

@@ -5,7 +5,7 @@ use crate::composition::{ChainSet, Composition};
 use crate::guard::{self, Passed, Rules};
 use crate::hal::{FaultInfo, Hal, Storage, StorageError};
 use crate::image::{AXES, Axis, Inputs, Outputs, UNITS, VALVES, ValveNo};
-use crate::inputs::{Contacts, Debounce, FLOWING_LPS, Water, bit};
+use crate::inputs::{Contacts, Debounce, FLOWING_LPS, Heard, Water, bit};
 use crate::params::Params;
 use crate::subsystem::buttons::{ButtonPost, Demand, Held};
 use crate::subsystem::climatics::Climatics;
@@ -38,6 +38,7 @@ pub struct Device {
     pub(crate) address: u8,
     pub(crate) inputs: Inputs,
     contacts: Debounce,
+    heard: Heard,
     water: Water,
     pub(crate) outputs: Passed,
     causes: Causes,
@@ -88,6 +89,7 @@ impl Device {
             address,
             inputs: Inputs::default(),
             contacts: Debounce::default(),
+            heard: Heard::NOTHING,
             water: Water::default(),
             outputs: Passed::default(),
             causes: Causes::all(Rule::Inert),
@@ -231,6 +233,7 @@ impl Device {
         self.disturbed = false;
         hal.read(&mut self.inputs);
         // §D/6
+        self.heard.step(dt_ms, &mut self.inputs.units);
         let sensed = Contacts::of(&mut self.inputs);
         let judged = self.contacts.step(dt_ms, sensed);
         let judged = self.judge_water(dt_ms, judged);

@@ -152,7 +152,8 @@ pub struct Inputs {
     pub flow_lps: u16,
     /// The fire detector on the barrel.
     pub detector: DetectorInput,
-    /// Button post and remote button post; buttons in the order of §3.3.10.
+    /// Button post and remote button post; buttons in the order of §3.3.10. Those of a post that is not heard are
+    /// `Open`.
     pub buttons: [[ButtonState; 8]; 2],
     /// Remote units, by [`Unit`].
     pub units: [UnitInput; UNITS],
@@ -241,9 +242,10 @@ pub struct Spot {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct UnitInput {
-    /// Answers arrive in time.
+    /// Answers arrive in time, good or not.
     pub online: bool,
-    /// The last exchange broke the internal bus protocol.
+    /// The last exchange broke the internal bus protocol: what is sensed of the unit is from before it. One that
+    /// lasts counts as a loss of the unit (§D/6).
     pub protocol_fault: bool,
     /// The unit reports a reset by its watchdog.
     pub watchdog_reset: bool,

@@ -1,8 +1,8 @@
 //! The remote units of the explosion-proof execution, and their internal bus.
 //!
 //! Each unit is polled every 20 ms. A good exchange carries the outputs to the unit and its inputs
-//! back; a lost one leaves both as they were. A unit counts as online while the last answer is at
-//! most 100 ms old; a unit that has heard nothing for 200 ms stops its motor by itself. An access
+//! back; a lost one leaves both as they were, and so does one that breaks the protocol, though it is an answer. A unit
+//! counts as online while the last answer is at most 100 ms old; a unit that has heard nothing for 200 ms stops its motor by itself. An access
 //! to a parameter is answered 60 ms after the unit has got it. Figures ours.
 
 use std::collections::BTreeMap;

@@ -6,9 +6,10 @@
 //! | a button that begins something: pressed, or released for the next press (`subsystem::buttons`) | counts when it has lasted | 30 ms; what ends something at once | its state, at once |
 //! | a switch of Deployer against its position (`subsystem::deployer`) | neither is believed until the reset | 30 ms | InternalFault, InputFaults bit 16 |
 //! | what a heater, a power stage or a drive's sensor says of itself | counts when it has lasted ([`lasted`]) | 30 ms | the fault it reports |
+//! | a remote unit whose exchanges all break the protocol of its bus | counts as not online ([`units`]), until one is good | 0.1 s | ConnLost, ProtocolFault |
 //! | water that flows though every valve says closed | no such switch is believed ([`water`]) | 3 s | CloseSensorFault, InputFaults bit 0 |
 //! | a supply out of its range | what it forbids to begin | 0.3 s | BadPower, Denied from General |
-//! | a detector whose spots all are as wide as its field | no spot is believed (`subsystem::detector`) | at once | DeviceFault, InputFaults bit 2 |
+//! | a detector whose spots all are as wide as its field, or that is not ready | no spot is believed (`subsystem::detector`) | at once | DeviceFault, InputFaults bit 2 of the first |
 //! | an open valve without flow and pressure | reported ([`water`]) | 10 s | InputFaults bit 1 |
 //!
 //! `guard` has besides, in the step in which it is sensed, every end switch that closes: it takes away and
@@ -16,9 +17,11 @@
 //! switches need no rule: for as long as one is on, its switch is not believed, which ends nothing either.
 
 mod contacts;
+mod units;
 mod water;
 
 pub(crate) use contacts::{Contacts, Debounce, STABLE_MS};
+pub(crate) use units::Heard;
 pub(crate) use water::{FLOWING_LPS, Water};
 
 /// Bits of the parameter InputFaults of General.

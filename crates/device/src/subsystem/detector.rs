@@ -427,11 +427,15 @@ impl Search {
 
 /// §3.3.7/1; a drive that cannot be taken to a position cannot search.
 fn check(env: &Env<'_>) -> Result<(), Status> {
-    let blind = !env.inputs.detector.ready || is_saturated(env);
-    if blind || approach::is_faulty(env.drives, &POINTING) {
+    if is_blind(env) || approach::is_faulty(env.drives, &POINTING) {
         return Err(Status::MODULE_FAULT);
     }
     if approach::can_aim(env.drives, &POINTING) { Ok(()) } else { Err(Status::DENIED) }
+}
+
+/// §D/6 What it shows says nothing: that of a detector which is not ready may be an old picture.
+fn is_blind(env: &Env<'_>) -> bool {
+    !env.inputs.detector.ready || is_saturated(env)
 }
 
 /// §D/6 Fires may be as wide as the field of view, and one may fill it. That all are, or two fill it, is a
@@ -465,7 +469,7 @@ fn justification(params: &Params) -> Direction {
 fn sightings<'l>(env: &Env<'_>, list: &'l mut [Hotbed; SPOTS]) -> &'l [Hotbed] {
     let threshold = env.params.get(Param::DetectorThreshold);
     let axis = approach::direction(env.drives).plus(justification(env.params));
-    let believed = !is_saturated(env);
+    let believed = !is_blind(env);
     let spots = env.inputs.detector.spots.iter().flatten();
     let bright = spots.filter(|spot| believed && spot.brightness >= threshold);
     let mut len = 0;

@@ -615,9 +615,8 @@ impl Drive {
         }
         let (speed_tenths, per_tenth) =
             (self.output().speed_tenths, self.way_per_tenth().cast_signed());
-        let found = self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
-        self.latched |= found;
-        self.cut |= !found.is_empty() && (speed_tenths == 0 || self.watch.is_away());
+        self.latched |= self.watch.step(dt_ms, speed_tenths, per_tenth, &self.input);
+        self.cut |= self.watch.is_away();
     }
 
     /// It turns, or is to turn, up/left: held by the guard, it has no speed.

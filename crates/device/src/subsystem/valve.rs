@@ -328,6 +328,9 @@ impl Valve {
         }
         if self.online {
             self.input = *input;
+        } else if self.motion == Motion::Opening {
+            // What has reached its unit is not known: its last picture may be from before.
+            self.input.close_switch = false;
         }
         let dt_ms = dt_ms.min(u8::MAX.into()) as u8;
         let open = self.is_at(Motion::Opening);

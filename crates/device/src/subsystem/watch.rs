@@ -1,6 +1,6 @@
 //! §3.3.4 The faults of a drive that only show by watching: sensors connected the wrong way round or
 //! dead, a drive that does not turn, and one that turns though it is not fed, or much faster than it is: a
-//! shorted transistor, a welded relay.
+//! shorted transistor, a welded relay; and a position that jumps.
 
 use crate::image::DriveInput;
 use lafet_proto::flags::DriveFlags;
@@ -58,7 +58,7 @@ pub(crate) struct Watch {
     way: i16,
     /// The greatest commanded speed, without its sign.
     peak: u16,
-    /// It is much faster than commanded.
+    /// It turns as it is not commanded: though it is not fed, or much faster than it is.
     away: bool,
     running_ms: u32,
     elapsed_ms: u32,
@@ -80,7 +80,8 @@ impl Watch {
         (self.elapsed_ms, self.expected, self.measured) = (0, 0, 0);
     }
 
-    /// Its power stage does not obey: both sensors say that it is much faster than commanded.
+    /// Its power stage does not obey: it turns though it is not fed, or both sensors say that it is much faster than
+    /// commanded.
     pub const fn is_away(&self) -> bool {
         self.away
     }
@@ -199,8 +200,8 @@ impl Watch {
             if self.running_ms > COAST_MS {
                 (self.start, self.last, self.measured) = (input.position, input.position, 0);
             }
-            let far = gone >= COAST_MILLI * way_per_tenth;
-            return if far { DriveFlags::INTERNAL_FAULT } else { DriveFlags::empty() };
+            self.away = gone >= COAST_MILLI * way_per_tenth;
+            return if self.away { DriveFlags::INTERNAL_FAULT } else { DriveFlags::empty() };
         }
         let step =
             input.position.saturating_sub(core::mem::replace(&mut self.last, input.position));
@@ -209,6 +210,7 @@ impl Watch {
         };
         self.crept = self.crept.saturating_add(if far(step, CREEP_PART) { 0 } else { step });
         if far(self.crept, 1) {
+            self.away = true;
             return if sensed == 0 {
                 DriveFlags::POS_ENCODER_FAULT
             } else {
@@ -230,15 +232,18 @@ impl Watch {
         // The speed is finer than the position, whose counts come and go.
         let turned = if fast >= least { measured } else { moved };
         let expected = if far.max(fast) >= least { turned } else { 0 };
-        *self = Self { start: input.position, elapsed_ms: 0, expected, measured: 0, ..*self };
-        // One that runs out slows down; a position that jumps has done so in one stretch.
-        let goes_on = expected != 0
+        // One that runs out slows down.
+        let away = expected != 0
             && expected.signum() == before.signum()
             && expected.saturating_abs() >= before.saturating_abs() / 8 * 7;
+        *self = Self { start: input.position, elapsed_ms: 0, expected, measured: 0, away, ..*self };
         match (far >= least, fast >= least) {
-            _ if !goes_on => DriveFlags::empty(),
-            (true, true) => DriveFlags::INTERNAL_FAULT,
-            (true, false) => DriveFlags::POS_ENCODER_FAULT,
+            // So far in one stretch, and the speed does not show it: the position has jumped.
+            (true, false) if away || far >= COAST_MILLI * way_per_tenth => {
+                DriveFlags::POS_ENCODER_FAULT
+            }
+            _ if !away => DriveFlags::empty(),
+            (true, _) => DriveFlags::INTERNAL_FAULT,
             (false, _) => DriveFlags::SPEED_ENCODER_FAULT,
         }
     }

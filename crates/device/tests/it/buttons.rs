@@ -25,6 +25,7 @@ const DIRECTIONS: [(Button, Axis, i16); 6] = [
 fn rig() -> Rig {
     let mut rig = Rig::new(Composition::REMOTE);
     rig.plant.place(Axis::Nozzle, 30);
+    rig.pause();
     rig.run(20);
     rig
 }
@@ -553,6 +554,7 @@ fn a_blip_begins_nothing() {
             for blip_ms in [1, 2, 10, 20, 30, 31, 40] {
                 let mut rig = Rig::deployed();
                 rig.plant.place(Axis::Nozzle, 30);
+                rig.pause();
                 rig.run(50);
                 press(&mut rig, post, button);
                 let mut acted = false;

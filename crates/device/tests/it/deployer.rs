@@ -59,6 +59,7 @@ fn an_aim_ends_when_the_barrel_is_folded() {
     rig.run(200);
     assert!(rig.speed(Axis::Horizontal) > 0);
     rig.plant.place(Axis::Deployer, 4000);
+    rig.pause();
     rig.run(50);
     assert_eq!(position(&mut rig), F::empty());
     let flags = rig.drive_flags(Axis::Horizontal);
@@ -302,6 +303,7 @@ fn a_barrel_turned_aside_is_not_folded() {
     ] {
         let mut rig = Rig::deployed();
         rig.plant.place(axis, aside);
+        rig.pause();
         rig.run(500);
         let mut wrapped = rig.clone();
         if folds {
@@ -353,6 +355,7 @@ fn time_over() {
             let mut rig = Rig::at(Composition::FULL, now_ms);
             if matches!(body, Body::Wrap) {
                 rig.plant.place(Axis::Deployer, 5400);
+                rig.pause();
                 rig.run(100);
             }
             rig.set(Param::DeployerTravelTime, 3000);
@@ -426,10 +429,12 @@ fn an_opening_ends_without_a_fault() {
     let mut rig = Rig::deployed();
     rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
     rig.plant.place(Axis::Deployer, 5000);
+    rig.pause();
     rig.run(50);
     rig.run_while(1_000, |rig| rig.valve_output(0) == ValveOutput::Off);
     assert!(!rig.valve(SubsystemId::VALVE1).contains(ValveFlags::INTERNAL_FAULT));
     rig.plant.place(Axis::Deployer, 5400);
+    rig.pause();
     rig.run_while(1_000, |rig| rig.valve_output(0) == ValveOutput::Off);
     rig.accepts(SubsystemId::VALVE1, Body::Open { key: key::OPEN });
     rig.run(20);
@@ -554,7 +559,7 @@ fn a_barrel_that_cannot_rest() {
     // One that is at its rest has no way to go, while the other goes its own.
     let mut rig = Rig::deployed();
     rig.plant.place(Axis::Vertical, 600);
-    rig.run(20);
+    rig.pause();
     rig.plant.drive(Axis::Horizontal).jammed = true;
     rig.plant.drive(Axis::Horizontal).current_da = 100;
     rig.move_to(Axis::Horizontal, 900);
@@ -570,6 +575,7 @@ fn a_long_way_to_rest() {
     let mut rig = Rig::deployed();
     rig.set(Param::HorizontalSpeed, 3);
     rig.plant.place(Axis::Horizontal, 10_000);
+    rig.pause();
     rig.run(100);
     rig.accepts(DEPLOYER, Body::Wrap);
     rig.run(50);
@@ -705,6 +711,7 @@ fn outward_of_its_switch_nothing_moves() {
         rig.plant.drive(Axis::Deployer).stops = (-40, 5440);
         rig.plant.place(Axis::Deployer, 5431);
         rig.plant.place(Axis::Horizontal, aside);
+        rig.pause();
         rig.run(100);
         assert_eq!((position(&mut rig), rig.drive(Axis::Deployer).position), (F::DEPLOYED, 5431));
         for destination in [5431, 5432, 10_800, i16::MAX] {

@@ -222,6 +222,7 @@ fn limitless_stays_where_it_is() {
         for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
             let mut rig = with_kind(kind);
             rig.plant.place(axis, 30);
+            rig.pause();
             rig.run(100);
             rig.accepts(axis.id(), Body::SwitchLimits { new_state: 0 });
             rig.move_to(axis, 30);

@@ -1,15 +1,16 @@
 //! Remote units (explosion-proof execution): their parameters, and what a lost unit means.
 
-use crate::common::{self, Rig};
+use crate::common::{self, Reply, Rig};
 use lafet_device::Composition;
-use lafet_device::image::{Axis, Unit, UnitError, ValveOutput};
+use lafet_device::image::{Axis, Outputs, Unit, UnitError, ValveOutput};
 use lafet_proto::flags::{Button, ButtonState, DeployerFlags, DriveFlags, ValveFlags};
 use lafet_proto::id::key;
 use lafet_proto::param::Param;
-use lafet_proto::request::Body;
+use lafet_proto::request::{Body, Quench};
 use lafet_proto::{Status, SubsystemId};
 
 const OPEN: Body<'static> = Body::Open { key: key::OPEN };
+const CLOSE: Body<'static> = Body::Close { key: key::CLOSE };
 
 /// Explosion-proof and deployed; the units hold the defaults.
 fn rig() -> Rig {
@@ -122,7 +123,7 @@ fn the_unit_refuses() {
     assert_eq!(rig.valve(SubsystemId::VALVE1), ValveFlags::CLOSED);
 }
 
-/// §3.3.1/3 WdtFault and ProtocolFault as long as the unit reports them.
+/// §3.3.1/3 WdtFault and ProtocolFault as long as the unit reports them; a moment of the latter is no more than that.
 #[test]
 fn what_the_unit_reports() {
     let mut rig = rig();
@@ -561,4 +562,169 @@ fn the_last_picture_of_a_lost_drive() {
     let status = rig.drive(Axis::Vertical);
     assert!((at..at + 20).contains(&status.position), "{}", status.position);
     assert_eq!((status.flags, status.current), (DriveFlags::CONN_LOST, 0));
+}
+
+/// The subsystems of the units.
+const OF_UNITS: [SubsystemId; 6] = [
+    SubsystemId::VERTICAL,
+    SubsystemId::HORIZONTAL,
+    SubsystemId::NOZZLE,
+    SubsystemId::DEPLOYER,
+    SubsystemId::VALVE1,
+    SubsystemId::VALVE2,
+];
+const BOTH: DriveFlags = DriveFlags::CONN_LOST.union(DriveFlags::PROTOCOL_FAULT);
+
+/// The exchanges with a unit are broken, or good again.
+fn breaks(rig: &mut Rig, unit: usize, broken: bool) {
+    rig.plant.inputs.units[unit].protocol_fault = broken;
+}
+
+fn both(rig: &mut Rig, unit: usize) -> DriveFlags {
+    DriveFlags::from_bits_retain(rig.flags(OF_UNITS[unit])) & BOTH
+}
+
+/// What a monitor drives and says, but for ProtocolFault.
+fn shown(rig: &mut Rig) -> (Outputs, Vec<Reply>) {
+    let mut replies = rig.ask(SubsystemId::ALL, Body::GetStatus);
+    let [_, mask, ..] = (!DriveFlags::PROTOCOL_FAULT.bits()).to_le_bytes();
+    replies.iter_mut().filter_map(|reply| reply.data.get_mut(1)).for_each(|byte| *byte &= mask);
+    (rig.plant.outputs, replies)
+}
+
+type Begin = fn(&mut Rig);
+
+/// What a monitor may be at.
+const ACTIVITIES: [Begin; 6] = [
+    |_| (),
+    |rig| {
+        for axis in [Axis::Vertical, Axis::Horizontal, Axis::Nozzle] {
+            rig.move_to(axis, if axis == Axis::Nozzle { 60 } else { 4000 });
+        }
+    },
+    |rig| {
+        let quench = Quench::Program { program: 0, centre_h: 3000, centre_v: 600, nozzle: 30 };
+        rig.accepts(SubsystemId::CONTROL, Body::StartQuench(quench));
+    },
+    |rig| rig.accepts(SubsystemId::DEPLOYER, Body::Wrap),
+    |rig| {
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.accepts(SubsystemId::VALVE2, OPEN);
+    },
+    |rig| {
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.run(5000);
+        rig.accepts(SubsystemId::VALVE1, CLOSE);
+    },
+];
+
+/// §3.3.1/3, §D/6 A unit whose exchanges have been broken for as long as one may be silent is lost as one that is silent,
+/// whatever the monitor is at: the same outputs, flags and answers, but for ProtocolFault. With the first good one it is
+/// back as that is.
+#[test]
+fn not_understood_is_lost() {
+    for (begin, unit) in ACTIVITIES.into_iter().flat_map(|begin| (0..6).map(move |u| (begin, u))) {
+        let mut silent = rig();
+        begin(&mut silent);
+        silent.run(200);
+        let mut broken = silent.clone();
+        breaks(&mut broken, unit, true);
+        for ms in (10..=2000).step_by(10) {
+            silent.plant.units[unit].offline = ms >= 100;
+            silent.step(10);
+            broken.step(10);
+            assert_eq!(silent.plant.outputs, broken.plant.outputs, "{unit} after {ms} ms");
+            let expected = if ms >= 100 { BOTH } else { DriveFlags::PROTOCOL_FAULT };
+            assert_eq!(both(&mut broken, unit), expected, "{unit} after {ms} ms");
+        }
+        assert_eq!(shown(&mut silent), shown(&mut broken), "{unit}");
+        let to = OF_UNITS[unit];
+        for body in [Body::Move { destination: 10 }, Body::Stop, Body::Deploy, OPEN, CLOSE] {
+            assert_eq!(silent.ask(to, body), broken.ask(to, body), "{body:?} {to}");
+        }
+        silent.plant.units[unit].offline = false;
+        breaks(&mut broken, unit, false);
+        for ms in (10..=2000).step_by(10) {
+            silent.step(10);
+            broken.step(10);
+            assert_eq!(silent.plant.outputs, broken.plant.outputs, "{unit} back for {ms} ms");
+            assert_eq!(both(&mut broken, unit), DriveFlags::empty(), "{unit} back for {ms} ms");
+        }
+        assert_eq!(shown(&mut silent), shown(&mut broken), "{unit}");
+    }
+}
+
+/// §D/6 Broken exchanges between good ones end nothing; nor does one in a step that is long.
+#[test]
+fn broken_for_moments() {
+    let mut rig = rig();
+    rig.move_to(Axis::Horizontal, 9000);
+    rig.accepts(SubsystemId::VALVE1, OPEN);
+    let units = [Unit::Horizontal as usize, Unit::Valve1 as usize];
+    let mut ms = 0;
+    while rig.drive_flags(Axis::Horizontal).contains(DriveFlags::MOVE) {
+        for unit in units {
+            breaks(&mut rig, unit, ms % 100 != 0);
+            assert!(!both(&mut rig, unit).contains(DriveFlags::CONN_LOST), "{unit}");
+        }
+        rig.step(10);
+        ms += 10;
+    }
+    assert_eq!(rig.drive(Axis::Horizontal).position, 9000);
+    assert_eq!(rig.valve(SubsystemId::VALVE1) - ValveFlags::PROTOCOL_FAULT, ValveFlags::OPEN);
+    for broken in [false, true, false] {
+        units.into_iter().for_each(|unit| breaks(&mut rig, unit, broken));
+        rig.step(500);
+        assert!(units.iter().all(|unit| !both(&mut rig, *unit).contains(DriveFlags::CONN_LOST)));
+    }
+}
+
+/// §D/6 A unit that was silent, or has not been heard since the start, is not back with answers that are not understood.
+#[test]
+fn answers_that_are_not_understood_bring_nothing_back() {
+    for starts in [false, true] {
+        let mut rig = rig();
+        let unit = Unit::Vertical as usize;
+        breaks(&mut rig, unit, true);
+        if starts {
+            rig.power_cycle();
+        } else {
+            rig.plant.units[unit].offline = true;
+            rig.run(20);
+            rig.plant.units[unit].offline = false;
+        }
+        rig.run_while(1000, |rig| both(rig, unit) == BOTH);
+        let status = rig.status(SubsystemId::VERTICAL, Body::Move { destination: 600 });
+        assert_eq!(status, Status::MODULE_FAULT);
+        breaks(&mut rig, unit, false);
+        rig.step(10);
+        assert!(both(&mut rig, unit).is_empty());
+        rig.move_to(Axis::Vertical, 600);
+    }
+}
+
+/// §3.3.1/3, §3.11/6 A valve whose unit is lost while it opens may be open, whatever its last picture says: nothing folds, and
+/// what closes it is owed.
+#[test]
+fn a_valve_that_is_lost_while_it_opens() {
+    for stop in [SubsystemId::ALL, SubsystemId::VALVE1] {
+        let mut rig = rig();
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.step(10);
+        assert!(rig.valve(SubsystemId::VALVE1).contains(ValveFlags::OPENING | ValveFlags::CLOSED));
+        rig.plant.units[Unit::Valve1 as usize].offline = true;
+        rig.run(20);
+        rig.ask(stop, Body::Stop);
+        rig.run(20);
+        assert_eq!(rig.valve(SubsystemId::VALVE1), ValveFlags::CONN_LOST);
+        let folds = rig.one(SubsystemId::DEPLOYER, Body::Wrap);
+        assert_eq!(folds, (SubsystemId::VALVE1, Status::DENIED));
+        rig.plant.valves[0].jammed = true;
+        assert_eq!(rig.status(SubsystemId::VALVE1, CLOSE), Status::MODULE_FAULT);
+        rig.run_while(1000, |rig| rig.valve_output(0) == ValveOutput::Closing);
+        rig.plant.valves[0].jammed = false;
+        rig.plant.units[Unit::Valve1 as usize].offline = false;
+        rig.run_until(500, |rig| rig.valve(SubsystemId::VALVE1) == ValveFlags::CLOSED);
+        rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
+    }
 }

@@ -393,6 +393,7 @@ fn stop_disarms_the_buttons_of_its_drive() {
         ] {
             let mut rig = Rig::new(Composition::REMOTE);
             rig.plant.place(Axis::Nozzle, 30);
+            rig.pause();
             rig.run(20);
             for held in [button, other] {
                 rig.plant.inputs.buttons[post][held as usize] = ButtonState::Pressed;

@@ -38,6 +38,7 @@ fn aimed() -> Rig {
     for (axis, position) in [(Axis::Vertical, 600), (Axis::Horizontal, 600), (Axis::Nozzle, 30)] {
         rig.plant.place(axis, position);
     }
+    rig.pause();
     rig.run(20);
     rig
 }

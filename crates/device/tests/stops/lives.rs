@@ -47,6 +47,7 @@ pub const ACTIVITIES: [Activity; 24] = [
     }),
     Activity::new("wrapping", 4000, &[SubsystemId::DEPLOYER], |rig| {
         rig.plant.place(Axis::Horizontal, 500);
+        rig.pause();
         rig.run(100);
         rig.accepts(SubsystemId::DEPLOYER, Body::Wrap);
     }),
@@ -72,6 +73,7 @@ pub const ACTIVITIES: [Activity; 24] = [
     ),
     Activity::new("justifying", 2000, &[SubsystemId::DETECTOR], |rig| {
         rig.plant.place(Axis::Horizontal, 3000);
+        rig.pause();
         rig.run(100);
         rig.accepts(SubsystemId::DETECTOR, Body::StartJustify);
     }),

@@ -94,7 +94,7 @@ fn every_fault_in_motion_is_told_in_time_and_near() {
                 continue;
             }
             for after_ms in [0, 150, 400, 730, 1_050, 1_290] {
-                // A reading that changes at rest is latent, and a nozzle, which rests at 60 mm, reads -60.
+                // A reading that changes as the motion starts is latent, and a nozzle, which rests at 60 mm, reads -60.
                 let jumps = fault == DriveFault::EncoderJump
                     || fault == DriveFault::EncoderReversed && axis == Axis::Nozzle;
                 if jumps && after_ms == 0 {

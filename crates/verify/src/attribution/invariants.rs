@@ -4,8 +4,8 @@
 //! Allowances, and why there are any. A switch or an encoder that lies ([`Fault`]s `min-switch`,
 //! `max-switch` of the deployer, `encoder-…` of a drive) cannot be seen through, so what depends on
 //! it is not judged while it lies, nor for the step in which it is right again. A remote unit
-//! is seen through its bus, which is polled every 20 ms and counts as online until it has been silent
-//! for 100 ms: what is known of it may be [`REMOTE_LAG_MS`] old. A noisy encoder is off by what the noise
+//! is seen through its bus, which is polled every 20 ms and counts as online until it has been silent, or has not been
+//! understood, for 100 ms: what is known of it may be [`REMOTE_LAG_MS`] old. A noisy encoder is off by what the noise
 //! is at most. A contact is believed when it has lasted
 //! (§D/6): [`CONTACT_LAG_MS`], [`SHAKEN_LAG_MS`]. Everything else is judged in the very
 //! step in which it is sensed: the program acts on no older inputs.
@@ -18,6 +18,7 @@ use lafet_proto::param::{DriveParam, Param, ValveParam};
 use lafet_sim::fault::{DriveFault, Fault, ValveFault, noise_counts, valve_name};
 use lafet_sim::world::STEP_MS;
 
+use super::jumps::Jumps;
 use super::ledger::{Ledger, Lock};
 use super::{View, Violation};
 use crate::interlock::{Broken, Drive, Moment, Travel, Valve};
@@ -50,6 +51,7 @@ pub struct Invariants {
     unasked_ms: u64,
     /// For how long each drive has turned without being fed.
     unfed_ms: [u64; AXES],
+    jumps: Jumps,
     folded_ms: u64,
     wet_ms: [u64; VALVES],
     /// Valves that have opened by themselves and are not closed yet.
@@ -63,12 +65,15 @@ pub struct Invariants {
 impl Invariants {
     pub fn check(&mut self, ledger: &Ledger, view: &View<'_>, found: &mut Vec<Violation>) {
         self.follow(view);
+        self.jumps.follow(ledger, view);
         let rules = self.moment(ledger, view).judge();
         let mut broken: Vec<(&'static str, String)> =
             rules.iter().map(|rule| (kind(*rule), rule.to_string())).collect();
         broken.extend(lockout_reported(ledger, view).map(|text| ("reported", text)));
         broken.extend(self.unasked(ledger, view).map(|text| ("unasked", text)));
         broken.extend(self.unfed(ledger, view).map(|text| ("unfed", text)));
+        broken.extend(ledger.units.judge(view).map(|text| ("unit", text)));
+        broken.extend(self.jumps.judge(view).map(|text| ("jump", text)));
         self.reported.retain(|kind| broken.iter().any(|(other, _)| other == kind));
         for (kind, text) in broken {
             if !self.reported.contains(&kind) {
@@ -185,15 +190,14 @@ impl Invariants {
         })
     }
 
-    /// §3.3.4: a drive that turns though it is not fed is reported, or that nothing new is heard of it.
+    /// §3.3.4: a drive that turns though it is not fed is reported.
     fn unfed(&self, ledger: &Ledger, view: &View<'_>) -> Option<String> {
         const TOLD: DriveFlags = DriveFlags::INTERNAL_FAULT
             .union(DriveFlags::POS_ENCODER_FAULT)
             .union(DriveFlags::SPEED_ENCODER_FAULT)
             .union(DriveFlags::POSITION_WAY_FAULT)
             .union(DriveFlags::SPEED_WAY_FAULT)
-            .union(DriveFlags::CONN_LOST)
-            .union(DriveFlags::PROTOCOL_FAULT);
+            .union(DriveFlags::CONN_LOST);
         let silent = |axis: &Axis| {
             let told = DriveFlags::from_bits_retain(view.told.drives[*axis as usize]);
             let ms = self.unfed_ms[*axis as usize].min(view.now_ms - ledger.powered_ms);

@@ -19,6 +19,7 @@ use super::closing::Closing;
 pub use super::grants::{Lock, Move, Start, Work};
 use super::homing::Homings;
 use super::rules::Step;
+use super::units::Units;
 use super::view::{View, axis_of};
 use super::{Output, Told};
 
@@ -57,6 +58,8 @@ pub struct Ledger {
     pub limitless: [bool; AXES],
     /// §D/7 Which positions are known.
     pub homings: Homings,
+    /// §D/6 Which remote units are heard.
+    pub units: Units,
     /// When the monitor was last aimed by hand.
     manual_ms: Option<u64>,
     /// For how long each drive has drawn more than MaxCurrent, less the time it has not, ms.
@@ -68,6 +71,11 @@ pub struct Ledger {
     pub valve_over_ms: [u64; VALVES],
     /// How each valve is being closed.
     closings: [Closing; VALVES],
+    /// Its unit was lost while it opened, or has not been heard since the start: it may be open, whatever its last picture
+    /// says.
+    strays: [bool; VALVES],
+    /// It was being opened in the step before.
+    opened: [bool; VALVES],
     /// Why each valve is to close: it has not since, and no request has said what else it is to do.
     pub owed: [Option<Cause>; VALVES],
     /// §D/8 When a client has last confirmed the water of each valve, or it was last closed.
@@ -117,11 +125,14 @@ impl Ledger {
             recent: Vec::new(),
             limitless: [false; AXES],
             homings: Homings::default(),
+            units: Units::default(),
             manual_ms: None,
             over_ms: [0; AXES],
             cut_off: [false; AXES],
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
+            strays: [true; VALVES],
+            opened: [false; VALVES],
             owed: [Some(Cause::Rule(Rule::PowerUp)); VALVES],
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],
@@ -155,6 +166,7 @@ impl Ledger {
             deployer_travel_ms: self.deployer_travel_ms,
             valve_travel_ms: self.valve_travel_ms,
             homings: self.homings.powered_up(params),
+            units: Units::powered_up(params),
             ..Self::new(now_ms)
         };
     }
@@ -490,9 +502,10 @@ impl Ledger {
                 closing.begin_by_rule(self.powered_ms, travel_ms);
             }
         }
+        let passed_ms = view.now_ms - self.sensed_ms;
+        self.units.sense(passed_ms, view.params, &view.inputs.units);
         self.follow_valves(view);
         let restarting = self.restart_ms.is_some();
-        let passed_ms = view.now_ms - self.sensed_ms;
         let locked = self.lock == Lock::On;
         self.buttons.sense(passed_ms, &view.inputs.buttons, locked, restarting);
         if self.now_ms <= self.powered_ms + u64::from(SETTLE_MS) {

@@ -20,10 +20,12 @@ mod closing;
 mod grants;
 mod homing;
 mod invariants;
+mod jumps;
 pub mod ledger;
 mod output;
 mod rules;
 mod text;
+mod units;
 mod view;
 
 #[cfg(test)]

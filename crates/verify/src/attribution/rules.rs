@@ -218,7 +218,7 @@ fn drive_rule(
         Rule::CutOff => is_cut_off(input.current_da.into(), max_current),
         Rule::Timeout => is_late(ledger, view, axis),
         Rule::Fault => is_broken(ledger, view, axis, step.before),
-        Rule::ConnLost => !view.inputs.units[axis.unit() as usize].online,
+        Rule::ConnLost => ledger.units.is_lost(axis.unit() as usize),
         Rule::Arrived => has_arrived(ledger, view, step, axis),
         Rule::ProgramEnd => {
             let ended = |program| moves(program, axis) && !is_running(program, &view.told);

@@ -3,17 +3,18 @@
 
 use lafet_device::Source;
 use lafet_device::cause::{Asked, Cause, Causes, Program, Rule};
-use lafet_device::composition::ChainSet;
-use lafet_device::image::{Axis, Outputs, VALVES, ValveNo, ValveOutput};
-use lafet_proto::flags::Button;
+use lafet_device::composition::{ChainSet, Composition};
+use lafet_device::image::{AXES, Axis, Outputs, Unit, VALVES, ValveNo, ValveOutput};
+use lafet_proto::flags::{Button, DriveFlags};
 use lafet_proto::record::Writer;
 use lafet_proto::text;
 use lafet_proto::{RequestId, SubsystemId};
-use lafet_sim::fault::{DriveFault, Fault, Post, ValveFault};
+use lafet_sim::fault::{DriveFault, Fault, Post, UnitFault, ValveFault};
 use lafet_sim::sim::{Config, Sim};
 
 use super::{Attribution, Told, View, Violation};
 
+#[derive(Clone)]
 struct Bench {
     sim: Sim,
     check: Attribution,
@@ -24,7 +25,11 @@ type Tamper<'t> = &'t dyn Fn(&mut Outputs, &mut Causes);
 
 impl Bench {
     fn new() -> Self {
-        let sim = Sim::new(Config::default());
+        Self::of(Config::default())
+    }
+
+    fn of(config: Config) -> Self {
+        let sim = Sim::new(config);
         let check = Attribution::new(sim.now_ms());
         let mut bench = Self { sim, check };
         bench.is_fine(300);
@@ -104,6 +109,79 @@ fn untold_water_is_found() {
     bench.sim.tick();
     let found = bench.check.check(&View::of(&bench.sim, told));
     assert!(found.iter().any(|it| it.text.contains("reports nothing of water")), "{found:?}");
+}
+
+/// §3.3.1/3, §D/6 A unit that is silent or not understood is lost: as the monitor reports it and stops its drive it is fine, any
+/// other way it is found.
+#[test]
+fn a_lost_unit_is_reported_and_not_driven() {
+    let horizontal = Axis::Horizontal as usize;
+    for fault in [UnitFault::Protocol, UnitFault::Offline] {
+        let start = [0.0, 0.0, 60.0, 5_400.0];
+        let config = Config { composition: Composition::EX, start, ..Config::default() };
+        let mut bench = Bench::of(config);
+        bench.ask("Move Horizontal 9000");
+        bench.is_fine(1_000);
+        let heard = bench.clone();
+        bench.sim.world_mut().inject(Fault::Unit(Unit::Horizontal, fault));
+        bench.is_fine(3_000);
+        let lost = DriveFlags::CONN_LOST.bits();
+        let finds = |mut bench: Bench, told: [u32; AXES], words: &str| {
+            let told = Told { drives: told, ..Told::ask(&mut bench.sim) };
+            bench.sim.tick();
+            let found = bench.check.check(&View::of(&bench.sim, told));
+            assert!(found.iter().any(|it| it.text.contains(words)), "{words}: {found:?}");
+        };
+        finds(bench.clone(), [0; AXES], "Horizontal does not report that its unit is lost");
+        finds(heard, [lost; AXES], "reports a unit as lost that is heard");
+        let drives = |outputs: &mut Outputs, _: &mut Causes| {
+            outputs.drives[horizontal].speed_tenths = 50;
+        };
+        bench.is_caught(20, &drives, "Horizontal is driven, and its unit is lost");
+    }
+}
+
+/// §3.3.4 A position that jumps at rest is fine when it is reported, and found when it is not; one that is back at once is none.
+#[test]
+fn an_untold_jump_is_found() {
+    for axis in Axis::ALL {
+        let jump = Fault::Drive(axis, DriveFault::EncoderJump);
+        let mut bench = Bench::new();
+        bench.is_fine(1_000);
+        let mut blips = bench.clone();
+        bench.sim.world_mut().inject(jump);
+        bench.is_fine(2_000);
+        let told = Told { drives: [0; AXES], ..Told::ask(&mut bench.sim) };
+        bench.sim.tick();
+        let found = bench.check.check(&View::of(&bench.sim, told));
+        assert!(found.iter().any(|it| it.text.contains("jumped at rest")), "{axis:?}: {found:?}");
+        blips.sim.world_mut().inject(jump);
+        blips.is_fine(80);
+        blips.sim.world_mut().clear(jump);
+        blips.is_fine(2_000);
+        let flags = Told::ask(&mut blips.sim).drives[axis as usize];
+        assert_eq!(flags & DriveFlags::POS_ENCODER_FAULT.bits(), 0, "{axis:?}");
+    }
+}
+
+/// §D/6 A valve whose unit is lost while it opens is not closed for its last picture.
+#[test]
+fn a_valve_that_is_lost_while_it_opens() {
+    let start = [0.0, 0.0, 60.0, 5_400.0];
+    let mut bench = Bench::of(Config { composition: Composition::EX, start, ..Config::default() });
+    bench.ask("SetParam General WaterTimeout 10");
+    bench.ask("Open Valve1");
+    bench.is_fine(20);
+    bench.sim.world_mut().inject(Fault::Unit(Unit::Valve1, UnitFault::Protocol));
+    bench.is_fine(300);
+    bench.ask("Stop All");
+    bench.is_fine(1_000);
+    bench.ask("Wrap Deployer");
+    bench.is_fine(30_000);
+    assert!(bench.sim.world().deployed());
+    bench.sim.world_mut().clear_all();
+    bench.is_fine(30_000);
+    assert!(bench.sim.world().inputs().valves[0].close_switch);
 }
 
 /// §D/6 A valve that was taken out of the chain while it stood open lets water past the one that is closed,

@@ -1,6 +1,7 @@
 //! Searches and alignments on the bench: real drives, fires at known places.
 
 use super::*;
+use crate::image::Spot;
 use crate::subsystem::control::bench::{BY, Bench, CYCLE_MS, one};
 use crate::subsystem::drive::Drive;
 use lafet_proto::flags::DetectorFlags as F;
@@ -314,4 +315,26 @@ fn narrow_field() {
     run(&mut bench, &mut detector, 20_000);
     let speed = bench.drives[1].output().speed_tenths.abs();
     assert!((9..=10).contains(&speed), "{speed}");
+}
+
+/// §D/6 What a detector shows that is not ready is an old picture: nothing is found in it.
+#[test]
+fn an_old_picture() {
+    let (mut bench, mut detector) = ready();
+    assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+    run(&mut bench, &mut detector, 2000);
+    for cycle in 0..400 {
+        bench.cycle();
+        bench.inputs.detector.ready = cycle % 40 == 0;
+        if !bench.inputs.detector.ready {
+            let old = Spot { left: 60, right: -60, bottom: -60, top: 60, brightness: 900 };
+            bench.inputs.detector.spots[0] = Some(old);
+        }
+        detector.step(bench.now, &mut bench.env());
+    }
+    assert_eq!(detector.flags() - F::DEVICE_FAULT, F::SEARCHING);
+    assert!(detector.hotbeds().is_empty(), "{:?}", detector.hotbeds());
+    bench.inputs.detector.ready = true;
+    finish(&mut bench, &mut detector);
+    assert!(detector.flags().is_empty());
 }

@@ -83,9 +83,9 @@ async fn until_read(
 #[tokio::test]
 async fn one_reading_shows_eight_monitors_and_how_old_they_are() {
     let (site, address) = site(8, PATIENT).await;
-    site.bus.lock()[2].world_mut().drives[HORIZONTAL].position = 1234.0;
+    site.bus.lock()[2].world_mut().drives[HORIZONTAL].position = 234.0;
     let master = Master::connect(address).await;
-    until_read(&master, "it is polled", 5 + 2 * 15 + 4, 1, |words| words[0] == 206).await;
+    until_read(&master, "it is polled", 5 + 2 * 15 + 4, 1, |words| words[0] == 39).await;
     let all = master.read(0, 125).await;
     assert_eq!((all[3], all[5..].chunks(15).count()), (8, 8));
     for (number, monitor) in (1..).zip(all[5..].chunks(15)) {
@@ -94,7 +94,7 @@ async fn one_reading_shows_eight_monitors_and_how_old_they_are() {
         assert_eq!((monitor[3], monitor[9] & 0x4F), (0, 0x42), "free, closed: {monitor:?}");
     }
     let own = site.hub.station("M3").unwrap().status();
-    assert_eq!(own.position(SubsystemId::HORIZONTAL), Some(1234));
+    assert_eq!(own.position(SubsystemId::HORIZONTAL), Some(234));
     // The hub changes its own heartbeat.
     until_read(&master, "a sign of life", 2, 1, |words| words[0] != all[2]).await;
     site.bus.silence(2);

@@ -55,14 +55,19 @@ impl Ledger {
         for valve in ValveNo::ALL {
             let remote = Param::of_valve(valve.id(), ValveParam::ValveType)
                 .is_some_and(|param| view.params.get(param) == 1);
-            let online = !remote || view.inputs.units[valve.unit() as usize].online;
-            let input = &view.inputs.valves[valve as usize];
+            let online = !remote || !self.units.is_lost(valve.unit() as usize);
+            let opens = view.outputs.valves[valve as usize] == ValveOutput::Opening;
+            let strays = &mut self.strays[valve as usize];
+            *strays = !online && (*strays || opens || self.opened[valve as usize]);
+            self.opened[valve as usize] = opens;
+            let mut input = view.inputs.valves[valve as usize];
+            input.close_switch &= !*strays;
             let time = Passing {
                 now_ms: view.now_ms,
                 passed_ms,
                 travel_ms: self.valve_travel_ms[valve as usize],
             };
-            self.closings[valve as usize].sense(time, input, online, sound);
+            self.closings[valve as usize].sense(time, &input, online, sound);
             // Who has it opened has confirmed its water then, and not when it leaves its switch.
             let works = &self.works[valve as usize];
             let opens = works.iter().any(|work| work.output == ValveOutput::Opening);

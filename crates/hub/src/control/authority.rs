@@ -244,15 +244,16 @@ impl Authority {
         self.request.as_ref().is_some_and(|(by, _)| by.seat == seat)
     }
 
-    /// Whether its holder has been lost for too long, which [`Authority::handle_timeout`] is to say.
-    pub fn has_expired(&self, now: Now) -> bool {
-        self.expires().is_some_and(|at| now >= at)
+    /// Its holder if it has been lost for too long, which [`Authority::handle_timeout`] is to say.
+    pub fn expired(&self, now: Now) -> Option<&Seat> {
+        self.expires().filter(|at| now >= *at)?;
+        self.holder().map(|(seat, _)| seat)
     }
 
     /// Time has passed: see [`Authority::timeout`].
     pub fn handle_timeout(&mut self, now: Now) -> Vec<Notice> {
         let mut notices = Vec::new();
-        if self.has_expired(now) {
+        if self.expired(now).is_some() {
             notices.extend(self.free(now, LossWord::Expired));
         }
         if let Some((_, until)) = self.request

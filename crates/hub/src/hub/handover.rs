@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use lafet_proto::SubsystemId;
 use lafet_texts::{Text as _, hub as text};
 use serde::Serialize;
 
 use super::{Caller, Hub};
 use crate::access::Role;
-use crate::command::request::MonitorRequest;
 use crate::control::authority::{Notice, REASON_MAX, Refusal};
 use crate::error::ApiError;
 use crate::monitor::station::Station;
@@ -114,23 +112,14 @@ impl Hub {
         station.publish_authority(self);
     }
 
-    /// The holder does not come back: drives moved by hand are stopped. Programs, search and deployment refuse that
-    /// Stop and go on (§3.2). They are carried out without being waited for.
-    fn stop_drives(&self, station: &Arc<Station>) {
-        for drive in [SubsystemId::HORIZONTAL, SubsystemId::VERTICAL, SubsystemId::NOZZLE] {
-            if let Ok(request) = MonitorRequest::stop(drive) {
-                drop(self.urgent(&Caller::hub(), station, &request));
-            }
-        }
-    }
-
     /// Releases monitors whose holder is gone, hands over those that were requested.
     pub fn handle_timeouts(&self) {
         let now = self.now();
         for station in self.stations() {
             // Before the next holder has the monitor: none of these Stops ends what that one begins.
-            if lock(&station.authority).has_expired(now) {
-                self.stop_drives(&station);
+            let lost = lock(&station.authority).expired(now).cloned();
+            if let Some(lost) = lost {
+                self.halt_for_lost(&station, &lost);
             }
             let notices = lock(&station.authority).handle_timeout(now);
             if !notices.is_empty() {
@@ -168,5 +157,30 @@ mod tests {
         let next = lock(&station.authority).holder().map(|(seat, _)| seat.seat.clone());
         // Nothing else has had its turn meanwhile.
         assert_eq!((next.as_deref(), station.urgent_count()), (Some("hub"), 3));
+    }
+
+    /// Assumed: the link to the monitor is lost together with its holder, as with a switch that starts again.
+    #[tokio::test(start_paused = true)]
+    async fn drives_are_stopped_until_the_monitor_answers_or_another_holds_it() {
+        let (hub, station) = Hub::of_one(None);
+        let holder = hub.connect(&Caller::hub().principal, "", None);
+        let seat = Seat { seat: holder.seat.clone(), ..Caller::hub().seat };
+        lock(&station.authority).take(hub.now(), seat.clone()).unwrap();
+        hub.disconnect(&holder);
+        tokio::time::advance(Duration::from_millis(hub.config().lost_ms)).await;
+        hub.handle_timeouts();
+        assert!(lock(&station.authority).holder().is_none());
+        let stops = async |seconds| {
+            let before = station.urgent_counts().stop;
+            tokio::time::sleep(Duration::from_secs(seconds)).await;
+            station.urgent_counts().stop - before
+        };
+        assert!(
+            (21..=33).contains(&stops(10).await),
+            "each of three drives, once more each second"
+        );
+        lock(&station.authority).take(hub.now(), Seat { seat: "next".into(), ..seat }).unwrap();
+        stops(2).await;
+        assert_eq!(stops(60).await, 0, "they are another's drives now");
     }
 }

@@ -1,5 +1,5 @@
-//! What a lost client has started: valves that it has opened are closed, and drives that it has sent are stopped, once more
-//! each second, until the monitor has confirmed it.
+//! What a lost client has started: valves that the client of a plug has opened are closed, and drives that a client has sent
+//! are stopped, once more each second, until the monitor has confirmed it.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -14,6 +14,7 @@ use super::seat::{PlugSeat, results};
 use super::sight::Holder;
 use crate::command::request::MonitorRequest;
 use crate::command::urgent::Joined;
+use crate::control::authority::Seat;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::monitor::station::Station;
@@ -131,12 +132,17 @@ impl PlugSeat<'_> {
     }
 
     fn rest(self, station: &Arc<Station>, part: Part) {
+        self.rest_for(station, part, &self.caller.seat);
+    }
+
+    fn rest_for(self, station: &Arc<Station>, part: Part, lost: &Seat) {
         let Ok(request) = part.request() else { return };
         let number = station.closing.begin(part);
         // For the wire alone: no hand has said no to the zones. It is under way when this returns.
         let (first, _) = self.hub.overtake(self.caller, station, &request);
         let (hub, caller) = (self.hub.clone(), self.caller.clone());
-        let task = Task { hub, caller, station: station.clone(), part, number, request };
+        let (station, lost) = (station.clone(), lost.clone());
+        let task = Task { hub, caller, lost, station, part, number, request };
         tokio::spawn(task.run(first));
     }
 
@@ -150,10 +156,24 @@ impl PlugSeat<'_> {
     }
 }
 
+impl Hub {
+    /// Stops the drives of a monitor whose holder is lost, until the monitor has answered or another holds it: the
+    /// link to it may be lost together with the holder. Programs, search and deployment refuse that Stop and go on
+    /// (§3.2).
+    pub fn halt_for_lost(&self, station: &Arc<Station>, lost: &Seat) {
+        let caller = Caller::hub();
+        let seat = PlugSeat { hub: self, caller: &caller };
+        (0..AXES.len()).for_each(|axis| seat.rest_for(station, Part::Drive(axis), lost));
+    }
+}
+
 /// Brings a part to rest.
 struct Task {
     hub: Hub,
+    /// In whose name.
     caller: Caller,
+    /// Who started it.
+    lost: Seat,
     station: Arc<Station>,
     part: Part,
     number: u64,
@@ -193,7 +213,7 @@ impl Task {
     }
 
     fn report(&self) {
-        let (client, from) = (&self.caller.principal.user, &self.caller.seat.from);
+        let (client, from) = (&self.lost.user, &self.lost.from);
         let (monitor, part) = (self.station.id(), self.part.subsystem().to_string());
         let what = match self.part {
             Part::Valve(_) => text::PlugNotClosed { client, from, monitor, valve: &part }.words(),

@@ -66,7 +66,7 @@ const WHOLE: Size = Size {
     connections: &[(1, Duration::from_millis(2500)), (200, Duration::from_secs(6))],
     apart: false,
     bounds: Bounds { p50: 50.0, p99: 50.0, most: 250.0 },
-    tries: 1,
+    tries: 2,
 };
 /// Each kind for a minute from one connection, in four manners, and a minute from many.
 const LONG: Size =

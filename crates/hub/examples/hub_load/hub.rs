@@ -8,9 +8,7 @@ use std::process::{Child, Command, Stdio};
 use serde_json::Value;
 
 use crate::Fallible;
-
-/// `Nice` of its unit.
-const NICE: &str = "-10";
+use crate::site::NICE;
 
 /// A hub that runs.
 pub struct Hub {

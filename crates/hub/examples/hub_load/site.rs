@@ -1,6 +1,7 @@
 //! Simulated monitors, each on a port of its own, that tell when they are asked and when they stop.
 
 use std::net::SocketAddr;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,8 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{MissedTickBehavior, interval};
 
+/// `Nice` of the hub's unit.
+pub const NICE: &str = "-10";
 /// The drive that is moved: Horizontal, as outputs are numbered.
 const DRIVE: usize = 1;
 
@@ -34,10 +37,11 @@ pub struct Site {
 }
 
 impl Site {
-    /// Starts monitors on a thread of their own.
+    /// Starts monitors on a thread of their own, before those that flood the hub: they are on no machine of the site.
     pub fn start(count: usize) -> Self {
         let (ready, site) = std::sync::mpsc::channel();
         std::thread::spawn(move || {
+            first_thread();
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
             runtime.expect("a runtime").block_on(async move {
                 let mut listeners = Vec::new();
@@ -111,6 +115,16 @@ impl Site {
             }
         }
     }
+}
+
+/// Gives the thread that calls this the priority of the hub, if that is permitted (Linux).
+fn first_thread() {
+    // `PID/task/ID`
+    let thread = std::fs::read_link("/proc/thread-self").unwrap_or_default();
+    let Some(id) = thread.file_name() else { return };
+    let mut command = Command::new("renice");
+    command.args(["-n", NICE, "-p"]).arg(id).stdout(Stdio::null()).stderr(Stdio::null());
+    _ = command.status();
 }
 
 impl Monitor {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::path::{Path as FilePath, PathBuf};
+use std::sync::Mutex;
 use std::time::Duration;
 
 use axum::Json;
@@ -27,6 +28,7 @@ use crate::hub::{Caller, Hub};
 use crate::recording::player::Player;
 use crate::recording::{Recording, UNPACKED_MAX, Whose, is_name};
 use crate::store::{Act, StoreError};
+use crate::sync::lock;
 use crate::text::Both;
 
 /// Largest file that is taken.
@@ -41,6 +43,8 @@ const BEFORE_S: u64 = 10;
 pub const LINES_MAX: usize = 200_000;
 /// Lines that are sent together.
 const CHUNK: usize = 64 * 1024;
+/// Held by who plays a recording: that takes a processor, and all others are for what has to be quick.
+static PLAYS: Mutex<()> = Mutex::new(());
 
 pub fn routes() -> OpenApiRouter<Hub> {
     let upload = OpenApiRouter::new().routes(routes!(upload));
@@ -316,8 +320,9 @@ async fn recording_changes(
     Ok(lines_of(lines))
 }
 
-/// Plays a file, as long as the client takes it; how many pieces of it were looked at.
+/// Plays a file, as long as the client takes it; how many pieces of it were looked at. Others play while it is taken.
 fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) -> usize {
+    let mut turn = Some(lock(&PLAYS));
     let to_ms = part.to_ms.unwrap_or(u64::MAX);
     let mut from_ms = None;
     let (mut begun, mut looked_at) = (false, 0);
@@ -338,8 +343,15 @@ fn play(mut player: Player, path: &FilePath, part: &Part, to: &Sender) -> usize 
             chunk += &line;
             count += 1;
         }
-        chunk.len() <= CHUNK || to.send(&mut chunk)
+        if chunk.len() <= CHUNK {
+            return true;
+        }
+        drop(turn.take());
+        let goes_on = to.send(&mut chunk);
+        turn = Some(lock(&PLAYS));
+        goes_on
     });
+    drop(turn);
     if let Err(error) = read {
         to.fail(std::io::Error::other(error));
         return looked_at;
@@ -421,6 +433,8 @@ async fn blocking<T: Send + 'static>(
 #[cfg(test)]
 mod tests {
     use lafet_capture::{Captured, Direction, Format, Recorder};
+    use lafet_proto::link::{BODY_MAX, Frame, encode};
+    use lafet_proto::{RequestId, SubsystemId};
 
     use super::*;
 
@@ -443,6 +457,43 @@ mod tests {
         assert_eq!(play(), 100);
         drop(lines);
         assert_eq!(play(), 1);
+        std::fs::remove_file(path).unwrap();
+    }
+
+    /// Playing takes one processor, whatever is played; and a client that takes nothing keeps no other from it.
+    #[test]
+    fn recordings_are_played_one_at_a_time() {
+        let path = std::env::temp_dir().join(format!("lafet-plays-{}.mcap", std::process::id()));
+        let mut recorder =
+            Recorder::new(Format::Mcap, std::fs::File::create(&path).unwrap()).unwrap();
+        let payload = [RequestId::STOP.0, SubsystemId::ALL.0, 0, 0];
+        let mut out = [0; BODY_MAX * 2];
+        let len = encode(&Frame { dst: 1, src: 129, payload: &payload }, &mut out).unwrap();
+        for second in 1..=2000 {
+            let (at_ns, direction) = (second * 1_000_000_000, Direction::ToMonitor);
+            recorder.write(&Captured { at_ns, direction, bytes: out[..len].to_vec() }).unwrap();
+        }
+        recorder.finish().unwrap();
+        let part = || Part { from_ms: None, to_ms: None, frames: Some(true) };
+        let play = |to: mpsc::Sender<_>| {
+            let mut player = Player::new(Whose::new(), BTreeMap::new());
+            player.frames = true;
+            play(player, &path, &part(), &Sender::new(to))
+        };
+        std::thread::scope(|threads| {
+            let held = lock(&PLAYS);
+            let ((unread, mut first), (read, mut second)) = (mpsc::channel(1), mpsc::channel(64));
+            let waits = threads.spawn(|| play(unread));
+            let other = threads.spawn(|| play(read));
+            // Long enough to play both.
+            std::thread::park_timeout(Duration::from_millis(300));
+            assert!(first.try_recv().is_err() && second.try_recv().is_err(), "nothing is played");
+            drop(held);
+            assert_eq!(other.join().unwrap(), 2000, "it waits for no other client");
+            assert!(second.try_recv().unwrap().unwrap().len() > CHUNK, "in several parts");
+            while first.blocking_recv().is_some() {}
+            assert_eq!(waits.join().unwrap(), 2000);
+        });
         std::fs::remove_file(path).unwrap();
     }
 }

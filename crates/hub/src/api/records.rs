@@ -34,6 +34,8 @@ const SERIES_MAX: usize = 32;
 /// Points of a series in one answer.
 const POINTS_MIN: usize = 4;
 const POINTS_MAX: usize = 10_000;
+/// Points of an answer that is written at once. What is longer takes milliseconds, and is written beside.
+const FEW_POINTS: usize = 1000;
 
 pub type Asked<T> = Result<Query<T>, QueryRejection>;
 
@@ -248,12 +250,8 @@ async fn export(State(hub): State<Hub>, caller: Caller) -> Result<Response, ApiE
     drop(hub.audit().note(record.about(&Act::ExportAudit)));
     // Read in pieces as they are taken: a long log does not have to fit into memory.
     let pieces = futures_util::stream::try_unfold((hub, 1_u64), |(hub, next)| async move {
-        let entries = hub.audit().from(next, LIMIT_MAX).await.map_err(std::io::Error::other)?;
-        let Some(last) = entries.last() else { return Ok(None) };
-        let after = last.n + 1;
-        let lines = entries.iter().filter_map(|entry| serde_json::to_string(entry).ok());
-        let text: String = lines.map(|line| line + "\n").collect();
-        Ok::<_, std::io::Error>(Some((text, (hub, after))))
+        let piece = hub.audit().lines(next).await.map_err(std::io::Error::other)?;
+        Ok::<_, std::io::Error>(piece.map(|(lines, next)| (lines, (hub, next))))
     });
     let kind = (header::CONTENT_TYPE, "application/x-ndjson");
     let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-audit.jsonl\"");
@@ -291,10 +289,11 @@ async fn series(
     responses((status = 200, body = Read), (status = 400), (status = 401), (status = 404), (status = 503)))]
 async fn history(
     State(hub): State<Hub>,
-    _: Caller,
+    caller: Caller,
     part: Asked<Part>,
-) -> Result<Json<Read>, ApiError> {
-    Ok(Json(read(&hub, part).await?))
+) -> Result<Response, ApiError> {
+    let read = read(&hub, part).await?;
+    written(&hub, &caller, read, |read| Json(read).into_response()).await
 }
 
 /// The same as CSV.
@@ -302,10 +301,19 @@ async fn history(
     responses((status = 200, content_type = "text/csv"), (status = 400), (status = 401), (status = 404), (status = 503)))]
 async fn history_csv(
     State(hub): State<Hub>,
-    _: Caller,
+    caller: Caller,
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
     let read = read(&hub, part).await?;
+    let text = written(&hub, &caller, read, csv).await?;
+    let headers = [
+        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+        (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.csv\""),
+    ];
+    Ok((headers, text).into_response())
+}
+
+fn csv(read: &Read) -> String {
     let mut text = String::from(match read.resolution_ms {
         0 => "series,t_ms,value\n",
         _ => "series,t_ms,mean,least,most\n",
@@ -322,11 +330,7 @@ async fn history_csv(
             }),
         }
     }
-    let headers = [
-        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.csv\""),
-    ];
-    Ok((headers, text).into_response())
+    text
 }
 
 /// The same as Parquet. A program built without the feature `parquet` answers 501.
@@ -335,11 +339,11 @@ async fn history_csv(
     (status = 404), (status = 501), (status = 503)))]
 async fn history_parquet(
     State(hub): State<Hub>,
-    _: Caller,
+    caller: Caller,
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
     let read = read(&hub, part).await?;
-    let file = super::parquet::file(&read)?;
+    let file = written(&hub, &caller, read, super::parquet::file).await??;
     let kind = (header::CONTENT_TYPE, "application/vnd.apache.parquet");
     let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"lafet-history.parquet\"");
     Ok(([kind, name], file).into_response())
@@ -353,6 +357,24 @@ pub struct Read {
     /// `[t, value]` (null: not known), or `[t, mean, least, greatest]`, by series.
     #[schema(value_type = BTreeMap<String, Vec<Vec<Option<f64>>>>)]
     pub series: BTreeMap<String, Rows>,
+}
+
+/// Writes an answer; a long one on a thread of its own, in the turn of its client.
+async fn written<T: Send + 'static>(
+    hub: &Hub,
+    caller: &Caller,
+    read: Read,
+    write: impl FnOnce(&Read) -> T + Send + 'static,
+) -> Result<T, ApiError> {
+    let points = read.series.values().map(|rows| match rows {
+        Rows::Changes(rows) => rows.len(),
+        Rows::Spans(rows) => rows.len(),
+    });
+    if points.sum::<usize>() <= FEW_POINTS {
+        return Ok(write(&read));
+    }
+    let who = Some(&*caller.principal.key);
+    hub.answering().beside(who, move || write(&read)).await
 }
 
 /// The latest time that is taken: the end of the year 9999.
@@ -393,4 +415,45 @@ async fn read(hub: &Hub, part: Asked<Part>) -> Result<Read, ApiError> {
         series.insert(name, values);
     }
     Ok(Read { resolution_ms: resolution_ms.unwrap_or(0), series })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::pin::pin;
+    use std::time::Duration;
+
+    use tokio::sync::oneshot;
+    use tokio::time::timeout;
+
+    use super::*;
+
+    /// A long answer waits for its turn on another thread; a short one is there at once.
+    #[tokio::test]
+    async fn a_long_answer_is_written_beside() {
+        let (hub, _) = Hub::of_one(None);
+        let (starts, has_started) = oneshot::channel();
+        let (go, hung) = std::sync::mpsc::channel::<()>();
+        let own = hub.clone();
+        let hangs = tokio::spawn(async move {
+            let work = move || {
+                _ = starts.send(());
+                _ = hung.recv();
+            };
+            own.answering().beside(Some("a"), work).await.is_ok()
+        });
+        has_started.await.unwrap();
+        let caller = Caller::hub();
+        let of = |points: usize| {
+            let rows = Rows::Changes(vec![(1, None); points]);
+            let read = Read { resolution_ms: 0, series: [("a".to_owned(), rows)].into() };
+            written(&hub, &caller, read, |read| csv(read).lines().count())
+        };
+        let short = timeout(Duration::from_secs(10), of(FEW_POINTS)).await;
+        assert_eq!(short.expect("it waits for no turn").unwrap(), FEW_POINTS + 1);
+        let mut long = pin!(of(FEW_POINTS + 1));
+        assert!(timeout(Duration::from_millis(100), &mut long).await.is_err(), "it waits");
+        go.send(()).unwrap();
+        assert_eq!(long.await.unwrap(), FEW_POINTS + 2);
+        assert!(hangs.await.unwrap());
+    }
 }

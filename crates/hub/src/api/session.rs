@@ -150,8 +150,11 @@ async fn set_up(
     Body(setup): Body<Setup>,
 ) -> Result<Response, ApiError> {
     let token = setup.token.clone();
-    // The link cannot be guessed: who has it does not wait because of those who try.
-    if !aside(&hub, move |hub| hub.access().is_setup_link(&token)).await? {
+    // The link cannot be guessed: who has it does not wait because of those who try. Once there are users no link is
+    // looked for: each thread that waits for the disk takes memory and the processor.
+    let is_link = hub.access().is_empty()
+        && aside(&hub, move |hub| hub.access().is_setup_link(&token)).await?;
+    if !is_link {
         Try::begin(&hub, &from, "")?.end(false);
         note_set_up(&hub, &from, None);
         return Err(AccessError::Wrong.into());
@@ -338,4 +341,39 @@ pub async fn aside<T: Send + 'static>(
 ) -> Result<T, AccessError> {
     let hub = hub.clone();
     tokio::task::spawn_blocking(move || work(&hub)).await.unwrap_or(Err(AccessError::Busy))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use tokio::time::timeout;
+
+    use super::*;
+
+    /// Who guesses the link of the first start takes no thread: as many as ask would take one each.
+    #[test]
+    fn a_link_is_looked_for_as_long_as_there_is_one() {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .max_blocking_threads(1)
+            .build()
+            .unwrap();
+        runtime.block_on(async {
+            let (hub, _) = Hub::of_one(None);
+            let link = hub.access().setup_link().unwrap().unwrap();
+            hub.access().set_up(1, &link, "root", "correct horse").unwrap();
+            let (go, hung) = std::sync::mpsc::channel::<()>();
+            let hangs = tokio::task::spawn_blocking(move || hung.recv());
+            let from = From { address: [127, 0, 0, 1].into(), encrypted: false, device: None };
+            let token = "x".to_owned();
+            let setup = Setup { token, user: "u".into(), password: "wrong and long".into() };
+            let asked = set_up(State(hub), from, Body(setup));
+            let refused = timeout(Duration::from_secs(10), asked).await;
+            let refused = refused.expect("it waits for no thread").unwrap_err();
+            assert_eq!(refused.status, StatusCode::UNAUTHORIZED);
+            drop(go);
+            assert!(hangs.await.unwrap().is_err());
+        });
+    }
 }

@@ -3,6 +3,7 @@
 pub mod allowances;
 pub mod paced;
 pub mod tls;
+pub mod turns;
 
 use std::io;
 use std::net::SocketAddr;
@@ -36,8 +37,10 @@ const BODY_PATIENCE: Duration = Duration::from_secs(5);
 const BODY_RATE: f64 = 16384.0;
 /// Readings that a handshake of TLS counts as: it costs the processor as much as many requests.
 const HANDSHAKE: f64 = 20.0;
-/// What is read and written at once.
-const BUFFER_MAX: usize = 64 * 1024;
+/// What is read and written at once, and the longest head of a request: a connection that is flooded keeps two of them.
+const BUFFER_MAX: usize = 32 * 1024;
+/// What the system keeps of what a connection has sent, until it is read: by itself it would keep MiB of each.
+const UNREAD: u32 = 128 * 1024;
 /// Connections that wait to be accepted.
 const WAITING_MAX: u32 = 4096;
 /// Rest after a connection that could not be taken, as when no file descriptor is left.
@@ -123,6 +126,7 @@ impl Server {
             tokio::spawn(async move {
                 let place = peer.place.clone();
                 let served = connection(stream, start, peer, acceptor, router, shutdown);
+                let served = place.turns.serve(Box::pin(served));
                 tokio::select! {
                     _ = served => {}
                     () = place.given_up() => {}
@@ -154,6 +158,8 @@ fn listener(address: SocketAddr) -> io::Result<TcpListener> {
     // As the default: a restart does not wait for connections that have ended. Windows means another thing by it.
     #[cfg(not(windows))]
     socket.set_reuseaddr(true)?;
+    // Those that are accepted have the same.
+    socket.set_recv_buffer_size(UNREAD)?;
     socket.bind(address)?;
     socket.listen(WAITING_MAX)
 }
@@ -283,6 +289,7 @@ mod tests {
     use super::*;
     use axum::body::Body as AxumBody;
     use futures_util::{StreamExt, stream};
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
     #[test]
     fn who_gives_up_before_being_taken_does_not_hold_up_others() {
@@ -294,6 +301,37 @@ mod tests {
         // EMFILE: accepting again at once would fail again and again.
         #[cfg(unix)]
         assert!(!is_of_one(&io::Error::from_raw_os_error(24)));
+    }
+
+    /// A client that has sent much, and was read as fast, is given no more room for what is not read.
+    #[tokio::test]
+    async fn the_system_keeps_little_of_what_is_not_read() {
+        const PARTS: usize = 256;
+        let listener = listener("127.0.0.1:0".parse().unwrap()).unwrap();
+        let socket = TcpSocket::new_v4().unwrap();
+        socket.set_send_buffer_size(16 * 1024).unwrap();
+        let connect = socket.connect(listener.local_addr().unwrap());
+        let (client, accepted) = tokio::join!(connect, listener.accept());
+        let (mut client, (mut stream, _)) = (client.unwrap(), accepted.unwrap());
+        let part = vec![0; 64 * 1024];
+        let sends = async {
+            for _ in 0..PARTS {
+                client.write_all(&part).await.unwrap();
+            }
+        };
+        let reads = async {
+            let (mut buffer, mut left) = (vec![0; 1 << 20], PARTS * part.len());
+            while left > 0 {
+                left -= stream.read(&mut buffer).await.unwrap();
+            }
+        };
+        tokio::join!(sends, reads);
+        let (mut kept, rest) = (0, Duration::from_millis(300));
+        while let Ok(Ok(len)) = timeout(rest, client.write(&part)).await {
+            kept += len;
+        }
+        assert!(kept < 512 * 1024, "{kept} bytes");
+        drop(stream);
     }
 
     /// How long a body is read until it fails, and what came of it: a part at each of these times.

@@ -17,12 +17,12 @@ use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tokio::sync::{oneshot, watch};
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 use utoipa::ToSchema;
 
 use super::act::Act;
 use super::chain::{Chain, GENESIS, Verified, hash};
-use super::db::{Db, StoreError, open, said_corrupt};
+use super::db::{Db, StoreError, keep_little, open, said_corrupt};
 use super::events::{Page, Search};
 use super::mark::{self, Mark, StateFile, Users};
 use crate::access::Kind;
@@ -33,8 +33,9 @@ use crate::sync::lock;
 const FILE: &str = StateFile::Audit.name();
 /// Entries in one transaction.
 const BATCH_MAX: usize = 256;
-/// Entries that wait in memory for a disk that takes none; what comes then is given up.
+/// Entries that wait in memory for a disk that takes none, and how much of it they take; what comes then is given up.
 const WAITING_MAX: u64 = 20_000;
+const WAITING_BYTES: u64 = 24 << 20;
 /// A disk that has taken none of what waits for this time fails.
 const HANGS: Duration = Duration::from_secs(2);
 /// Who reads waits so long for entries that are on their way to the disk.
@@ -43,6 +44,8 @@ const CATCH_UP: Duration = Duration::from_millis(250);
 const SCAN_MAX: i64 = 50_000;
 /// Entries that are verified before others read.
 const VERIFY_MAX: u32 = 200;
+/// A piece of an export has so many bytes, and the rest of its last line.
+const PIECE_BYTES: usize = 64 * 1024;
 /// Characters of a text that an entry has.
 const TEXT_MAX: usize = 4096;
 /// Pause before what could not be stored is tried again.
@@ -130,12 +133,32 @@ pub struct Audit {
     /// Empty until the file can be read.
     reads: Arc<OnceLock<Db>>,
     state: Arc<State>,
+    checks: Arc<Checks>,
+}
+
+/// Checks of the whole chain.
+#[derive(Debug, Default)]
+struct Checks {
+    started: AtomicU64,
+    /// Held while the chain is checked.
+    last: tokio::sync::Mutex<Option<Checked>>,
+}
+
+/// The check of this number.
+#[derive(Debug)]
+struct Checked {
+    number: u64,
+    took: Duration,
+    ended: Instant,
+    result: Verified,
 }
 
 #[derive(Debug, Default)]
 struct State {
     failing: AtomicBool,
     waiting: AtomicU64,
+    /// Memory that those take, bytes.
+    bytes: AtomicU64,
     /// Entries that were handed to the thread that writes.
     noted: AtomicU64,
     /// Of those, how many are on the disk.
@@ -156,6 +179,23 @@ struct GivenUp {
 }
 
 impl State {
+    /// Takes an entry of this size among those that wait, if there is room.
+    fn admit(&self, bytes: u64) -> bool {
+        let entries = self.waiting.fetch_add(1, Ordering::Relaxed);
+        let before = self.bytes.fetch_add(bytes, Ordering::Relaxed);
+        let fits = entries < WAITING_MAX && before.saturating_add(bytes) <= WAITING_BYTES;
+        if !fits {
+            self.release(bytes);
+        }
+        fits
+    }
+
+    /// One of them waits no more.
+    fn release(&self, bytes: u64) {
+        self.waiting.fetch_sub(1, Ordering::Relaxed);
+        self.bytes.fetch_sub(bytes, Ordering::Relaxed);
+    }
+
     /// An entry is given up.
     fn give_up(&self, at_ms: u64) {
         self.lost.fetch_add(1, Ordering::Relaxed);
@@ -186,10 +226,44 @@ impl State {
     }
 }
 
+/// What is to be noted, as it waits: as JSON, details and act take a fraction of the memory.
 #[derive(Debug)]
 struct Note {
+    /// Without details and act.
     record: Record,
+    details: Box<str>,
+    act: Option<Box<str>>,
     stored: Option<oneshot::Sender<u64>>,
+}
+
+impl Note {
+    fn new(mut record: Record, stored: Option<oneshot::Sender<u64>>) -> Self {
+        for text in [&mut record.what, &mut record.user, &mut record.outcome] {
+            text.truncate(text.floor_char_boundary(TEXT_MAX));
+            text.shrink_to_fit();
+        }
+        let details = std::mem::take(&mut record.details).to_string().into();
+        let act = record.act.take().map(|act| act.to_string().into());
+        Self { record, details, act, stored }
+    }
+
+    /// Memory that it takes, bytes.
+    fn bytes(&self) -> u64 {
+        let it = &self.record;
+        let texts =
+            [&it.user, &it.role, &it.from, &it.via, &it.seat, &it.monitor, &it.what, &it.outcome];
+        let texts: usize = texts.into_iter().map(String::len).sum();
+        let values = self.details.len() + self.act.as_ref().map_or(0, |act| act.len());
+        (size_of::<Self>() + texts + values) as u64
+    }
+
+    /// The record as it was noted.
+    fn record(&self) -> Record {
+        // What was written as JSON is read back as it was.
+        let value = |text: &str| -> Value { serde_json::from_str(text).unwrap_or_default() };
+        let act = self.act.as_deref().map(value);
+        Record { details: value(&self.details), act, ..self.record.clone() }
+    }
 }
 
 impl Audit {
@@ -212,6 +286,7 @@ impl Audit {
             }
         };
         bring_up_to_date(&write)?;
+        [&write, &read].into_iter().try_for_each(keep_little)?;
         let head = head(&write)?;
         let reads = OnceLock::from(Db::new("audit-read", read)?);
         Self::start(reads, |reads, state| Writer::new(write, head, reads, state))
@@ -241,7 +316,7 @@ impl Audit {
         let (reads, state) = (Arc::new(reads), Arc::new(State::default()));
         let writer = writer(reads.clone(), state.clone());
         thread::Builder::new().name("lafet-audit".into()).spawn(move || writer.run(&queue))?;
-        Ok(Self { notes, reads, state })
+        Ok(Self { notes, reads, state, checks: Arc::default() })
     }
 
     fn reads(&self) -> Result<&Db, StoreError> {
@@ -252,17 +327,13 @@ impl Audit {
     /// for it loses nothing.
     pub fn note(&self, record: Record) -> oneshot::Receiver<u64> {
         let (stored, number) = oneshot::channel();
-        if self.state.waiting.fetch_add(1, Ordering::Relaxed) >= WAITING_MAX {
-            self.state.waiting.fetch_sub(1, Ordering::Relaxed);
-            self.state.give_up(record.at_ms);
+        let note = Note::new(record, Some(stored));
+        if !self.state.admit(note.bytes()) {
+            self.state.give_up(note.record.at_ms);
             return number;
         }
         lock(&self.state.since).get_or_insert_with(Instant::now);
-        let mut record = record;
-        for text in [&mut record.what, &mut record.user, &mut record.outcome] {
-            text.truncate(text.floor_char_boundary(TEXT_MAX));
-        }
-        match self.notes.send(Note { record, stored: Some(stored) }) {
+        match self.notes.send(note) {
             Ok(()) => _ = self.state.noted.fetch_add(1, Ordering::Relaxed),
             // The thread has ended.
             Err(lost) => self.state.give_up(lost.0.record.at_ms),
@@ -288,6 +359,13 @@ impl Audit {
         self.state.failing.load(Ordering::Relaxed)
             || hangs()
             || lock(&self.state.given_up).is_some()
+    }
+
+    /// The disk takes no more entries, and says nothing.
+    #[cfg(test)]
+    pub async fn hang(&self) {
+        let begin = |db: &mut Connection| db.execute_batch("BEGIN IMMEDIATE");
+        self.reads().unwrap().call(begin).await.unwrap();
     }
 
     /// Entries that are not on the disk yet.
@@ -346,16 +424,36 @@ impl Audit {
         self.reads()?.look(move |db| from(db, n, limit)).await
     }
 
-    /// Checks the whole chain, part by part, so that others can read meanwhile.
+    /// Entries from a number on for export, a line of JSON each, and the number of the next one: a piece, written on the
+    /// thread that reads. `None`: there are none.
+    pub async fn lines(&self, n: u64) -> Result<Option<(String, u64)>, StoreError> {
+        self.catch_up().await;
+        self.reads()?.look(move |db| lines(db, n, PIECE_BYTES)).await
+    }
+
+    /// Checks the whole chain, part by part, so that others can read meanwhile. It is checked once at a time, and not for
+    /// more than half of the time: those who ask meanwhile share the check that begins then.
     pub async fn verify(&self) -> Result<Verified, StoreError> {
-        let mut chain = Chain::default();
-        loop {
+        let before = self.checks.started.load(Ordering::SeqCst);
+        let mut last = self.checks.last.lock().await;
+        if let Some(Checked { number, took, ended, result }) = &*last {
+            if *number > before {
+                return Ok(result.clone());
+            }
+            sleep(took.saturating_sub(ended.elapsed())).await;
+        }
+        let number = self.checks.started.fetch_add(1, Ordering::SeqCst) + 1;
+        let (began, mut chain) = (Instant::now(), Chain::default());
+        let result = loop {
             let (so_far, goes_on) = self.walk(chain, VERIFY_MAX).await?;
             if !goes_on {
-                return Ok(so_far.result());
+                break so_far.result();
             }
             chain = so_far;
-        }
+        };
+        let (took, ended) = (began.elapsed(), Instant::now());
+        *last = Some(Checked { number, took, ended, result: result.clone() });
+        Ok(result)
     }
 
     /// Walks on along the chain, by so many entries at most, on the thread that reads: what the hub does
@@ -409,7 +507,9 @@ impl Writer {
             return Err(StoreError::File(folder.join(FILE), other));
         }
         bring_up_to_date(&connection)?;
-        let reads = Db::new("audit-read", open(Some(folder), FILE, SCHEMA)?)?;
+        let reads = open(Some(folder), FILE, SCHEMA)?;
+        [&connection, &reads].into_iter().try_for_each(keep_little)?;
+        let reads = Db::new("audit-read", reads)?;
         (self.head, self.connection, self.late) = (head(&connection)?, connection, None);
         _ = self.reads.set(reads);
         tracing::info!(waiting = self.waiting.len(), "the audit log can be read again");
@@ -419,7 +519,7 @@ impl Writer {
     /// Takes an entry. What cannot be stored for want of a file is in the program's log as well.
     fn take(&mut self, note: Note) {
         if self.late.is_some() {
-            let entry = serde_json::to_string(&note.record).unwrap_or_default();
+            let entry = serde_json::to_string(&note.record()).unwrap_or_default();
             tracing::info!(entry, "entry of the audit log, which cannot be read");
         }
         self.waiting.push_back(note);
@@ -460,8 +560,10 @@ impl Writer {
             return Ok(());
         }
         let Some(record) = self.state.gap() else { return Ok(()) };
+        let note = Note::new(record, None);
         self.state.waiting.fetch_add(1, Ordering::Relaxed);
-        self.waiting.push_back(Note { record, stored: None });
+        self.state.bytes.fetch_add(note.bytes(), Ordering::Relaxed);
+        self.waiting.push_back(note);
         self.store()
     }
 
@@ -472,7 +574,7 @@ impl Writer {
         let transaction = self.connection.transaction()?;
         for note in self.waiting.iter().take(count) {
             n += 1;
-            let entry = Entry::new(n, note.record.clone(), prev);
+            let entry = Entry::new(n, note.record(), prev);
             insert(&transaction, &entry)?;
             prev = entry.hash;
         }
@@ -481,7 +583,7 @@ impl Writer {
         self.head = (n, prev);
         let mut noted = 0;
         for (number, note) in (first + 1..).zip(self.waiting.drain(..count)) {
-            self.state.waiting.fetch_sub(1, Ordering::Relaxed);
+            self.state.release(note.bytes());
             if let Some(stored) = note.stored {
                 noted += 1;
                 _ = stored.send(number);
@@ -541,6 +643,25 @@ fn from(db: &Connection, n: u64, limit: u32) -> Result<Vec<Entry>, rusqlite::Err
     let n = i64::try_from(n).unwrap_or(i64::MAX);
     let mut query = db.prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n LIMIT ?2")?;
     query.query_map(params![n, limit], entry)?.collect()
+}
+
+/// Entries from a number on, a line each, until they have so many bytes; and the number of the next one.
+fn lines(
+    db: &Connection,
+    n: u64,
+    bytes_max: usize,
+) -> Result<Option<(String, u64)>, rusqlite::Error> {
+    let mut query = db.prepare_cached("SELECT * FROM audit WHERE n >= ?1 ORDER BY n")?;
+    let mut entries = query.query_map([signed(n)], entry)?;
+    let (mut text, mut next) = (String::new(), None);
+    while text.len() < bytes_max
+        && let Some(entry) = entries.next().transpose()?
+    {
+        next = Some(entry.n + 1);
+        text += &serde_json::to_string(&entry).unwrap_or_default();
+        text.push('\n');
+    }
+    Ok(next.map(|next| (text, next)))
 }
 
 /// Number and hash of the last entry.

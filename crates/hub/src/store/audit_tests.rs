@@ -67,6 +67,29 @@ async fn fractions_break_no_chain() {
     assert!(audit.verify().await.unwrap().ok);
 }
 
+/// However many ask at once, the chain is checked twice: for the first of them, and for all others.
+#[tokio::test]
+async fn who_asks_meanwhile_shares_a_check() {
+    let audit = filled().await;
+    let go = audit.reads().unwrap().hang();
+    let ask = || {
+        let audit = audit.clone();
+        tokio::spawn(async move { audit.verify().await.unwrap().entries })
+    };
+    let all: Vec<_> = (0..50).map(|_| ask()).collect();
+    // Each of them has asked: one waits for the thread that reads, the others for it.
+    tokio::task::yield_now().await;
+    drop(go);
+    for asked in all {
+        assert_eq!(asked.await.unwrap(), 3);
+    }
+    assert_eq!(audit.checks.started.load(Ordering::SeqCst), 2);
+    // For who asks later it is checked again: it may have been changed since.
+    audit.note(record("Stop All")).await.unwrap();
+    assert_eq!(audit.verify().await.unwrap().entries, 4);
+    assert_eq!(audit.checks.started.load(Ordering::SeqCst), 3);
+}
+
 #[tokio::test]
 async fn what_was_changed_or_taken_out_shows() {
     let audit = filled().await;
@@ -124,15 +147,17 @@ fn a_full_disk_loses_nothing() {
     let (reads, state) = <(Arc<OnceLock<Db>>, Arc<State>)>::default();
     let mut writer = Writer::new(connection, (0, GENESIS.into()), reads, state);
     for _ in 0..50 {
-        let record = Record { outcome: "x".repeat(500), ..record("Stop All") };
-        writer.waiting.push_back(Note { record, stored: None });
-        writer.state.waiting.fetch_add(1, Ordering::Relaxed);
+        let note = Note::new(Record { outcome: "x".repeat(500), ..record("Stop All") }, None);
+        assert!(writer.state.admit(note.bytes()));
+        writer.waiting.push_back(note);
     }
     assert!(writer.store().unwrap_err().to_string().contains("full"));
     assert_eq!((writer.waiting.len(), writer.head.0), (50, 0));
     limit(&writer.connection, 10_000);
     writer.store().unwrap();
     assert_eq!((writer.waiting.len(), writer.head.0), (0, 50));
+    let left = [&writer.state.waiting, &writer.state.bytes].map(|it| it.load(Ordering::Relaxed));
+    assert_eq!(left, [0, 0]);
 }
 
 /// More than fits is given up and counted; what waits is stored in its order.
@@ -147,6 +172,49 @@ async fn what_waits_is_bounded() {
     assert_eq!(audit.note(long).await.unwrap(), 1);
     let stored = audit.from(1, 1).await.unwrap();
     assert_eq!(stored[0].record.what, "ж".repeat(TEXT_MAX / 2));
+}
+
+/// Not their number alone: entries with many details are long. Of the usual ones there is room for all that may wait.
+#[tokio::test]
+async fn the_memory_of_what_waits_is_bounded() {
+    let request = Act::Request { request: "Move".into(), to: "Horizontal".into() };
+    let usual = Note::new(record("Move Horizontal 1200").about(&request), None);
+    assert!(usual.bytes() * WAITING_MAX <= WAITING_BYTES, "{} bytes", usual.bytes());
+    assert_eq!(usual.record(), record("Move Horizontal 1200").about(&request));
+    let state = State::default();
+    let states: Vec<u32> = (0..5000).collect();
+    let long = Note::new(record("Stop All").with(&states), None);
+    let admitted = (0..WAITING_MAX).take_while(|_| state.admit(long.bytes())).count() as u64;
+    assert!((100..2000).contains(&admitted), "{admitted} of {} bytes", long.bytes());
+    assert_eq!(state.waiting.load(Ordering::Relaxed), admitted);
+    assert!(state.bytes.load(Ordering::Relaxed) <= WAITING_BYTES);
+    state.release(long.bytes());
+    assert!(state.admit(long.bytes()) && !state.admit(long.bytes()));
+    // Such an entry is given up, and counted.
+    let audit = Audit::open(None).unwrap();
+    audit.state.bytes.store(WAITING_BYTES, Ordering::Relaxed);
+    assert!(audit.note(record("Stop All")).await.is_err());
+    assert_eq!((audit.waiting(), audit.lost()), (0, 1));
+}
+
+/// An export is read piece by piece, and no piece is longer than what the hub sends at once.
+#[tokio::test]
+async fn an_export_comes_in_pieces() {
+    let audit = Audit::open(None).unwrap();
+    for _ in 0..300 {
+        drop(audit.note(Record { outcome: "x".repeat(1000), ..record("Stop All") }));
+    }
+    let (mut next, mut all, mut pieces) = (1, String::new(), 0);
+    while let Some((piece, after)) = audit.lines(next).await.unwrap() {
+        assert!(piece.len() < PIECE_BYTES + 2000, "{}", piece.len());
+        assert!(after > next && piece.ends_with('\n'));
+        (next, pieces) = (after, pieces + 1);
+        all += &piece;
+    }
+    assert_eq!(next, 301);
+    assert!((6..20).contains(&pieces), "{pieces}");
+    let verified = verify_lines(all.lines().map(|line| Ok(line.to_owned())));
+    assert_eq!((verified.ok, verified.entries), (true, 300));
 }
 
 /// A disk that does not answer says nothing, not even that it fails; and what was lost meanwhile is in the log

@@ -24,6 +24,9 @@ const QUEUE_MAX: usize = 1024;
 const BUSY_WAIT: Duration = Duration::from_secs(5);
 /// Who reads waits so long for the disk.
 pub const READ_WAIT: Duration = Duration::from_secs(5);
+/// What a connection keeps of a file that only reads, or only appends, KiB: the system keeps the rest, and takes it
+/// back when it needs memory.
+const LITTLE_KIB: i64 = 512;
 /// A checkpoint waits so long for a connection that reads.
 const CHECKPOINT_WAIT: Duration = Duration::from_secs(2);
 
@@ -475,7 +478,13 @@ fn reader(path: &str) -> Result<Connection, rusqlite::Error> {
     let reader = Connection::open(path)?;
     reader.pragma_update(None, "query_only", true)?;
     reader.busy_timeout(BUSY_WAIT)?;
+    keep_little(&reader)?;
     Ok(reader)
+}
+
+/// Lets a connection that only reads, or only appends, keep little of the file.
+pub fn keep_little(connection: &Connection) -> Result<(), rusqlite::Error> {
+    connection.pragma_update(None, "cache_size", -LITTLE_KIB)
 }
 
 /// The connection's thread ends when nothing can ask it any more. Of two connections that are closed
@@ -590,6 +599,10 @@ mod tests {
         assert_eq!(db.read(move |db| count(db)).await.unwrap(), 3);
         let refused = db.read(|db| db.execute("INSERT INTO t VALUES (4)", [])).await;
         assert!(refused.is_err(), "what reads does not write");
+        let kept = |db: &mut Connection| {
+            db.pragma_query_value(None, "cache_size", |row| row.get::<_, i64>(0))
+        };
+        assert_eq!(db.read(kept).await.unwrap(), -LITTLE_KIB);
         drop(db);
         std::fs::remove_dir_all(&folder).unwrap();
     }

@@ -1,7 +1,26 @@
 //! Comparing numbers of single precision in 100 bytes of flash: those that come with the compiler take
-//! 330, as each is independent.
+//! 330, as each is independent. And their product and sum.
 
 use core::arch::naked_asm;
+use lafet_turn::float::{product, sum};
+
+/// First × second.
+#[unsafe(no_mangle)]
+extern "C" fn __aeabi_fmul(one: f32, other: f32) -> f32 {
+    f32::from_bits(product(one.to_bits(), other.to_bits()))
+}
+
+/// First + second.
+#[unsafe(no_mangle)]
+extern "C" fn __aeabi_fadd(one: f32, other: f32) -> f32 {
+    f32::from_bits(sum(one.to_bits(), other.to_bits()))
+}
+
+/// First − second.
+#[unsafe(no_mangle)]
+extern "C" fn __aeabi_fsub(one: f32, other: f32) -> f32 {
+    __aeabi_fadd(one, f32::from_bits(other.to_bits() ^ 1 << 31))
+}
 
 /// Whether `r0` < `r1` (with `r3` = 1) or `r0` ≤ `r1` (with 0), and never where one is no number. A float
 /// is sign and magnitude: made a two's complement, whole numbers of that order.

@@ -7,7 +7,6 @@ const PAINT: u32 = 0x5AC7_5AC7;
 const OWN: usize = 32;
 
 unsafe extern "C" {
-    #[cfg(feature = "emulated")]
     static _stack_start: u32;
     static _stack_end: u32;
 }
@@ -25,8 +24,7 @@ pub fn paint() {
     }
 }
 
-/// Bytes used at most since then; a board without a plant is never asked.
-#[cfg(feature = "emulated")]
+/// Bytes used at most since then.
 pub fn deepest() -> u32 {
     let (mut place, top) = (addr_of!(_stack_end), addr_of!(_stack_start) as usize);
     // SAFETY: inside the stack's memory.

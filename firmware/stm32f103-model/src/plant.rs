@@ -14,13 +14,17 @@ pub type Pin = (usize, u32);
 /// Under load a motor runs at this part of its speed without.
 const DROOP: f64 = 0.85;
 /// What a stage makes of shorter pulses is nothing.
-const LEAST_DUTY: f64 = 0.02;
+pub const LEAST_DUTY: f64 = 0.02;
+/// A motor that coasts faster than this part of its full speed passes for one that has voltage, where the circuit
+/// that looks for it answers to the generator.
+const GENERATES: f64 = 0.2;
 
 const STOP_CHAIN: Pin = pin(b"PA 6");
 const DRIVES_ENABLE: Pin = pin(b"PC10");
 const VALVES_ENABLE: Pin = pin(b"PC11");
 const DIRECTION: [Pin; 4] = [pin(b"PB12"), pin(b"PB13"), pin(b"PB14"), pin(b"PB15")];
-const MOTOR_LIVE: [Pin; 4] = [pin(b"PE12"), pin(b"PE13"), pin(b"PE14"), pin(b"PE15")];
+/// Low while the motor of vertical, horizontal, nozzle, deployer has voltage.
+pub const MOTOR_LIVE: [Pin; 4] = [pin(b"PE12"), pin(b"PE13"), pin(b"PE14"), pin(b"PE15")];
 /// End switches, lower and upper, of vertical, horizontal, nozzle, deployer.
 pub const ENDS: [[Pin; 2]; 4] = [
     [pin(b"PD 0"), pin(b"PD 1")],
@@ -66,6 +70,11 @@ pub struct Plant {
     pub encoders: [Counter; AXES],
     /// Encoders whose two tracks are exchanged.
     pub crossed: [bool; AXES],
+    /// The circuits that look for a motor's voltage answer to one that coasts, too.
+    pub generates: bool,
+    /// Where each motor has turned to: the play of its gear lies between it and its barrel.
+    turned: [f64; AXES],
+    /// Where each encoder was before the last step of the world.
     before: [f64; AXES],
     pulses: f64,
     ms: u64,
@@ -87,6 +96,8 @@ impl Plant {
             motors: [0, 1, 2, 3],
             encoders: Counter::ALL,
             crossed: [false; AXES],
+            generates: false,
+            turned: before,
             before,
             pulses: 0.0,
             ms: 0,
@@ -143,9 +154,11 @@ impl Plant {
     pub fn tick(&mut self, chip: &mut Chip) {
         self.ms += 1;
         if self.ms.is_multiple_of(STEP_MS) {
-            self.before = self.world.drives.each_ref().map(|drive| drive.position);
+            self.before = self.sensed();
+            let barrels = self.world.drives.each_ref().map(|drive| drive.position);
             self.world.drive(self.outputs(chip));
             self.world.advance(STEP_MS);
+            self.turn(barrels);
         }
         self.encode(chip);
         self.contacts(chip);
@@ -157,6 +170,29 @@ impl Plant {
         self.pulses -= whole;
         chip.pulse(whole as u32);
         chip.convert();
+    }
+
+    /// Turns the motors as the world has in its last step, of whose barrels these are the positions before.
+    fn turn(&mut self, barrels: [f64; AXES]) {
+        let step_s = STEP_MS as f64 / 1_000.0;
+        for ((turned, drive), before) in self.turned.iter_mut().zip(&self.world.drives).zip(barrels)
+        {
+            let half = drive.spec.stage.backlash / 2.0;
+            // Where the barrel was put elsewhere, or has met its stop, the motor is there, too.
+            *turned = turned.clamp(before - half, before + half) + drive.speed * step_s;
+            *turned = turned.clamp(drive.position - half, drive.position + half);
+        }
+    }
+
+    /// Where each encoder is: on the barrel, or on the motor.
+    pub fn sensed(&self) -> [f64; AXES] {
+        let mut sensed = self.turned;
+        for (place, drive) in sensed.iter_mut().zip(&self.world.drives) {
+            if !drive.spec.stage.sensor_on_motor {
+                *place = drive.position;
+            }
+        }
+        sensed
     }
 
     fn outputs(&self, chip: &Chip) -> Outputs {
@@ -183,8 +219,9 @@ impl Plant {
     fn encode(&self, chip: &mut Chip) {
         let part = (self.ms % STEP_MS) as f64 / STEP_MS as f64;
         let noisy = self.is_live(chip);
+        let sensed = self.sensed();
         for (axis, counter) in self.encoders.iter().enumerate() {
-            let now = self.world.drives[axis].position;
+            let now = sensed[axis];
             let position = self.before[axis] + (now - self.before[axis]) * part;
             let counts = position * if axis == 2 { 40.0 } else { 4.0 };
             let counts = if self.crossed[axis] { -counts } else { counts };
@@ -223,7 +260,10 @@ impl Plant {
         }
         let voltages = self.voltages(chip);
         for (axis, channel) in self.motors.iter().enumerate() {
-            self.contact(chip, MOTOR_LIVE[*channel], voltages[axis] != 0.0);
+            let drive = &self.world.drives[axis];
+            let coasts = drive.speed.abs() > GENERATES * drive.spec.max_speed;
+            let is_live = voltages[axis] != 0.0 || self.generates && coasts;
+            self.contact(chip, MOTOR_LIVE[*channel], is_live);
         }
         let heaters = self.heaters(chip);
         for (place, pin) in HEATER_LIVE.iter().enumerate() {

@@ -140,7 +140,7 @@ fn of_timers(address: u32, offset: u32) -> bool {
 }
 
 /// The boards, each with what is wrong.
-pub const BOARDS: [(&str, Wrong); 87] = [
+pub const BOARDS: [(&str, Wrong); 91] = [
     // The clock.
     alter("flash without wait states", |w, a, v| written(w, a, v, FLASH_ACR, |v| v & !7)),
     alter("APB1 undivided", |w, a, v| written(w, a, v, RCC_CFGR, |v| v & !(7 << 8))),
@@ -277,4 +277,13 @@ pub const BOARDS: [(&str, Wrong); 87] = [
         },
     ),
     alter("flash not set to be programmed", |w, a, v| written(w, a, v, FLASH_CR, |v| v & !1)),
+    // What shows behind iron alone.
+    wires("voltage seen at a motor that coasts", |it| it.generates = true),
+    record("full speed a third of what it is", |it| it.drives[1].full_tenths = 85),
+    alter("mirror contact of valve 2 not read", |w, a, v| {
+        seen(w, a, v, PORT_C + IDR, |v| v | 1 << 12)
+    }),
+    alter("current of the nozzle's heater not read", |w, a, v| {
+        seen(w, a, v, PORT_B + IDR, |v| v | 1 << 10)
+    }),
 ];

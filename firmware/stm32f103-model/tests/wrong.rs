@@ -54,6 +54,16 @@ fn a_busy_flash_has_checks_of_its_own() {
     }
 }
 
+/// A speed loop that is too fast for its motor comes to rest without lag and play, and not with them.
+#[test]
+fn a_loop_that_is_too_fast_does_not_settle_behind_iron() {
+    let name = "full speed a third of what it is";
+    let (_, wrong) = BOARDS.iter().find(|it| it.0 == name).expect("a board");
+    let found = check("iron")(*wrong).expect_err("it is noticed");
+    assert!(found.contains("does not end") || found.contains("settles too late"), "{found}");
+    println!("{name}: {found}");
+}
+
 fn check(name: &str) -> Check {
     CHECKS.iter().find(|it| it.0 == name).unwrap_or_else(|| panic!("no check {name}")).1
 }

@@ -53,9 +53,11 @@ struct Drive {
 }
 
 impl Drive {
+    /// To the nearest unit.
     fn position(&self) -> i32 {
         let scale = self.record.counts_per_100;
-        self.counts.saturating_mul(100).checked_div(scale).unwrap_or_default()
+        let halves = self.counts.saturating_mul(200).checked_div(scale).unwrap_or_default();
+        (halves + halves.signum()) / 2
     }
 
     fn speed_tenths(&self, index: usize) -> i32 {

@@ -3,6 +3,7 @@
 #![no_std]
 
 pub mod fault;
+pub mod float;
 
 use lafet_device::hal::Hal;
 use lafet_device::port::Port;

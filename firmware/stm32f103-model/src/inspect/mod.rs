@@ -2,6 +2,7 @@
 
 mod busy;
 mod closing;
+pub mod iron;
 mod starts;
 
 use lafet_device::image::{Axis, Inputs};
@@ -21,7 +22,7 @@ use starts::{blank, crystal, homing, memory, position, record};
 pub type Check = fn(Wrong) -> Result<(), String>;
 
 /// All of them, the quick ones first.
-pub const CHECKS: [(&str, Check); 24] = [
+pub const CHECKS: [(&str, Check); 26] = [
     ("start", start),
     ("line", line),
     ("watchdog", watchdog),
@@ -46,6 +47,8 @@ pub const CHECKS: [(&str, Check); 24] = [
     ("line while a page is erased", busy::release),
     ("memory in motion", busy::motion),
     ("stop while a page is erased", busy::stop),
+    ("iron", iron::check),
+    ("outputs with iron", iron::outputs),
 ];
 
 const MS_NS: u64 = 1_000_000;

@@ -10,6 +10,7 @@ mod crash;
 mod float;
 mod memory;
 mod register;
+#[cfg(feature = "emulated")]
 mod stack;
 
 use cortex_m_rt::entry;
@@ -20,6 +21,8 @@ use lafet_turn::{Board, Start, once};
 
 #[entry]
 fn main() -> ! {
+    // Where a plant asks how deep it has been.
+    #[cfg(feature = "emulated")]
     stack::paint();
     let mut board = board::start();
     let fault = crash::take(board.reset_by_watchdog(), board.lacks_crystal());
@@ -39,8 +42,8 @@ fn run(board: &mut impl Board, start: Start, fault: Option<FaultInfo>) -> ! {
     }
 }
 
-/// The library that verifies signatures checks its indices. Were one of them wrong, it would be a fault like
-/// any other: recorded, and outputs fall to rest with the reset.
+/// The library that verifies signatures checks its indices, which `cargo xtask firmware update` lists. Were one of
+/// them wrong, it would be a fault like any other: recorded, and outputs fall to rest with the reset.
 #[cfg(feature = "mps2")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {

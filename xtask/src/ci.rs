@@ -41,7 +41,7 @@ const SUMMARY: &str = "cargo xtask ci: summary";
 
 /// The console comes first because it is built into the hub. The first two that run beside others have cargo's
 /// lock of the tests' folder for seconds at most, so that the tests need not wait for it.
-const STEPS: [CiStep; 26] = [
+const STEPS: [CiStep; 27] = [
     (
         When::First,
         "console",
@@ -75,6 +75,12 @@ const STEPS: [CiStep; 26] = [
     (When::Beside, "dissector", "the Wireshark dissector in tshark", dissector::check),
     (When::Beside, "bindings", "lafet for C", bindings::check),
     (When::Beside, "bench", "instructions of the codec and the device", bench::check),
+    (
+        When::Last,
+        "update",
+        "a monitor in QEMU is updated while all goes wrong",
+        firmware::update::quick,
+    ),
     (When::Last, "swarm", "the swarm, for a while", verify::swarm_check),
     (When::Last, "hub", "the hub in trouble", hub::check),
     (When::Last, "demo", "the demo", smoke),

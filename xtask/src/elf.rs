@@ -91,7 +91,7 @@ impl Elf {
             let (name, address) = (symbol.name()?, symbol.address() as u32);
             match name.split('.').next() {
                 Some("$t") => _ = elf.is_data.insert(address, false),
-                Some("$d") if address < RAM => _ = elf.is_data.insert(address, true),
+                Some("$d") => _ = elf.is_data.insert(address, true),
                 _ => elf.symbols.push(Symbol {
                     name: name.into(),
                     address,

@@ -2,8 +2,9 @@
 //! emulated one and in the model of a chip, or run there.
 
 mod images;
+mod panics;
 mod relay;
-mod update;
+pub mod update;
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -19,7 +20,7 @@ pub const BOARDS: [&str; 2] = [EMULATED, "stm32f103"];
 /// The board that QEMU emulates.
 pub const EMULATED: &str = "lm3s6965";
 const KNOWN: &str =
-    "build, test, load, run, images, update, board, wrong, fire, serve or provision";
+    "build, test, load, run, images, update, board, iron, wrong, fire, serve or provision";
 const FIRE_PORT: u16 = 10_492;
 /// The fire must be out after so many seconds.
 const FIRE_LIMIT_S: u32 = 180;
@@ -49,7 +50,7 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
     };
     match (what.as_str(), rest) {
         ("build", []) => {
-            images::boot_program()?;
+            images::boot_program(&[])?;
             let all = BOARDS.into_iter().chain([images::FEATURE]);
             all.into_iter().try_for_each(|board| build(board).map(|_| ()))?;
         }
@@ -58,7 +59,9 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
         ("run", rest) => run(rest)?,
         ("images", rest) => images::images(rest)?,
         ("update", []) => update::update()?,
+        ("update", [quick]) if quick == "--quick" => update::quick()?,
         ("board", []) => board()?,
+        ("iron", []) => iron()?,
         ("wrong", []) => wrong()?,
         ("fire", []) => fire()?,
         ("serve", rest) => show(&mut example("serve", rest))?,
@@ -71,9 +74,10 @@ pub fn firmware(arguments: &[String]) -> TaskResult {
 
 /// Links the program for every board, which fails if a panic can be reached; checks its size; tests
 /// the board stm32f103 in the model of its chip; compares the emulated chip with the host, and lets
-/// both extinguish a fire.
+/// both extinguish a fire. What the step `update` runs is built.
 pub fn check() -> StepResult {
     size::check()?;
+    update::build()?;
     board()?;
     fire()?;
     test(&["--seeds".into(), "2".into(), "--steps".into(), "1000".into()])?;
@@ -83,6 +87,11 @@ pub fn check() -> StepResult {
 /// Tests the program of the board stm32f103 in the model of its chip.
 fn board() -> StepResult {
     show(&mut model(&["test", "--quiet"]))
+}
+
+/// Sends that board's barrels to and fro behind every combination of lag, stiction and play.
+fn iron() -> StepResult {
+    show(&mut model(&["test", "--quiet", "--test", "iron", "--", "--ignored", "--nocapture"]))
 }
 
 /// Looks which check is the first that notices each wrong board, and prints the list where it is another one.
@@ -199,7 +208,7 @@ fn test(arguments: &[String]) -> StepResult {
     show(test.arg(&program).args(["--stack", &stack]).args(arguments))
 }
 
-/// Counts the instructions of steps and answers on the emulated chip.
+/// Counts the instructions of steps and answers on the emulated chip; fails when a step takes too many.
 fn load() -> StepResult {
     emulator()?;
     let program = build(EMULATED)?;

@@ -85,7 +85,7 @@ const TASKS: &[Task] = &[
         about: "everything a change must pass: format, lints, licences, no_std, tests, demo",
         details: "What .ci/run calls. Every step runs, even after one that failed; with names, \
                   only those: console, lock, licences, words, fmt, build, test, python, plugs, api, browser, playground, dist, \
-                  no-std, firmware, clippy, doc, website, package, model, dissector, bindings, bench, swarm, hub, demo.",
+                  no-std, firmware, clippy, doc, website, package, model, dissector, bindings, bench, update, swarm, hub, demo.",
         run: ci::ci,
     },
     Task {
@@ -212,18 +212,19 @@ const TASKS: &[Task] = &[
     Task {
         name: "firmware",
         arguments: "build | test [--seeds N] [--steps N] | load | run [OPTIONS OF lafet sim] | \
-                    images VERSION FOLDER [--key N=FILE] | update | board | wrong | fire | serve [PORT] | \
+                    images VERSION FOLDER [--key N=FILE] | update [--quick] | board | iron | wrong | fire | serve [PORT] | \
                     provision [OPTIONS]",
         about: "the monitor's program on a Cortex-M3: build it, test it on the emulated chip, run it",
         details: "build links the program for each board of firmware/, which fails when a panic \
                   can be reached. test runs it in QEMU beside the same monitor on the host, with \
                   the same inputs and requests: every answer and every output must be the same; \
                   then it lets the program crash and reads its crash data. load counts the \
-                  instructions of steps and answers while it extinguishes a fire. run serves it in \
+                  instructions of steps and answers while it extinguishes a fire, and fails when a step takes too many. run serves it in \
                   a simulated plant. images makes the bootloader of the board mps2 and signed images of \
                   its program, for lafet sim --on qemu --boot and lafet update: docs/update.md. update \
-                  updates that board over its link while lines are cut and power fails. board tests the board stm32f103 in the model of its chip, and \
-                  boards with one defect each; wrong prints which check notices each of them \
+                  updates that board over its link while lines are cut and power fails, with --quick once, as in CI. board tests the board stm32f103 in the model of its chip, and \
+                  boards with one defect each; iron sends its barrels to and fro behind every \
+                  combination of lag, stiction and play; wrong prints which check notices each of them \
                   first, where the list differs; fire extinguishes a fire with it over TCP; \
                   serve opens it at a port. provision writes the flash image of a new board: \
                   docs/board-stm32f103.md.",

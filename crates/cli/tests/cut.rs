@@ -209,7 +209,7 @@ const COMMANDS: [(&[&str], RequestId, &str); 3] = [
     (
         &["program", "run", "3", "--follow"],
         RequestId::START_QUENCH,
-        "The program of extinguishing may still run",
+        "The extinguishing program may still run",
     ),
 ];
 

@@ -305,6 +305,10 @@ mod tests {
         // Locked out, or a weak supply.
         assert_eq!(of(RequestId::MOVE, vertical, Status::DENIED, general), "§1/2");
         assert_eq!(of(RequestId::CLOSE, vertical, Status::DENIED, general), "§3.18/2");
+        // To release a lockout is no advice to who is refused just that.
+        let release = reason(RequestId::LOCKOUT, SubsystemId::ALL, Status::DENIED, general);
+        assert_eq!(release.why, text::LockedByUpdate.fixed());
+        assert_eq!(release.helps, Some(Help::Status(general)));
         assert_eq!(of(RequestId::MOVE, vertical, Status::BUSY, general), "§3.12/2");
         assert_eq!(of(RequestId::WRAP, deployer, Status::DENIED, SubsystemId::VALVE1), "§3.11/6");
         assert_eq!(of(RequestId::MOVE, SubsystemId::ALL, Status::WRONG_REQUEST, general), "§1/7");

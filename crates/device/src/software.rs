@@ -60,10 +60,14 @@ impl Updating {
     }
 
     fn hold(&mut self, data: &[u8]) {
-        if let Some(place) = self.held.get_mut(..data.len()) {
-            place.copy_from_slice(data);
-            self.held_len = data.len() as u8;
+        if data.len() > self.held.len() {
+            return;
         }
+        // `copy_from_slice` may be linked with a panic, where it is not inlined.
+        for (to, from) in self.held.iter_mut().zip(data) {
+            *to = *from;
+        }
+        self.held_len = data.len() as u8;
     }
 }
 

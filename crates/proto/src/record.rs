@@ -169,7 +169,10 @@ impl<'a> Writer<'a> {
         let place = free.get_mut(..HEADER_SIZE + data.len()).ok_or(NoRoom)?;
         let (header, place) = place.split_first_chunk_mut::<HEADER_SIZE>().ok_or(NoRoom)?;
         *header = [request.0, device.0, status.0, size];
-        place.copy_from_slice(data);
+        // `copy_from_slice` may be linked with a panic, where it is not inlined.
+        for (to, from) in place.iter_mut().zip(data) {
+            *to = *from;
+        }
         self.len += HEADER_SIZE + data.len();
         Ok(())
     }

@@ -30,6 +30,7 @@ fn main() -> ! {
     };
     match booted {
         Boot::Start { slot, header, trial } => {
+            assert!(!(cfg!(feature = "panics") && trial), "a test");
             handover::leave(&Started { slot, version: header.version, trial });
             watchdog.feed();
             jump(ADDRESS + memory.payload_of(slot))
@@ -90,8 +91,8 @@ unsafe extern "C" {
 #[unsafe(link_section = ".vector_table.interrupts")]
 static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = [unexpected; INTERRUPTS];
 
-/// The library that verifies signatures checks its indices. Were one of them wrong, the board would start again:
-/// a trial has been noted by then.
+/// The library that verifies signatures checks its indices, which `cargo xtask firmware update` lists. Were one of
+/// them wrong, the board would start again, with nothing driven: a trial has been noted by then, and ends.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     SCB::sys_reset()

@@ -8,7 +8,7 @@ use lafet_update::{Board, BoardName, Memory, Partition, PublicKey, Receiver, Rec
 
 /// The keys that images are signed with. The secret of number 15 is `test.key` beside this crate, for all
 /// to read: it is good for this emulated board only, and no other may have it in its list.
-pub const KEYS: [PublicKey; 1] = [PublicKey {
+pub const KEYS: &[PublicKey] = &[PublicKey {
     id: 15,
     bytes: [
         0xBE, 0x00, 0xDE, 0x0E, 0x95, 0x3A, 0xF9, 0x4E, 0x90, 0xC8, 0x80, 0xA9, 0xB9, 0xA2, 0xCB,
@@ -30,7 +30,7 @@ pub const fn memory<F: NorFlash>(flash: F) -> Memory<F> {
 
 /// The board, as images name it. Its name is one that a board can have, so there is one.
 pub fn board() -> Option<Board<'static>> {
-    Some(Board { name: BoardName::new(BOARD)?, keys: &KEYS })
+    Some(Board { name: BoardName::new(BOARD)?, keys: KEYS })
 }
 
 /// The side of the running program that receives.

@@ -45,6 +45,9 @@ pub trait Chip {
     fn software(&mut self) -> Option<&mut dyn Software>;
 }
 
+/// A program with the feature `panics` does so at this time of its clock, ms.
+const PANICS_MS: u32 = 5_000;
+
 const SYSTICK_CONTROL: Register = Register::at(0xE000_E010);
 const SYSTICK_RELOAD: Register = Register::at(0xE000_E014);
 const SYSTICK_VALUE: Register = Register::at(0xE000_E018);
@@ -201,6 +204,7 @@ impl<C: Chip> Board for Emulated<C> {
     fn due(&mut self) -> Option<u32> {
         match self.order()? {
             Order::Step { now_ms, .. } => {
+                assert!(!(cfg!(feature = "panics") && now_ms >= PANICS_MS), "a test");
                 self.now_ms = now_ms;
                 self.meter.start();
                 return Some(now_ms);

@@ -19,6 +19,8 @@ const TEST_KEY: (&str, &str) = ("15", "firmware/mps2/test.key");
 /// Layouts of the stored parameters that the program reads, and writes.
 const LAYOUTS: &str = "1-1";
 const SLOTS: [&str; 2] = ["a", "b"];
+/// The further feature of the program that is linked for slot B.
+pub const SLOT_B: &str = "slot-b";
 
 /// `cargo xtask firmware images VERSION FOLDER [--key N=FILE]`.
 pub fn images(arguments: &[String]) -> StepResult {
@@ -31,7 +33,7 @@ pub fn images(arguments: &[String]) -> StepResult {
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let lafet = run::program("lafet")?;
     let boot = folder.join("boot.elf");
-    std::fs::copy(boot_program()?, &boot).map_err(|e| format!("{}: {e}", boot.display()))?;
+    std::fs::copy(boot_program(&[])?, &boot).map_err(|e| format!("{}: {e}", boot.display()))?;
     let [a, b] = Programs::link(&folder, "program", &[])?.sign(&lafet, version, &key)?;
     let [boot, a, b] = [boot, a, b].map(|path| path.display().to_string());
     println!("   lafet sim --on qemu --boot {boot} --firmware {a} --flash FILE   (a new board)");
@@ -45,11 +47,15 @@ pub fn test_key() -> String {
     format!("{number}={}", root().join(file).display())
 }
 
-/// Builds the bootloader; returns the path of the ELF file.
-pub fn boot_program() -> Result<PathBuf, String> {
-    let folder = no_std::target().join("firmware/boot");
+/// Builds the bootloader with these features; returns the path of the ELF file.
+pub fn boot_program(features: &[&str]) -> Result<PathBuf, String> {
+    // With the program, so that what both need is built once.
+    let folder = no_std::target().join("firmware").join(FEATURE);
     let mut build = no_std::build(Some(&folder))?;
     build.current_dir(root().join("firmware")).args(BOOT);
+    if !features.is_empty() {
+        build.args(["--features", &features.join(",")]);
+    }
     show(&mut build)?;
     Ok(folder.join(no_std::TARGET).join("release/lafet-boot"))
 }
@@ -67,7 +73,7 @@ impl Programs {
     /// Links the program for both slots, with further features; the files have this name.
     pub fn link(folder: &Path, name: &str, features: &[&str]) -> Result<Self, String> {
         let mut files = SLOTS.map(|slot| folder.join(format!("{name}.{slot}.bin")));
-        for (file, more) in files.iter_mut().zip([&[][..], &["slot-b"]]) {
+        for (file, more) in files.iter_mut().zip([&[][..], &[SLOT_B]]) {
             let features = [&[FEATURE][..], more, features].concat().join(",");
             let program = super::build(&features)?;
             let failed =

@@ -1,37 +1,43 @@
 //! `cargo xtask firmware update`: the board mps2 is updated over its own link, with everything going wrong.
 //!
-//! Assumed are lines that are cut and spoil bytes, power that fails at any moment, and programs that hear
-//! nothing; each happens here.
+//! Assumed are lines that are cut and spoil bytes, power that fails at any moment, senders that are killed,
+//! programs that hear nothing, and programs and bootloaders that panic; each happens here.
 
+mod board;
+mod served;
+
+use std::cell::Cell;
+use std::fmt;
 use std::io::{BufRead, BufReader, Read as _};
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
+use self::board::{Board, Start};
+use self::served::Hub;
 use super::images::{self, Programs};
+use super::panics;
 use super::relay::Relay;
 use crate::elf::Elf;
-use crate::no_std;
 use crate::run::{self, StepResult, output, show};
+use crate::{demo, no_std};
 
-const PORT: u16 = 10_493;
 /// A line that has been cut is put together again after this.
 const CUT: Duration = Duration::from_secs(3);
-/// The board listens within this time: its bootloader verifies two images at most.
-const LISTENS: Duration = Duration::from_secs(60);
-/// After its start it has sensed everything within this time.
+/// After its start the board has sensed everything within this time.
 const SENSES: Duration = Duration::from_secs(20);
 /// A program that hears nothing restarts itself after 180 s of its clock, which runs this much faster.
-const SPEED: &str = "5";
+const FAST: &str = "5";
 const BACK: Duration = Duration::from_secs(240);
-/// Runs of `lafet update` until an update must have come to its end: each cut of power may cost one.
-const RUNS: usize = 8;
-/// A parameter that is set, and has to outlive everything.
+/// No run of the hub takes longer.
+const HUB_RUN: Duration = Duration::from_secs(600);
+/// Fewer bytes spoiled are no noise.
+const NOISE: u64 = 10;
+/// A parameter that is set, and has to outlive everything, as all others.
 const PROGRAM: [&str; 11] = [
     "program",
     "set",
@@ -46,29 +52,25 @@ const PROGRAM: [&str; 11] = [
     "25",
 ];
 
+/// All that can go wrong.
 pub fn update() -> StepResult {
-    super::emulator()?;
     show(&mut super::host("mps2", &["test", "--quiet"]))?;
-    let folder = no_std::target().join("firmware/update");
-    // What an earlier run has left.
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let boot = images::boot_program()?;
-    tell_size(&boot)?;
-    let bench = Bench::new(folder, boot)?;
-    let result = bench.run();
-    if result.is_ok() {
-        // 16 MiB of flash, and images; after a failure they are looked at.
-        let _ = std::fs::remove_dir_all(&bench.folder);
-    }
-    result
+    Bench::new("update", run::program("lafet")?, "20")?.run(Bench::all)
 }
 
-/// What the bootloader takes of the chip, for docs/update.md.
-fn tell_size(boot: &Path) -> StepResult {
-    let (flash, ram) = Elf::read(boot)?.memory();
+/// What CI has time for: one update, during which the cable is pulled, the power fails and its sender is killed.
+pub fn quick() -> StepResult {
+    Bench::new("update-quick", demo::program()?, "5")?.run(Bench::once)
+}
+
+/// Builds what the updates need, and looks where it can panic.
+pub fn build() -> StepResult {
+    let boot = images::boot_program(&[])?;
+    let (flash, ram) = Elf::read(&boot)?.memory();
     println!("   bootloader: {flash} bytes of flash, {ram} of RAM beside the stack");
-    Ok(())
+    panics::check("the bootloader", &boot)?;
+    panics::check("the program", &super::build(images::FEATURE)?)?;
+    super::build(&format!("{},{}", images::FEATURE, images::SLOT_B)).map(|_| ())
 }
 
 /// A moment of an update.
@@ -76,22 +78,90 @@ fn tell_size(boot: &Path) -> StepResult {
 enum At {
     /// Percent of the data are there.
     Sent(u64),
-    /// The stage has started, as `lafet update --json` names it.
+    /// The stage has started, as `lafet update --json` and the hub name it.
     Stage(&'static str),
 }
 
 impl At {
-    fn is_reached(self, line: &Value) -> bool {
+    fn is_reached(self, far: &Value) -> bool {
         match self {
             Self::Sent(percent) => {
-                let share = |name: &str| line[name].as_u64();
+                let share = |name: &str| far[name].as_u64();
                 let sent = share("done").zip(share("size"));
                 sent.is_some_and(|(done, size)| done * 100 >= percent * size)
             }
-            Self::Stage(stage) => line["stage"] == stage,
+            Self::Stage(stage) => far["stage"] == stage,
         }
     }
 }
+
+/// What happens to an update on its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mishap {
+    /// The cable is pulled for some seconds.
+    Cable,
+    /// The power of the board is cut.
+    Power,
+    /// `lafet update` is killed.
+    Sender,
+}
+
+/// What is still to happen, in this order.
+struct Course(Cell<&'static [(At, Mishap)]>);
+
+impl Course {
+    /// What happens now that the update is so far.
+    fn next(&self, far: &Value) -> Option<Mishap> {
+        let [(at, mishap), others @ ..] = self.0.get() else { return None };
+        at.is_reached(far).then(|| {
+            println!("   {mishap:?}, at {at:?}");
+            self.0.set(others);
+            *mishap
+        })
+    }
+
+    fn is_over(&self) -> bool {
+        self.0.get().is_empty()
+    }
+}
+
+impl fmt::Debug for Course {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.get().fmt(f)
+    }
+}
+
+/// Three cuts of the cable.
+const CABLE: [&[(At, Mishap)]; 3] = [
+    &[
+        (At::Sent(20), Mishap::Cable),
+        (At::Sent(60), Mishap::Cable),
+        (At::Stage("restarting"), Mishap::Cable),
+    ],
+    &[
+        (At::Sent(10), Mishap::Cable),
+        (At::Sent(50), Mishap::Cable),
+        (At::Stage("verifying"), Mishap::Cable),
+    ],
+    &[
+        (At::Sent(15), Mishap::Cable),
+        (At::Sent(70), Mishap::Cable),
+        (At::Stage("on-trial"), Mishap::Cable),
+    ],
+];
+/// What may end a run of `lafet update`.
+const POWER: &[(At, Mishap)] = &[
+    (At::Sent(15), Mishap::Power),
+    (At::Sent(35), Mishap::Sender),
+    (At::Sent(55), Mishap::Power),
+    (At::Stage("verifying"), Mishap::Power),
+    (At::Stage("committed"), Mishap::Power),
+    (At::Stage("on-trial"), Mishap::Sender),
+    (At::Stage("on-trial"), Mishap::Power),
+    (At::Stage("confirming"), Mishap::Power),
+];
+const SHORT: &[(At, Mishap)] =
+    &[(At::Sent(20), Mishap::Cable), (At::Sent(50), Mishap::Power), (At::Sent(80), Mishap::Sender)];
 
 /// Images of all versions, and what is needed to try them.
 struct Bench {
@@ -99,124 +169,197 @@ struct Bench {
     lafet: PathBuf,
     boot: PathBuf,
     programs: Programs,
+    /// What a new board has in slot A.
+    first: PathBuf,
+    /// For how long what is on trial is watched, s.
+    watch: &'static str,
+    /// Where the board listens.
+    place: SocketAddr,
+    url: String,
 }
 
 impl Bench {
-    fn new(folder: PathBuf, boot: PathBuf) -> Result<Self, String> {
-        let lafet = run::program("lafet")?;
+    fn new(name: &str, lafet: PathBuf, watch: &'static str) -> Result<Self, String> {
+        super::emulator()?;
+        let folder = no_std::target().join("firmware").join(name);
+        // What an earlier run has left.
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        build()?;
+        let boot = bootloader(&[], &folder.join("boot.elf"))?;
         let programs = Programs::link(&folder, "program", &[])?;
-        Ok(Self { folder, lafet, boot, programs })
+        let [first, _] = programs.sign(&lafet, "1.0", &images::test_key())?;
+        let place = free_place().map_err(line)?;
+        let url = format!("tcp://{place}");
+        Ok(Self { folder, lafet, boot, programs, first, watch, place, url })
+    }
+
+    fn run(&self, updates: impl FnOnce(&Self) -> StepResult) -> StepResult {
+        let result = updates(self);
+        if result.is_ok() {
+            // 16 MiB of flash, and images; after a failure they are looked at.
+            let _ = std::fs::remove_dir_all(&self.folder);
+        }
+        result
+    }
+
+    /// The board as it leaves the factory, but with a parameter set and locked out.
+    fn new_board(&self, speed: &'static str) -> Result<Board, String> {
+        let board = self.board(&self.boot, speed)?;
+        self.wrapped()?;
+        self.done(&PROGRAM)?;
+        self.done(&["lockout", "on"])?;
+        self.done(&["param", "backup", &self.params()])?;
+        self.expect("1.0.0.0", "A")?;
+        Ok(board)
+    }
+
+    fn board(&self, boot: &Path, speed: &'static str) -> Result<Board, String> {
+        Board::start(Start {
+            lafet: self.lafet.clone(),
+            boot: boot.into(),
+            first: self.first.clone(),
+            flash: self.folder.join("flash"),
+            port: self.place.port(),
+            speed,
+        })
     }
 
     fn images(&self, version: &str) -> Result<[PathBuf; 2], String> {
         self.programs.sign(&self.lafet, version, &images::test_key())
     }
 
-    fn run(&self) -> StepResult {
-        let [first, _] = self.images("1.0")?;
-        let place = SocketAddr::from(([127, 0, 0, 1], PORT));
-        let board = Board::start(self, &first, "1")?;
-        let url = format!("tcp://{place}");
-        self.wrapped(&url)?;
-        self.done(&url, &PROGRAM)?;
-        self.done(&url, &["lockout", "on"])?;
-        self.expect(&url, "1.0.0.0", "A")?;
-
-        self.over(
-            &Relay::tcp(place).map_err(line)?,
-            "1.1",
-            [At::Sent(20), At::Sent(60), At::Stage("restarting")],
-        )?;
-        self.expect(&url, "1.1.0.0", "B")?;
-
-        let noisy = Relay::serial(place).map_err(line)?;
-        self.over(&noisy, "1.2", [At::Sent(10), At::Sent(50), At::Stage("verifying")])?;
-        let spoiled = noisy.spoiled();
-        if spoiled < 10 {
-            return Err(format!("the line has spoiled {spoiled} bytes: that is no noise"));
-        }
-        println!("   over a line that has spoiled {spoiled} bytes");
-        // The port of the chip takes one connection.
-        drop(noisy);
-        self.expect(&url, "1.2.0.0", "A")?;
-
-        let board = self.without_power(board, &url, &first)?;
-        self.expect(&url, "1.3.0.0", "B")?;
-
-        board.cut_power()?;
-        let _board = Board::start(self, &first, SPEED)?;
-        self.dead_link(&url)?;
-        self.expect(&url, "1.3.0.0", "B")
+    fn once(&self) -> StepResult {
+        let mut board = self.new_board(FAST)?;
+        let cable = Relay::tcp(self.place).map_err(line)?;
+        self.disturbed(&cable.url, "1.1", SHORT, &mut board, Some(&cable))?;
+        self.expect("1.1.0.0", "B")
     }
 
-    /// An update in one go, over a line that is cut at these moments.
-    fn over<const N: usize>(&self, relay: &Relay, version: &str, cuts: [At; N]) -> StepResult {
+    fn all(&self) -> StepResult {
+        let mut board = self.new_board("1")?;
+        let [tcp, serial, hub] = CABLE;
+
+        let cable = Relay::tcp(self.place).map_err(line)?;
+        self.disturbed(&cable.url, "1.1", tcp, &mut board, Some(&cable))?;
+        self.expect("1.1.0.0", "B")?;
+
+        let cable = Relay::serial(self.place).map_err(line)?;
+        self.disturbed(&cable.url, "1.2", serial, &mut board, Some(&cable))?;
+        is_noisy(cable)?;
+        self.expect("1.2.0.0", "A")?;
+
+        let cable = Relay::serial(self.place).map_err(line)?;
+        self.by_hub(&cable, "1.3", hub)?;
+        is_noisy(cable)?;
+        self.expect("1.3.0.0", "B")?;
+
+        self.disturbed(&self.url, "1.4", POWER, &mut board, None)?;
+        self.expect("1.4.0.0", "A")?;
+        drop(board);
+
+        let board = self.board(&self.boot, FAST)?;
+        self.gone_back("dead-link", "1.5")?;
+        self.gone_back("panics", "1.6")?;
+        let crash = self.value(&["crash"])?;
+        if crash["fault"].is_null() {
+            return Err(format!("a panic has left no record: {crash}"));
+        }
+        drop(board);
+        self.bootloader_panics("1.7")
+    }
+
+    /// An update by `lafet update`, on whose way all this happens. Cuts of the cable end none; after all else the
+    /// same command goes on.
+    fn disturbed(
+        &self,
+        url: &str,
+        version: &str,
+        course: &'static [(At, Mishap)],
+        board: &mut Board,
+        cable: Option<&Relay>,
+    ) -> StepResult {
         let images = self.images(version)?;
-        let mut left = cuts.as_slice();
-        let updated = self.update(&relay.url, &images, |line| {
-            if let [at, others @ ..] = left
-                && at.is_reached(line)
-            {
-                println!("   the line is cut: {at:?}");
-                relay.cut(CUT);
-                left = others;
-            }
-            Ok(())
-        })?;
-        updated.succeeded()?;
-        if left.is_empty() { Ok(()) } else { Err(format!("never reached: {left:?}")) }
-    }
-
-    /// An update during which the power is cut at one moment after the other.
-    fn without_power(&self, board: Board, url: &str, first: &Path) -> Result<Board, String> {
-        let images = self.images("1.3")?;
-        let cuts = [
-            At::Sent(15),
-            At::Sent(55),
-            At::Stage("verifying"),
-            At::Stage("committed"),
-            At::Stage("on-trial"),
-            At::Stage("confirming"),
-        ];
-        let (mut left, mut board) = (cuts.as_slice(), Some(board));
-        for _ in 0..RUNS {
-            let updated = self.update(url, &images, |line| {
-                let [at, others @ ..] = left else { return Ok(()) };
-                if at.is_reached(line) {
-                    println!("   the power is cut: {at:?}");
-                    left = others;
-                    if let Some(running) = board.take() {
-                        running.cut_power()?;
-                    }
-                    board = Some(Board::start(self, first, "1")?);
+        let runs = match course.iter().filter(|(_, mishap)| *mishap != Mishap::Cable).count() {
+            0 => 1,
+            ending => ending + 2,
+        };
+        let left = Course(Cell::new(course));
+        let mut last = Updated::default();
+        for _ in 0..runs {
+            last = self.update(url, &images, |far, sender| match left.next(far) {
+                None => Ok(()),
+                Some(Mishap::Cable) => {
+                    let cable = cable.ok_or("this line cannot be cut")?;
+                    cable.cut(CUT);
+                    Ok(())
                 }
-                Ok(())
+                Some(Mishap::Power) => board.cut_power(),
+                Some(Mishap::Sender) => sender.kill().map_err(|e| format!("lafet update: {e}")),
             })?;
-            if left.is_empty() && updated.code == Some(0) {
-                return board.ok_or_else(|| "the board does not run".to_owned());
+            if left.is_over() && last.code == Some(0) {
+                return Ok(());
             }
-            println!("   once more, after: {}", updated.said.trim());
+            println!("   once more, after: {}", last.said.trim());
         }
-        Err(format!("not updated in {RUNS} runs; left: {left:?}"))
+        Err(format!("not updated to {version}; what did not happen: {left:?}; {last:?}"))
     }
 
-    /// An image that hears nothing is tried, and gone back from.
-    fn dead_link(&self, url: &str) -> StepResult {
-        let dead = Programs::link(&self.folder, "dead-link", &["dead-link"])?;
-        let images = dead.sign(&self.lafet, "1.4", &images::test_key())?;
-        let updated = self.update(url, &images, |_| Ok(()))?;
-        if updated.code == Some(0) || !updated.stages.iter().any(|stage| stage == "restarting") {
-            return Err(format!("a dead link: {updated:?}"));
+    /// An update by a hub whose cable is cut.
+    fn by_hub(&self, cable: &Relay, version: &str, course: &'static [(At, Mishap)]) -> StepResult {
+        let hub = Hub::start(self.lafet_alone(), &self.folder.join("hub"), &cable.url)?;
+        let images = self.images(version)?;
+        let digests = images.iter().map(|it| hub.store(it)).collect::<Result<Vec<_>, _>>()?;
+        let wanted = json!({ "images": digests, "pace": 100 }).to_string();
+        hub.ask("POST", "/api/updates", wanted.as_bytes())?;
+        let (left, end) = (Course(Cell::new(course)), Instant::now() + HUB_RUN);
+        loop {
+            let updates = hub.ask("GET", "/api/updates", &[])?;
+            let run = &updates["run"];
+            if left.next(&run["monitors"][0]).is_some() {
+                cable.cut(CUT);
+            }
+            match run["state"].as_str() {
+                Some("running") if Instant::now() < end => thread::park_timeout(served::LOOK),
+                Some("done") if left.is_over() => break,
+                _ => return Err(format!("by the hub, without {left:?}: {run}")),
+            }
         }
-        println!("   {}", updated.said.trim());
+        println!("   the hub has sent it");
+        Ok(())
+    }
+
+    /// An image whose program was built with this feature is tried, and gone back from.
+    fn gone_back(&self, feature: &str, version: &str) -> StepResult {
+        let programs = Programs::link(&self.folder, feature, &[feature])?;
+        let images = programs.sign(&self.lafet, version, &images::test_key())?;
+        self.is_not_kept(&images, feature)
+    }
+
+    /// A bootloader that panics at an image on trial does so once.
+    fn bootloader_panics(&self, version: &str) -> StepResult {
+        let boot = bootloader(&["panics"], &self.folder.join("panics.elf"))?;
+        let _board = self.board(&boot, FAST)?;
+        self.is_not_kept(&self.images(version)?, "a bootloader that panics")
+    }
+
+    /// These images are tried, and the version that ran before runs again.
+    fn is_not_kept(&self, images: &[PathBuf], what: &str) -> StepResult {
+        let updated = self.update(&self.url, images, |_, _| Ok(()))?;
+        if updated.code == Some(0) || !updated.stages.iter().any(|stage| stage == "restarting") {
+            return Err(format!("{what}: {updated:?}"));
+        }
+        println!("   {what}: {}", updated.said.trim());
         let end = Instant::now() + BACK;
         while Instant::now() < end {
-            match self.state(url) {
-                Ok(state) if state["last_trial_failed"] == true => return Ok(()),
+            match self.value(&["update", "--state"]) {
+                Ok(state) if state["last_trial_failed"] == true => {
+                    return self.expect("1.4.0.0", "A");
+                }
                 _ => thread::park_timeout(Duration::from_secs(1)),
             }
         }
-        Err(format!("the old image does not answer after {} s", BACK.as_secs()))
+        Err(format!("{what}: the old image does not answer after {} s", BACK.as_secs()))
     }
 
     /// Runs `lafet update` to its end; each line of its output is looked at.
@@ -224,10 +367,11 @@ impl Bench {
         &self,
         url: &str,
         images: &[PathBuf],
-        mut look: impl FnMut(&Value) -> StepResult,
+        mut look: impl FnMut(&Value, &mut Child) -> StepResult,
     ) -> Result<Updated, String> {
         let mut command = self.lafet(url);
-        command.args(["--json", "--timeout", "0.5", "update", "--pace", "100"]).args(images);
+        command.args(["--json", "--timeout", "0.5", "update", "--pace", "100"]);
+        command.args(["--watch", self.watch]).args(images);
         let failed = |e: std::io::Error| format!("lafet update: {e}");
         let mut child =
             command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(failed)?;
@@ -244,65 +388,97 @@ impl Bench {
         for line in child.stdout.take().into_iter().flat_map(|it| BufReader::new(it).lines()) {
             let line: Value = serde_json::from_str(&line.map_err(failed)?).unwrap_or_default();
             updated.stages.extend(line["stage"].as_str().map(str::to_owned));
-            looked = looked.and_then(|()| look(&line));
+            looked = looked.and_then(|()| look(&line, &mut child));
         }
         updated.code = child.wait().map_err(failed)?.code();
         updated.said = said.and_then(|said| said.join().ok()).unwrap_or_default();
         looked.map(|()| updated)
     }
 
-    /// The version and the slot that run, confirmed; the parameter and the lockout as they were.
-    fn expect(&self, url: &str, version: &str, slot: &str) -> StepResult {
-        let state = self.state(url)?;
+    /// The version and the slot that run, confirmed; the parameters and the lockout as they were.
+    fn expect(&self, version: &str, slot: &str) -> StepResult {
+        let state = self.value(&["update", "--state"])?;
         let is = (&state["version"], &state["slot"], &state["on_trial"]);
         if is != (&version.into(), &slot.into(), &false.into()) {
             return Err(format!("{version} in slot {slot}, confirmed, was awaited: {state}"));
         }
-        let general = self.value(url, &["status", "general"])?;
+        let general = self.value(&["status", "general"])?;
         if !general.to_string().contains("LockedOut") {
             return Err(format!("the lockout is lost: {general}"));
         }
-        let program = self.value(url, &["param", "get", "control", "Program3"])?;
+        let program = self.value(&["param", "get", "control", "Program3"])?;
         if program["values"][6] != 25 {
             return Err(format!("a parameter is lost: {program}"));
         }
+        // Fails if there is a difference.
+        self.value(&["param", "diff", &self.params()])?;
         println!("   {version} in slot {slot}, locked out, with its parameters");
         Ok(())
     }
 
-    fn state(&self, url: &str) -> Result<Value, String> {
-        self.value(url, &["update", "--state"])
+    /// All parameters as they were at first.
+    fn params(&self) -> String {
+        self.folder.join("params.toml").display().to_string()
     }
 
-    fn value(&self, url: &str, words: &[&str]) -> Result<Value, String> {
-        let printed = output(self.lafet(url).arg("--json").args(words))?;
+    fn value(&self, words: &[&str]) -> Result<Value, String> {
+        let printed = output(self.lafet(&self.url).arg("--json").args(words))?;
         serde_json::from_str(printed.trim()).map_err(|e| format!("{words:?}: {e}: {printed}"))
     }
 
     /// In standby: right after its start a monitor does not know yet that everything is closed.
-    fn wrapped(&self, url: &str) -> StepResult {
+    fn wrapped(&self) -> StepResult {
         let end = Instant::now() + SENSES;
         loop {
-            match self.done(url, &["wrap"]) {
+            match self.done(&["wrap"]) {
                 Err(_) if Instant::now() < end => thread::park_timeout(Duration::from_secs(1)),
                 result => return result,
             }
         }
     }
 
-    fn done(&self, url: &str, words: &[&str]) -> StepResult {
-        output(self.lafet(url).args(words)).map(|_| ())
+    fn done(&self, words: &[&str]) -> StepResult {
+        output(self.lafet(&self.url).args(words)).map(|_| ())
     }
 
     fn lafet(&self, url: &str) -> Command {
+        let mut command = self.lafet_alone();
+        command.args(["-c", url]);
+        command
+    }
+
+    /// `lafet` in English, apart from what the user of this task has noted.
+    fn lafet_alone(&self) -> Command {
         let mut command = Command::new(&self.lafet);
         for name in ["LAFET_CONNECT", "LC_ALL", "LC_MESSAGES", "LANG"] {
             command.env_remove(name);
         }
         command.env("XDG_STATE_HOME", self.folder.join("state"));
-        command.args(["--lang", "en", "-c", url]);
+        command.args(["--lang", "en"]);
         command
     }
+}
+
+/// The bootloader with these features, in a file of its own: all of them are built with one name.
+fn bootloader(features: &[&str], file: &Path) -> Result<PathBuf, String> {
+    let built = images::boot_program(features)?;
+    std::fs::copy(built, file).map_err(|e| format!("{}: {e}", file.display()))?;
+    Ok(file.into())
+}
+
+/// Fails if the line has spoiled nothing. The port of the chip takes one connection: it is given back.
+fn is_noisy(cable: Relay) -> StepResult {
+    let spoiled = cable.spoiled();
+    println!("   over a line that has spoiled {spoiled} bytes");
+    match spoiled {
+        NOISE.. => Ok(()),
+        _ => Err(format!("the line has spoiled {spoiled} bytes: that is no noise")),
+    }
+}
+
+/// A place where nothing listens now.
+fn free_place() -> std::io::Result<SocketAddr> {
+    TcpListener::bind("127.0.0.1:0")?.local_addr()
 }
 
 fn line(error: std::io::Error) -> String {
@@ -317,70 +493,26 @@ struct Updated {
     said: String,
 }
 
-impl Updated {
-    fn succeeded(&self) -> StepResult {
-        if self.code == Some(0) { Ok(()) } else { Err(format!("not updated: {self:?}")) }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mishaps_come_once_and_in_order() {
+        let left = Course(Cell::new(SHORT));
+        let sent = |done: u64| json!({ "stage": "sending", "done": done, "size": 1000 });
+        assert_eq!(left.next(&json!({ "stage": "sending", "done": null, "size": null })), None);
+        assert_eq!(left.next(&sent(199)), None);
+        // One at a time, however far it is.
+        assert_eq!(left.next(&sent(900)), Some(Mishap::Cable));
+        assert_eq!(left.next(&sent(499)), None);
+        assert_eq!(left.next(&sent(500)), Some(Mishap::Power));
+        assert!(!left.is_over());
+        assert_eq!(left.next(&sent(1000)), Some(Mishap::Sender));
+        assert!(left.is_over());
+        assert_eq!(left.next(&sent(1000)), None);
+        let stages = Course(Cell::new(&[(At::Stage("verifying"), Mishap::Cable)]));
+        assert_eq!(stages.next(&sent(1000)), None);
+        assert_eq!(stages.next(&json!({ "stage": "verifying" })), Some(Mishap::Cable));
     }
-}
-
-/// The emulated board, for as long as this lives.
-struct Board {
-    sim: Child,
-    qemu: u32,
-}
-
-impl Board {
-    /// Starts it with the flash of the bench, which has the first image when it is new.
-    fn start(bench: &Bench, first: &Path, speed: &str) -> Result<Self, String> {
-        let mut sim = Command::new(&bench.lafet);
-        sim.args(["--lang", "en", "sim", "--on", "qemu", "--speed", speed]);
-        sim.arg("--boot").arg(&bench.boot).arg("--firmware").arg(first);
-        sim.arg("--flash").arg(bench.folder.join("flash"));
-        sim.args(["--listen", &format!("tcp://127.0.0.1:{PORT}")]);
-        let failed = |e: std::io::Error| format!("the board: {e}");
-        let mut sim = sim.stdout(Stdio::piped()).spawn().map_err(failed)?;
-        let (said, listens) = mpsc::channel();
-        let lines = sim.stdout.take();
-        thread::spawn(move || {
-            for line in lines.into_iter().flat_map(|it| BufReader::new(it).lines()) {
-                let Ok(line) = line else { break };
-                println!("   board: {line}");
-                // After the first line nothing waits.
-                let _ = said.send(());
-            }
-        });
-        let mut board = Self { sim, qemu: 0 };
-        listens.recv_timeout(LISTENS).map_err(|_| "the board does not start".to_owned())?;
-        board.qemu = child_of(board.sim.id()).ok_or("the board has no emulator")?;
-        Ok(board)
-    }
-
-    /// Its power is gone at once, whatever it is at.
-    fn cut_power(mut self) -> StepResult {
-        output(Command::new("kill").args(["-KILL", &self.qemu.to_string()]))?;
-        // It has lost its chip.
-        self.sim.wait().map(|_| ()).map_err(|e| format!("the board: {e}"))
-    }
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        if self.sim.try_wait().is_ok_and(|ended| ended.is_some()) {
-            return;
-        }
-        // SIGTERM, so that the emulator ends too.
-        let _ = output(Command::new("kill").args(["-TERM", &self.sim.id().to_string()]));
-        let _ = self.sim.wait();
-    }
-}
-
-/// The process that this one has started.
-fn child_of(parent: u32) -> Option<u32> {
-    let processes = std::fs::read_dir("/proc").ok()?.flatten();
-    let mut ids = processes.filter_map(|it| it.file_name().to_str()?.parse::<u32>().ok());
-    ids.find(|id| {
-        let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
-        let fields = stat.rsplit_once(')').map_or("", |(_, fields)| fields);
-        fields.split_whitespace().nth(1).and_then(|it| it.parse().ok()) == Some(parent)
-    })
 }

@@ -1,6 +1,7 @@
 //! `lafet lockout`, `restart`, `crash`.
 
 use clap::{Args, ValueEnum};
+use lafet_client::Saved;
 use lafet_proto::answer::Reply;
 use lafet_proto::crash::Context;
 use lafet_proto::request::Body;
@@ -10,7 +11,7 @@ use lafet_texts::cli as text;
 use serde_json::{Map, Value, json};
 
 use super::motion::simple;
-use super::param::{failed_to_save, saved_text};
+use super::param::failed_to_save;
 use crate::cli::Global;
 use crate::connect::Connection;
 use crate::exchange;
@@ -55,14 +56,25 @@ pub async fn run_lockout(args: LockoutArgs, global: &Global, out: &mut Out) -> O
     // A lockout is repeated as a Stop is; its release never is.
     let (answers, saved) =
         if on { insist(&request.to_string(), lock).await? } else { lock().await? };
-    let what = text::CrashMemory.str(current());
     let answered = exchange::text(request.to, &answers);
-    out.show(format!("{answered}\n{what}: {}.", saved_text(saved)), || {
+    out.show(format!("{answered}\n{}", stored_text(on, saved)), || {
         let mut json = exchange::json(&request, &answers);
         json["saved"] = json!(saved.name());
         json
     })?;
     failed_to_save(saved)
+}
+
+/// What the next start will find. A release is sent once, so the monitor cannot say later that it is stored.
+fn stored_text(on: bool, saved: Saved) -> &'static str {
+    match (on, saved) {
+        (true, Saved::Stored) => text::LockoutStored.str(current()),
+        (true, Saved::Unconfirmed) => text::LockoutUnconfirmed.str(current()),
+        (true, Saved::WriteFailed) => text::LockoutNotStored.str(current()),
+        (false, Saved::Stored) => text::ReleaseStored.str(current()),
+        (false, Saved::Unconfirmed) => text::ReleaseUnconfirmed.str(current()),
+        (false, Saved::WriteFailed) => text::ReleaseNotStored.str(current()),
+    }
 }
 
 /// Runs `lafet restart`.

@@ -113,20 +113,17 @@ fn cases() -> Vec<Case> {
             "The barrel may still move",
         ),
         Case { endless: true, ..case(&["justify"], "The barrel may still move") },
-        Case { endless: true, ..case(follow, "The program of extinguishing may still run") },
-        Case { endless: true, ..case(followed, "The program of extinguishing may still run") },
+        Case { endless: true, ..case(follow, "The extinguishing program may still run") },
+        Case { endless: true, ..case(followed, "The extinguishing program may still run") },
         Case {
             reads: 1,
             endless: true,
-            ..case(
-                &["program", "run", "3", "--follow"],
-                "The program of extinguishing may still run",
-            )
+            ..case(&["program", "run", "3", "--follow"], "The extinguishing program may still run")
         },
         Case { brief: true, ..case(&["move", "vertical", "20deg", "--no-wait"], "Vertical may") },
         Case { brief: true, ..case(&["open", "--no-wait"], "Valve1 may be open") },
-        Case { brief: true, ..case(quench, "The program of extinguishing may") },
-        Case { brief: true, ..case(path, "The program of extinguishing may") },
+        Case { brief: true, ..case(quench, "The extinguishing program may") },
+        Case { brief: true, ..case(path, "The extinguishing program may") },
         Case { reads: 1, brief: true, ..case(&["program", "run", "3"], "The program of ext") },
         Case {
             // A state, the limits, a state; then limits are switched off, taken and switched on.

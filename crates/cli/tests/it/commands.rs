@@ -211,12 +211,15 @@ fn limits() {
 #[test]
 fn service() {
     let sim = Sim::start(FAST);
-    assert!(sim.done(&["lockout", "on"]).out.ends_with("memory: stored.\n"));
+    assert!(sim.done(&["lockout", "on"]).out.contains("The lockout is stored: "));
     assert!(sim.flags("general").contains(&"LockedOut".to_owned()));
     let run = sim.run(&["deploy"]);
     assert_eq!(run.code, 1);
     assert!(run.err.contains("General") && run.err.contains("lafet lockout off"), "{run:?}");
-    sim.done(&["lockout", "off"]);
+    let run = sim.done(&["lockout", "off"]);
+    assert!(run.out.contains("The monitor is released. It stores that within a moment"), "{run:?}");
+    let run = sim.done(&["--lang", "ru", "lockout", "off"]);
+    assert!(run.out.contains("Снятие записано"), "{run:?}");
     sim.done(&["restart"]);
     assert_eq!(sim.value(&["crash"]), json!({ "fault": null }));
     assert!(!sim.flags("general").contains(&"LockedOut".to_owned()));

@@ -261,6 +261,8 @@ fn a_trial_is_confirmed_by_the_next_one() {
     assert_eq!((&trial["version"], &trial["on_trial"]), (&json!("1.1.0.0"), &json!(true)));
     let run = sim.done(&["update", "--state"]);
     assert!(run.out.contains("on trial: unless"), "{run:?}");
+    let run = sim.run(&["lockout", "off"]);
+    assert!(run.code == 1 && run.err.contains("An update keeps the monitor locked out"), "{run:?}");
     // The monitor at the simulator's own URL has no note, then half of one.
     let run = sim.run(&["update", &image, "--watch", "5"]);
     assert!(run.code == 1 && run.err.contains("not sent from here"), "{run:?}");

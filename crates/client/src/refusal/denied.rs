@@ -57,6 +57,11 @@ impl Denied<'_> {
             let (why, remedy) = (text::LockedOut.fixed(), text::LockedOutRemedy.fixed());
             helped("§3.18/2", why, remedy, Help::ReleaseLockout)
         };
+        // Nothing else keeps a lockout from being released (docs/update.md).
+        if self.request == RequestId::LOCKOUT {
+            let why = text::LockedByUpdate.fixed();
+            return helped("§3.18/2", why, text::LockedByUpdateRemedy.fixed(), general);
+        }
         if !self.request.needs_supply()
             || self.has(SubsystemId::GENERAL, GeneralFlags::LOCKED_OUT.bits())
         {

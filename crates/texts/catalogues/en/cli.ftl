@@ -295,7 +295,12 @@ audit-good = { $entries } entries, none changed, none missing up to the last one
 audit-changed = Entry { $bad } is not as written: it was changed, or an entry before it was removed.
 
 # cmd/service.rs
-crash-memory = Non-volatile memory
+lockout-stored = The lockout is stored: after each restart and loss of power the monitor is locked out, until it is released.
+lockout-unconfirmed = The lockout is in force. The monitor has not reported it as stored, so a loss of power may end it: send it once more.
+lockout-not-stored = The lockout is in force and not stored: the next restart ends it.
+release-stored = The release is stored: after a restart the monitor is not locked out.
+release-unconfirmed = The monitor is released. It stores that within a moment and does not report it: if its power fails before, it starts locked out, and has to be released once more.
+release-not-stored = The monitor is released, and that is not stored: after the next restart it is locked out again.
 no-crash-data = No crash data.
 no-hardware-fault = No hardware fault is recorded.
 unknown-bits = bits that are not known
@@ -429,7 +434,7 @@ update-site-not-ready =
     { $lines }
 update-site-no-general = General does not answer with its state. See `lafet doctor`.
 update-site-program = A program runs: end it (`lafet stop control`).
-update-site-search = A search or an adjustment runs: end it (`lafet stop detector`).
+update-site-search = A search or an alignment runs: end it (`lafet stop detector`).
 update-site-newer = It runs { $version }, which is newer than the image. The monitor takes an older one only while the button at its board is pressed: update it alone.
 update-site-beside-locked = Zone { $zone }: { $id } serves it too and is locked out. Two monitors of a zone are not taken out of service at once: release { $id } first.
 update-site-beside-silent = Zone { $zone }: { $id } serves it too, and it is not known that it is in service. { $error }
@@ -824,7 +829,7 @@ lines-left-out = Lines left out here, because they were not read in time: { $cou
 # undo.rs
 interrupted-while = Interrupted: { $words }
 risk-barrel = the barrel may still move
-risk-program = the program of extinguishing may still run, and the barrel may still move
+risk-program = the extinguishing program may still run, and the barrel may still move
 risk-valve-moves = { $valve } may still open or close
 risk-drives = { $drives } may still move
 risk-valves-open = { $valves } may be open, and water may flow

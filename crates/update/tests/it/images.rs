@@ -1,7 +1,9 @@
 //! Headers: what they say comes back, and nothing else does.
 
-use crate::bench::{KEYS, board, fields, image, payload, signed};
-use lafet_update::{BoardName, Header, Layouts, Refusal, Slot, Version};
+use crate::bench::{Chip, KEYS, board, fields, image, payload, signed};
+use lafet_update::{
+    Board, BoardName, Header, Layouts, PublicKey, Refusal, SigningKey, Slot, Version,
+};
 
 /// What was signed is read, every field of it.
 #[test]
@@ -39,6 +41,66 @@ fn a_flipped_bit_is_found() {
         assert!(Header::check(&raw, &board(), 0).is_err(), "bit {bit}");
     }
     assert!(Header::check(&image.raw, &board(), 0).is_ok());
+}
+
+/// Points of the curve, of a small order and none, by their bytes.
+fn point(dice: &Chip<8, 256>) -> [u8; 32] {
+    let of = |first: u8, others: u8, last: u8| {
+        let mut bytes = [others; 32];
+        (bytes[0], bytes[31]) = (first, last);
+        bytes
+    };
+    match dice.random() % 12 {
+        0 => of(0, 0, 0),
+        1 => of(1, 0, 0x80),
+        2 => of(0xEC, 0xFF, 0x7F),
+        3 => of(0xED, 0xFF, 0xFF),
+        4 => scalar(dice),
+        _ => SigningKey::new(0, std::array::from_fn(|_| dice.random() as u8)).public().bytes,
+    }
+}
+
+/// Numbers at the edges of the order of the curve, of long runs of ones and zeros, of one pattern, and others.
+fn scalar(dice: &Chip<8, 256>) -> [u8; 32] {
+    const ORDER: [u8; 32] = [
+        0xED, 0xD3, 0xF5, 0x5C, 0x1A, 0x63, 0x12, 0x58, 0xD6, 0x9C, 0xF7, 0xA2, 0xDE, 0xF9, 0xDE,
+        0x14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x10,
+    ];
+    let pattern = dice.random() as u8;
+    let mut bytes = match dice.random() % 6 {
+        0 => {
+            let mut bytes = ORDER;
+            bytes[0] = 0xEB + pattern % 4;
+            return bytes;
+        }
+        1 => std::array::from_fn(|_| if dice.random().is_multiple_of(2) { 0xFF } else { 0 }),
+        2 => [pattern; 32],
+        3 => [0; 32],
+        _ => std::array::from_fn(|_| dice.random() as u8),
+    };
+    // Below the order, but for the last ones: others are refused before anything is multiplied.
+    bytes[31] &= if pattern.is_multiple_of(16) { 0xFF } else { 0x0F };
+    bytes
+}
+
+/// Whatever the key and the signature are, the check ends and says that it is wrong: where this is built, the library
+/// that verifies panics at an index that is out of range and at a sum that overflows.
+#[test]
+fn any_signature_is_judged() {
+    let dice = Chip::new(1, 7);
+    let mut raw = image(2, 16).raw;
+    for round in 0..3_000 {
+        let key = PublicKey { id: 0, bytes: point(&dice) };
+        let keyed = Board { name: board().name, keys: &[key] };
+        // Version and digest: what is signed.
+        for place in (16..24).chain(64..96) {
+            raw[place] = dice.random() as u8;
+        }
+        raw[96..128].copy_from_slice(&point(&dice));
+        raw[128..].copy_from_slice(&scalar(&dice));
+        let judged = Header::check(&raw, &keyed, 0);
+        assert_eq!(judged, Err(Refusal::Signature), "round {round}: {key:?} {raw:02x?}");
+    }
 }
 
 #[test]

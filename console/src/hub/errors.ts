@@ -45,7 +45,7 @@ export function ofStatus(status: number): ApiError {
 export const NOT_LINKED: ApiError = {
   code: 'not_linked',
   en: 'No connection to the hub: the command was not sent.',
-  ru: 'Нет связи с центром управления: команда не отправлена.',
+  ru: 'Нет связи с сервером: команда не отправлена.',
 };
 
 export const REPLAYED: ApiError = {

@@ -498,7 +498,7 @@ mod tests {
             (
                 "[tls]\ncert = \"c\"\nkey = \"k\"\nclient_roles = { a = \"boss\" }",
                 "`boss` is not one of `observer`, `operator`",
-                "`boss` — не то; возможно: `observer`",
+                "`boss` здесь недопустимо; возможно: `observer`",
             ),
             ("monitor = 1", "where a list", "нужно: список"),
             ("[server", "TOML: unclosed table", "TOML: заголовок не закрыт; нужно: `]`."),

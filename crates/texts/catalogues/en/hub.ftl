@@ -45,9 +45,9 @@ alarm-recordings-cause = It cannot be made, read or written: a path that is wron
 alarm-recordings-consequence = Nothing is recorded around alarms and on demand; everything else goes on.
 alarm-recordings-remedy = Correct folder in [recording], or its rights, mount or free its disk; it is tried again each minute and for each recording.
 alarm-disk = The disk of the hub's state is almost full.
-alarm-disk-low-cause = Less than 500 MB are free, or less than 5 % of a disk of up to 100 GB; Users → Hub shows what takes room.
+alarm-disk-low-cause = Less than 500 MB are free, or less than 5 % of the disk and 5 GB; Users → Hub shows what takes space.
 alarm-disk-consequence = When it is full, the audit log, events and history wait in memory and are lost if the hub ends.
-alarm-disk-remedy = Make room: remove recordings or what other programs have left, or shorten what is kept in hub.toml.
+alarm-disk-remedy = Make room: remove recordings or what other programs have left, or shorten the times of storage in hub.toml.
 alarm-certificate = The certificate of the hub ends within 30 days, or has ended.
 alarm-certificate-cause = It was not replaced in time.
 alarm-certificate-consequence = Browsers and programs refuse to connect to the hub once it has ended.
@@ -145,7 +145,7 @@ upload-too-large = The file is too large; at most { $megabytes } MiB.
 shelve-range = It takes a reason of 1…{ $reason_max } characters and 1…{ $shelve_max_min } minutes.
 reason-control = A reason has no line breaks and no other control characters.
 times-wrong = from_ms must not be after to_ms, nor either after { $time_max_ms }.
-no-password = Only who has logged in with a password has one.
+no-password = Only a user who has logged in with a password has one.
 sim-at-or-name = Give at or name.
 sim-out-of-range = { $name } = { $value } is out of range: { $from }…{ $to }.
 subscribed-too-many = At most { $subscribed_max } monitors; without a list, all of them.
@@ -162,7 +162,7 @@ check-obstacles = The planner of the zones takes at most { $most } tanks and wal
 clock-stepped = The clock was changed by { $by_s } s, or the machine was asleep.
 
 # Requests.
-only-set-param = Only SetParam is waited for.
+only-set-param = `save` is for SetParam only.
 request-too-long = The request is too long.
 bus-controller-own = This is the bus controller's own.
 
@@ -248,7 +248,7 @@ check-url-remedy = Write tcp://HOST:PORT?addr=1, udp://… or serial:///dev/ttyU
 check-host-name = `{ $name }` is no name.
 check-host-name-remedy = Write the name alone: hub.site.example, without http:// and port.
 check-origin = `{ $text }` is no origin.
-check-origin-remedy = Write https://NAME or https://NAME:PORT, without a path; * is not there.
+check-origin-remedy = Write https://NAME or https://NAME:PORT, without a path; * is not allowed.
 check-keep-out-name = The name of keep-out “{ $name }” cannot be used.
 check-keep-out-name-remedy = Give each keep-out a name of its own with 1…{ $most } characters.
 check-keep-out-angles = Keep-out “{ $name }” is no sector.
@@ -423,7 +423,7 @@ postgres-sslmode = sslmode={ $other } is unknown.
 postgres-sslmode-remedy = Write disable, allow, prefer, require, verify-ca or verify-full.
 postgres-address = This is no address of PostgreSQL.
 postgres-address-remedy = Write postgres://USER:PASSWORD@HOST/DATABASE, or leave url out for SQLite.
-postgres-verify-by-what = The server is to be verified, but not by what.
+postgres-verify-by-what = The server is to be verified, but nothing is given to verify it by.
 postgres-verify-by-what-remedy = Add sslrootcert=FILE (the certificate that signs it), or sslrootcert=system.
 postgres-system-not-full = sslrootcert=system without verify-full: anyone can get such a certificate.
 postgres-verify-full-remedy = Write sslmode=verify-full.
@@ -604,7 +604,7 @@ updates-rights-lost = Ended: the rights of { $user } have ended.
 updates-hub-ends = Ended: the hub ends.
 updates-monitor-replaced = Ended: the hub has other monitors now.
 updates-zone-alarm = Ended: zone { $zone } is not quiet any more.
-updates-failed-at = { $monitor } was not updated; those behind it are as they were.
+updates-failed-at = { $monitor } was not updated; those after it are as they were.
 updates-broken = Ended by a fault of the hub: its log says which.
 
 # Updates: events.

@@ -45,7 +45,7 @@ alarm-recordings-cause = Её нельзя создать, прочесть ил
 alarm-recordings-consequence = При тревогах и по запросу ничего не записывается; остальное работает.
 alarm-recordings-remedy = Исправьте folder в [recording] или права, подключите или освободите диск; попытка повторяется раз в минуту и при каждой записи.
 alarm-disk = Диск с данными сервера объекта почти заполнен.
-alarm-disk-low-cause = Свободно меньше 500 МБ или меньше 5 % диска объёмом до 100 ГБ; что занимает место, показывает страница «Пользователи», вкладка «Сервер».
+alarm-disk-low-cause = Свободно меньше 500 МБ либо меньше 5 % диска и 5 ГБ; что занимает место, показывает страница «Пользователи», вкладка «Сервер».
 alarm-disk-consequence = Когда он заполнится, журнал аудита, события и история будут ждать в памяти и пропадут при завершении программы.
 alarm-disk-remedy = Освободите место: удалите записи обмена или то, что оставили другие программы, либо сократите сроки хранения в hub.toml.
 alarm-certificate = Сертификат сервера объекта истекает в ближайшие 30 дней или уже истёк.
@@ -65,7 +65,7 @@ alarm-chain-remedy = Сохраните копию папки для рассл�
 alarm-state = Потеряны файлы состояния.
 alarm-state-cause = Файлы в папке сервера объекта удалены, заменены или укорочены, или диск не даёт их прочитать; какие — в журнале событий.
 alarm-state-consequence = На управление не влияет. Того, что в них было, больше нет.
-alarm-state-remedy = Выясните причину, восстановите копию, если она есть; затем подтвердите.
+alarm-state-remedy = Выясните причину, восстановите копию, если она есть; затем квитируйте тревогу.
 alarm-logins = Идёт подбор паролей.
 alarm-logins-cause = За последние минуты много неудачных входов; пользователи и адреса — в журнале аудита.
 alarm-logins-consequence = Вход с нового места ждёт. С мест, откуда пользователь уже входил, — не ждёт.
@@ -162,7 +162,7 @@ check-obstacles = Планировщик зон принимает не боль
 clock-stepped = Часы переведены на { $by_s } с, либо машина спала.
 
 # Requests.
-only-set-param = Ожидается только SetParam.
+only-set-param = `save` — только для SetParam.
 request-too-long = Запрос слишком длинный.
 bus-controller-own = Этот запрос — только для контроллера магистрали.
 
@@ -248,7 +248,7 @@ check-url-remedy = Напишите tcp://УЗЕЛ:ПОРТ?addr=1, udp://… и
 check-host-name = `{ $name }` — не имя.
 check-host-name-remedy = Напишите только имя: hub.site.example, без http:// и порта.
 check-origin = `{ $text }` — не origin.
-check-origin-remedy = Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не бывает.
+check-origin-remedy = Напишите https://ИМЯ или https://ИМЯ:ПОРТ, без пути; * не допускается.
 check-keep-out-name = Имя запретного сектора «{ $name }» не подходит.
 check-keep-out-name-remedy = Дайте каждому запретному сектору своё имя из 1…{ $most } знаков.
 check-keep-out-angles = Запретный сектор «{ $name }» задан неверно.
@@ -266,7 +266,7 @@ check-keep-outs-too-many-remedy = Объедините соприкасающи�
 check-plan = Этого на плане быть не может.
 check-plan-remedy = Место — метры в пределах 100 км, направление −360…360°, высота 0…1000 м, диаметр больше 0.
 toml-unknown = { $name } здесь неизвестно; возможно: { $known }.
-toml-not-one-of = { $name } — не то; возможно: { $known }.
+toml-not-one-of = { $name } здесь недопустимо; возможно: { $known }.
 toml-missing = Не хватает { $name }.
 toml-twice = Это указано дважды.
 toml-no-vote = { $votes } — не число голосов: напишите 2oo3, то есть два из трёх извещателей.
@@ -423,9 +423,9 @@ postgres-sslmode = Нет sslmode={ $other }.
 postgres-sslmode-remedy = Напишите disable, allow, prefer, require, verify-ca или verify-full.
 postgres-address = Это не адрес PostgreSQL.
 postgres-address-remedy = Напишите postgres://ИМЯ:ПАРОЛЬ@УЗЕЛ/БАЗА либо уберите url — будет SQLite.
-postgres-verify-by-what = Сервер надо проверять, но не сказано по чему.
+postgres-verify-by-what = Сервер надо проверять, но не указано, по чему.
 postgres-verify-by-what-remedy = Добавьте sslrootcert=ФАЙЛ (сертификат, которым он подписан) либо sslrootcert=system.
-postgres-system-not-full = sslrootcert=system без verify-full: такой сертификат есть у кого угодно.
+postgres-system-not-full = sslrootcert=system без verify-full: такой сертификат может получить кто угодно.
 postgres-verify-full-remedy = Напишите sslmode=verify-full.
 postgres-verifies-nothing = sslrootcert указан, но с таким sslmode ничего не проверяется.
 postgres-cert-and-key = sslcert и sslkey нужны вместе.
@@ -542,7 +542,7 @@ flag-device-fault = Ствол не находит очаги: наблюдат�
 flag-bad-sector = Поиск не выполняется.
 flag-dirty-lens = Небольшие или далёкие очаги могут быть не замечены.
 
-# Настройка привода.
+# Tuning of a drive.
 tune-drives = Настроить можно только Horizontal, Vertical и Nozzle.
 tune-put-back = { $drive }: настройка была прервана; StopLag и MinSpeed снова прежние.
 tune-not-put-back = { $drive }: настройка была прервана, вернуть прежние StopLag и MinSpeed не удалось: { $error }

@@ -73,7 +73,7 @@ wind-direction = направление ветра, рад
 wind-speed = скорость ветра, м/с
 monitors = стволов
 obstacles = препятствий
-keep-outs = запретных зон
+keep-outs = запретных секторов
 monitor-clearance = расстояние до стволов, м
 
 rectangle-skew = стороны прямоугольника не перпендикулярны

@@ -240,7 +240,7 @@ mod tests {
     #[test]
     fn what_contradicts_itself_is_told() {
         assert!(wrong("?sslmode=on").contains("sslmode=on is unknown"));
-        assert!(wrong("?sslmode=verify-ca").contains("not by what"));
+        assert!(wrong("?sslmode=verify-ca").contains("nothing is given to verify it by"));
         assert!(wrong("?sslmode=require&sslrootcert=system").contains("without verify-full"));
         assert!(wrong("?sslrootcert=ca.pem").contains("verifies nothing"));
         assert!(wrong("?sslkey=k.pem").contains("go together"));

@@ -303,6 +303,9 @@ impl Valve {
         if self.input.blocked {
             self.end_opening(Cause::Rule(Rule::Blocked));
         }
+        if !self.online {
+            self.end_opening(Cause::Rule(Rule::ConnLost));
+        }
         if self.is_at(Motion::Closing) {
             self.rest.stop();
             (self.spent, self.chance, self.owed) = (false, Chance::Left, None);
@@ -343,8 +346,8 @@ impl Valve {
         self.doubted = doubted;
     }
 
-    /// What forbids Open also ends it: an opening that waits behind a block, or for the working
-    /// position, would come by itself when it is not expected any more.
+    /// What forbids Open also ends it: an opening that waits behind a block, for the working position, or for a
+    /// unit that is lost, would come by itself when it is not expected any more.
     pub(crate) fn end_opening(&mut self, why: Cause) {
         if self.motion == Motion::Opening {
             self.stop(why);

@@ -71,6 +71,8 @@ pub(crate) struct Watch {
     measured: i32,
     /// Way of a rest, position units.
     crept: i32,
+    /// In the stretch of a rest before, its position has jumped.
+    jumped: bool,
 }
 
 impl Watch {
@@ -78,6 +80,7 @@ impl Watch {
     pub const fn again(&mut self, position: i32) {
         (self.start, self.last) = (position, position);
         (self.elapsed_ms, self.expected, self.measured) = (0, 0, 0);
+        self.jumped = false;
     }
 
     /// Its power stage does not obey: it turns though it is not fed, or both sensors say that it is much faster than
@@ -217,7 +220,7 @@ impl Watch {
                 DriveFlags::INTERNAL_FAULT
             };
         }
-        if self.elapsed_ms == 0 && moved == 0 && sensed == 0 {
+        if self.elapsed_ms == 0 && moved == 0 && sensed == 0 && !self.jumped {
             (self.expected, self.measured) = (0, 0);
             return DriveFlags::empty();
         }
@@ -236,12 +239,14 @@ impl Watch {
         let away = expected != 0
             && expected.signum() == before.signum()
             && expected.saturating_abs() >= before.saturating_abs() / 8 * 7;
-        *self = Self { start: input.position, elapsed_ms: 0, expected, measured: 0, away, ..*self };
+        // So far in one stretch, and the speed does not show it. One that is back in the next was a blip.
+        let jumps = fast < least && far >= COAST_MILLI * way_per_tenth;
+        let (stays, jumped) = (self.jumped && !jumps, jumps && !self.jumped);
+        let start = input.position;
+        *self = Self { start, elapsed_ms: 0, expected, measured: 0, away, jumped, ..*self };
         match (far >= least, fast >= least) {
-            // So far in one stretch, and the speed does not show it: the position has jumped.
-            (true, false) if away || far >= COAST_MILLI * way_per_tenth => {
-                DriveFlags::POS_ENCODER_FAULT
-            }
+            _ if stays => DriveFlags::POS_ENCODER_FAULT,
+            (true, false) if away => DriveFlags::POS_ENCODER_FAULT,
             _ if !away => DriveFlags::empty(),
             (true, _) => DriveFlags::INTERNAL_FAULT,
             (false, _) => DriveFlags::SPEED_ENCODER_FAULT,

@@ -455,6 +455,7 @@ fn valve_rule(ledger: &Ledger, view: &View<'_>, step: &Step, valve: ValveNo, rul
         Rule::Lockout => opened && ledger.lock == Lock::On,
         Rule::NotDeployed => opened && !is_working(ledger, view),
         Rule::Blocked => opened && input.blocked,
+        Rule::ConnLost => opened && ledger.units.is_lost(valve.unit() as usize),
         // Closed, or released from the lockout, it is left where it is, and what had ended its
         // own closing before shows again.
         Rule::Arrived | Rule::Overload | Rule::Timeout | Rule::Fault

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::mem::take;
 use std::sync::Arc;
 
-use axum::extract::{Extension, Query, State};
+use axum::extract::{Query, State};
 use axum::response::Response;
 use lafet_proto::RequestId;
 use lafet_proto::SubsystemId;
@@ -17,7 +17,7 @@ use utoipa::IntoParams;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use super::guard::{Peer, not_understood};
+use super::guard::not_understood;
 use super::recordings::{LINES_MAX, lines_of, names, whose};
 use super::records::{Asked, between};
 use crate::error::ApiError;
@@ -54,7 +54,6 @@ struct Part {
 async fn history_changes(
     State(hub): State<Hub>,
     _: Caller,
-    Extension(peer): Extension<Peer>,
     part: Asked<Part>,
 ) -> Result<Response, ApiError> {
     let Query(part) = part.map_err(|error| not_understood(&error))?;
@@ -83,9 +82,7 @@ async fn history_changes(
     // An error of the storage is reported by the HTTP status, not in the middle of the lines.
     past.begin(from_ms).await?;
     let (to, lines) = mpsc::channel(4);
-    // It is work for a processor, in the turns of its client.
-    let turns = peer.place.turns.clone();
-    tokio::spawn(turns.serve(Box::pin(past.play(from_ms, to_ms, to))));
+    tokio::spawn(async move { past.play(from_ms, to_ms, to).await });
     Ok(lines_of(lines))
 }
 

@@ -9,7 +9,6 @@ use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
 use crate::hub::Hub;
 use crate::server::allowances::{Allowance, Kept, Shared, Talk};
-use crate::server::turns::{Client, Turns};
 
 /// Handshakes of TLS at a time, and of one address. One more, and the oldest gives way.
 const HANDSHAKES_MAX: usize = 256;
@@ -29,8 +28,6 @@ pub struct Place {
     end: Arc<Notify>,
     /// What the connection may still read and request.
     pub allowance: Allowance,
-    /// When what it sends is dealt with.
-    pub turns: Client,
     #[expect(dead_code, reason = "held for its end")]
     permit: OwnedSemaphorePermit,
 }
@@ -49,7 +46,6 @@ pub struct Places {
     left: Kept<IpAddr, Allowance>,
     /// The same of WebSockets, by who talked from where.
     pub talks: Kept<(String, IpAddr), Talk>,
-    turns: Turns,
     next: u64,
 }
 
@@ -136,10 +132,9 @@ impl Place {
         let allowance = places.allowance(hub, address, proxy);
         let (number, end) = (places.next, Arc::new(Notify::new()));
         places.next += 1;
-        let turns = places.turns.of((address, proxy.then_some(number)));
         places.strangers.enter(number, address, end.clone());
         hub.counts().connections.fetch_add(1, Ordering::Relaxed);
-        Some(Self { hub: hub.clone(), address, proxy, number, end, allowance, turns, permit })
+        Some(Self { hub: hub.clone(), address, proxy, number, end, allowance, permit })
     }
 
     /// The client has logged in: the connection leaves the small pool.

@@ -3,7 +3,6 @@
 pub mod allowances;
 pub mod paced;
 pub mod tls;
-pub mod turns;
 
 use std::io;
 use std::net::SocketAddr;
@@ -126,7 +125,6 @@ impl Server {
             tokio::spawn(async move {
                 let place = peer.place.clone();
                 let served = connection(stream, start, peer, acceptor, router, shutdown);
-                let served = place.turns.serve(Box::pin(served));
                 tokio::select! {
                     _ = served => {}
                     () = place.given_up() => {}
@@ -216,6 +214,8 @@ where
     let connection = hyper::server::conn::http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(PATIENCE)
+        // Who asks and closes at once, as a script with a short patience does, has asked all the same.
+        .half_close(true)
         .max_buf_size(BUFFER_MAX)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();

@@ -536,13 +536,14 @@ impl Writer {
                 Ok(note) => self.take(note),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
-                    while !self.waiting.is_empty() && self.store().is_ok() {}
+                    _ = self.store_all();
                     return;
                 }
             }
             notes.try_iter().take(BATCH_MAX).for_each(|note| self.take(note));
             let opened = self.open_late();
-            let stored = opened.and_then(|()| Ok(self.store().and_then(|()| self.store_gap())?));
+            let stored =
+                opened.and_then(|()| Ok(self.store_all().and_then(|()| self.store_gap())?));
             let failing = stored.is_err();
             if let Err(error) = stored
                 && !self.state.failing.load(Ordering::Relaxed)
@@ -551,6 +552,14 @@ impl Writer {
             }
             self.state.failing.store(failing, Ordering::Relaxed);
         }
+    }
+
+    /// Stores all that waits: what a disk has not taken for a time does not wait for more to come.
+    fn store_all(&mut self) -> Result<(), rusqlite::Error> {
+        while !self.waiting.is_empty() {
+            self.store()?;
+        }
+        Ok(())
     }
 
     /// Stores, in its order, that entries were given up.

@@ -90,6 +90,18 @@ async fn who_asks_meanwhile_shares_a_check() {
     assert_eq!(audit.checks.started.load(Ordering::SeqCst), 3);
 }
 
+/// A disk that takes entries again takes all that has waited, not a batch each second: a hub that ends then loses none.
+#[tokio::test]
+async fn what_has_waited_is_stored_without_a_pause() {
+    let audit = Audit::open(None).unwrap();
+    audit.hang().await;
+    let numbers: Vec<_> = (0..BATCH_MAX * 20).map(|_| audit.note(record("Stop All"))).collect();
+    audit.reads().unwrap().call(|db| db.execute_batch("COMMIT")).await.unwrap();
+    let all = futures_util::future::join_all(numbers);
+    let all = timeout(Duration::from_secs(8), all).await.expect("no batch waits for a second");
+    assert_eq!(all.last(), Some(&Ok(BATCH_MAX as u64 * 20)));
+}
+
 #[tokio::test]
 async fn what_was_changed_or_taken_out_shows() {
     let audit = filled().await;

@@ -209,45 +209,6 @@ async fn requests_that_come_together_take_turns() {
     assert!(answered < FLOOD / 2, "{answered} of {FLOOD} before another's one");
 }
 
-/// Two hundred connections of one address have sent many requests each: one of another address waits for a few of these,
-/// not for one of each connection.
-#[cfg(target_os = "linux")]
-#[tokio::test]
-async fn another_address_does_not_wait_for_every_connection_of_a_flood() {
-    use std::sync::atomic::Ordering;
-    const CONNECTIONS: usize = 200;
-    let site = Site::open(1).await;
-    let connect = async |host: u8| {
-        let socket = tokio::net::TcpSocket::new_v4().unwrap();
-        socket.bind(([127, 0, 0, host], 0).into()).unwrap();
-        socket.connect(site.address).await.unwrap()
-    };
-    let request = "GET /health HTTP/1.1\r\nHost: localhost\r\n\r\n";
-    let mut all = Vec::new();
-    // Each connection is served before anything counts.
-    for host in std::iter::repeat_n(1, CONNECTIONS).chain([2]) {
-        let mut stream = connect(host).await;
-        stream.write_all(request.as_bytes()).await.unwrap();
-        assert_ne!(stream.read(&mut [0; 4096]).await.unwrap(), 0);
-        all.push(stream);
-    }
-    let mut other = all.pop().unwrap();
-    let requests = || site.hub.counts().requests.load(Ordering::Relaxed);
-    let before = requests();
-    // All of it is there before the hub looks at any of it.
-    let sends = async {
-        for flood in &mut all {
-            flood.write_all(request.repeat(100).as_bytes()).await.unwrap();
-        }
-        other.write_all(request.as_bytes()).await.unwrap();
-    };
-    tokio::task::unconstrained(sends).await;
-    let answer = timeout(PATIENCE, other.read(&mut [0; 4096])).await;
-    assert_ne!(answer.unwrap().unwrap(), 0);
-    let served = usize::try_from(requests() - before).unwrap();
-    assert!(served < CONNECTIONS, "{served} requests before that of another address");
-}
-
 /// A client that sends more than it may over many connections, and leaves each of them open: few are kept while they
 /// end.
 #[tokio::test]

@@ -5,6 +5,8 @@ use std::time::Duration;
 use lafet_hub::access::Role;
 use lafet_hub::store::Record;
 use serde_json::json;
+use tokio::io::AsyncWriteExt;
+use tokio::net::TcpStream;
 
 use crate::support::{PATIENCE, Site};
 
@@ -51,6 +53,22 @@ async fn it_has_three_entries_however_many_monitors_there_are() {
     );
     let log = site.hub.audit().latest(None, 1000, Some(String::new()), None).await.unwrap();
     assert!(log.iter().all(|it| it.record.what != "Stop All"), "what is about the hub is apart");
+}
+
+/// Assumed: who asks waits for nothing, as a script does that ends, or a page that is closed.
+#[tokio::test]
+async fn a_stop_of_who_has_gone_at_once_is_carried_out() {
+    let site = Site::open(1).await;
+    for (number, gone) in [false, true].into_iter().enumerate() {
+        let mut stream = TcpStream::connect(site.address).await.unwrap();
+        let head = "POST /api/stop HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json";
+        let request = format!("{head}\r\nContent-Length: 2\r\n\r\n{{}}");
+        stream.write_all(request.as_bytes()).await.unwrap();
+        stream.shutdown().await.unwrap();
+        let _kept = (!gone).then_some(stream);
+        let all = entries(&site, "effect", number + 1).await;
+        assert_eq!(outcomes(&all).len(), 3 * (number + 1), "{gone}");
+    }
 }
 
 #[tokio::test]

@@ -14,7 +14,7 @@ use lafet_proto::SubsystemId;
 use lafet_texts::{Text, hub as text};
 use serde_json::Value;
 use tokio::sync::{Semaphore, mpsc, watch};
-use tokio::task::AbortHandle;
+use tokio::task::{AbortHandle, yield_now};
 use tokio::time::{sleep, timeout};
 
 use super::frames::show_frames;
@@ -34,7 +34,6 @@ use crate::monitor::station::Station;
 use crate::publish::messages::{Answer, Message, Progress, Subscribed};
 use crate::publish::topics::Audience;
 use crate::server::allowances::Talk;
-use crate::server::turns::Client;
 use crate::sync::lock;
 use crate::words::{MotionEnd, MotionWord};
 
@@ -51,12 +50,13 @@ const TOO_LARGE: (u16, &str) = (1009, "message too large");
 const TOO_MANY: (u16, &str) = (4429, "too many messages");
 
 /// What is done with a message that is not urgent.
-#[derive(Debug, PartialEq, Eq)]
 enum Counted {
     /// It is heeded.
     Heeded,
     /// It came too late.
     Passed,
+    /// It is one too many.
+    Over,
 }
 
 pub struct Reader {
@@ -73,10 +73,6 @@ pub struct Reader {
     pub audience: watch::Sender<Audience>,
     /// How much it may say.
     pub talk: Talk,
-    /// When what it says is dealt with.
-    pub turns: Client,
-    /// What it has said and has not had its turn: a Stop is not lost if the connection is closed meanwhile.
-    pub next: Option<Result<ws::Message, axum::Error>>,
     /// Whether the seat is still this connection's.
     pub has: Has,
     /// How long its requests are under way.
@@ -87,62 +83,67 @@ pub struct Reader {
 
 impl Reader {
     pub async fn run(&mut self, stream: &mut SplitStream<WebSocket>) -> Close {
-        let turns = self.turns.clone();
-        loop {
-            if self.next.is_none() {
-                self.next = Some(stream.next().await?);
+        while let Some(message) = stream.next().await {
+            let message = match message {
+                Ok(message) => message,
+                Err(error) if error.to_string().contains("too long") => return Some(TOO_LARGE),
+                Err(_) => return None,
+            };
+            self.pings.heard.store(true, Ordering::Relaxed);
+            let text = match message {
+                ws::Message::Text(text) => text,
+                ws::Message::Close(_) => return None,
+                message if self.was_asked_for(&message) => continue,
+                // A ping is answered, and costs as much as what says something.
+                _ => match self.count().await {
+                    Counted::Over => return Some(TOO_MANY),
+                    Counted::Heeded | Counted::Passed => {
+                        yield_now().await;
+                        continue;
+                    }
+                },
+            };
+            let said = understand(&text);
+            let urgent = said.as_ref().is_ok_and(is_urgent);
+            if !urgent {
+                match self.count().await {
+                    Counted::Heeded => {}
+                    Counted::Passed => {
+                        yield_now().await;
+                        continue;
+                    }
+                    Counted::Over => return Some(TOO_MANY),
+                }
             }
-            // What one client has sent at once does not hold up the others: each message has its turn.
-            if let Err(close) = turns.serve(pin!(self.take())).await {
-                return close;
+            // A user who was removed or has another role commands nothing any more, however long the writer
+            // waits for the client before it closes the connection.
+            let standing = match urgent {
+                true => Standing::Good,
+                false => match standing(&self.hub, &self.caller.principal) {
+                    Some(standing) => standing,
+                    None => return Some(ENDED),
+                },
+            };
+            match said {
+                Ok(said) if standing != Standing::Good => self.refuse(said).await,
+                Ok(said) => self.heed(said).await,
+                Err(error) => {
+                    let id = serde_json::from_str::<Value>(&text).ok();
+                    let id = Id::from(id.map(|it| it["id"].clone()));
+                    self.answer(id, Err(guard::not_understood(&error))).await;
+                }
+            }
+            let wait = match urgent {
+                true => lock(&self.talk.urgent).take(self.hub.now()).err(),
+                false => None,
+            };
+            match wait {
+                Some(wait) => sleep(wait).await,
+                // What one client has sent at once does not hold up the others: each message has its turn.
+                None => yield_now().await,
             }
         }
-    }
-
-    async fn take(&mut self) -> Result<(), Close> {
-        let message = match self.next.take() {
-            Some(Ok(message)) => message,
-            Some(Err(error)) if error.to_string().contains("too long") => {
-                return Err(Some(TOO_LARGE));
-            }
-            Some(Err(_)) | None => return Err(None),
-        };
-        self.pings.heard.store(true, Ordering::Relaxed);
-        let text = match message {
-            ws::Message::Text(text) => text,
-            ws::Message::Close(_) => return Err(None),
-            message if self.was_asked_for(&message) => return Ok(()),
-            // A ping is answered, and costs as much as what says something.
-            _ => return self.count().await.map(drop),
-        };
-        let said = understand(&text);
-        let urgent = said.as_ref().is_ok_and(is_urgent);
-        if !urgent && self.count().await? == Counted::Passed {
-            return Ok(());
-        }
-        // A user who was removed or has another role commands nothing any more, however long the writer
-        // waits for the client before it closes the connection.
-        let standing = match urgent {
-            true => Standing::Good,
-            false => standing(&self.hub, &self.caller.principal).ok_or(Some(ENDED))?,
-        };
-        match said {
-            Ok(said) if standing != Standing::Good => self.refuse(said).await,
-            Ok(said) => self.heed(said).await,
-            Err(error) => {
-                let id = serde_json::from_str::<Value>(&text).ok();
-                let id = Id::from(id.map(|it| it["id"].clone()));
-                self.answer(id, Err(guard::not_understood(&error))).await;
-            }
-        }
-        let wait = match urgent {
-            true => lock(&self.talk.urgent).take(self.hub.now()).err(),
-            false => None,
-        };
-        if let Some(wait) = wait {
-            sleep(wait).await;
-        }
-        Ok(())
+        None
     }
 
     /// The answer to a ping of the hub: it costs nothing, once.
@@ -151,17 +152,17 @@ impl Reader {
             && self.pings.unanswered.swap(false, Ordering::Relaxed)
     }
 
-    /// Counts a message that is not urgent; one too many ends the connection. What was on its way when the connection
-    /// ended, or when another one took the seat, is not carried out; it is passed over no faster than messages may come.
-    async fn count(&self) -> Result<Counted, Close> {
+    /// Counts a message that is not urgent. What was on its way when the connection ended, or when another one took the
+    /// seat, is not carried out; it is passed over no faster than messages may come.
+    async fn count(&self) -> Counted {
         let left = lock(&self.talk.messages).take(self.hub.now());
         match (left, self.closing || !self.has.still()) {
-            (Ok(()), false) => return Ok(Counted::Heeded),
-            (Err(_), false) => return Err(Some(TOO_MANY)),
+            (Ok(()), false) => return Counted::Heeded,
+            (Err(_), false) => return Counted::Over,
             (Ok(()), true) => {}
             (Err(wait), true) => sleep(wait).await,
         }
-        Ok(Counted::Passed)
+        Counted::Passed
     }
 
     /// What is not urgent, of a client whose certificate has ended: it is answered as a session that has run out.
@@ -486,13 +487,10 @@ fn written(progress: Progress) -> Utf8Bytes {
 
 #[cfg(test)]
 mod tests {
-    use futures_util::FutureExt;
-
     use super::super::ANSWERS_MAX;
     use super::*;
     use crate::access::Role;
     use crate::monitor::view::UrgentCounts;
-    use crate::server::turns::Turns;
     use crate::text::both;
 
     #[test]
@@ -522,8 +520,6 @@ mod tests {
             told: HashMap::new(),
             audience: watch::channel(Audience::default()).0,
             talk: Talk::new(Duration::ZERO),
-            turns: Turns::default().of(([127, 0, 0, 1].into(), None)),
-            next: None,
             has: key.has,
             delay: Delay::default(),
             closing: false,
@@ -563,22 +559,6 @@ mod tests {
         assert_eq!(sent(&mut own).await, [false, false, true]);
     }
 
-    /// A connection may be closed while what it has said waits for its turn: it is read on then.
-    #[tokio::test]
-    async fn a_stop_that_waits_for_its_turn_is_not_lost() {
-        let (hub, station) = Hub::of_one(None);
-        let (mut own, _waiting) = reader(ANSWERS_MAX);
-        (own.hub, own.closing) = (hub, true);
-        let turns = own.turns.clone();
-        own.next = Some(Ok(ws::Message::text(r#"{"type":"stop","monitor":"M1"}"#)));
-        assert!(turns.serve(pin!(own.take())).now_or_never().is_none(), "it waits");
-        assert!(own.next.is_some());
-        assert_eq!(station.urgent_counts().stop, 0);
-        assert_eq!(turns.serve(pin!(own.take())).await, Ok(()));
-        assert!(own.next.is_none());
-        assert_eq!(station.urgent_counts().stop, 1);
-    }
-
     /// From a client that takes no answers nothing more is read, so what waits for it is little.
     #[tokio::test(start_paused = true)]
     async fn answers_that_are_not_taken_are_few() {
@@ -606,7 +586,7 @@ mod tests {
             assert!(reader.was_asked_for(&pong));
             assert!(!reader.was_asked_for(&ws::Message::Ping(Vec::new().into())));
             assert!(!reader.was_asked_for(&pong), "one pong for each ping");
-            assert_eq!(reader.count().await, Err(Some(TOO_MANY)));
+            assert!(matches!(reader.count().await, Counted::Over));
         }
     }
 

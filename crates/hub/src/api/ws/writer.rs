@@ -1,7 +1,6 @@
 //! What the hub sends over a WebSocket: answers, events, and what changes.
 
 use std::future::ready;
-use std::pin::pin;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -19,7 +18,6 @@ use crate::hub::{Caller, Hub, SeatKey};
 use crate::publish::broadcast::{Own, Shared};
 use crate::publish::messages::{self, Hello, JogTimes};
 use crate::publish::topics::Audience;
-use crate::server::turns::Client;
 
 /// How often the other side is pinged.
 const PING: Duration = Duration::from_secs(5);
@@ -34,8 +32,6 @@ pub struct Writer {
     pub hub: Hub,
     pub caller: Caller,
     pub sink: SplitSink<WebSocket, Message>,
-    /// When it is made what the client is sent at first.
-    pub turns: Client,
     pub own: Own,
     pub audience: Audience,
     /// What the client begins to look at.
@@ -50,8 +46,7 @@ impl Writer {
         pings: &Pings,
     ) -> Close {
         let mut changes = self.hub.audiences().join(&self.audience);
-        let turns = self.turns.clone();
-        match turns.serve(pin!(self.begin(key))).await {
+        match self.begin(key).await {
             Ok(()) => {}
             Err(close) => return close,
         }

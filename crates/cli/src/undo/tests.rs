@@ -124,7 +124,7 @@ fn cases() -> Vec<Case> {
         Case { brief: true, ..case(&["open", "--no-wait"], "Valve1 may be open") },
         Case { brief: true, ..case(quench, "The extinguishing program may") },
         Case { brief: true, ..case(path, "The extinguishing program may") },
-        Case { reads: 1, brief: true, ..case(&["program", "run", "3"], "The program of ext") },
+        Case { reads: 1, brief: true, ..case(&["program", "run", "3"], "The extinguishing pr") },
         Case {
             // A state, the limits, a state; then limits are switched off, taken and switched on.
             reads: 3,

@@ -68,7 +68,12 @@ const SOURCES: &[(&str, u32, &str, &str)] = &[
         "не называет бит",
     ),
     ("modbus = \"panel\", unit = 1", 0, "bit that alarms is missing", "Не указан бит тревоги"),
-    ("modbus = \"panel\", unit = 1, map = \"fv30\"", 0, "`fv30` is not one of", "`fv30` — не то"),
+    (
+        "modbus = \"panel\", unit = 1, map = \"fv30\"",
+        0,
+        "`fv30` is not one of",
+        "`fv30` здесь недопустимо",
+    ),
     (
         "modbus = \"panel\", unit = 1, map = \"fv300\", alarm = \"coil:1\"",
         0,

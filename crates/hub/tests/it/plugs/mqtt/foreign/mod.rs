@@ -1,6 +1,7 @@
 //! With mosquitto and its clients, and with paho-mqtt: `cargo xtask plugs` installs them.
 
 mod lost;
+mod sparkplug;
 
 use std::process::{Command, Stdio};
 use std::time::Duration;

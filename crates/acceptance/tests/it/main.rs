@@ -1,0 +1,10 @@
+//! The tester against installations behind a real hub: good ones, and ones with exactly one thing wrong.
+
+mod bench;
+mod good;
+mod panel;
+mod people;
+mod person;
+mod records;
+mod stopped;
+mod wrong;

@@ -45,7 +45,6 @@ mod server;
 #[cfg(target_os = "linux")]
 mod service;
 mod shell;
-mod site;
 mod teach;
 mod throw;
 mod top;

@@ -933,25 +933,3 @@ version-allocator = allocator
 version-none = nothing more
 version-system = that of the system
 version-unknown = unknown
-
-site-answered = { $question } — { $answer } (from the file)
-site-hint-yes-no = [y yes, n no, s skip, q end the test]
-site-hint-degrees = [degrees, s skip, q end the test]
-site-hint-name = [{ $names }, n none, s skip, q end the test]
-site-bad-url = { $url } is no address of a hub: write http://HOST:8480 or https://HOST:8480
-site-bad-ca = { $file } has no usable certificate: { $error }
-site-not-done = the monitor has not answered that all of it is done
-site-lost = { $url } is not reached: { $error }. Does the hub run, and is the address right?
-site-counts = pass { $passed }, FAIL { $failed }, not tried { $not_tried }
-site-signed = signed with { $public }
-site-bad-key = { $shown } holds no key: 64 hexadecimal digits, as of: openssl rand -hex 32
-site-key-alone = --key signs a record: add --record or --records.
-site-no-signature = { $shown } holds no signature: ed25519, public key, signature
-site-verified = { $shown } is as it was signed with { $public }
-site-not-verified = { $shown } IS NOT AS IT WAS SIGNED, or not with the key that is wanted; the signature names { $public }
-site-too-many = { $shown } has more than { $most } records. Move older ones to another folder.
-site-no-calendar = The plan has no calendar: add for example [calendar] with read_days = 1 and dry_days = 7.
-site-every = every { $days } d
-site-due = due { $date }
-site-due-now = DUE
-site-never = never

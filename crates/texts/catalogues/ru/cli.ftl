@@ -933,25 +933,3 @@ version-allocator = распределитель памяти
 version-none = без дополнений
 version-system = системный
 version-unknown = неизвестен
-
-site-answered = { $question } — { $answer } (из файла)
-site-hint-yes-no = [д да, н нет, п пропустить, стоп — закончить]
-site-hint-degrees = [градусы, п пропустить, стоп — закончить]
-site-hint-name = [{ $names }, н никакой, п пропустить, стоп — закончить]
-site-bad-url = { $url } — не адрес сервера: укажите http://УЗЕЛ:8480 или https://УЗЕЛ:8480
-site-bad-ca = в { $file } нет пригодного сертификата: { $error }
-site-not-done = ствол не подтвердил, что всё выполнено
-site-lost = нет связи с { $url }: { $error }. Работает ли сервер, верен ли адрес?
-site-counts = норма { $passed }, ОТКАЗ { $failed }, не проверено { $not_tried }
-site-signed = подписано ключом { $public }
-site-bad-key = в { $shown } нет ключа: 64 шестнадцатеричные цифры, например из: openssl rand -hex 32
-site-key-alone = --key подписывает протокол: добавьте --record или --records.
-site-no-signature = в { $shown } нет подписи: ed25519, открытый ключ, подпись
-site-verified = { $shown } соответствует подписи ключом { $public }
-site-not-verified = { $shown } НЕ СООТВЕТСТВУЕТ ПОДПИСИ, или ключ не тот, что задан; в подписи указан { $public }
-site-too-many = в { $shown } больше { $most } протоколов. Перенесите старые в другую папку.
-site-no-calendar = В проекте нет календаря: добавьте, например, [calendar] с read_days = 1 и dry_days = 7.
-site-every = раз в { $days } сут
-site-due = срок { $date }
-site-due-now = ПОРА
-site-never = никогда

@@ -12,10 +12,10 @@ use crate::plugs::orders::What;
 const ATTACKS: u64 = 100_000;
 
 /// Random numbers that are the same in each run.
-pub struct Dice(pub u64);
+struct Dice(u64);
 
 impl Dice {
-    pub fn below(&mut self, most: u64) -> u64 {
+    fn below(&mut self, most: u64) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -31,7 +31,7 @@ struct Sent {
     text: String,
 }
 
-pub fn opens(acts: &[Act]) -> usize {
+fn opens(acts: &[Act]) -> usize {
     acts.iter().filter(|it| matches!(it, Act::Do { what: What::Open(_), .. })).count()
 }
 

@@ -15,7 +15,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::message::Asked;
+use super::message::{self, Asked};
 use crate::access::Bucket;
 use crate::plugs::orders::{Command, What, is_earlier};
 use crate::plugs::refusal::{Failed, Refusal};
@@ -62,13 +62,15 @@ pub struct Around<'a> {
     pub random: &'a mut dyn FnMut() -> Option<u64>,
 }
 
-/// How a command has come.
+/// A message on a topic of commands.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard {
+pub struct Heard<'a> {
     /// The monitor; `None`: all.
     pub monitor: Option<usize>,
     /// It was sent to be kept by the broker.
     pub retained: bool,
+    /// Its text.
+    pub payload: &'a [u8],
 }
 
 /// What the hub is to do. Monitors are counted from 0.
@@ -268,9 +270,10 @@ impl Desk {
         acts
     }
 
-    /// A sign of life: a ticket, if it can be read; `false`: it is none.
-    pub fn alive(&mut self, around: &mut Around<'_>, ticket: Option<u64>) -> (bool, Vec<Act>) {
+    /// A sign of life; `false`: it is none.
+    pub fn alive(&mut self, around: &mut Around<'_>, payload: &[u8]) -> (bool, Vec<Act>) {
         let mut acts = self.tick(around.now, around.random);
+        let ticket = message::read_alive(payload);
         let is_new = ticket.is_some_and(|it| self.since(it).is_some());
         if is_new {
             self.hear(around.now, &mut acts);
@@ -278,9 +281,10 @@ impl Desk {
         (is_new, acts)
     }
 
-    /// A command.
-    pub fn command(&mut self, around: &mut Around<'_>, heard: Heard, asked: Asked) -> Vec<Act> {
+    /// A message on a topic of commands.
+    pub fn command(&mut self, around: &mut Around<'_>, heard: Heard<'_>) -> Vec<Act> {
         let mut acts = self.tick(around.now, around.random);
+        let asked = message::read(heard.payload);
         match (asked.command, asked.what) {
             (Some(command), Ok(what)) if command.is_urgent() => {
                 self.urgent(around.now, heard, asked, what, &mut acts);
@@ -382,7 +386,14 @@ impl Desk {
 /// Commands.
 impl Desk {
     /// Stop, Close and Lockout are taken in every state of the session, each time, from each client.
-    fn urgent(&mut self, now: Now, heard: Heard, asked: Asked, what: What, acts: &mut Vec<Act>) {
+    fn urgent(
+        &mut self,
+        now: Now,
+        heard: Heard<'_>,
+        asked: Asked,
+        what: What,
+        acts: &mut Vec<Act>,
+    ) {
         // What was asked for before it must not be sent after it.
         for at in self.of(heard.monitor) {
             self.voids[at] = self.voids[at].wrapping_add(1);
@@ -400,7 +411,13 @@ impl Desk {
         self.accept(now + asked.timeout, reply, (what, None), acts);
     }
 
-    fn other(&mut self, around: &mut Around<'_>, heard: Heard, asked: Asked, acts: &mut Vec<Act>) {
+    fn other(
+        &mut self,
+        around: &mut Around<'_>,
+        heard: Heard<'_>,
+        asked: Asked,
+        acts: &mut Vec<Act>,
+    ) {
         let no = |why: Refusal| Act::Say(Reply::to(heard, &asked, Err(Failed::from(why))));
         if self.bucket.take(around.now).is_err() {
             return acts.push(no(Refusal::TooFast));
@@ -451,7 +468,7 @@ impl Desk {
     fn checked(
         &mut self,
         around: &mut Around<'_>,
-        heard: Heard,
+        heard: Heard<'_>,
         asked: &Asked,
         acts: &mut Vec<Act>,
     ) -> Result<(usize, What), Refusal> {
@@ -518,7 +535,7 @@ impl Desk {
 }
 
 impl Reply {
-    fn to(heard: Heard, asked: &Asked, result: Result<(), Failed>) -> Self {
+    fn to(heard: Heard<'_>, asked: &Asked, result: Result<(), Failed>) -> Self {
         let (monitor, retained) = (heard.monitor, heard.retained);
         let (id, command) = (asked.id.clone(), asked.command);
         Self { monitor, id, command, result, retained, repeated: false }
@@ -530,7 +547,7 @@ const fn is_urgent(what: What) -> bool {
 }
 
 /// An opening that is refused here is noted.
-fn refused_opening(heard: Heard, asked: &Asked, why: Refusal) -> Option<Act> {
+fn refused_opening(heard: Heard<'_>, asked: &Asked, why: Refusal) -> Option<Act> {
     let (Some(monitor), Ok(What::Open(valve))) = (heard.monitor, asked.what) else { return None };
     Some(Act::Refused { monitor, valve, why, id: asked.id.clone() })
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::desk::{Act, Around, Desk, Heard, KNOWN_MAX, Now, Reply, TICKET_LASTS, Terms};
-use super::message::{self, Asked, shown};
+use super::message::shown;
 use crate::plugs::orders::{Command, What};
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::sight::Holder;
@@ -64,15 +64,11 @@ impl Bench {
     }
 
     pub fn hear(&mut self, monitor: Option<usize>, retained: bool, payload: &[u8]) -> Vec<Act> {
-        self.ask(monitor, retained, message::read(payload))
-    }
-
-    pub fn ask(&mut self, monitor: Option<usize>, retained: bool, asked: Asked) -> Vec<Act> {
         let holders = self.holders;
         let holder = |at: usize| holders[at];
         let random = &mut Self::random(&mut self.next);
         let mut around = Around { now: self.now, holder: &holder, random };
-        self.desk.command(&mut around, Heard { monitor, retained }, asked)
+        self.desk.command(&mut around, Heard { monitor, retained, payload })
     }
 
     pub fn alive(&mut self, ticket: u64) -> Vec<Act> {
@@ -81,7 +77,7 @@ impl Bench {
         let random = &mut Self::random(&mut self.next);
         let mut around = Around { now: self.now, holder: &holder, random };
         let payload = json!({ "ticket": shown(ticket) }).to_string();
-        self.desk.alive(&mut around, message::read_alive(payload.as_bytes())).1
+        self.desk.alive(&mut around, payload.as_bytes()).1
     }
 
     /// A command with a new id and the present ticket.
@@ -405,16 +401,15 @@ fn without_random_numbers_nothing_opens_or_moves() {
             let holder = |_: usize| Holder::Mine;
             let mut around = Around { now: Now::ZERO, holder: &holder, random: &mut none };
             let text = text.to_string();
-            let heard = Heard { monitor: Some(0), retained: false };
-            let acts = desk.command(&mut around, heard, message::read(text.as_bytes()));
+            let heard = Heard { monitor: Some(0), retained: false, payload: text.as_bytes() };
+            let acts = desk.command(&mut around, heard);
             assert_eq!((what(&acts), refusal(&acts)), (None, Some(Refusal::Ticket)), "{text}");
         }
     }
     let holder = |_: usize| Holder::Mine;
     let mut around = Around { now: Now::ZERO, holder: &holder, random: &mut none };
-    let heard = Heard { monitor: None, retained: false };
-    let stop = message::read(br#"{"command":"stop"}"#);
-    assert_eq!(what(&desk.command(&mut around, heard, stop)), Some(What::Stop));
+    let heard = Heard { monitor: None, retained: false, payload: br#"{"command":"stop"}"# };
+    assert_eq!(what(&desk.command(&mut around, heard)), Some(What::Stop));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use lafet_texts::{Text as _, hub as text};
+use rumqttc::mqttbytes::QoS;
 use rumqttc::{
     ConnectReturnCode, ConnectionError, IncomingPacketSizeLimit, LastWill, MqttOptions,
     NetworkOptions, StateError, TlsConfiguration, Transport,
@@ -12,6 +13,7 @@ use rumqttc::{
 use tokio_rustls::rustls::{CertificateError, ClientConfig, Error as TlsError, RootCertStore};
 
 use super::message::PAYLOAD_MAX;
+use super::state::Online;
 use super::{BrokerConfig, Login, Secret, reason};
 use crate::server::tls;
 use crate::text::Both;
@@ -87,14 +89,15 @@ impl Login {
     }
 }
 
-/// How to connect: without a session that outlives the connection; what the broker publishes when it is lost.
+/// How to connect: without a session that outlives the connection.
 ///
 /// # Errors
 ///
 /// A file cannot be read or used.
-pub fn options(config: &BrokerConfig, will: LastWill) -> Result<MqttOptions, Both> {
+pub fn options(config: &BrokerConfig) -> Result<MqttOptions, Both> {
     let broker = (config.host.clone(), config.port);
     let mut options = MqttOptions::new(config.client_id.clone(), broker);
+    let gone = serde_json::to_vec(&Online::no()).unwrap_or_default();
     options
         .set_clean_start(true)
         .set_session_expiry_interval(Some(0))
@@ -102,7 +105,7 @@ pub fn options(config: &BrokerConfig, will: LastWill) -> Result<MqttOptions, Bot
         .set_connect_timeout(ANSWERS)
         .set_max_packet_size(Some(PACKET_MAX))
         .set_incoming_packet_size_limit(IncomingPacketSizeLimit::Bytes(PACKET_READ_MAX))
-        .set_last_will(will);
+        .set_last_will(LastWill::new(config.topic("hub"), gone, QoS::AtLeastOnce, true, None));
     let mut network = NetworkOptions::new();
     network.set_tcp_nodelay(true);
     network.set_connection_timeout(ANSWERS.as_secs());

@@ -1,7 +1,6 @@
 //! With mosquitto and its clients, and with paho-mqtt: `cargo xtask plugs` installs them.
 
 mod lost;
-mod sparkplug;
 
 use std::process::{Command, Stdio};
 use std::time::Duration;

@@ -27,7 +27,6 @@ use tokio::sync::{Notify, oneshot, watch};
 use tokio::time::{Instant, sleep, timeout};
 
 use crate::access::Standing;
-use crate::command::Sent;
 use crate::command::outcome::Outcome;
 use crate::command::request::MonitorRequest;
 use crate::error::ApiError;
@@ -307,10 +306,9 @@ async fn run(hub: Hub, station: Arc<Station>, request: MonitorRequest) {
             }
         };
         let began = Instant::now();
-        let sent = send(&hub, &station, &request, batch).await;
-        let took = began.elapsed();
-        // The line is free: who asks next does not wait for the disk.
-        tokio::spawn(answer(hub.clone(), station.clone(), sent));
+        let Batch { outcome, since: asked, callers, .. } = batch;
+        let result = send(&hub, &station, &request, callers, asked).await;
+        outcome.send_replace(Some(Arc::new(result)));
         let (wake, rest) = {
             let mut slots = lock(&station.urgent.0);
             // Those of other kinds have the line meanwhile.
@@ -326,7 +324,7 @@ async fn run(hub: Hub, station: Arc<Station>, request: MonitorRequest) {
                 continue;
             }
             slot.resting = true;
-            let rest = took.saturating_mul(share).clamp(REST, REST_MAX);
+            let rest = began.elapsed().saturating_mul(share).clamp(REST, REST_MAX);
             (slot.wake.clone(), rest)
         };
         tokio::select! {
@@ -385,84 +383,28 @@ impl Slot {
     }
 }
 
-/// Sends one frame for all that share it: the batch, what came of it, and their entries.
+/// Sends one frame for all that share it.
 async fn send(
     hub: &Hub,
     station: &Arc<Station>,
     request: &MonitorRequest,
-    batch: Batch,
-) -> (Batch, Sent, Vec<oneshot::Receiver<u64>>) {
+    callers: Vec<Caller>,
+    since: Instant,
+) -> Shared {
     let note = |caller: &Caller| {
         let record = hub.record(caller, station.id(), request.text(), "asked");
         hub.audit().note(record.about(&request.act()))
     };
-    let asked = batch.callers.iter().map(note).collect();
-    let sent = hub.send_urgent(station, request.clone(), batch.since).await;
-    (batch, sent, asked)
-}
-
-/// Answers all that shared a frame, with the numbers of their entries if these are on the disk soon.
-async fn answer(
-    hub: Hub,
-    station: Arc<Station>,
-    (batch, sent, asked): (Batch, Sent, Vec<oneshot::Receiver<u64>>),
-) {
-    let Batch { outcome, callers, .. } = batch;
+    let asked: Vec<oneshot::Receiver<u64>> = callers.iter().map(note).collect();
+    let sent = hub.send_urgent(station, request.clone(), since).await;
     let word = sent.noted.outcome().to_owned();
     let numbers = if callers.is_empty() {
         BTreeMap::new()
     } else {
-        let noting = hub.clone().note_urgent(station, callers, asked, sent.noted);
+        let noting = hub.clone().note_urgent(station.clone(), callers, asked, sent.noted);
         let noting = tokio::spawn(noting);
         let patience = if hub.audit().is_failing() { Duration::ZERO } else { NUMBERED };
         timeout(patience, noting).await.ok().and_then(Result::ok).unwrap_or_default()
     };
-    let shared = Shared { result: sent.result, word, numbers };
-    outcome.send_replace(Some(Arc::new(shared)));
-}
-
-#[cfg(test)]
-mod tests {
-    use lafet_proto::SubsystemId;
-
-    use super::*;
-
-    /// The line is free while the numbers of entries are waited for: the Stop of another user, and the next one of the
-    /// same, do not wait for a disk.
-    #[tokio::test(start_paused = true)]
-    async fn a_stop_does_not_wait_for_the_entries_of_the_one_before() {
-        let (hub, station) = Hub::of_one(None);
-        hub.audit().hang().await;
-        let stop = MonitorRequest::stop(SubsystemId::ALL).unwrap();
-        let caller = |key: &str| {
-            let mut caller = Caller::hub();
-            (caller.principal.key, caller.seat.seat) = (key.into(), key.into());
-            caller
-        };
-        let waits =
-            || lock(&station.urgent.0).get(stop.buf()).is_some_and(|slot| slot.waits.is_some());
-        let sent = async || {
-            // The clock does not go on meanwhile.
-            for _ in 0..1000 {
-                tokio::task::yield_now().await;
-            }
-            assert!(!waits(), "it is sent at once");
-        };
-        let began = Instant::now();
-        let mut first = hub.urgent(&caller("a"), &station, &stop);
-        sent().await;
-        let mut other = hub.urgent(&caller("b"), &station, &stop);
-        sent().await;
-        assert_eq!(began.elapsed(), Duration::ZERO);
-        for joined in [&mut first, &mut other] {
-            // There is no connection.
-            assert!(joined.result().await.is_err());
-        }
-        assert_eq!(began.elapsed(), NUMBERED);
-        let mut again = hub.urgent(&caller("a"), &station, &stop);
-        // The rest is over.
-        sent().await;
-        assert_eq!(began.elapsed(), NUMBERED);
-        assert!(again.result().await.is_err());
-    }
+    Shared { result: sent.result, word, numbers }
 }

@@ -703,6 +703,28 @@ fn answers_that_are_not_understood_bring_nothing_back() {
     }
 }
 
+/// §3.8/3, §D/6 An opening ends when its unit is lost, silent or not understood: water that comes when the unit is back is
+/// not expected any more. A new Open opens it.
+#[test]
+fn an_opening_ends_with_its_unit() {
+    let unit = Unit::Valve1 as usize;
+    let goes: [fn(&mut Rig, usize, bool); 2] =
+        [|rig, unit, gone| rig.plant.units[unit].offline = gone, breaks];
+    for goes in goes {
+        let mut rig = rig();
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.step(10);
+        assert_eq!(rig.valve_output(0), ValveOutput::Opening);
+        goes(&mut rig, unit, true);
+        rig.run(120);
+        assert_eq!(rig.valve_output(0), ValveOutput::Off);
+        goes(&mut rig, unit, false);
+        rig.run_while(2000, |rig| rig.valve_output(0) == ValveOutput::Off);
+        rig.accepts(SubsystemId::VALVE1, OPEN);
+        rig.run_until(5000, |rig| rig.valve(SubsystemId::VALVE1).contains(ValveFlags::OPEN));
+    }
+}
+
 /// §3.3.1/3, §3.11/6 A valve whose unit is lost while it opens may be open, whatever its last picture says: nothing folds, and
 /// what closes it is owed.
 #[test]

@@ -179,10 +179,15 @@ struct GivenUp {
 }
 
 impl State {
+    /// One more waits, of this size; how many and how much there were before.
+    fn enter(&self, bytes: u64) -> (u64, u64) {
+        let entries = self.waiting.fetch_add(1, Ordering::Relaxed);
+        (entries, self.bytes.fetch_add(bytes, Ordering::Relaxed))
+    }
+
     /// Takes an entry of this size among those that wait, if there is room.
     fn admit(&self, bytes: u64) -> bool {
-        let entries = self.waiting.fetch_add(1, Ordering::Relaxed);
-        let before = self.bytes.fetch_add(bytes, Ordering::Relaxed);
+        let (entries, before) = self.enter(bytes);
         let fits = entries < WAITING_MAX && before.saturating_add(bytes) <= WAITING_BYTES;
         if !fits {
             self.release(bytes);
@@ -418,7 +423,8 @@ impl Audit {
         self.reads()?.checkpoint().await
     }
 
-    /// Entries from a number on, for export.
+    /// Entries from a number on.
+    #[cfg(test)]
     pub async fn from(&self, n: u64, limit: u32) -> Result<Vec<Entry>, StoreError> {
         self.catch_up().await;
         self.reads()?.look(move |db| from(db, n, limit)).await
@@ -570,8 +576,7 @@ impl Writer {
         }
         let Some(record) = self.state.gap() else { return Ok(()) };
         let note = Note::new(record, None);
-        self.state.waiting.fetch_add(1, Ordering::Relaxed);
-        self.state.bytes.fetch_add(note.bytes(), Ordering::Relaxed);
+        self.state.enter(note.bytes());
         self.waiting.push_back(note);
         self.store()
     }

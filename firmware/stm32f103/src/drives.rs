@@ -56,8 +56,9 @@ impl Drive {
     /// To the nearest unit.
     fn position(&self) -> i32 {
         let scale = self.record.counts_per_100;
-        let halves = self.counts.saturating_mul(200).checked_div(scale).unwrap_or_default();
-        (halves + halves.signum()) / 2
+        let hundredfold = self.counts.saturating_mul(100);
+        let half = scale.saturating_abs() / 2 * hundredfold.signum();
+        hundredfold.saturating_add(half).checked_div(scale).unwrap_or_default()
     }
 
     fn speed_tenths(&self, index: usize) -> i32 {

@@ -4,7 +4,7 @@ pub mod limit;
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Child, Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -192,6 +192,13 @@ pub fn output(command: &mut Command) -> Result<String, String> {
         return Err(format!("`{text}` failed: {}\n{}", output.status, stderr.trim_end()));
     }
     String::from_utf8(output.stdout).map_err(|e| format!("`{text}` did not print UTF-8: {e}"))
+}
+
+/// Asks a process to end, so that it closes its files and ends what it has started, and waits for it.
+pub fn end(process: &mut Child) {
+    // It may have ended already.
+    let _ = output(Command::new("kill").args(["-TERM", &process.id().to_string()]));
+    let _ = process.wait();
 }
 
 /// Reads a file of the workspace.

@@ -7,7 +7,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use crate::run::{StepResult, output};
+use crate::run::{self, StepResult, output};
 
 /// The board listens within this time: its bootloader verifies two images at most.
 const LISTENS: Duration = Duration::from_secs(60);
@@ -88,9 +88,7 @@ impl Drop for Running {
         if self.sim.try_wait().is_ok_and(|ended| ended.is_some()) {
             return;
         }
-        // SIGTERM, so that the emulator ends too.
-        let _ = output(Command::new("kill").args(["-TERM", &self.sim.id().to_string()]));
-        let _ = self.sim.wait();
+        run::end(&mut self.sim);
     }
 }
 

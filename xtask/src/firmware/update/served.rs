@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::run::{StepResult, output};
+use crate::run::{self, StepResult};
 
 /// The hub has heard of its monitor within this time.
 const HEARS: Duration = Duration::from_secs(60);
@@ -107,8 +107,6 @@ impl Hub {
 
 impl Drop for Hub {
     fn drop(&mut self) {
-        // SIGTERM, so that it closes its files.
-        let _ = output(Command::new("kill").args(["-TERM", &self.process.id().to_string()]));
-        let _ = self.process.wait();
+        run::end(&mut self.process);
     }
 }

@@ -220,8 +220,10 @@ async fn acts(site: &Site) -> Vec<(String, String, String)> {
 #[tokio::test]
 async fn an_update_of_all_monitors() {
     let site = open(2).await;
-    let digest = store(&site, &image(NEW, SMALL)).await;
-    let again = send(&site, "", &image(NEW, SMALL)).await;
+    // Of a size that is sent for longer than a busy page is without news.
+    let new = image(NEW, LARGE);
+    let digest = store(&site, &new).await;
+    let again = send(&site, "", &new).await;
     assert_eq!((again.status, again.body["digest"].as_str()), (200, Some(digest.as_str())));
     let mut page = site.ws("").await;
     begin(&site, &digest).await;

@@ -16,7 +16,7 @@
 //! Over the way x instead of the time the law needs no division: with the slope p = tan θ and
 //! w = 1 / vₓ² it reads dz/dx = p, dp/dx = −g·w, dw/dx = 2·c·w·√(1 + p²), ds/dx = √(1 + p²).
 //!
-//! Cost: a shot is 64 midpoint steps of about 1200 cycles on a Cortex-M3 without FPU, a solution
+//! Cost: a shot is 64 midpoint steps of about 2000 instructions on a Cortex-M3 without FPU, a solution
 //! 3 to 25 shots. [`Solver::step`] does 16 of those steps, so that a solution takes 12 to 100 calls;
 //! [`Solver::steps`] as many as a cycle of the device has time for. The high solution, for planning,
 //! takes up to 2000 calls.
@@ -114,8 +114,8 @@ pub enum Fault {
 pub struct Jet {
     /// Square of the exit speed, m²/s².
     speed2: f32,
-    /// 1 / drag length when broken up, 1/m.
-    drag: f32,
+    /// 2 / drag length when broken up, 1/m.
+    drag_twice: f32,
     /// Path over which it holds together, m.
     core: f32,
     /// 1 / path over which it breaks up, 1/m.
@@ -210,7 +210,7 @@ impl Jet {
             DRAG_M * math::pow(bore, DIAMETER_EXPONENT) * math::pow(pressure, PRESSURE_EXPONENT);
         Ok(Self {
             speed2: SPEED2_PER_DATM * f32::from(pressure_datm),
-            drag: (1.0 + SPRAY_DRAG * wide * wide) / length,
+            drag_twice: (2.0 + 2.0 * SPRAY_DRAG * wide * wide) / length,
             core: CORE_M_PER_MM * together,
             breakup: 1.0 / math::at_least(BREAKUP_M_PER_MM * together, BREAKUP_LEAST_M),
         })
@@ -242,11 +242,11 @@ impl Jet {
         Flight { height: 0.0, slope, slowness: (1.0 + slope * slope) / self.speed2, path: 0.0 }
     }
 
-    /// c(s): drag after a path, 1/m.
+    /// 2·c(s): twice the drag after a path, 1/m.
     #[inline(always)]
-    fn drag_after(&self, path: f32) -> f32 {
+    fn drag_twice_after(&self, path: f32) -> f32 {
         let broken = (path - self.core) * self.breakup;
-        self.drag * math::at_least(math::at_most(broken, 1.0), 0.0)
+        self.drag_twice * math::at_least(math::at_most(broken, 1.0), 0.0)
     }
 
     /// One step of the midpoint rule over a piece of the way.
@@ -254,13 +254,13 @@ impl Jet {
         let Flight { slope, slowness, .. } = *flight;
         let half = 0.5 * way;
         let path = math::sqrt(1.0 + slope * slope);
-        let drag = self.drag_after(flight.path + half * path);
-        let mid = slowness * (1.0 + 2.0 * drag * half * path);
+        let drag_twice = self.drag_twice_after(flight.path + half * path);
+        let mid = slowness * (1.0 + drag_twice * half * path);
         let mid_slope = slope - GRAVITY * slowness * half;
         let mid_path = math::sqrt(1.0 + mid_slope * mid_slope);
         flight.height += mid_slope * way;
         flight.slope -= GRAVITY * mid * way;
-        flight.slowness += 2.0 * drag * mid * mid_path * way;
+        flight.slowness += drag_twice * mid * mid_path * way;
         flight.path += mid_path * way;
     }
 }

@@ -57,25 +57,32 @@ pub(crate) fn pow(base: f32, exponent: f32) -> f32 {
 
 /// Square root to the last bit, of a number from 1 up; of anything else that number.
 pub(crate) fn sqrt(x: f32) -> f32 {
-    if !(1.0..=f32::MAX).contains(&x) {
+    // Numbers from 1 up are in the order of their bits; behind them are infinity, those below zero, and none.
+    let bits = x.to_bits();
+    if !(1.0_f32.to_bits()..=f32::MAX.to_bits()).contains(&bits) {
         return x;
     }
-    let exponent = (x.to_bits() >> 23) - 127;
-    let mantissa = x.to_bits() & 0x007F_FFFF | 0x0080_0000;
-    // Bit by bit, of a mantissa whose exponent is even; one bit more than there is room for rounds.
-    let mut rest = mantissa << (1 + (exponent & 1));
-    let (mut root, mut bit) = (0, 0x0100_0000);
-    let mut taken = 0;
-    while bit > 0 {
-        let more = taken + bit;
-        if more <= rest {
-            taken = more + bit;
-            rest -= more;
-            root += bit;
-        }
-        rest <<= 1;
-        bit >>= 1;
+    let exponent = (bits >> 23) - 127;
+    let mantissa = bits & 0x007F_FFFF | 0x0080_0000;
+    // A mantissa whose exponent is even, from 2³⁰ to 2³²; its root makes the upper 16 of 25 bits: one more than
+    // there is room for rounds.
+    let square = mantissa << (7 + (exponent & 1));
+    // From the middle, Newton's steps come within 9 %, 0.4 %, 6·10⁻⁶, less than one.
+    let mut near = 0xC000;
+    for _ in 0..4 {
+        near |= 1;
+        near = (near + square / near) / 2;
     }
+    let mut rest = square.wrapping_sub(near.wrapping_mul(near)).cast_signed();
+    if rest < 0 {
+        near -= 1;
+        rest += (2 * near + 1).cast_signed();
+    }
+    // What is left, by twice that root, makes the other 9 bits, or one more.
+    let rest = rest.cast_unsigned() << 9;
+    let lower = rest.checked_div(2 * near).unwrap_or(0);
+    let over = (rest - lower * 2 * near) << 9 < lower * lower;
+    let mut root = (near << 9) + lower - u32::from(over);
     // Never just between two: an odd root has an odd square.
     root += root & 1;
     f32::from_bits((root >> 1) + ((126 + exponent / 2) << 23))

@@ -86,12 +86,12 @@ impl Drift {
     }
 
     fn advance(&mut self) {
-        let dt = math::at_most(STEP_S, STEP_DRAG / (self.jet.drag * self.through_air));
+        let dt = math::at_most(STEP_S, 2.0 * STEP_DRAG / (self.jet.drag_twice * self.through_air));
         let half = 0.5 * dt;
         let [_, _, up] = self.speed;
         let [_, _, height] = self.at;
         let air = self.air(height + half * up);
-        let drag = self.jet.drag_after(self.path + half * self.over_ground);
+        let drag = 0.5 * self.jet.drag_twice_after(self.path + half * self.over_ground);
         let mid = after(self.speed, self.acceleration(self.speed, air, drag), half);
         self.speed = after(self.speed, self.acceleration(mid, air, drag), dt);
         self.at = after(self.at, mid, dt);

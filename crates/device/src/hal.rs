@@ -7,7 +7,12 @@ use lafet_proto::update::{Order, Report};
 
 /// The hardware under the monitor. `step` alone uses it; `handle` never does.
 pub trait Hal: Storage {
-    /// Samples everything the monitor senses.
+    /// Samples everything the monitor senses. `inputs` are those of the step before, as they were judged: each field is
+    /// to be set, or what a judgement has taken away of it stays away.
+    ///
+    /// The core judges them, a board must not: contacts and faults count when they have lasted for 30 ms, whether a unit
+    /// is heard by [its two flags](crate::image::UnitInput). Of a unit that is not heard the board sets its last
+    /// picture.
     fn read(&mut self, inputs: &mut Inputs);
 
     /// Drives everything the monitor drives. Called in each step, after the guard; and once more,

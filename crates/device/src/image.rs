@@ -133,6 +133,10 @@ pub const UNITS: usize = 6;
 pub const SPOTS: usize = 4;
 
 /// What the monitor senses.
+///
+/// A board fills in what it senses now, unfiltered: [the core judges it](crate::hal::Hal::read), and waits for what
+/// bounces or blips. What belongs to a remote unit is its last picture: what its last good exchange has brought, and
+/// what it was before until there is another.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Inputs {
@@ -146,7 +150,8 @@ pub struct Inputs {
     pub humidity_percent: Option<u8>,
     /// Supply voltage, 0.1 V.
     pub main_voltage_dv: u16,
-    /// Current of the pressure sensor's 4–20 mA loop, µA.
+    /// Current of the pressure sensor's 4–20 mA loop, µA. Below 3.6 mA it is broken, above 21 mA shorted, when
+    /// that has lasted for 30 ms.
     pub pressure_ua: u16,
     /// Flow of water or foam, l/s.
     pub flow_lps: u16,
@@ -175,11 +180,14 @@ pub struct DriveInput {
     pub max_switch: bool,
     /// The power stage finds the motor circuit open.
     pub motor_open: bool,
-    /// The position sensor's own diagnosis.
+    /// The position sensor's own diagnosis. While it is on, and when it goes, the position may be set to
+    /// anything: that is no jump of it.
     pub position_sensor_fault: bool,
     /// The speed sensor's own diagnosis.
     pub speed_sensor_fault: bool,
-    /// The position counts, but from where is not known: a fault, unless the drive is homed (§D/7).
+    /// The position counts, but from where is not known: a fault, unless the drive is homed (§D/7). Counts
+    /// at once; when it changes, the position may be set to anything. Of a drive that is homed the board has to
+    /// know it from its start on: later on it says nothing there.
     pub unreferenced: bool,
 }
 
@@ -215,7 +223,8 @@ pub struct PlaceInput {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct DetectorInput {
-    /// The detector answers and its self-test passes.
+    /// The detector answers, its self-test passes, and `spots` are of its last picture, 0.1 s old at most. While this is
+    /// off nothing is looked for, and for 30 ms afterwards.
     pub ready: bool,
     /// The glass is dirty.
     pub dirty_lens: bool,
@@ -239,13 +248,19 @@ pub struct Spot {
 }
 
 /// A remote unit as its side of the internal bus shows it.
+///
+/// A board exchanges with each unit every 50 ms at least, and says of the exchanges what these two flags say.
+/// For the core a unit is heard from the first step with `online` and without `protocol_fault`; it is lost as soon as `online` is
+/// off, and when `protocol_fault` has been on for 0.1 s of steps, of which each counts as 50 ms at most. So the
+/// last picture of a unit is at most 0.2 s old when it is lost, and what a command of that time has moved is not in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct UnitInput {
-    /// Answers arrive in time, good or not.
+    /// The unit has answered, well or not, in the last 0.1 s. The board waits for so long, the core no longer: a flag
+    /// that goes off for one exchange without an answer loses the unit, and ends what its drive or valve does.
     pub online: bool,
-    /// The last exchange broke the internal bus protocol: what is sensed of the unit is from before it. One that
-    /// lasts counts as a loss of the unit (§D/6).
+    /// The last exchange broke the internal bus protocol (a checksum, an answer to something else): on from that
+    /// exchange until the next good one, and never the sum of several. What is sensed of the unit is from before it.
     pub protocol_fault: bool,
     /// The unit reports a reset by its watchdog.
     pub watchdog_reset: bool,

@@ -7,9 +7,12 @@
 //! | a switch of Deployer against its position (`subsystem::deployer`) | neither is believed until the reset | 30 ms | InternalFault, InputFaults bit 16 |
 //! | what a heater, a power stage or a drive's sensor says of itself | counts when it has lasted ([`lasted`]) | 30 ms | the fault it reports |
 //! | a remote unit whose exchanges all break the protocol of its bus | counts as not online ([`units`]), until one is good | 0.1 s | ConnLost, ProtocolFault |
+//! | what is sensed of a remote valve or Deployer that has just been driven | may be from before: the valve is not closed; a Deployer that is lost in this time is in between ([`units`]) | 0.2 s | the state it reports |
+//! | the current loop of the pressure sensor, broken or shorted | counts when it has lasted ([`lasted`]); until then the pressure is what it was | 30 ms, at the start none | PressureSensorBreak, PressureSensorShort |
 //! | water that flows though every valve says closed | no such switch is believed ([`water`]) | 3 s | CloseSensorFault, InputFaults bit 0 |
 //! | a supply out of its range | what it forbids to begin | 0.3 s | BadPower, Denied from General |
 //! | a detector whose spots all are as wide as its field, or that is not ready | no spot is believed (`subsystem::detector`) | at once | DeviceFault, InputFaults bit 2 of the first |
+//! | a detector that was not ready | the barrel waits until that has lasted ([`lasted`]) | 30 ms | Canceled where it is missing for 1 s more than it is there |
 //! | an open valve without flow and pressure | reported ([`water`]) | 10 s | InputFaults bit 1 |
 //!
 //! `guard` has besides, in the step in which it is sensed, every end switch that closes: it takes away and
@@ -21,7 +24,7 @@ mod units;
 mod water;
 
 pub(crate) use contacts::{Contacts, Debounce, STABLE_MS};
-pub(crate) use units::Heard;
+pub(crate) use units::{Heard, Stale};
 pub(crate) use water::{FLOWING_LPS, Water};
 
 /// Bits of the parameter InputFaults of General.
@@ -55,13 +58,17 @@ pub(crate) const fn outlasts(ms: &mut u8, dt_ms: u32) -> bool {
     *ms as u32 > STABLE_MS
 }
 
-/// Whether a fault that is sensed now has been for longer than a contact may blip; `ms` says how long it has been. It
-/// is gone at once: what it has ended does not go on.
+/// Whether a fault that is sensed now has been for longer than a contact may blip; `ms` says how long it has been, or is
+/// [`LASTED`]. It is gone at once: what it has ended does not go on.
+#[inline(never)]
 pub(crate) fn lasted(ms: &mut u8, dt_ms: u32, now: bool) -> bool {
-    let dt_ms = dt_ms.min(u8::MAX.into()) as u8;
-    *ms = if now { ms.saturating_add(dt_ms) } else { 0 };
-    u32::from(*ms) > STABLE_MS
+    let dt_ms = dt_ms.min(LASTED.into()) as u8;
+    *ms = if now { ms.saturating_add(dt_ms).min(LASTED) } else { 0 };
+    *ms == LASTED
 }
+
+/// So long it lasts at least.
+pub(crate) const LASTED: u8 = STABLE_MS as u8 + 1;
 
 /// A condition that has to last, and to be gone for as long.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

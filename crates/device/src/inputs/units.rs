@@ -7,6 +7,8 @@ use crate::image::{UNITS, UnitInput};
 const BROKEN_MS: u8 = 100;
 /// A longer step counts as so much, ms: one broken exchange is no loss.
 const STEP_MS: u32 = 50;
+/// What is sensed of a unit may be so old, ms: as old as one may be silent or not understood, an exchange and a step.
+const OLD_MS: u8 = 200;
 
 /// For how long nothing has been understood of each unit, ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +30,25 @@ impl Heard {
             };
             unit.online = *ms < BROKEN_MS;
         }
+    }
+}
+
+/// For how long what is sensed of a remote unit may still be from before its drive or valve was driven, ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Stale(u8);
+
+impl Stale {
+    /// It is driven now.
+    pub const DRIVEN: Self = Self(OLD_MS);
+
+    /// A step at whose end it is not driven.
+    pub fn step(&mut self, dt_ms: u32) {
+        self.0 = self.0.saturating_sub(dt_ms.min(STEP_MS) as u8);
+    }
+
+    /// What is sensed may not say where the motion has led.
+    pub const fn may_be(self) -> bool {
+        self.0 > 0
     }
 }
 

@@ -14,7 +14,7 @@
 
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{AXES, Axis, DriveInput};
-use crate::inputs::lasted;
+use crate::inputs::{Stale, lasted};
 use crate::params::Params;
 use crate::subsystem::control::approach::PATIENCE_MS;
 use crate::subsystem::drive::Drive;
@@ -73,6 +73,8 @@ pub struct Deployer {
     doubted: bool,
     /// It has been driven since its switches were last believed.
     strayed: bool,
+    /// Of a remote unit.
+    stale: Stale,
 }
 
 impl Default for Deployer {
@@ -90,6 +92,7 @@ impl Default for Deployer {
             differs_ms: 0,
             doubted: false,
             strayed: false,
+            stale: Stale::default(),
         }
     }
 }
@@ -232,11 +235,21 @@ impl Deployer {
             let why = if late { Rule::Timeout } else { Rule::ProgramEnd };
             self.end(drives, Cause::Rule(why));
         }
+        let drive = by_axis(drives, Axis::Deployer);
+        if !drive.is_idle() && drive.is_remote() {
+            self.stale = Stale::DRIVEN;
+        } else {
+            self.stale.step(dt_ms);
+        }
     }
 
     /// §D/6 Where its switches say it has arrived it has, unless its position contradicts them; or it is not known,
     /// and the barrel was driven.
     fn judge(&mut self, dt_ms: u32, input: &DriveInput, drive: &Drive, params: &Params) {
+        // Of a lost unit they may be from before it was driven: then it is where nothing says.
+        if drive.is_lost() && self.stale.may_be() && !self.is_moving() {
+            (self.position, self.strayed) = (Position::Between, true);
+        }
         let said = at_rest(input);
         let arrives = said != self.position && said != Position::Between;
         let far = drive.is_far_off(said == Position::Deployed, params);

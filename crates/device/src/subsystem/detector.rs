@@ -7,6 +7,9 @@
 //!
 //!  Stop, a fault: Idle, a search with Canceled. A StartSeek during a search starts it again.
 //! ```
+//! §D/6 What a detector that comes and goes has not seen is not passed by: the barrel waits for it, and what was found is
+//! given up by pictures alone that show it no more. A search that could not see a part of its sector says so: Canceled,
+//! or DeviceFault.
 
 mod hotbeds;
 mod samples;
@@ -18,6 +21,7 @@ use super::control::raster::{Area, Raster};
 use super::{Env, of_axis};
 use crate::cause::{Asked, Cause, Program, Rule};
 use crate::image::{Axis, SPOTS};
+use crate::inputs::{LASTED, lasted};
 use crate::params::Params;
 use crate::time::{Millis, Timer};
 use hotbeds::{Hotbeds, centre, joined, near};
@@ -36,7 +40,7 @@ const SETTLE_MS: u32 = 300;
 const DWELL_MS: u32 = 200;
 /// Fastest search, 0.1 °/s: a picture is up to 20 ms old, which makes 12' at this speed.
 const SCAN_TENTHS_MAX: i32 = 100;
-/// A detector that is not ready for this long ends what it does.
+/// A detector that is not ready for this long, less the time in which it is, ends what it does, ms.
 const SILENCE_MS: u32 = 1000;
 /// Largest scatter of the reference source, arc-minutes: more is not one source, or it moves.
 const SCATTER_ARCMIN: i32 = 15;
@@ -83,7 +87,12 @@ pub struct Detector {
     cause: Cause,
     hotbeds: Hotbeds,
     approach: Approach,
-    silence: Timer,
+    /// For how long it has shown nothing, less the time in which it has, ms.
+    silence: u32,
+    /// For how long it has been ready, ms.
+    back_ms: u8,
+    /// That has lasted.
+    is_back: bool,
     ready: bool,
     saturated: bool,
     dirty_lens: bool,
@@ -100,7 +109,9 @@ impl Default for Detector {
             cause: Cause::Rule(Rule::Inert),
             hotbeds: Hotbeds::default(),
             approach: Approach::default(),
-            silence: Timer::default(),
+            silence: 0,
+            back_ms: LASTED,
+            is_back: true,
             ready: true,
             saturated: false,
             dirty_lens: false,
@@ -158,7 +169,7 @@ impl Detector {
         self.samples = None;
         self.hotbeds = Hotbeds::default();
         self.approach = Approach::default();
-        self.silence.stop();
+        self.silence = 0;
         // §3.13: Justified reports the last alignment, whatever is searched.
         self.latched &= DetectorFlags::JUSTIFIED;
         Status::ACCEPTED
@@ -177,7 +188,7 @@ impl Detector {
         self.state = State::Aligning;
         self.samples = None;
         self.approach = Approach::default();
-        self.silence.stop();
+        self.silence = 0;
         self.latched -=
             DetectorFlags::JUSTIFIED | DetectorFlags::DEVICE_FAULT | DetectorFlags::INTERNAL_FAULT;
         Status::ACCEPTED
@@ -202,6 +213,7 @@ impl Detector {
         self.saturated = is_saturated(env);
         self.ready = env.inputs.detector.ready && !self.saturated;
         self.dirty_lens = env.inputs.detector.dirty_lens;
+        self.is_back = lasted(&mut self.back_ms, env.dt_ms, env.inputs.detector.ready);
     }
 
     /// Runs the search or the alignment.
@@ -220,9 +232,13 @@ impl Detector {
         }
         if approach::is_faulty(env.drives, &POINTING) {
             self.fail(DetectorFlags::INTERNAL_FAULT, env);
-        } else if !env.deployed || !approach::can_aim(env.drives, &POINTING) || self.is_silent(now)
+        } else if !env.deployed
+            || !approach::can_aim(env.drives, &POINTING)
+            || self.is_silent(env.dt_ms)
         {
             self.fail(DetectorFlags::empty(), env);
+        } else if !self.is_back {
+            approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::Fault));
         } else {
             self.run(now, env);
         }
@@ -267,6 +283,10 @@ impl Detector {
             return;
         };
         if there || raster.on_line() {
+            // As long as it stays at the end of a line.
+            if self.saturated && self.silence > DWELL_MS {
+                self.latched |= DetectorFlags::DEVICE_FAULT;
+            }
             for seen in sightings(env, &mut Default::default()) {
                 if search.covers(seen) {
                     self.hotbeds.see(*seen);
@@ -307,6 +327,8 @@ impl Detector {
                 self.hotbeds.replace(index, measured.mean);
                 index + 1
             }
+            // It flickers: it stays as it was found.
+            Some(None) if self.samples.as_ref().is_some_and(Samples::have_shown) => index + 1,
             // It is not there any more: a spark, a reflection, or it has gone out.
             Some(None) => {
                 self.hotbeds.remove(index);
@@ -389,13 +411,12 @@ impl Detector {
         approach::stop(env.drives, &PROGRAMS, Cause::Rule(Rule::ProgramEnd));
     }
 
-    fn is_silent(&mut self, now: Millis) -> bool {
-        if self.ready {
-            self.silence.stop();
-        } else if !self.silence.is_running() {
-            self.silence.start(now, SILENCE_MS);
-        }
-        self.silence.poll(now)
+    fn is_silent(&mut self, dt_ms: u32) -> bool {
+        self.silence = match self.ready && self.is_back {
+            true => self.silence.saturating_sub(dt_ms),
+            false => self.silence.saturating_add(dt_ms),
+        };
+        self.silence > SILENCE_MS
     }
 }
 

@@ -233,6 +233,11 @@ impl Drive {
         self.is_absent() || self.is_homed() && !self.flags().intersects(DOUBTS)
     }
 
+    /// Its remote unit is lost.
+    pub(crate) const fn is_lost(&self) -> bool {
+        !self.online
+    }
+
     /// Connected as a remote unit.
     pub fn is_remote(&self) -> bool {
         self.kind == DriveKind::Remote
@@ -534,6 +539,7 @@ impl Drive {
         if self.kind == DriveKind::Remote {
             self.unit_flags = DriveFlags::from_bits_retain(self.unit.step(dt_ms, unit));
         }
+        let DriveInput { position_sensor_fault, unreferenced, .. } = self.input;
         // §3.3.1/3: the last picture of a lost unit stays, but nothing in it moves.
         self.input = if self.online {
             *input
@@ -541,6 +547,12 @@ impl Drive {
             DriveInput { speed_tenths: 0, current_da: 0, ..self.input }
         };
         self.judge_faults(dt_ms);
+        // A sensor that fails, is back, or has found or lost its place sets its position: nothing has turned.
+        if self.input.position_sensor_fault != position_sensor_fault
+            || self.input.unreferenced != unreferenced
+        {
+            self.watch.again(self.input.position);
+        }
         let way = (self.goal != Goal::Hold).then(|| self.is_bound_up());
         self.homing.step(self.axis, way, &self.input, params);
         // §3.17: a direct drive that runs without limits does not count. Programs, which go to a

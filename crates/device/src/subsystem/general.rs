@@ -2,7 +2,7 @@
 
 use crate::hal::FaultInfo;
 use crate::image::Inputs;
-use crate::inputs::Lasting;
+use crate::inputs::{LASTED, Lasting, lasted};
 use crate::params::Params;
 use crate::time::{Millis, Timer};
 use lafet_proto::flags::GeneralFlags;
@@ -45,6 +45,8 @@ pub struct General {
     reset_in: Timer,
     erase_failed: bool,
     pressure: Pressure,
+    /// For how long its sensor has been faulty, ms.
+    fault_ms: u8,
     voltage_v: u16,
     flow_lps: u16,
     bad_power: bool,
@@ -60,6 +62,7 @@ impl Default for General {
             reset_in: Timer::default(),
             erase_failed: false,
             pressure: Pressure::Datm(0),
+            fault_ms: LASTED,
             voltage_v: 0,
             flow_lps: 0,
             bad_power: false,
@@ -130,7 +133,12 @@ impl General {
 
     #[inline(never)]
     pub(crate) fn step(&mut self, dt_ms: u32, inputs: &Inputs, params: &Params) {
-        self.pressure = pressure(inputs.pressure_ua, params.get(Param::GeneralPressureRange));
+        let sensed = pressure(inputs.pressure_ua, params.get(Param::GeneralPressureRange));
+        let faulty = !matches!(sensed, Pressure::Datm(_));
+        // For a blip of its wire the barrel must not leave the fire.
+        if lasted(&mut self.fault_ms, dt_ms, faulty) || !faulty {
+            self.pressure = sensed;
+        }
         self.voltage_v = inputs.main_voltage_dv.saturating_add(5) / 10;
         self.flow_lps = inputs.flow_lps;
         let volts = i32::from(self.voltage_v);

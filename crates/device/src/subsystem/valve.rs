@@ -16,6 +16,7 @@
 use crate::cause::{Cause, Rule};
 use crate::guard::SETTLE_MS;
 use crate::image::{UnitInput, UnitOp, VALVES, ValveInput, ValveNo, ValveOutput};
+use crate::inputs::Stale;
 use crate::params::Params;
 use crate::subsystem::remote;
 use crate::time::{Millis, Timer};
@@ -85,6 +86,8 @@ pub struct Valve {
     chance: Chance,
     /// Since its open switch counted last, ms.
     apart_ms: u8,
+    /// Of a remote unit, since it was opening.
+    stale: Stale,
     /// Runs while the valve is driven away from the end where it is; of one at rest, after an opening in vain, or
     /// until its contacts say whether it is kept open.
     leaving: Timer,
@@ -133,6 +136,7 @@ impl Valve {
             due: false,
             chance: Chance::Left,
             apart_ms: u8::MAX,
+            stale: Stale::default(),
             leaving: Timer::default(),
             input: ValveInput::default(),
             doubted: false,
@@ -331,13 +335,24 @@ impl Valve {
         }
         if self.online {
             self.input = *input;
-        } else if self.motion == Motion::Opening {
-            // What has reached its unit is not known: its last picture may be from before.
-            self.input.close_switch = false;
+        }
+        if self.remote {
+            self.doubt_closed(dt_ms);
         }
         let dt_ms = dt_ms.min(u8::MAX.into()) as u8;
         let open = self.is_at(Motion::Opening);
         self.apart_ms = if open { 0 } else { self.apart_ms.saturating_add(dt_ms) };
+    }
+
+    /// §D/6 It may have been opened since it was seen closed; and what has reached a lost unit is not known.
+    fn doubt_closed(&mut self, dt_ms: u32) {
+        let opens = self.motion == Motion::Opening;
+        if self.stale.may_be() && !(self.online && opens) {
+            self.input.close_switch = false;
+        }
+        if !opens {
+            self.stale.step(dt_ms);
+        }
     }
 
     /// §D/6 Whether water flows through valves that all say closed: then its switch is reported as faulty,
@@ -452,7 +467,12 @@ impl Valve {
             // It is owed for what had come before.
             (Motion::Closing, Cause::Rule(Rule::Lockout)) => {}
             (Motion::Closing, _) => self.owed = Some(cause),
-            _ => (self.owed, self.chance) = (None, Chance::Left),
+            _ => {
+                (self.owed, self.chance) = (None, Chance::Left);
+                if self.remote {
+                    self.stale = Stale::DRIVEN;
+                }
+            }
         }
     }
 

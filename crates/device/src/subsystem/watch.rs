@@ -77,6 +77,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// Begins the stretch again: what went before is no measure of the command now.
+    #[inline(never)]
     pub const fn again(&mut self, position: i32) {
         (self.start, self.last) = (position, position);
         (self.elapsed_ms, self.expected, self.measured) = (0, 0, 0);

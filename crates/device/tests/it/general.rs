@@ -420,7 +420,7 @@ fn pressure() {
         (8000, 40, GeneralFlags::empty()),
     ] {
         rig.plant.inputs.pressure_ua = microamps;
-        rig.run(20);
+        rig.run(40);
         let general = rig.general();
         assert_eq!((general.pressure, general.flags), (datm, flags), "{microamps} µA");
         assert_eq!(general.flowrate, 21);
@@ -428,6 +428,32 @@ fn pressure() {
     rig.set(Param::GeneralPressureRange, 400);
     rig.run(20);
     assert_eq!(rig.general().pressure, 100);
+}
+
+/// §3.3.2/1 A wire that blips is not broken: the pressure stays what it was, and a barrel that extinguishes where it is.
+#[test]
+fn a_pressure_that_blips() {
+    let mut rig = Rig::new(Composition::REMOTE);
+    for microamps in [0, 22_000] {
+        for ms in 0..1000 {
+            rig.plant.inputs.pressure_ua = if ms % 60 < 30 { microamps } else { 12_000 };
+            rig.step(1);
+            if ms > 100 {
+                let general = rig.general();
+                assert_eq!((general.pressure, general.flags), (80, GeneralFlags::empty()));
+            }
+        }
+        rig.plant.inputs.pressure_ua = microamps;
+        for ms in 1..=40 {
+            rig.step(1);
+            assert_eq!(rig.general().flags.is_empty(), ms <= 30, "{ms}");
+        }
+        // Of what is faulty from the start on there is no pressure that was.
+        rig.power_cycle();
+        assert!(!rig.general().flags.is_empty());
+        rig.plant.inputs.pressure_ua = 12_000;
+        rig.run(100);
+    }
 }
 
 fn climate(rig: &mut Rig) -> ThermoStatus {

@@ -17,6 +17,7 @@ mod general;
 mod guard;
 mod half_way;
 mod homing;
+mod lost;
 mod params;
 mod remote;
 mod requests;

@@ -2,7 +2,7 @@
 
 use crate::common::{Rig, STEP_MS};
 use lafet_device::Composition;
-use lafet_device::image::Axis;
+use lafet_device::image::{Axis, DriveInput};
 use lafet_proto::flags::DriveFlags;
 use lafet_proto::id::key;
 use lafet_proto::param::{DriveParam, Param};
@@ -65,6 +65,71 @@ fn runs_away(axis: Axis, runaway_tenths: i16, stops: bool) {
     rig.run_while(2000, |rig| rig.plant.outputs.drives[axis as usize].cut && rig.is_still());
     assert!((rig.plant.drive(axis).position_milli - from_milli).abs() <= far_milli(axis));
     assert_eq!(rig.status(axis.id(), Body::Move { destination: 0 }), Status::MODULE_FAULT);
+}
+
+type Flag = fn(&mut DriveInput) -> &mut bool;
+
+/// What says that a position means nothing now, or something else than before.
+const UNKNOWN: [Flag; 2] =
+    [|input| &mut input.position_sensor_fault, |input| &mut input.unreferenced];
+
+fn set(rig: &mut Rig, axis: Axis, flag: Flag, on: bool) {
+    *flag(&mut rig.plant.inputs.drives[axis as usize]) = on;
+}
+
+/// §3.3.4 A sensor that fails or is back somewhere else, that has found or lost its place, sets the position of a drive at
+/// rest: that is no jump of it, and the drive works again.
+#[test]
+fn a_position_that_is_set() {
+    for (axis, sets) in AIMING.into_iter().flat_map(|axis| UNKNOWN.map(|sets| (axis, sets))) {
+        let far = if axis == Axis::Nozzle { 20 } else { 600 };
+        for (first, then) in [(0, far), (far, 0), (-far, far), (far, -far)] {
+            let mut rig = Rig::new(Composition::REMOTE);
+            rig.plant.place(axis, 30);
+            rig.pause();
+            rig.run(500);
+            rig.plant.drive(axis).encoder_offset += first;
+            set(&mut rig, axis, sets, true);
+            rig.run(300);
+            assert_eq!(rig.drive_flags(axis) & FAULTS, DriveFlags::POS_ENCODER_FAULT);
+            rig.plant.drive(axis).encoder_offset += then;
+            set(&mut rig, axis, sets, false);
+            rig.run_while(2000, |rig| !rig.drive_flags(axis).intersects(FAULTS));
+            let at = rig.drive(axis).position;
+            rig.move_to(axis, at + 5);
+            rig.run_until(5000, |rig| (rig.drive(axis).position - at - 5).abs() <= 1);
+        }
+    }
+    // Without such a flag it is one.
+    let mut rig = Rig::new(Composition::REMOTE);
+    rig.run(500);
+    rig.plant.drive(Axis::Horizontal).encoder_offset += 1200;
+    rig.run(500);
+    assert!(rig.drive_flags(Axis::Horizontal).contains(DriveFlags::POS_ENCODER_FAULT));
+}
+
+/// §3.3.4 A flag that comes and goes hides no drive that turns though it is not fed.
+#[test]
+fn a_flag_that_flickers_hides_nothing() {
+    for (sets, tenths) in
+        UNKNOWN.into_iter().flat_map(|sets| [(sets, 20_i16), (sets, -100), (sets, 250)])
+    {
+        for (on_ms, every_ms) in [(50, 100), (30, 60), (100, 110)] {
+            let mut rig = Rig::new(Composition::REMOTE);
+            rig.run(500);
+            rig.plant.drive(Axis::Horizontal).runaway_tenths = tenths;
+            let from_milli = rig.plant.drive(Axis::Horizontal).position_milli;
+            let mut ms = 0;
+            while !rig.plant.outputs.drives[Axis::Horizontal as usize].cut {
+                assert!(ms < 10_000, "{tenths} {on_ms} {every_ms}");
+                set(&mut rig, Axis::Horizontal, sets, ms % every_ms < on_ms);
+                rig.step(STEP_MS);
+                ms += STEP_MS;
+            }
+            let way_milli = rig.plant.drive(Axis::Horizontal).position_milli - from_milli;
+            assert!(way_milli.abs() <= far_milli(Axis::Horizontal), "{tenths}: {way_milli}");
+        }
+    }
 }
 
 /// §3.3.4 What is too slow to be a runaway, a barrel that sinks or that the jet turns, is a fault after 5° or 5 mm; and its

@@ -76,7 +76,7 @@ fn a_pressure_that_lies_is_told_when_it_leaves_its_range() {
         "case a\nstate deployed\ninject fault pressure-drift\nafter 15s\n\
          expect General flags lacks PressureSensorBreak\n\
          until input pressure < 3600 within 10s\n\
-         until General flags has PressureSensorBreak within 50ms\n",
+         until General flags has PressureSensorBreak within 500ms\n",
     );
 }
 

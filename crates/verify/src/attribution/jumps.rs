@@ -21,6 +21,8 @@ struct Rest {
     /// For how long it has been at rest, ms.
     ms: u64,
     reading: i32,
+    /// Its sensor said that it is faulty.
+    faulty: bool,
     /// The reading before it jumped, and for how long it has been another one, ms.
     jumped: Option<(i32, u64)>,
 }
@@ -44,9 +46,14 @@ impl Jumps {
             let lost = ledger.units.is_lost(axis.unit() as usize);
             let far = if axis == Axis::Nozzle { FAR_MM } else { FAR_ARCMIN };
             let reading = view.inputs.drives[index].position;
+            let faulty = view.inputs.drives[index].position_sensor_fault;
+            // What changes with that flag is set.
+            let is_set = std::mem::replace(&mut rest.faulty, faulty) || faulty;
             let has_jumped = reading.abs_diff(rest.reading) >= far;
             *rest = match rest.jumped {
-                _ if begins || turns || lost => Rest { reading, ..Rest::default() },
+                _ if begins || turns || lost || is_set => {
+                    Rest { reading, faulty, ..Rest::default() }
+                }
                 None if has_jumped && rest.ms >= REST_MS => {
                     Rest { reading, jumped: Some((rest.reading, 0)), ..*rest }
                 }

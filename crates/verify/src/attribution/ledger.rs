@@ -74,8 +74,8 @@ pub struct Ledger {
     /// Its unit was lost while it opened, or has not been heard since the start: it may be open, whatever its last picture
     /// says.
     strays: [bool; VALVES],
-    /// It was being opened in the step before.
-    opened: [bool; VALVES],
+    /// For how long it has not been opened, ms.
+    unopened_ms: [u64; VALVES],
     /// Why each valve is to close: it has not since, and no request has said what else it is to do.
     pub owed: [Option<Cause>; VALVES],
     /// §D/8 When a client has last confirmed the water of each valve, or it was last closed.
@@ -132,7 +132,7 @@ impl Ledger {
             valve_over_ms: [0; VALVES],
             closings: Default::default(),
             strays: [true; VALVES],
-            opened: [false; VALVES],
+            unopened_ms: [u64::MAX; VALVES],
             owed: [Some(Cause::Rule(Rule::PowerUp)); VALVES],
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],

@@ -8,8 +8,8 @@ use lafet_proto::status::Hotbed;
 const COUNT: u8 = 16;
 /// Time from picture to picture, ms: the detector has made a new one by then.
 const PICTURE_MS: u32 = 40;
-/// A measurement that takes longer than this, ms, is none: three times as long as it should.
-const PATIENCE_MS: u32 = 2000;
+/// Three times as many that do not make one: there is nothing to measure.
+const COUNT_MOST: u8 = 51;
 
 /// What has been measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,11 +23,12 @@ pub(super) struct Measured {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Samples {
     count: u8,
+    /// Pictures that were looked at.
+    looked: u8,
     sums: [i64; 5],
     /// Right, left, bottom, top of the middles.
     range: [i32; 4],
     picture: Timer,
-    patience: Timer,
 }
 
 impl Samples {
@@ -35,13 +36,12 @@ impl Samples {
     pub(super) fn after(now: Millis, settle_ms: u32) -> Self {
         let mut samples = Self {
             count: 0,
+            looked: 0,
             sums: [0; 5],
             range: [i32::MAX, i32::MIN, i32::MAX, i32::MIN],
             picture: Timer::default(),
-            patience: Timer::default(),
         };
         samples.picture.start(now, settle_ms);
-        samples.patience.start(now, settle_ms.saturating_add(PATIENCE_MS));
         samples
     }
 
@@ -53,6 +53,7 @@ impl Samples {
     ) -> Option<Option<Measured>> {
         if self.picture.poll(now) {
             self.picture.start(now, PICTURE_MS);
+            self.looked += 1;
             if let Some(seen) = picture() {
                 self.add(&seen);
             }
@@ -60,7 +61,12 @@ impl Samples {
         if self.count >= COUNT {
             return Some(Some(self.measured()));
         }
-        self.patience.poll(now).then_some(None)
+        (self.looked >= COUNT_MOST).then_some(None)
+    }
+
+    /// Some of the pictures have shown it.
+    pub(super) const fn have_shown(&self) -> bool {
+        self.count > 0
     }
 
     fn add(&mut self, seen: &Hotbed) {

@@ -325,7 +325,7 @@ fn an_old_picture() {
     run(&mut bench, &mut detector, 2000);
     for cycle in 0..400 {
         bench.cycle();
-        bench.inputs.detector.ready = cycle % 40 == 0;
+        bench.inputs.detector.ready = cycle % 100 < 80;
         if !bench.inputs.detector.ready {
             let old = Spot { left: 60, right: -60, bottom: -60, top: 60, brightness: 900 };
             bench.inputs.detector.spots[0] = Some(old);
@@ -337,4 +337,94 @@ fn an_old_picture() {
     bench.inputs.detector.ready = true;
     finish(&mut bench, &mut detector);
     assert!(detector.flags().is_empty());
+}
+
+/// §D/6, §3.16/1 A detector that comes and goes loses nothing without a word: what burns is found as by one that stays, or the
+/// search is canceled, which keeps what was found. The barrel is at rest meanwhile.
+#[test]
+fn it_comes_and_goes() {
+    let fires = [(1500, -103, 100, 1400), (-900, 400, 60, 300), (-1700, -500, 60, 200)];
+    let search = |gone_ms: u32, every_ms: u32, analyse| {
+        let (mut bench, mut detector) = ready();
+        bench.fires = fires.to_vec();
+        assert_eq!(seek(&mut bench, &mut detector, Seek { analyse, ..SEEK }), Status::ACCEPTED);
+        let mut ms = 0;
+        while detector.is_searching() {
+            assert!(ms < 600_000, "{gone_ms} of {every_ms} ms: it never ends");
+            bench.inputs.detector.ready = ms % every_ms >= gone_ms;
+            bench.cycle();
+            detector.step(bench.now, &mut bench.env());
+            let still = bench.drives.iter().all(|drive| drive.output().speed_tenths == 0);
+            assert!(still || bench.inputs.detector.ready, "{gone_ms} of {every_ms} ms");
+            ms += CYCLE_MS;
+        }
+        (detector.flags() - F::DEVICE_FAULT, detector.hotbeds().len())
+    };
+    for analyse in [0, 1] {
+        assert_eq!(search(0, 1000, analyse), (F::FOUND, 3));
+        for (gone_ms, every_ms) in [(10, 1000), (300, 1000), (500, 1700), (800, 2600), (900, 5000)]
+        {
+            assert_eq!(
+                search(gone_ms, every_ms, analyse),
+                (F::FOUND, 3),
+                "{gone_ms} of {every_ms} ms"
+            );
+        }
+        for (gone_ms, every_ms) in [(10, 20), (10, 40), (900, 1000), (600, 1000), (1010, 5000)] {
+            let (flags, _) = search(gone_ms, every_ms, analyse);
+            assert!(flags.contains(F::CANCELED), "{gone_ms} of {every_ms} ms: {flags:?}");
+        }
+    }
+    // Canceled in the second pass, it still has what the first has found.
+    let (mut bench, mut detector) = ready();
+    bench.fires = fires.to_vec();
+    assert_eq!(seek(&mut bench, &mut detector, Seek { analyse: 1, ..SEEK }), Status::ACCEPTED);
+    while !matches!(detector.state, State::Measuring { .. }) {
+        run(&mut bench, &mut detector, CYCLE_MS);
+    }
+    bench.inputs.detector.ready = false;
+    run(&mut bench, &mut detector, 1100);
+    assert_eq!(detector.flags(), F::FOUND | F::CANCELED | F::DEVICE_FAULT);
+    assert_eq!(detector.hotbeds().len(), 3);
+}
+
+/// §3.16/6 Flames that show in a few pictures of the second pass alone are still there, as the first has found them.
+#[test]
+fn flames_that_flicker() {
+    let (mut bench, mut detector) = ready();
+    bench.fires = [(1500, -103, 100, 1400)].to_vec();
+    assert_eq!(seek(&mut bench, &mut detector, Seek { analyse: 1, ..SEEK }), Status::ACCEPTED);
+    while !matches!(detector.state, State::Measuring { .. }) {
+        run(&mut bench, &mut detector, CYCLE_MS);
+    }
+    let found = detector.hotbeds().to_vec();
+    let mut cycle = 0;
+    while detector.is_searching() {
+        bench.fires[0].3 = if cycle % 40 < 8 { 1400 } else { 0 };
+        run(&mut bench, &mut detector, CYCLE_MS);
+        cycle += 1;
+    }
+    assert_eq!((detector.hotbeds(), detector.flags()), (&found[..], F::FOUND));
+}
+
+/// §D/6 A part of the sector in which the picture was of light may burn: DeviceFault says so until the next start, and the
+/// rest is searched. A moment of it is nothing.
+#[test]
+fn a_part_that_dazzles() {
+    for (dazzled_ms, flags) in [(150, F::FOUND), (700, F::FOUND | F::DEVICE_FAULT)] {
+        let (mut bench, mut detector) = ready();
+        bench.fires = [(1500, -103, 100, 1400)].to_vec();
+        assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+        run(&mut bench, &mut detector, 3000);
+        for _ in 0..dazzled_ms / CYCLE_MS {
+            bench.cycle();
+            let light = Spot { left: 600, right: -600, bottom: -600, top: 600, brightness: 2000 };
+            bench.inputs.detector.spots = [Some(light); SPOTS];
+            detector.step(bench.now, &mut bench.env());
+        }
+        finish(&mut bench, &mut detector);
+        assert_eq!(detector.flags(), flags, "{dazzled_ms}");
+        assert_eq!(seek(&mut bench, &mut detector, SEEK), Status::ACCEPTED);
+        assert_eq!(detector.flags(), F::SEARCHING);
+    }
 }

@@ -13,6 +13,9 @@ use crate::attribution::closing::Passing;
 const DOUBT_MS: u64 = 3_100;
 /// §D/6 From this flow on water flows, l/s.
 const FLOWING_LPS: u16 = 2;
+/// §D/6 What is sensed of a unit may be so old, ms, in steps of which each counts as so much at most.
+const OLD_MS: u64 = 200;
+const STEP_MS: u64 = 50;
 
 impl Ledger {
     /// What is asked for while the outputs are still inert may be done afterwards.
@@ -58,10 +61,13 @@ impl Ledger {
             let online = !remote || !self.units.is_lost(valve.unit() as usize);
             let opens = view.outputs.valves[valve as usize] == ValveOutput::Opening;
             let strays = &mut self.strays[valve as usize];
-            *strays = !online && (*strays || opens || self.opened[valve as usize]);
-            self.opened[valve as usize] = opens;
+            let unopened_ms = &mut self.unopened_ms[valve as usize];
+            let old = *unopened_ms < OLD_MS;
+            *unopened_ms =
+                if opens { 0 } else { unopened_ms.saturating_add(passed_ms.min(STEP_MS)) };
+            *strays = !online && (*strays || opens || old);
             let mut input = view.inputs.valves[valve as usize];
-            input.close_switch &= !*strays;
+            input.close_switch &= !(*strays || remote && old && !opens);
             let time = Passing {
                 now_ms: view.now_ms,
                 passed_ms,

@@ -10,13 +10,21 @@ pub fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The same for what others may keep for milliseconds: what this task has just spawned, a Stop, and all else
-/// that its thread has to run do not wait for the lock.
-pub fn lock_aside<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// The same, unless it is taken.
+pub fn lock_if_free<T: ?Sized>(mutex: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     match mutex.try_lock() {
-        Ok(guard) => return guard,
-        Err(TryLockError::Poisoned(error)) => return error.into_inner(),
-        Err(TryLockError::WouldBlock) => {}
+        Ok(guard) => Some(guard),
+        Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    }
+}
+
+/// The same for what others may keep for milliseconds: what this task has just spawned, a Stop, and all else
+/// that its thread has to run do not wait for the lock. What waits here takes a thread, so it may not be as much as
+/// clients like.
+pub fn lock_aside<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    if let Some(guard) = lock_if_free(mutex) {
+        return guard;
     }
     match Handle::try_current().map(|it| it.runtime_flavor()) {
         Ok(RuntimeFlavor::MultiThread) => block_in_place(|| lock(mutex)),

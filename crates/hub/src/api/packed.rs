@@ -31,6 +31,9 @@ const SIZES: std::ops::RangeInclusive<u64> = 1024..=16 * 1024 * 1024;
 /// The answer that contains a secret: the CSRF token of a session.
 const SECRET: &str = "/api/session";
 
+/// Held by who packs or unpacks what never changes: others that ask for the same meanwhile take no thread.
+static LASTING: Semaphore = Semaphore::const_new(1);
+
 /// Who packs an answer now.
 #[derive(Debug)]
 pub struct Packing(Semaphore);
@@ -78,7 +81,9 @@ impl Lasting {
         if let Some(packed) = packed.get() {
             return Some(packed.clone());
         }
+        let turn = LASTING.acquire().await;
         let pack = move || {
+            let _turn = turn;
             let plain = plain.get().map(Bytes::as_ref).unwrap_or_default();
             packed.get_or_init(|| gzip(plain, Compression::best())).clone()
         };
@@ -91,7 +96,9 @@ impl Lasting {
         if let Some(plain) = plain.get() {
             return Some(plain.clone());
         }
+        let turn = LASTING.acquire().await;
         let unpack = move || {
+            let _turn = turn;
             let unpacked = unpacked(packed.get()?)?;
             Some(plain.get_or_init(|| unpacked).clone())
         };
@@ -202,6 +209,18 @@ mod tests {
         assert_eq!(lasting.clone().plain().await.unwrap(), text);
         assert_eq!(lasting.plain().await.unwrap(), text);
         assert_eq!(Lasting::of_packed("no gzip").plain().await, None);
+    }
+
+    #[tokio::test]
+    async fn what_never_changes_is_packed_by_one_thread_at_a_time() {
+        let soon = std::time::Duration::from_millis(50);
+        let turn = LASTING.acquire().await.unwrap();
+        let (plain, packed) = (Lasting::new("lafet"), Lasting::of_packed("no gzip"));
+        let (mut packs, mut unpacks) = (Box::pin(plain.packed()), Box::pin(packed.plain()));
+        assert!(tokio::time::timeout(soon, &mut packs).await.is_err(), "it takes a thread");
+        assert!(tokio::time::timeout(soon, &mut unpacks).await.is_err(), "it takes a thread");
+        drop(turn);
+        assert!(packs.await.is_some() && unpacks.await.is_none());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use axum::response::{IntoResponse, Response};
 use futures_util::{Stream, StreamExt};
 use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Deserialize;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -45,6 +45,9 @@ pub const LINES_MAX: usize = 200_000;
 const CHUNK: usize = 64 * 1024;
 /// Held by who plays a recording: that takes a processor, and all others are for what has to be quick.
 static PLAYS: Mutex<()> = Mutex::new(());
+/// Recordings that are being played, each on its thread; of clients that have gone, too, until that is noticed.
+static PLAYED: Semaphore = Semaphore::const_new(PLAYED_MAX);
+const PLAYED_MAX: usize = 16;
 
 pub fn routes() -> OpenApiRouter<Hub> {
     let upload = OpenApiRouter::new().routes(routes!(upload));
@@ -316,8 +319,17 @@ async fn recording_changes(
     let mut player = Player::new(addresses, names(&hub));
     player.frames = part.frames.unwrap_or(false);
     let (to, lines) = mpsc::channel(4);
-    tokio::task::spawn_blocking(move || _ = play(player, &path, &part, &Sender::new(to)));
+    begin(player, path, part, Sender::new(to)).await;
     Ok(lines_of(lines))
+}
+
+/// Begins to play a file when there is a thread for it.
+async fn begin(player: Player, path: PathBuf, part: Part, to: Sender) {
+    let one = PLAYED.acquire().await;
+    tokio::task::spawn_blocking(move || {
+        let _one = one;
+        play(player, &path, &part, &to)
+    });
 }
 
 /// Plays a file, as long as the client takes it; how many pieces of it were looked at. Others play while it is taken.
@@ -458,6 +470,21 @@ mod tests {
         drop(lines);
         assert_eq!(play(), 1);
         std::fs::remove_file(path).unwrap();
+    }
+
+    /// As many as are asked for and given up again would take all threads.
+    #[tokio::test]
+    async fn few_recordings_are_played_at_a_time() {
+        let player = || Player::new(Whose::new(), BTreeMap::new());
+        let part = || Part { from_ms: None, to_ms: None, frames: None };
+        let all = PLAYED.acquire_many(u32::try_from(PLAYED_MAX).unwrap()).await.unwrap();
+        let (to, mut lines) = mpsc::channel(4);
+        let mut begins = Box::pin(begin(player(), "/none".into(), part(), Sender::new(to)));
+        let early = tokio::time::timeout(Duration::from_millis(50), &mut begins).await;
+        assert!(early.is_err(), "it takes a thread");
+        drop(all);
+        begins.await;
+        assert!(lines.recv().await.expect("it is played").is_err(), "there is no such file");
     }
 
     /// Playing takes one processor, whatever is played; and a client that takes nothing keeps no other from it.

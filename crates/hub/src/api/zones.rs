@@ -112,6 +112,7 @@ struct PumpByHand {
 #[utoipa::path(get, path = "/api/zones",
     responses((status = 200, body = ZonesView), (status = 401), (status = 404)))]
 async fn zones(State(hub): State<Hub>, _: Caller) -> Result<Json<ZonesView>, ApiError> {
+    let _turn = hub.turn_at_zones().await;
     Ok(Json(hub.zones_view()?))
 }
 
@@ -148,6 +149,7 @@ async fn report_detector(
     let heard = hub.now();
     let reported =
         Reported { heard, at_ms, by, signal, condition, bearing_deg, elevation_deg, quality };
+    let _turn = hub.turn_at_zones().await;
     hub.detector_reports(&caller, &id, reported)?;
     Ok(axum::http::StatusCode::NO_CONTENT)
 }
@@ -184,6 +186,7 @@ async fn report_wind(
     }
     let (at_ms, by) = (hub.clock().now_ms(), caller.principal.user.clone());
     let wind = WindReported { heard: hub.now(), at_ms, by, from_deg, speed_mps };
+    let _turn = hub.turn_at_zones().await;
     hub.wind_reports(wind)?;
     Ok(axum::http::StatusCode::NO_CONTENT)
 }
@@ -329,7 +332,7 @@ async fn unlock_zones(State(hub): State<Hub>, from: InTime) -> Result<Json<Zones
 
 /// Carries an order out, and says whether it is on the disk.
 async fn ordered(hub: &Hub, caller: &Caller, order: Hand) -> Result<Json<ZonesView>, ApiError> {
-    let view = hub.order_zones(caller, order)?;
+    let view = hub.order_zones_in_turn(caller, order).await?;
     let stored = hub.zones_are_stored().await;
     Ok(Json(ZonesView { stored, ..view }))
 }

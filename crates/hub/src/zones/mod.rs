@@ -6,9 +6,9 @@
 //!  each 50 ms ─▶ turn ───────┘                    └─▶ stored, published
 //! ```
 //!
-//! The machine is behind one lock. Who reports something or orders a no has it carried out in the same call:
-//! nothing waits in a queue. One task looks at the monitors and steps the machine at its deadlines; another
-//! one stores what has to survive.
+//! The machine is behind one lock. What is reported, and a no, is carried out in the same call, if the machine is
+//! free; how clients wait for it is in `waiting`. One task looks at the monitors and steps the machine at its
+//! deadlines; another one stores what has to survive.
 
 mod assign;
 pub mod fires;
@@ -25,6 +25,7 @@ mod planning;
 mod served;
 mod stored;
 pub mod view;
+mod waiting;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -33,14 +34,14 @@ use std::time::Duration;
 
 use lafet_site::config::{Problem, Zone};
 use lafet_site::{
-    Entry, Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
+    Event, Hand, PathFault, Persisted, Phase, Reaction, Record, Site, State, ZoneState,
 };
 use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout};
 
 use crate::clock::ms;
 use crate::config::{Config, ZonesConfig};
-use crate::control::authority::{HTTP_LOST, Now};
+use crate::control::authority::Now;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 use crate::store::StoreError;
@@ -52,6 +53,7 @@ use index::Index;
 use line::Line;
 use stored::Stored;
 use view::Reported;
+use waiting::Waiting;
 
 /// User, session and way of the zone controller in the audit log and in authorities.
 pub const ZONES: &str = "zones";
@@ -85,6 +87,7 @@ pub struct Zones {
     latest: BTreeMap<String, line::Latest>,
     /// What says no now.
     nos: no::Nos,
+    waiting: Waiting,
     stored: Stored,
     /// Held while fires are located or a plan is computed.
     planning: Mutex<()>,
@@ -193,6 +196,7 @@ impl Zones {
             machine,
             latest,
             nos,
+            waiting: Waiting::default(),
             stored,
             planning,
             wake,
@@ -228,9 +232,10 @@ pub async fn run(hub: Hub) {
             () = sleep(pause) => {}
             // The pause is for those that wait for the lock.
             () = zones.wake.notified(), if !hurries => {}
-            () = shutdown.requested() => return,
+            () = shutdown.requested() => break,
         }
     }
+    hub.carry_nos(zones, &mut zones.machine(), true);
 }
 
 /// Stores what has to survive until the hub ends.
@@ -314,32 +319,13 @@ impl Hub {
     /// 404 without zones or for a name that is not configured, 409 with the reason of the machine.
     pub fn order_zones(&self, caller: &Caller, order: Hand) -> Result<view::ZonesView, ApiError> {
         let zones = self.known_zones()?;
-        let held = match &order {
-            Hand::Hold { zone, on } => Some((zone.clone(), *on)),
-            _ => None,
-        };
-        let by = caller.principal.user.clone();
         let no = zones.void_by_hand(&order);
-        let event = Event::Hand { by, order };
-        let is_repeated = self.is_repeated_no(caller, &event);
+        let first = !self.is_repeated_no(caller, &order);
         let mut machine = zones.machine();
-        let records = match is_repeated {
-            true => self.take_again(zones, &mut machine, caller, &event),
-            false => self.take(zones, &mut machine, caller, &event),
-        };
+        self.carry_nos(zones, &mut machine, true);
+        let done = self.carry_hand(zones, &mut machine, caller, &order, first);
         self.no_is_over(zones, &mut machine, no);
-        let refused = records.into_iter().find_map(|record| match record.entry {
-            Entry::Refused { why, .. } => Some(why),
-            _ => None,
-        });
-        match (refused, held) {
-            (Some(why), _) => return Err(ApiError::zone_refused(why)),
-            // Its holder has to come back: one that is gone holds nothing.
-            (None, Some((zone, true))) => _ = machine.holds.insert(zone, self.now() + HTTP_LOST),
-            (None, Some((zone, false))) => _ = machine.holds.remove(&zone),
-            (None, None) => {}
-        }
-        Ok(machine.view(self.now(), !zones.is_failing()))
+        done.map(|()| machine.view(self.now(), !zones.is_failing()))
     }
 
     /// Whether what was ordered so far is on the disk, or gets there soon.
@@ -495,6 +481,7 @@ impl Hub {
         }
         let now = self.now();
         let looks = machine.hurries || now >= machine.looked + LOOK;
+        self.carry_nos(zones, machine, looks);
         if looks {
             machine.looked = now;
             machine.hurries = self.look_at_lines(zones, machine);

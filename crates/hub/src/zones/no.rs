@@ -4,8 +4,8 @@
 //! another zone all the same is ordered again once no no is under way.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use lafet_proto::{RequestId, SubsystemId};
 use lafet_site::config::{ContactKind, Mode};
@@ -27,7 +27,7 @@ const KEEP_OUTS: &str = "keep-outs";
 #[derive(Debug, Default)]
 pub(super) struct Nos {
     /// Nos that have made orders void and are not with the machine yet.
-    under_way: AtomicUsize,
+    under_way: Arc<AtomicUsize>,
     /// The contacts that are pressed: one that is held says no once.
     pressed: Mutex<BTreeMap<String, bool>>,
     /// When the latest came for each zone, and for the site.
@@ -35,19 +35,20 @@ pub(super) struct Nos {
 }
 
 /// A no on its way to the machine.
+#[derive(Debug)]
 #[must_use]
-pub(super) struct No<'a>(&'a Nos);
+pub(super) struct No(Arc<AtomicUsize>);
 
-impl Drop for No<'_> {
+impl Drop for No {
     fn drop(&mut self) {
-        self.0.under_way.fetch_sub(1, Ordering::SeqCst);
+        self.0.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
 impl Zones {
-    fn begin_no(&self) -> No<'_> {
+    fn begin_no(&self) -> No {
         self.nos.under_way.fetch_add(1, Ordering::SeqCst);
-        No(&self.nos)
+        No(self.nos.under_way.clone())
     }
 
     /// Makes every order void that opens or turns a monitor of this scope and is not sent yet. A monitor
@@ -104,7 +105,7 @@ impl Zones {
     }
 
     /// A person's no makes void what waits to be sent, before it waits for the lock itself.
-    pub(super) fn void_by_hand(&self, order: &Hand) -> No<'_> {
+    pub(super) fn void_by_hand(&self, order: &Hand) -> No {
         let no = self.begin_no();
         match order {
             Hand::Stop(scope) | Hand::Close(scope) => self.void(scope),
@@ -116,7 +117,7 @@ impl Zones {
     }
 
     /// The same for a contact that begins to say no: it is reported again as long as it is held.
-    fn void_by_contact(&self, input: &str, pressed: bool) -> No<'_> {
+    fn void_by_contact(&self, input: &str, pressed: bool) -> No {
         let no = self.begin_no();
         let before = lock(&self.nos.pressed).insert(input.to_owned(), pressed);
         let begins = pressed && before != Some(true);
@@ -206,8 +207,7 @@ impl Hub {
     }
 
     /// Whether a client says the no that it has just said. Any other order ends the series.
-    pub(super) fn is_repeated_no(&self, caller: &Caller, event: &Event) -> bool {
-        let Event::Hand { order, .. } = event else { return false };
+    pub(super) fn is_repeated_no(&self, caller: &Caller, order: &Hand) -> bool {
         let (said, scope, why) = match order {
             Hand::Abort { zone } => {
                 (Said::Abort(zone.clone()), Scope::Zone(zone.clone()), Why::Abort)
@@ -262,25 +262,9 @@ impl Hub {
         }
     }
 
-    /// A repetition (no `news`) is a no only where the one before does not last any more: a reset may have
-    /// come between.
-    fn refuse(&self, zones: &Zones, caller: &Caller, order: Hand, news: bool) {
-        let no = zones.void_by_hand(&order);
-        let mut machine = zones.machine();
-        let lasts = match &order {
-            Hand::Stop(scope) | Hand::Close(scope) => !news && machine.site.is_refused(scope),
-            _ => false,
-        };
-        if !lasts {
-            let by = caller.principal.user.clone();
-            self.take(zones, &mut machine, caller, &Event::Hand { by, order });
-        }
-        self.no_is_over(zones, &mut machine, no);
-    }
-
     /// The machine has taken a no. What it keeps although an order for it was made void is ordered again,
     /// by the last no that is under way.
-    pub(super) fn no_is_over(&self, zones: &Zones, machine: &mut Machine, no: No<'_>) {
+    pub(super) fn no_is_over(&self, zones: &Zones, machine: &mut Machine, no: No) {
         drop(no);
         if zones.nos.under_way.load(Ordering::SeqCst) > 0 {
             return;

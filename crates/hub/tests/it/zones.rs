@@ -1,5 +1,7 @@
 //! Zones, end to end: detectors report over HTTP, simulated monitors open, and who says no wins.
 
+#[cfg(target_os = "linux")]
+mod flooded;
 mod planned;
 mod refused;
 

@@ -1228,6 +1228,135 @@ export interface components {
             /** @description Name for people. */
             name: components["schemas"]["Both"];
         };
+        /** @description What belongs to the zones besides `/api/zones/configured`. It does not change while the hub runs. */
+        Installation: {
+            /** @description How each monitor aims at its zones. */
+            aims: components["schemas"]["InstalledAim"][];
+            /** @description Detectors. */
+            detectors: components["schemas"]["InstalledDetector"][];
+            /** @description Contacts. */
+            inputs: components["schemas"]["InstalledInput"][];
+            /** @description Zone valves, test outlets, sounders, lamps. */
+            outputs: components["schemas"]["InstalledOutput"][];
+            /** @description Pumps, in the order in which they start. */
+            pumps: components["schemas"]["InstalledPump"][];
+            /**
+             * Format: int32
+             * @description Pumps run on for so long after the water, s.
+             */
+            run_on_s: number;
+            /** @description Zones, in the configured order. */
+            zones: components["schemas"]["InstalledZone"][];
+        };
+        /** @description How a monitor aims at a zone. */
+        InstalledAim: {
+            /**
+             * Format: int32
+             * @description Centre, arc-minutes, positive to the left.
+             */
+            horizontal: number;
+            monitor: string;
+            /**
+             * Format: int32
+             * @description Nozzle, mm.
+             */
+            nozzle: number;
+            /**
+             * Format: int32
+             * @description Stored program, 0–7.
+             */
+            program: number;
+            /** @description Valve of the water: `Valve1`, `Valve2`. */
+            valve: string;
+            /**
+             * Format: int32
+             * @description Centre, arc-minutes, positive up.
+             */
+            vertical: number;
+            zone: string;
+        };
+        /** @description A detector. */
+        InstalledDetector: {
+            /** @description East, north and up, m; null: it gives no bearing that counts. */
+            at: [
+                number,
+                number,
+                number
+            ] | null;
+            detector: string;
+            /** @description It votes with a dirty window too. */
+            dirty_votes: boolean;
+            kind: components["schemas"]["DetectorKind"];
+            /**
+             * Format: int32
+             * @description Silent without a report for so long, s.
+             */
+            silent_after_s: number;
+            zones: string[];
+        };
+        /** @description A contact. */
+        InstalledInput: {
+            input: string;
+            /** @description `release`, `abort`, `stop`, `hold`, `lockout`, `manual_switch`, `pressure`. */
+            kind: string;
+            /** @description Zones that it is for; none: all. */
+            zones: string[];
+        };
+        /** @description An output. */
+        InstalledOutput: {
+            /** @description `valve`, `sounder`, `alarm_lamp`, `trouble_lamp`, `disabled_lamp`. */
+            kind: string;
+            output: string;
+            /** @description The zone that it is for; null: the site. */
+            zone: string | null;
+        };
+        /** @description A pump. */
+        InstalledPump: {
+            /** @description Contact of its pressure. */
+            pressure: string | null;
+            pump: string;
+            /** @description It starts in place of one that has failed. */
+            standby: boolean;
+            /**
+             * Format: int32
+             * @description It starts so long after the one before, s.
+             */
+            start_delay_s: number;
+            /**
+             * Format: int32
+             * @description Without pressure for so long it has failed, s.
+             */
+            start_timeout_s: number;
+        };
+        /** @description A zone. */
+        InstalledZone: {
+            /**
+             * Format: int32
+             * @description A monitor that does not act for so long is replaced, s.
+             */
+            act_within_s: number;
+            /**
+             * Format: int32
+             * @description Monitors at once; null: all.
+             */
+            jets: number | null;
+            /** @description Mode at the first start. */
+            mode: components["schemas"]["ZoneMode"];
+            /** @description Its water needs the pumps. */
+            pumps: boolean;
+            /**
+             * Format: int32
+             * @description Automatic water ends without alarm for so long, s; null: it does not.
+             */
+            quiet_ends_s: number | null;
+            /** @description Output of its test outlet. */
+            test_outlet: string | null;
+            /** @description Output of its valve. */
+            valve: string | null;
+            /** @description Votes with one failed detector, with two, …: `2oo2`, `alarm`. */
+            when_failed: string[];
+            zone: string;
+        };
         /** @description A jet. What is not given is the monitor's present value. */
         JetAsked: {
             /**
@@ -4166,6 +4295,13 @@ export type Id = components['schemas']['Id'];
 export type Ids = components['schemas']['Ids'];
 export type ImageSlot = components['schemas']['ImageSlot'];
 export type Info = components['schemas']['Info'];
+export type Installation = components['schemas']['Installation'];
+export type InstalledAim = components['schemas']['InstalledAim'];
+export type InstalledDetector = components['schemas']['InstalledDetector'];
+export type InstalledInput = components['schemas']['InstalledInput'];
+export type InstalledOutput = components['schemas']['InstalledOutput'];
+export type InstalledPump = components['schemas']['InstalledPump'];
+export type InstalledZone = components['schemas']['InstalledZone'];
 export type JetAsked = components['schemas']['JetAsked'];
 export type JetWind = components['schemas']['JetWind'];
 export type Jets = components['schemas']['Jets'];

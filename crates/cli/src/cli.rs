@@ -75,6 +75,12 @@ pub enum Command {
         after_help = "Examples:\n  lafet map modbus hub.toml > map.csv\n  lafet map modbus hub.toml --form markdown"
     )]
     Map(cmd::map::MapCommand),
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  lafet site test plan.toml --hub http://127.0.0.1:8480 --only read\n  \
+                      lafet site test plan.toml --hub http://127.0.0.1:8480 --page record.html"
+    )]
+    Site(cmd::site::SiteCommand),
     Status(cmd::status::StatusArgs),
     Watch(cmd::watch::WatchArgs),
     Top(cmd::top::TopArgs),

@@ -35,6 +35,7 @@ mod quiet;
 mod serve;
 mod shell;
 mod simulator;
+mod site;
 mod state;
 mod surroundings;
 mod texts;
@@ -136,6 +137,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Coverage(args) => cmd::coverage::run(&args, out),
         Command::Throw(args) => cmd::throw::run(&args, out),
         Command::Map(command) => cmd::map::run(&command, out),
+        Command::Site(command) => cmd::site::run(command, out).await,
         Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,

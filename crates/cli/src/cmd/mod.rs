@@ -33,6 +33,7 @@ pub mod serve;
 pub mod service;
 pub mod shell;
 pub mod sim;
+pub mod site;
 pub mod status;
 pub mod teach;
 pub mod throw;

@@ -167,7 +167,7 @@ const COMMANDS: [&[&str]; 41] = [
 ];
 
 /// Every other command, and why it is not among them.
-const OTHERS: [(&[&str], &str); 7] = [
+const OTHERS: [(&[&str], &str); 8] = [
     (&["stop", "close"], "do not wait: `what_stops_waits_for_nothing`"),
     (&["top"], "goes on trying: `a_stop_at_the_dashboard_does_not_wait`"),
     (&["doctor"], "reports what it hears: crates/client/tests/it/doctor.rs"),
@@ -176,6 +176,7 @@ const OTHERS: [(&[&str], &str); 7] = [
         &["sim", "sim run", "serve", "demo", "coverage", "throw", "map modbus", "decode", "replay"],
         "open no line to a monitor",
     ),
+    (&["site test", "site calendar", "site verify"], "ask a hub, and read files"),
     (&["image key", "image public", "image sign", "image show"], "have to do with files alone"),
     (
         &["ports", "dissector", "completions", "man", "schema"],

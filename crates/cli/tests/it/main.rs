@@ -45,6 +45,7 @@ mod server;
 #[cfg(target_os = "linux")]
 mod service;
 mod shell;
+mod site;
 mod teach;
 mod throw;
 mod top;

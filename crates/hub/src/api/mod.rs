@@ -5,6 +5,7 @@ mod answers;
 mod assets;
 mod crash;
 mod guard;
+mod installation;
 mod jets;
 mod metrics;
 mod monitors;
@@ -88,6 +89,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(monitors::routes())
         .merge(jets::routes())
         .merge(zones::routes())
+        .merge(installation::routes())
         .merge(records::routes())
         .merge(past::routes())
         .merge(recordings::routes())

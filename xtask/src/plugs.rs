@@ -18,6 +18,9 @@ const PACKAGES: [&str; 6] = [
     "Jinja2==3.1.6",
 ];
 
+/// A host application of Sparkplug B. It wants an older paho-mqtt, so it has an environment of its own.
+const SPARKPLUG: [&str; 3] = ["pysparkplug==0.6.1", "paho-mqtt==1.6.1", "protobuf==7.36.2"];
+
 pub fn plugs(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     check().map(|()| ExitCode::SUCCESS)
@@ -26,6 +29,7 @@ pub fn plugs(arguments: &[String]) -> TaskResult {
 /// Runs the tests that need programs of others, which are installed if permitted.
 pub fn check() -> StepResult {
     let programs = setup::python("plug-tools", &PACKAGES)?;
+    let host = setup::python("sparkplug-tools", &SPARKPLUG)?.join("python3");
     setup::program("mbpoll", "mbpoll")?;
     setup::found("mosquitto", "mosquitto")?;
     setup::found("mosquitto_sub", "mosquitto-clients")?;
@@ -38,7 +42,7 @@ pub fn check() -> StepResult {
         let run = |arguments: &[&str]| {
             let mut tests = Command::new(&program);
             tests.arg("--ignored").args(arguments).current_dir(root().join(folder));
-            shown_tests(tests.env("PATH", &path))
+            shown_tests(tests.env("PATH", &path).env("LAFET_SPARKPLUG_PYTHON", &host))
         };
         if let Err((error, failed)) = run(&["foreign::"]) {
             let alone = |name: &str| run(&["--exact", name]).is_ok();

@@ -31,6 +31,7 @@ use crate::text::Both;
 pub use check::Problem;
 pub(crate) use check::is_name;
 pub use plan::{Area, PlanConfig};
+pub use words::of as said;
 pub use zones::{Aim, Outlet, Station, Target, ZonesConfig};
 
 /// Environment: the folder that systemd has made for the state.

@@ -11,7 +11,7 @@ use toml::Spanned;
 use super::check::{Check, is_name};
 use super::file::File;
 use crate::plugs::mqtt::desk::Terms;
-use crate::plugs::mqtt::{BrokerConfig, Files, Login, Secret};
+use crate::plugs::mqtt::{BrokerConfig, Files, Login, NodeConfig, Secret};
 
 /// Most brokers.
 const BROKERS_MAX: usize = 8;
@@ -26,6 +26,11 @@ const INTERVAL_USUAL_MS: u64 = 1000;
 /// Allowed times without a sign of life of the clients, ms.
 const ALIVE_MS: RangeInclusive<u64> = 1000..=60_000;
 const ALIVE_USUAL_MS: u64 = 3000;
+/// Allowed numbers of values that wait for a host, and times for which they do, s.
+const HISTORY: RangeInclusive<u64> = 0..=100_000;
+const HISTORY_USUAL: u64 = 10_000;
+const HISTORY_S: RangeInclusive<u64> = 1..=86_400;
+const HISTORY_USUAL_S: u64 = 3600;
 
 /// What the clients of a broker may do, as written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -62,6 +67,18 @@ pub struct Mqtt {
     #[serde(default = "yes")]
     close_when_lost: bool,
     homeassistant: Option<Spanned<String>>,
+    sparkplug: Option<Sparkplug>,
+}
+
+/// An edge node as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sparkplug {
+    group: Spanned<String>,
+    node: Spanned<String>,
+    primary_host: Option<Spanned<String>>,
+    history: Option<Spanned<u64>>,
+    history_s: Option<Spanned<u64>>,
 }
 
 const fn yes() -> bool {
@@ -113,6 +130,12 @@ fn is_prefix(text: &str) -> bool {
         && text.split('/').all(|level| !level.is_empty())
 }
 
+/// Whether a part of topics of Sparkplug can be so.
+fn is_part(text: &str) -> bool {
+    let fine = |c: char| !c.is_control() && !"/+#".contains(c);
+    (1..=TEXT_MAX).contains(&text.chars().count()) && text.chars().all(fine)
+}
+
 fn value<T: Copy>(written: Option<&Spanned<T>>, usual: T) -> T {
     written.map_or(usual, |it| *it.get_ref())
 }
@@ -158,7 +181,11 @@ impl Check<'_> {
             self.range(alive, ALIVE_MS, "alive_ms");
         }
         let monitors = self.broker_monitors(read, written);
-        let prefix = self.topic(written.prefix.as_ref(), "prefix").unwrap_or("lafet".to_owned());
+        let sparkplug = self.edge_node(written);
+        let prefix = match &sparkplug {
+            Some(node) => node.prefix(),
+            None => self.topic(written.prefix.as_ref(), "prefix").unwrap_or("lafet".to_owned()),
+        };
         let homeassistant = self.topic(written.homeassistant.as_ref(), "homeassistant");
         let usual = format!("lafet-{name}");
         let client_id = written.client_id.as_ref().map_or(&usual, |it| it.get_ref()).clone();
@@ -193,6 +220,42 @@ impl Check<'_> {
                 operates: written.role == Role::Operator,
             },
             homeassistant,
+            sparkplug,
+        })
+    }
+
+    fn edge_node(&mut self, written: &Mqtt) -> Option<NodeConfig> {
+        let node = written.sparkplug.as_ref()?;
+        for (key, given) in [("prefix", &written.prefix), ("homeassistant", &written.homeassistant)]
+        {
+            if let Some(given) = given {
+                let what = text::CheckSparkplugAlone { key }.words();
+                self.say(given.span().start, what, text::CheckSparkplugAloneRemedy.words());
+            }
+        }
+        let host = node.primary_host.as_ref();
+        let names =
+            [("group", Some(&node.group)), ("node", Some(&node.node)), ("primary_host", host)];
+        for (key, name) in names.into_iter().filter_map(|(key, name)| Some((key, name?))) {
+            let text = name.get_ref();
+            if !is_part(text) || key == "group" && text == "STATE" {
+                let what = text::CheckSparkplugName { key, text }.words();
+                self.say(name.span().start, what, text::CheckSparkplugNameRemedy.words());
+            }
+        }
+        if let Some(history) = &node.history {
+            self.range(history, HISTORY, "history");
+        }
+        if let Some(history_s) = &node.history_s {
+            self.range(history_s, HISTORY_S, "history_s");
+        }
+        let history = value(node.history.as_ref(), HISTORY_USUAL);
+        Some(NodeConfig {
+            group: node.group.get_ref().clone(),
+            node: node.node.get_ref().clone(),
+            host: host.map(|it| it.get_ref().clone()),
+            history: usize::try_from(history).unwrap_or(usize::MAX),
+            history_age: Duration::from_secs(value(node.history_s.as_ref(), HISTORY_USUAL_S)),
         })
     }
 
@@ -299,7 +362,8 @@ impl Check<'_> {
                 text::CheckBrokerMonitorsRemedy.words(),
             );
         }
-        for id in ids.iter().filter(|id| TAKEN.contains(&id.as_str())) {
+        let plain = written.sparkplug.is_none();
+        for id in ids.iter().filter(|id| plain && TAKEN.contains(&id.as_str())) {
             let what = text::CheckTopicTaken { id }.words();
             self.say(at, what, text::CheckTopicTakenRemedy.words());
         }

@@ -162,6 +162,72 @@ fn mistakes_are_said_with_their_line_in_both_languages() {
 }
 
 #[test]
+fn an_edge_node_is_read_and_is_none_unless_it_is_asked_for() {
+    assert!(parse(LOCAL).unwrap().mqtt[0].sparkplug.is_none());
+    let least = format!("{LOCAL}[mqtt.sparkplug]\ngroup = \"site\"\nnode = \"hub\"\n");
+    let config = parse(&least).unwrap();
+    let node = config.mqtt[0].sparkplug.clone().unwrap();
+    assert_eq!((node.group.as_str(), node.node.as_str(), node.host), ("site", "hub", None));
+    assert_eq!((node.history, node.history_age.as_secs()), (10_000, 3600));
+    let all = format!(
+        "{LOCAL}sparkplug = {{ group = \"Цех 1\", node = \"n\", primary_host = \"scada\", \
+         history = 0, history_s = 60 }}\n"
+    );
+    let node = parse(&all).unwrap().mqtt[0].sparkplug.clone().unwrap();
+    assert_eq!((node.group.as_str(), node.host.as_deref()), ("Цех 1", Some("scada")));
+    assert_eq!((node.history, node.history_age.as_secs()), (0, 60));
+    // Topics of the hub are none of this format.
+    let text = "[[monitor]]\nid = \"alarms\"\nurl = \"tcp://h?addr=1\"\n[[mqtt]]\n".to_owned();
+    let read = |text: &str| Config::parse("hub.toml", text, Path::new("/"), &Overrides::default());
+    assert!(read(&(text + &least)).is_ok());
+    // Two nodes of a group are two, one is not.
+    let other = |node: &str| {
+        format!(
+            "{least}[[mqtt]]\nname = \"b\"\nurl = \"mqtt://127.0.0.1\"\n\
+             [mqtt.sparkplug]\ngroup = \"site\"\nnode = \"{node}\"\n"
+        )
+    };
+    assert!(parse(&other("other")).is_ok());
+    assert!(parse(&other("hub")).unwrap_err()[0].what.en.contains("is the same"));
+}
+
+#[test]
+fn mistakes_of_an_edge_node_are_said() {
+    for (keys, line, en, ru) in [
+        ("group = \"a/b\", node = \"n\"", 3, "no name of Sparkplug", "не имя Sparkplug"),
+        ("group = \"STATE\", node = \"n\"", 3, "no name of Sparkplug", "не имя Sparkplug"),
+        ("group = \"g\", node = \"\"", 3, "no name of Sparkplug", "не имя Sparkplug"),
+        ("group = \"g\", node = \"n+\"", 3, "no name of Sparkplug", "не имя Sparkplug"),
+        ("group = \"g\", node = \"n\", primary_host = \"#\"", 3, "primary_host", "primary_host"),
+        (
+            "group = \"g\", node = \"n\", history = 100001",
+            3,
+            "history = 100001",
+            "history = 100001",
+        ),
+        ("group = \"g\", node = \"n\", history_s = 0", 3, "history_s = 0", "history_s = 0"),
+        (
+            "group = \"g\", node = \"n\" }\nprefix = \"p\"\nuser = \"u",
+            4,
+            "prefix is not for",
+            "prefix —",
+        ),
+        ("group = \"g\"", 3, "node", "node"),
+    ] {
+        let text = match keys.split_once(" }\n") {
+            Some((keys, rest)) => format!("{LOCAL}sparkplug = {{ {keys} }}\n{rest}\"\n"),
+            None => format!("{LOCAL}sparkplug = {{ {keys} }}\n"),
+        };
+        let problems = parse(&text).expect_err(&text);
+        let place = format!("hub.toml:{}", FIRST + line);
+        let found = problems
+            .iter()
+            .find(|it| it.place == place && it.what.en.contains(en) && it.what.ru.contains(ru));
+        assert!(found.is_some(), "{text}: {problems:#?}");
+    }
+}
+
+#[test]
 fn there_are_eight_brokers_at_most() {
     let broker =
         |number: u32| format!("name = \"b{number}\"\nurl = \"mqtt://127.0.0.1:{number}\"\n");

@@ -788,6 +788,8 @@ mqtt-no-authority = This machine trusts no certificate authority. Give the one o
 mqtt-unknown-issuer = The certificate of the broker is signed by an authority that is not trusted. Give the right one as ca.
 mqtt-other-name = The certificate of the broker is not for { $host }. Write the name in it into url.
 mqtt-not-in-time = The certificate of the broker is not valid now. Check its dates and the clock of this machine.
+sparkplug-waits = The primary host application { $host } is not there: nothing is published before it is.
+sparkplug-dropped = MQTT broker { $name }: values that could not be sent were dropped, { $count } since the start of the hub.
 
 # MQTT: why a command is refused, where Modbus has other words.
 mqtt-no-command = There is no such command, or not for all monitors at once. See the list of commands.
@@ -831,5 +833,9 @@ check-prefix = { $key } = `{ $text }` is no beginning of a topic.
 check-prefix-remedy = Write 1…64 characters without + # $, and no / at the beginning, at the end or twice in a row.
 check-broker-monitors = There are too many monitors for one broker.
 check-broker-monitors-remedy = Write 256 monitors at most.
+check-sparkplug-name = { $key } = `{ $text }` is no name of Sparkplug.
+check-sparkplug-name-remedy = Write 1…64 characters without / + #; STATE is no group.
+check-sparkplug-alone = { $key } is not for a broker with sparkplug: its topics are those of the format.
+check-sparkplug-alone-remedy = Leave it out, or write another [[mqtt]] for our own topics.
 check-topic-taken = The topic of monitor { $id } is one of the hub's own.
 check-topic-taken-remedy = Give the monitor another id, or leave it out of `monitors`.

@@ -788,6 +788,8 @@ mqtt-no-authority = Эта машина не доверяет ни одному 
 mqtt-unknown-issuer = Сертификат брокера подписан центром, которому нет доверия. Укажите нужный в ca.
 mqtt-other-name = Сертификат брокера выдан не для { $host }. Напишите в url имя из сертификата.
 mqtt-not-in-time = Сертификат брокера сейчас не действует. Проверьте его сроки и часы этой машины.
+sparkplug-waits = Основного приложения { $host } нет: до его появления ничего не публикуется.
+sparkplug-dropped = Брокер MQTT { $name }: значения, которые не удалось отправить, отброшены, с начала работы сервера объекта — { $count }.
 
 # MQTT: why a command is refused, where Modbus has other words.
 mqtt-no-command = Такой команды нет, или она не для всех стволов сразу. См. список команд.
@@ -831,5 +833,9 @@ check-prefix = { $key } = `{ $text }` — не начало темы.
 check-prefix-remedy = Напишите 1…64 знака без + # $ и без / в начале, в конце и двух подряд.
 check-broker-monitors = Стволов для одного брокера слишком много.
 check-broker-monitors-remedy = Не больше 256 стволов.
+check-sparkplug-name = { $key } = `{ $text }` — не имя Sparkplug.
+check-sparkplug-name-remedy = Напишите 1…64 знака без / + #; группы STATE не бывает.
+check-sparkplug-alone = { $key } — не для брокера с sparkplug: темы у него — этого формата.
+check-sparkplug-alone-remedy = Уберите или напишите ещё один раздел [[mqtt]] для наших тем.
 check-topic-taken = Тема ствола { $id } — одна из собственных тем сервера объекта.
 check-topic-taken-remedy = Дайте стволу другое имя или не указывайте его в `monitors`.

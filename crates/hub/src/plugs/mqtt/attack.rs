@@ -12,10 +12,10 @@ use crate::plugs::orders::What;
 const ATTACKS: u64 = 100_000;
 
 /// Random numbers that are the same in each run.
-struct Dice(u64);
+pub struct Dice(pub u64);
 
 impl Dice {
-    fn below(&mut self, most: u64) -> u64 {
+    pub fn below(&mut self, most: u64) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -31,7 +31,7 @@ struct Sent {
     text: String,
 }
 
-fn opens(acts: &[Act]) -> usize {
+pub fn opens(acts: &[Act]) -> usize {
     acts.iter().filter(|it| matches!(it, Act::Do { what: What::Open(_), .. })).count()
 }
 
@@ -112,7 +112,7 @@ fn attack(dice: &mut Dice, count: &mut Count) {
     // While the legal session goes on, what it has sent comes again.
     let mut bench = Bench::of_seed(TERMS, dice.below(u64::MAX));
     let mut recorded: Vec<Sent> = Vec::new();
-    let mut opened = 0;
+    let (mut opened, mut is_lost) = (0, false);
     for command in ["take", "goto", "open", "goto", "release"] {
         bench.pass(100 + dice.below(900));
         let more = match command {
@@ -124,6 +124,7 @@ fn attack(dice: &mut Dice, count: &mut Count) {
         let own = Sent { at: bench.now, monitor: 0, text };
         // The broker may deliver it late, or never; and twice.
         let lost = dice.below(20) == 0;
+        is_lost |= lost && command == "open";
         for _ in 0..if lost { 0 } else { 1 + dice.below(2) } {
             let acts = bench.hear(Some(0), false, own.text.as_bytes());
             opened += opens(&acts);
@@ -132,8 +133,8 @@ fn attack(dice: &mut Dice, count: &mut Count) {
         recorded.push(own);
         for _ in 0..dice.below(4) {
             let pick = dice.below(recorded.len() as u64) as usize;
-            // An opening that was lost may still arrive: then it is the one that was meant.
-            if opened == 0 && is_opening(&recorded[pick]) {
+            // An opening that was lost may still arrive: then it is the one that was meant. One that was refused is not.
+            if is_lost && is_opening(&recorded[pick]) {
                 continue;
             }
             let message = changed(dice, &recorded[pick]);
@@ -156,7 +157,7 @@ fn attack(dice: &mut Dice, count: &mut Count) {
     }
     for _ in 0..recorded.len() {
         let pick = dice.below(recorded.len() as u64) as usize;
-        if opened == 0 && is_opening(&recorded[pick]) {
+        if is_lost && is_opening(&recorded[pick]) {
             continue;
         }
         let message = changed(dice, &recorded[pick]);

@@ -15,7 +15,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::message::{self, Asked};
+use super::message::Asked;
 use crate::access::Bucket;
 use crate::plugs::orders::{Command, What, is_earlier};
 use crate::plugs::refusal::{Failed, Refusal};
@@ -62,15 +62,13 @@ pub struct Around<'a> {
     pub random: &'a mut dyn FnMut() -> Option<u64>,
 }
 
-/// A message on a topic of commands.
+/// How a command has come.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard<'a> {
+pub struct Heard {
     /// The monitor; `None`: all.
     pub monitor: Option<usize>,
     /// It was sent to be kept by the broker.
     pub retained: bool,
-    /// Its text.
-    pub payload: &'a [u8],
 }
 
 /// What the hub is to do. Monitors are counted from 0.
@@ -270,10 +268,9 @@ impl Desk {
         acts
     }
 
-    /// A sign of life; `false`: it is none.
-    pub fn alive(&mut self, around: &mut Around<'_>, payload: &[u8]) -> (bool, Vec<Act>) {
+    /// A sign of life: a ticket, if it can be read; `false`: it is none.
+    pub fn alive(&mut self, around: &mut Around<'_>, ticket: Option<u64>) -> (bool, Vec<Act>) {
         let mut acts = self.tick(around.now, around.random);
-        let ticket = message::read_alive(payload);
         let is_new = ticket.is_some_and(|it| self.since(it).is_some());
         if is_new {
             self.hear(around.now, &mut acts);
@@ -281,10 +278,9 @@ impl Desk {
         (is_new, acts)
     }
 
-    /// A message on a topic of commands.
-    pub fn command(&mut self, around: &mut Around<'_>, heard: Heard<'_>) -> Vec<Act> {
+    /// A command.
+    pub fn command(&mut self, around: &mut Around<'_>, heard: Heard, asked: Asked) -> Vec<Act> {
         let mut acts = self.tick(around.now, around.random);
-        let asked = message::read(heard.payload);
         match (asked.command, asked.what) {
             (Some(command), Ok(what)) if command.is_urgent() => {
                 self.urgent(around.now, heard, asked, what, &mut acts);
@@ -386,14 +382,7 @@ impl Desk {
 /// Commands.
 impl Desk {
     /// Stop, Close and Lockout are taken in every state of the session, each time, from each client.
-    fn urgent(
-        &mut self,
-        now: Now,
-        heard: Heard<'_>,
-        asked: Asked,
-        what: What,
-        acts: &mut Vec<Act>,
-    ) {
+    fn urgent(&mut self, now: Now, heard: Heard, asked: Asked, what: What, acts: &mut Vec<Act>) {
         // What was asked for before it must not be sent after it.
         for at in self.of(heard.monitor) {
             self.voids[at] = self.voids[at].wrapping_add(1);
@@ -411,33 +400,34 @@ impl Desk {
         self.accept(now + asked.timeout, reply, (what, None), acts);
     }
 
-    fn other(
-        &mut self,
-        around: &mut Around<'_>,
-        heard: Heard<'_>,
-        asked: Asked,
-        acts: &mut Vec<Act>,
-    ) {
-        let no = |why: Refusal| Act::Say(Reply::to(heard, &asked, Err(Failed::from(why))));
-        if self.bucket.take(around.now).is_err() {
-            return acts.push(no(Refusal::TooFast));
+    fn other(&mut self, around: &mut Around<'_>, heard: Heard, asked: Asked, acts: &mut Vec<Act>) {
+        let is_flood = self.bucket.take(around.now).is_err();
+        let early = [(is_flood, Refusal::TooFast), (heard.retained, Refusal::Retained)];
+        if let Some((_, why)) = early.into_iter().find(|(is_so, _)| *is_so) {
+            self.refuse(around, heard, &asked, why, acts);
+            return;
         }
-        if heard.retained {
-            acts.extend(refused_opening(heard, &asked, Refusal::Retained));
-            return acts.push(no(Refusal::Retained));
-        }
-        let Some(id) = asked.id.clone() else { return acts.push(no(Refusal::Form)) };
+        let Some(id) = asked.id.clone() else {
+            self.refuse(around, heard, &asked, Refusal::Form, acts);
+            return;
+        };
         if let Some(known) = self.known.iter().find(|it| it.id == id) {
             let is_same = (known.monitor, known.command, known.what)
                 == (heard.monitor, asked.command, asked.what);
+            if !is_same {
+                self.refuse(around, heard, &asked, Refusal::Sequence, acts);
+                return;
+            }
             let wait = self.waits.iter_mut().find(|it| it.number == known.number);
             match (&known.reply, wait) {
-                _ if !is_same => acts.push(no(Refusal::Sequence)),
                 (Some(reply), _) => {
                     acts.push(Act::Say(Reply { repeated: true, ..reply.clone() }));
                 }
                 (None, Some(wait)) if wait.copies < COPIES_MAX => wait.copies += 1,
-                (None, _) => acts.push(no(Refusal::Busy)),
+                (None, _) => {
+                    let busy = Err(Failed::from(Refusal::Busy));
+                    acts.push(Act::Say(Reply::to(heard, &asked, busy)));
+                }
             }
             return;
         }
@@ -451,11 +441,8 @@ impl Desk {
                 self.accept(around.now + asked.timeout, reply, (what, since), acts);
             }
             Err(why) => {
-                acts.extend(refused_opening(heard, &asked, why));
-                let reply = Reply::to(heard, &asked, Err(Failed::from(why)));
                 known.number = 0;
-                known.reply = Some(reply.clone());
-                acts.push(Act::Say(reply));
+                known.reply = Some(self.refuse(around, heard, &asked, why, acts));
             }
         }
         if self.known.len() >= KNOWN_MAX {
@@ -464,11 +451,35 @@ impl Desk {
         self.known.push_back(known);
     }
 
+    /// A command is refused. An opening that was refused never opens later, under whatever id it comes: the key that it
+    /// has shown is used up.
+    fn refuse(
+        &mut self,
+        around: &mut Around<'_>,
+        heard: Heard,
+        asked: &Asked,
+        why: Refusal,
+        acts: &mut Vec<Act>,
+    ) -> Reply {
+        let shown = asked.key.filter(|_| asked.command == Some(Command::Open));
+        let at = self.keys.iter().position(|it| it.is_some() && *it == shown);
+        if let Some(at) = at
+            && let Some(key) = self.keys.get_mut(at)
+        {
+            *key = fresh(around.random);
+            acts.push(Act::Key(at));
+        }
+        acts.extend(refused_opening(heard, asked, why));
+        let reply = Reply::to(heard, asked, Err(Failed::from(why)));
+        acts.push(Act::Say(reply.clone()));
+        reply
+    }
+
     /// What a command asks for, if it may be asked for now.
     fn checked(
         &mut self,
         around: &mut Around<'_>,
-        heard: Heard<'_>,
+        heard: Heard,
         asked: &Asked,
         acts: &mut Vec<Act>,
     ) -> Result<(usize, What), Refusal> {
@@ -535,7 +546,7 @@ impl Desk {
 }
 
 impl Reply {
-    fn to(heard: Heard<'_>, asked: &Asked, result: Result<(), Failed>) -> Self {
+    fn to(heard: Heard, asked: &Asked, result: Result<(), Failed>) -> Self {
         let (monitor, retained) = (heard.monitor, heard.retained);
         let (id, command) = (asked.id.clone(), asked.command);
         Self { monitor, id, command, result, retained, repeated: false }
@@ -547,7 +558,7 @@ const fn is_urgent(what: What) -> bool {
 }
 
 /// An opening that is refused here is noted.
-fn refused_opening(heard: Heard<'_>, asked: &Asked, why: Refusal) -> Option<Act> {
+fn refused_opening(heard: Heard, asked: &Asked, why: Refusal) -> Option<Act> {
     let (Some(monitor), Ok(What::Open(valve))) = (heard.monitor, asked.what) else { return None };
     Some(Act::Refused { monitor, valve, why, id: asked.id.clone() })
 }

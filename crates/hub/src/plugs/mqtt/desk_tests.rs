@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::desk::{Act, Around, Desk, Heard, KNOWN_MAX, Now, Reply, TICKET_LASTS, Terms};
-use super::message::shown;
+use super::message::{self, Asked, shown};
 use crate::plugs::orders::{Command, What};
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::sight::Holder;
@@ -64,11 +64,15 @@ impl Bench {
     }
 
     pub fn hear(&mut self, monitor: Option<usize>, retained: bool, payload: &[u8]) -> Vec<Act> {
+        self.ask(monitor, retained, message::read(payload))
+    }
+
+    pub fn ask(&mut self, monitor: Option<usize>, retained: bool, asked: Asked) -> Vec<Act> {
         let holders = self.holders;
         let holder = |at: usize| holders[at];
         let random = &mut Self::random(&mut self.next);
         let mut around = Around { now: self.now, holder: &holder, random };
-        self.desk.command(&mut around, Heard { monitor, retained, payload })
+        self.desk.command(&mut around, Heard { monitor, retained }, asked)
     }
 
     pub fn alive(&mut self, ticket: u64) -> Vec<Act> {
@@ -77,7 +81,7 @@ impl Bench {
         let random = &mut Self::random(&mut self.next);
         let mut around = Around { now: self.now, holder: &holder, random };
         let payload = json!({ "ticket": shown(ticket) }).to_string();
-        self.desk.alive(&mut around, payload.as_bytes()).1
+        self.desk.alive(&mut around, message::read_alive(payload.as_bytes())).1
     }
 
     /// A command with a new id and the present ticket.
@@ -301,7 +305,7 @@ fn retained_messages_command_nothing_else() {
         let noted = acts.iter().any(|it| matches!(it, Act::Refused { monitor: 0, valve: 1, .. }));
         assert_eq!(noted, command == "open");
     }
-    assert_eq!(bench.key(0), key, "the key was not tried");
+    assert_ne!(bench.key(0), key, "what was refused never opens later");
 }
 
 #[test]
@@ -401,15 +405,16 @@ fn without_random_numbers_nothing_opens_or_moves() {
             let holder = |_: usize| Holder::Mine;
             let mut around = Around { now: Now::ZERO, holder: &holder, random: &mut none };
             let text = text.to_string();
-            let heard = Heard { monitor: Some(0), retained: false, payload: text.as_bytes() };
-            let acts = desk.command(&mut around, heard);
+            let heard = Heard { monitor: Some(0), retained: false };
+            let acts = desk.command(&mut around, heard, message::read(text.as_bytes()));
             assert_eq!((what(&acts), refusal(&acts)), (None, Some(Refusal::Ticket)), "{text}");
         }
     }
     let holder = |_: usize| Holder::Mine;
     let mut around = Around { now: Now::ZERO, holder: &holder, random: &mut none };
-    let heard = Heard { monitor: None, retained: false, payload: br#"{"command":"stop"}"# };
-    assert_eq!(what(&desk.command(&mut around, heard)), Some(What::Stop));
+    let heard = Heard { monitor: None, retained: false };
+    let stop = message::read(br#"{"command":"stop"}"#);
+    assert_eq!(what(&desk.command(&mut around, heard, stop)), Some(What::Stop));
 }
 
 #[test]
@@ -546,7 +551,63 @@ fn for_all_monitors_there_are_stop_close_and_lockout_alone() {
         let acts = bench.hear(None, false, text.as_bytes());
         assert_eq!((what(&acts), refusal(&acts)), (None, Some(Refusal::Command)), "{command}");
     }
-    assert_eq!(bench.key(0), key);
+    assert_ne!(bench.key(0), key);
+}
+
+/// What is in the way of an opening.
+type Before = fn(&mut Bench);
+
+/// Whatever an opening was refused for: what it asked for does not come about by the same key, with another id, a new
+/// ticket, at the right monitor and when nothing is in its way any more.
+#[test]
+fn an_opening_that_was_refused_never_opens() {
+    let flood = |bench: &mut Bench| (0..60).for_each(|_| drop(bench.send("x", json!({}))));
+    let busy = |bench: &mut Bench| drop(bench.send("deploy", json!({})));
+    let held = |bench: &mut Bench| bench.holders[0] = Holder::Other;
+    let none = |_: &mut Bench| {};
+    let cases: [(Before, Option<usize>, bool, Value, Refusal); 8] = [
+        (none, Some(0), true, json!({}), Refusal::Retained),
+        (none, None, false, json!({}), Refusal::Command),
+        (none, Some(1), false, json!({}), Refusal::Key),
+        (none, Some(0), false, json!({ "ticket": shown(7) }), Refusal::Ticket),
+        (none, Some(0), false, json!({ "valve": 3 }), Refusal::Argument),
+        (held, Some(0), false, json!({}), Refusal::Held),
+        (busy, Some(0), false, json!({}), Refusal::Busy),
+        (flood, Some(0), false, json!({}), Refusal::TooFast),
+    ];
+    for (before, monitor, retained, more, why) in cases {
+        let mut bench = Bench::new(TERMS);
+        before(&mut bench);
+        refused_for_good(&mut bench, monitor, retained, &more, why);
+    }
+    // The id was used before: for something else.
+    let mut bench = Bench::new(TERMS);
+    let acts = bench.send("deploy", json!({}));
+    bench.done(&acts);
+    refused_for_good(&mut bench, Some(0), false, &json!({ "id": "1" }), Refusal::Sequence);
+}
+
+fn refused_for_good(
+    bench: &mut Bench,
+    monitor: Option<usize>,
+    retained: bool,
+    more: &Value,
+    why: Refusal,
+) {
+    let key = bench.key(0);
+    let mut opening = json!({ "valve": 1, "key": key });
+    for (name, value) in more.as_object().into_iter().flatten() {
+        opening[name] = value.clone();
+    }
+    let text = bench.text("open", opening);
+    let acts = bench.hear(monitor, retained, text.as_bytes());
+    assert_eq!((what(&acts), refusal(&acts)), (None, Some(why)));
+    assert!(acts.contains(&Act::Key(0)), "{why:?}: the new one is published");
+    bench.holders[0] = Holder::Mine;
+    bench.pass(2000);
+    let acts = bench.send("open", json!({ "valve": 1, "key": key }));
+    assert_eq!((what(&acts), refusal(&acts)), (None, Some(Refusal::Key)), "{why:?}");
+    assert_eq!(what(&bench.open()), Some(What::Open(1)), "{why:?}: and by the rules it opens");
 }
 
 /// Whatever comes: one result for each message, and no panic.

@@ -7,7 +7,7 @@ use lafet_texts::{Text as _, hub as text};
 use tokio::sync::mpsc;
 
 use super::desk::{Act, Desk, Now};
-use super::state::State;
+use super::state::{self, State};
 use super::words;
 use crate::command::urgent::Joined;
 use crate::error::ApiError;
@@ -62,9 +62,7 @@ impl Hand {
 
     /// The states of the monitors.
     pub fn states(&self) -> Vec<State> {
-        let tallies = self.seat().tallies(&self.ids);
-        let each = self.ids.iter().zip(tallies);
-        each.map(|(id, tally)| self.seat().sees(id, tally, State::new)).collect()
+        state::all(self.seat(), &self.ids)
     }
 
     /// Who has authority over a monitor.

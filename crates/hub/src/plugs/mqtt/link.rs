@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use lafet_texts::{Text as _, hub as text};
-use rumqttc::mqttbytes::QoS;
 use rumqttc::{
     ConnectReturnCode, ConnectionError, IncomingPacketSizeLimit, LastWill, MqttOptions,
     NetworkOptions, StateError, TlsConfiguration, Transport,
@@ -13,7 +13,6 @@ use rumqttc::{
 use tokio_rustls::rustls::{CertificateError, ClientConfig, Error as TlsError, RootCertStore};
 
 use super::message::PAYLOAD_MAX;
-use super::state::Online;
 use super::{BrokerConfig, Login, Secret, reason};
 use crate::server::tls;
 use crate::text::Both;
@@ -89,15 +88,21 @@ impl Login {
     }
 }
 
-/// How to connect: without a session that outlives the connection.
+/// Whether a connection has reached its broker.
+pub type Reached = Arc<AtomicBool>;
+
+/// How to connect: without a session that outlives the connection; what the broker publishes when it is lost.
 ///
 /// # Errors
 ///
 /// A file cannot be read or used.
-pub fn options(config: &BrokerConfig) -> Result<MqttOptions, Both> {
+pub fn options(
+    config: &BrokerConfig,
+    will: LastWill,
+    reached: Reached,
+) -> Result<MqttOptions, Both> {
     let broker = (config.host.clone(), config.port);
     let mut options = MqttOptions::new(config.client_id.clone(), broker);
-    let gone = serde_json::to_vec(&Online::no()).unwrap_or_default();
     options
         .set_clean_start(true)
         .set_session_expiry_interval(Some(0))
@@ -105,7 +110,7 @@ pub fn options(config: &BrokerConfig) -> Result<MqttOptions, Both> {
         .set_connect_timeout(ANSWERS)
         .set_max_packet_size(Some(PACKET_MAX))
         .set_incoming_packet_size_limit(IncomingPacketSizeLimit::Bytes(PACKET_READ_MAX))
-        .set_last_will(LastWill::new(config.topic("hub"), gone, QoS::AtLeastOnce, true, None));
+        .set_last_will(will);
     let mut network = NetworkOptions::new();
     network.set_tcp_nodelay(true);
     network.set_connection_timeout(ANSWERS.as_secs());
@@ -113,7 +118,12 @@ pub fn options(config: &BrokerConfig) -> Result<MqttOptions, Both> {
     // By itself it writes an IPv6 address without brackets.
     let place = config.place();
     options.set_socket_connector(move |_, network| {
-        rumqttc::default_socket_connect(place.clone(), network)
+        let (place, reached) = (place.clone(), reached.clone());
+        async move {
+            let socket = rumqttc::default_socket_connect(place, network).await?;
+            reached.store(true, Ordering::SeqCst);
+            Ok(socket)
+        }
     });
     if let Some(login) = &config.login {
         match login.password()? {

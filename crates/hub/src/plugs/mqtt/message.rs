@@ -59,9 +59,21 @@ pub struct Asked {
 }
 
 impl Asked {
-    fn wrong(id: Option<String>, command: Option<Command>, why: Refusal) -> Self {
+    /// What cannot be done, and why.
+    pub fn wrong(id: Option<String>, command: Option<Command>, why: Refusal) -> Self {
         let timeout = Duration::from_millis(TIMEOUT_USUAL_MS);
         Self { id, command, what: Err(why), ticket: None, key: None, timeout }
+    }
+
+    /// Stop, Lockout or the closing of all valves, without an id.
+    pub fn urgent(command: Command) -> Self {
+        let what = match command {
+            Command::Stop => Ok(What::Stop),
+            Command::Lockout => Ok(What::Lockout),
+            Command::Close => Ok(What::Close(0)),
+            _ => Err(Refusal::Form),
+        };
+        Self { what, ..Self::wrong(None, Some(command), Refusal::Form) }
     }
 }
 

@@ -6,7 +6,8 @@
 //!    ◀──── outbox ◀─ state, discovery, results
 //! ```
 //!
-//! [`desk`] decides and is without I/O and clock; topics and messages are our own: docs/mqtt.md.
+//! [`desk`] decides and is without I/O and clock; topics and messages are our own: docs/mqtt.md. A broker with
+//! `sparkplug` has those of that format instead, from the same desk.
 
 pub mod desk;
 pub mod discovery;
@@ -17,6 +18,8 @@ pub mod message;
 pub mod outbox;
 mod reason;
 mod serve;
+mod session;
+mod sparkplug;
 mod state;
 mod words;
 
@@ -37,6 +40,7 @@ use crate::hub::Hub;
 use crate::sync::lock;
 use desk::Terms;
 pub use link::Files;
+pub use sparkplug::NodeConfig;
 
 /// How commands of a broker came, in the audit log.
 pub const VIA: &str = "mqtt";
@@ -68,6 +72,8 @@ pub struct BrokerConfig {
     pub terms: Terms,
     /// Prefix of Home Assistant's discovery; `None`: it is not published.
     pub homeassistant: Option<String>,
+    /// The edge node that it is instead of the plain topics; `None`: those.
+    pub sparkplug: Option<NodeConfig>,
 }
 
 /// User and password at a broker.
@@ -161,6 +167,10 @@ pub fn start(hub: &Hub) {
     let brokers = hub.mqtt_brokers();
     let run = |broker: &Arc<Broker>| {
         let (own, broker) = (hub.clone(), broker.clone());
+        if broker.config.sparkplug.is_some() {
+            return hub
+                .again("an edge node", move || sparkplug::serve::run(own.clone(), broker.clone()));
+        }
         hub.again("a broker", move || serve::run(own.clone(), broker.clone()))
     };
     *lock(&brokers.tasks) = brokers.all.iter().map(run).collect();

@@ -28,6 +28,42 @@ pub struct Letter {
     pub confirmed: bool,
 }
 
+/// Results that wait, each with whether it gives way first.
+#[derive(Debug)]
+pub struct Results<T>(VecDeque<(T, bool)>);
+
+impl<T> Default for Results<T> {
+    fn default() -> Self {
+        Self(VecDeque::new())
+    }
+}
+
+impl<T> Results<T> {
+    /// One more; `false`: one was lost, of a flood first.
+    pub fn push(&mut self, result: T, of_flood: bool) -> bool {
+        let full = self.0.len() >= RESULTS_MAX;
+        if full {
+            let least = self.0.iter().position(|(_, of_flood)| *of_flood);
+            match least {
+                None if of_flood => return false,
+                least => drop(self.0.remove(least.unwrap_or(0))),
+            }
+        }
+        self.0.push_back((result, of_flood));
+        !full
+    }
+
+    /// The oldest one.
+    pub fn pop(&mut self) -> Option<T> {
+        self.0.pop_front().map(|(result, _)| result)
+    }
+
+    /// Whether none waits.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
 /// What waits.
 #[derive(Debug, Default)]
 pub struct Outbox {
@@ -39,8 +75,7 @@ pub struct Outbox {
 struct Waiting {
     /// One of each topic.
     latest: VecDeque<Letter>,
-    /// With whether it gives way first.
-    results: VecDeque<(Letter, bool)>,
+    results: Results<Letter>,
     events: VecDeque<Letter>,
     turn: u32,
     /// The latest one that was taken is not with the library yet.
@@ -62,18 +97,10 @@ impl Outbox {
     /// A result; `false`: one was lost, of a flood first.
     pub fn put_result(&self, letter: Letter, of_flood: bool) -> bool {
         let mut waiting = lock(&self.waiting);
-        let full = waiting.results.len() >= RESULTS_MAX;
-        if full {
-            let least = waiting.results.iter().position(|(_, of_flood)| *of_flood);
-            match least {
-                None if of_flood => return false,
-                least => drop(waiting.results.remove(least.unwrap_or(0))),
-            }
-        }
-        waiting.results.push_back((letter, of_flood));
+        let kept = waiting.results.push(letter, of_flood);
         drop(waiting);
         self.news.notify_one();
-        !full
+        kept
     }
 
     /// An event; the oldest ones are lost.
@@ -120,7 +147,7 @@ impl Waiting {
     /// Results first, but not alone.
     fn take(&mut self) -> Option<Letter> {
         self.turn = self.turn.wrapping_add(1);
-        let result = |it: &mut Self| it.results.pop_front().map(|(letter, _)| letter);
+        let result = |it: &mut Self| it.results.pop();
         let other = |it: &mut Self| it.latest.pop_front().or_else(|| it.events.pop_front());
         if self.turn.is_multiple_of(TURN) {
             other(self).or_else(|| result(self))

@@ -6,160 +6,70 @@ use std::time::Duration;
 
 use lafet_texts::{Text as _, hub as text};
 use rumqttc::mqttbytes::QoS;
-use rumqttc::{
-    AsyncClient, Event, EventLoop, Packet, PublishOptions, RetainForwardRule, SubscribeFilterInput,
-    SubscribeReasonCode,
-};
+use rumqttc::{AsyncClient, LastWill, SubscribeFilterInput};
 use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
-use tokio::task::JoinHandle;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout, timeout_at};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout};
 
-use super::desk::{Act, Around, Desk, Heard, Reply};
-use super::hand::{Answer, Hand};
+use super::desk::{Act, Heard, Reply};
 use super::outbox::{Letter, Outbox};
+use super::session::{Line, News, Retry, Seated, live, random, send};
 use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
-use super::{Broker, VIA, discovery, leftover, link, message};
-use crate::access::{Bucket, Kind, Principal, Role, Standing};
+use super::{Broker, discovery, leftover, link, message};
+use crate::access::Bucket;
 use crate::config::is_name;
-use crate::hub::{Caller, Hub, SeatKey};
+use crate::hub::Hub;
 use crate::plugs::noted::{Reports, Seldom};
 use crate::plugs::refusal::{Failed, Refusal};
-use crate::plugs::view::PlugClient;
 use crate::text::Both;
 
-/// Pauses between attempts to connect.
-const PAUSE_FIRST: Duration = Duration::from_secs(1);
-const PAUSE_LAST: Duration = Duration::from_secs(30);
-/// A connection that has lasted for this time was a good one: the next pause is the first again.
-const LASTED: Duration = Duration::from_secs(60);
 /// States are looked at this often.
 const LOOK_EACH: Duration = Duration::from_millis(100);
-/// The broker is heard at least this often: it confirms a ticket each second.
-const STALLED: Duration = Duration::from_secs(8);
 /// What is said last is taken within this time.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// Messages that wait for the session.
-const HEARD_MAX: usize = 64;
-/// Results that wait for the session.
-const RESULTS_MAX: usize = 64;
 /// Commands to monitors that are not here, at once and per second: more have no result.
 const UNKNOWN: (f64, f64) = (20.0, 20.0);
 
 /// Connects until the hub ends.
 pub async fn run(hub: Hub, broker: Arc<Broker>) {
-    let mut shutdown = hub.shutdown();
-    let (reports, mut pause) = (Reports::default(), PAUSE_FIRST);
+    let (reports, mut retry) = (Reports::default(), Retry::new(&hub, &broker));
     loop {
         let began = Instant::now();
         let connected = connect(&hub, &broker, &reports);
         let Some(why) = connected.await else { return };
-        let (name, url) = (&broker.config.name, broker.config.url());
-        if broker.counts.set_error(Some(why.clone())) {
-            hub.event(None, &text::MqttNotConnected { name, url: &url, why: &why }.words());
+        if !retry.after(began, why).await {
+            return;
         }
-        if began.elapsed() > LASTED {
-            pause = PAUSE_FIRST;
-        }
-        tokio::select! {
-            () = sleep(pause) => {}
-            () = shutdown.requested() => return,
-        }
-        pause = (pause * 2).min(PAUSE_LAST);
-    }
-}
-
-/// What comes from the broker.
-enum News {
-    Connected,
-    Message { topic: String, payload: Vec<u8>, retained: bool },
-    Lost(Both),
-}
-
-/// The tasks of a connection. Dropped, they end.
-struct Tasks(Vec<JoinHandle<()>>);
-
-impl Drop for Tasks {
-    fn drop(&mut self) {
-        self.0.iter().for_each(JoinHandle::abort);
     }
 }
 
 /// A connection, from its beginning to its end. Why it has ended; `None`: the hub ends.
 async fn connect(hub: &Hub, broker: &Arc<Broker>, reports: &Reports) -> Option<Both> {
-    let options = match link::options(&broker.config) {
+    let gone = serde_json::to_vec(&Online::no()).unwrap_or_default();
+    let will = LastWill::new(broker.config.topic("hub"), gone, QoS::AtLeastOnce, true, None);
+    let options = match link::options(&broker.config, will, link::Reached::default()) {
         Ok(options) => options,
         Err(why) => return Some(why),
     };
-    let builder = AsyncClient::builder(options).capacity(link::AHEAD);
-    let (client, events) = match builder.try_build() {
-        Ok(built) => built,
-        Err(error) => return Some(text::MqttFailed { error: error.to_string() }.words()),
+    // The last subscription is not needed for commands.
+    let mut line = match Line::open(hub, broker, options, 1).await {
+        Ok(line) => line,
+        Err(why) => return why,
     };
-    let outbox = Arc::new(Outbox::default());
-    let (news, mut heard) = mpsc::channel(HEARD_MAX);
-    let poll = tokio::spawn(poll(events, broker.clone(), news));
-    let mut tasks = Tasks(vec![poll]);
-    let mut shutdown = hub.shutdown();
-    let first = tokio::select! {
-        first = heard.recv() => first,
-        () = shutdown.requested() => return None,
-    };
-    match first {
-        Some(News::Connected) => {}
-        Some(News::Lost(why)) => return Some(why),
-        _ => return Some(link::silent()),
-    }
-    if let Err(why) = subscribe(&client, broker).await {
+    if let Err(why) = subscribe(&line.client, broker).await {
         return Some(why);
     }
-    tasks.0.push(tokio::spawn(write(client.clone(), outbox.clone())));
+    let outbox = Arc::new(Outbox::default());
+    line.tasks.spawn(write(line.client.clone(), outbox.clone()));
     let mut session = Session::begin(hub, broker, outbox, reports);
-    let ended = session.run(&mut heard).await;
+    let ended = session.run(&mut line.heard).await;
     if ended.is_none() {
-        session.say_goodbye(&client, &mut heard).await;
+        session.say_goodbye(&line.client, &mut line.heard).await;
     }
     drop(session);
     ended
-}
-
-/// Hears the broker until the connection ends.
-async fn poll(mut events: EventLoop, broker: Arc<Broker>, news: mpsc::Sender<News>) {
-    let mut heard = Instant::now();
-    loop {
-        // What the hub sends is no sign of life of the broker, and keeps the library from asking for one.
-        let polled = timeout_at(heard + STALLED, events.poll()).await;
-        if let Ok(Ok(Event::Incoming(_))) = polled {
-            heard = Instant::now();
-        }
-        let one = match polled {
-            Err(_) => News::Lost(link::silent()),
-            Ok(Err(error)) => News::Lost(link::said(&broker.config, &error)),
-            Ok(Ok(Event::Incoming(Packet::ConnAck(_)))) => News::Connected,
-            Ok(Ok(Event::Incoming(Packet::SubAck(answer)))) => {
-                let refused =
-                    |it: &SubscribeReasonCode| !matches!(it, SubscribeReasonCode::Success(_));
-                // The last one is not needed for commands.
-                let needed = answer.return_codes.len().saturating_sub(1);
-                if !answer.return_codes.iter().take(needed).any(refused) {
-                    continue;
-                }
-                News::Lost(text::MqttNoSubscription { prefix: &broker.config.prefix }.words())
-            }
-            Ok(Ok(Event::Incoming(Packet::Publish(it)))) => News::Message {
-                topic: String::from_utf8_lossy(&it.topic).into_owned(),
-                payload: it.payload.to_vec(),
-                retained: it.retain,
-            },
-            Ok(Ok(_)) => continue,
-        };
-        let ends = matches!(one, News::Lost(_));
-        if news.send(one).await.is_err() || ends {
-            return;
-        }
-    }
 }
 
 /// Asks for commands as they come: not for those that the broker has kept from before. Those to monitors that are not
@@ -168,11 +78,6 @@ async fn subscribe(client: &AsyncClient, broker: &Broker) -> Result<(), Both> {
     let config = &broker.config;
     let all = ["command", "alive", "+/command"].map(|part| config.topic(part));
     let all = all.into_iter().chain(discovery::birth(config));
-    let live = |topic: String| {
-        SubscribeFilterInput::new(topic, QoS::AtLeastOnce)
-            .preserve_retain(true)
-            .retain_forward_rule(RetainForwardRule::Never)
-    };
     let kept = SubscribeFilterInput::new(leftover::filter(config), QoS::AtLeastOnce).no_local(true);
     let filters: Vec<_> = all.map(live).chain([kept]).collect();
     let asked = client.subscribe_many(filters).await;
@@ -182,25 +87,17 @@ async fn subscribe(client: &AsyncClient, broker: &Broker) -> Result<(), Both> {
 /// Publishes what waits. A broker that takes nothing holds up nothing but this.
 async fn write(client: AsyncClient, outbox: Arc<Outbox>) {
     loop {
-        let Letter { topic, payload, retained, confirmed } = outbox.next().await;
-        let quality = if confirmed { QoS::AtLeastOnce } else { QoS::AtMostOnce };
-        let options = PublishOptions::new(quality).retain(retained);
-        if client.publish(topic, payload, options).await.is_err() {
+        if send(&client, outbox.next().await).await.is_err() {
             return;
         }
     }
 }
 
-/// A session with a broker. Dropped, it ends what it has started.
+/// A session with a broker.
 struct Session {
-    hub: Hub,
-    broker: Arc<Broker>,
-    key: SeatKey,
+    own: Seated,
     number: String,
-    desk: Desk,
-    hand: Hand,
     outbox: Arc<Outbox>,
-    results: mpsc::Receiver<Answer>,
     /// Of each monitor, when its state was published, and what of it matters at once.
     published: Vec<Option<(Duration, Urgent)>>,
     alarms: Vec<u8>,
@@ -215,95 +112,64 @@ struct Session {
 
 impl Session {
     fn begin(hub: &Hub, broker: &Arc<Broker>, outbox: Arc<Outbox>, reports: &Reports) -> Self {
-        let config = &broker.config;
         let number = message::shown(random().unwrap_or_default());
-        let operates = config.terms.operates;
-        let principal = Principal {
-            user: format!("mqtt {}", config.name),
-            role: if operates { Role::Operator } else { Role::Observer },
-            kind: Kind::Mqtt,
-            key: format!("mqtt {} {}", config.name, hub.now().as_nanos()),
-            csrf: String::new(),
-            expires_ms: 0,
-            standing: Standing::Good,
-        };
-        let (place, since_ms) = (config.place(), hub.clock().now_ms());
-        let key = hub.connect(&principal, &place, None);
-        let caller = Caller::plug(principal, place.clone(), key.seat.clone(), VIA);
-        let (answers, results) = mpsc::channel(RESULTS_MAX);
-        let ids = &config.monitors;
-        let client = PlugClient {
-            name: config.client_id.clone(),
-            from: place,
-            seat: key.seat.clone(),
-            since_ms,
-        };
-        broker.counts.came(client);
-        if broker.counts.set_error(None) {
-            let (name, url) = (&config.name, config.url());
-            hub.event(None, &text::MqttConnected { name, url: &url }.words());
-        }
+        let monitors = broker.config.monitors.len();
         let session = Self {
-            hub: hub.clone(),
-            broker: broker.clone(),
+            own: Seated::begin(hub, broker, reports),
             number,
-            desk: Desk::new(config.terms, ids.len(), hub.now(), &mut random),
-            hand: Hand::new(hub, &caller, ids, answers, reports.clone()),
             outbox,
-            results,
-            published: vec![None; ids.len()],
+            published: vec![None; monitors],
             alarms: Vec::new(),
             born: false,
             births: Seldom::default(),
             unknown: Bucket::new(hub.now(), UNKNOWN.0, UNKNOWN.1),
             cleared: BTreeSet::new(),
-            key,
         };
-        session.put("hub", &Online::since(&session.number, since_ms));
+        session.put("hub", &Online::since(&session.number, session.own.since_ms));
         session.discover();
-        (0..ids.len()).for_each(|at| session.put_key(at));
+        (0..monitors).for_each(|at| session.put_key(at));
         session
     }
 
     /// Until the connection ends, and why; `None`: the hub ends.
     async fn run(&mut self, heard: &mut mpsc::Receiver<News>) -> Option<Both> {
-        let (mut shutdown, start) = (self.hub.shutdown(), self.hub.start());
+        let (mut shutdown, start) = (self.own.hub.shutdown(), self.own.hub.start());
         let mut looks = interval(LOOK_EACH);
         looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
-            let next = self.desk.timeout();
+            let next = self.own.desk.timeout();
             tokio::select! {
                 () = shutdown.requested() => return None,
                 news = heard.recv() => match news {
                     Some(News::Message { topic, payload, retained }) => {
                         self.heed(&topic, &payload, retained);
                     }
-                    Some(News::Connected) => {}
+                    Some(News::Connected | News::Subscribed) => {}
                     Some(News::Lost(why)) => return Some(why),
                     None => return Some(link::silent()),
                 },
-                Some((number, result)) = self.results.recv() => {
-                    let acts = self.desk.answered(number, result);
-                    self.carry_out(acts);
+                Some(answer) = self.own.results.recv() => {
+                    let acts = self.own.answered(answer);
+                    self.publish(acts);
                 }
                 // What is for this client alone is published with the states.
-                Some(_) = self.key.events.recv() => {}
-                event = self.key.common.recv() => match event {
+                Some(_) = self.own.key.events.recv() => {}
+                event = self.own.key.common.recv() => match event {
                     Ok(event) => self.tell(&event),
-                    Err(RecvError::Lagged(count)) => self.hub.count_missed(count),
+                    Err(RecvError::Lagged(count)) => self.own.hub.count_missed(count),
                     Err(RecvError::Closed) => return None,
                 },
                 _ = looks.tick() => self.look(),
                 () = sleep_until(start + next) => {
-                    let acts = self.desk.tick(self.hub.now(), &mut random);
-                    self.carry_out(acts);
+                    let acts = self.own.tick();
+                    self.publish(acts);
                 }
             }
         }
     }
 
     fn heed(&mut self, topic: &str, payload: &[u8], retained: bool) {
-        let config = &self.broker.config;
+        let config = &self.own.broker.config;
         if discovery::birth(config).as_deref() == Some(topic) {
             // It is published by and by: however often it starts.
             self.born |= payload == b"online";
@@ -326,27 +192,17 @@ impl Session {
             },
             None => None,
         };
-        let hand = self.hand.clone();
-        let holder = |at: usize| hand.holder(at);
-        let mut random = random;
-        let now = self.hub.now();
-        let mut around = Around { now, holder: &holder, random: &mut random };
         let acts = if rest == "alive" {
-            let (is_new, acts) =
-                if retained { (false, Vec::new()) } else { self.desk.alive(&mut around, payload) };
-            if !is_new {
-                self.broker.counts.count(|it| &it.malformed);
-            }
-            acts
+            self.own.alive(message::read_alive(payload).filter(|_| !retained))
         } else {
-            self.broker.counts.count(|it| &it.requests);
-            self.desk.command(&mut around, Heard { monitor, retained, payload })
+            self.own.command(Heard { monitor, retained }, message::read(payload))
         };
-        self.carry_out(acts);
+        self.publish(acts);
     }
 
-    fn carry_out(&mut self, acts: Vec<Act>) {
-        for act in self.hand.carry_out(&self.desk, acts) {
+    /// What the desk has left to its broker.
+    fn publish(&self, acts: Vec<Act>) {
+        for act in acts {
             match act {
                 Act::Ticket(ticket) => {
                     let session = &self.number;
@@ -361,12 +217,12 @@ impl Session {
     }
 
     fn say(&self, reply: &Reply) {
-        let topic = self.broker.config.topic_of(reply.monitor, "result");
+        let topic = self.own.broker.config.topic_of(reply.monitor, "result");
         self.say_on(topic, reply, reply.is_of_flood());
     }
 
     fn say_on(&self, topic: String, reply: &Reply, of_flood: bool) {
-        let counts = &self.broker.counts;
+        let counts = &self.own.broker.counts;
         if reply.result.is_err() {
             counts.count(|it| &it.exceptions);
         }
@@ -380,14 +236,14 @@ impl Session {
     /// A command to a monitor that is not here, such as one that had another name: its client has to know. Results of
     /// others do not give way to it.
     fn refuse_unknown(&mut self, id: &str, payload: &[u8], retained: bool) {
-        self.broker.counts.count(|it| &it.requests);
-        if !is_name(id) || self.unknown.take(self.hub.now()).is_err() {
-            return self.broker.counts.count(|it| &it.rejected);
+        self.own.broker.counts.count(|it| &it.requests);
+        if !is_name(id) || self.unknown.take(self.own.hub.now()).is_err() {
+            return self.own.broker.counts.count(|it| &it.rejected);
         }
         let (asked, result) = (message::read(payload), Err(Failed::from(Refusal::Monitor)));
         let (id_of, command) = (asked.id, asked.command);
         let reply = Reply { monitor: None, id: id_of, command, result, retained, repeated: false };
-        self.say_on(self.broker.config.topic(&format!("{id}/result")), &reply, true);
+        self.say_on(self.own.broker.config.topic(&format!("{id}/result")), &reply, true);
     }
 
     /// The broker keeps nothing more of a monitor that is not configured now.
@@ -395,7 +251,7 @@ impl Session {
         if self.cleared.len() >= leftover::LEFT_MAX || !self.cleared.insert(id.to_owned()) {
             return;
         }
-        for topic in leftover::topics(&self.broker.config, id) {
+        for topic in leftover::topics(&self.own.broker.config, id) {
             self.outbox.put(Letter { topic, payload: Vec::new(), retained: true, confirmed: true });
         }
     }
@@ -404,31 +260,32 @@ impl Session {
     fn tell(&self, message: &str) {
         let Ok(mut event) = serde_json::from_str::<Value>(message) else { return };
         let monitor = event["monitor"].as_str();
-        let own = monitor.is_none_or(|id| self.broker.config.monitors.iter().any(|it| it == id));
+        let own =
+            monitor.is_none_or(|id| self.own.broker.config.monitors.iter().any(|it| it == id));
         if event["type"] != "event" || !own {
             return;
         }
         event.as_object_mut().map(|it| it.remove("type"));
-        let topic = self.broker.config.topic("event");
+        let topic = self.own.broker.config.topic("event");
         let payload = event.to_string().into_bytes();
         self.outbox.put_event(Letter { topic, payload, retained: false, confirmed: false });
     }
 
     /// Publishes states whose time has come, and at once what matters.
     fn look(&mut self) {
-        let (now, interval) = (self.hub.now(), self.broker.config.interval);
+        let (now, interval) = (self.own.hub.now(), self.own.broker.config.interval);
         if self.born && self.births.is_due(now) {
             self.born = false;
             self.discover();
         }
-        for (at, state) in self.hand.states().iter().enumerate() {
+        for (at, state) in self.own.hand.states().iter().enumerate() {
             let urgent = state.urgent();
             let last = self.published.get(at).copied().flatten();
             let is_same = last.is_some_and(|(_, it)| it == urgent);
             if is_same && last.is_some_and(|(since, _)| now < since + interval) {
                 continue;
             }
-            let topic = |part| self.broker.config.topic_of(Some(at), part);
+            let topic = |part| self.own.broker.config.topic_of(Some(at), part);
             let payload = serde_json::to_vec(state).unwrap_or_default();
             let letter =
                 Letter { topic: topic("state"), payload, retained: true, confirmed: false };
@@ -440,12 +297,12 @@ impl Session {
                 *published = Some((now, urgent));
             }
         }
-        let alarms = self.hub.alarms();
-        let list = AlarmList::new(&alarms.list(), &self.broker.config.monitors);
+        let alarms = self.own.hub.alarms();
+        let list = AlarmList::new(&alarms.list(), &self.own.broker.config.monitors);
         let list = serde_json::to_vec(&list).unwrap_or_default();
         drop(alarms);
         if list != self.alarms {
-            let topic = self.broker.config.topic("alarms");
+            let topic = self.own.broker.config.topic("alarms");
             self.outbox.put(Letter {
                 topic,
                 payload: list.clone(),
@@ -457,7 +314,7 @@ impl Session {
     }
 
     fn discover(&self) {
-        let config = &self.broker.config;
+        let config = &self.own.broker.config;
         for (topic, text) in
             (0..config.monitors.len()).filter_map(|at| discovery::of_monitor(config, at))
         {
@@ -471,31 +328,31 @@ impl Session {
     }
 
     fn letter(&self, part: &str, value: &impl Serialize, retained: bool) {
-        let topic = self.broker.config.topic(part);
+        let topic = self.own.broker.config.topic(part);
         let payload = serde_json::to_vec(value).unwrap_or_default();
         self.outbox.put(Letter { topic, payload, retained, confirmed: true });
     }
 
     fn put_key(&self, at: usize) {
-        self.letter_of(at, "key", &Key { key: self.desk.key(at).map(message::shown) });
+        self.letter_of(at, "key", &Key { key: self.own.desk.key(at).map(message::shown) });
     }
 
     fn letter_of(&self, at: usize, part: &str, value: &impl Serialize) {
-        let topic = self.broker.config.topic_of(Some(at), part);
+        let topic = self.own.broker.config.topic_of(Some(at), part);
         let payload = serde_json::to_vec(value).unwrap_or_default();
         self.outbox.put(Letter { topic, payload, retained: true, confirmed: true });
     }
 
     fn put_available(&self, at: usize, available: bool) {
-        let topic = self.broker.config.topic_of(Some(at), "available");
+        let topic = self.own.broker.config.topic_of(Some(at), "available");
         let payload = if available { "online" } else { "offline" }.into();
         self.outbox.put(Letter { topic, payload, retained: true, confirmed: true });
     }
 
     /// The hub ends: the broker knows at once, not only when it misses the connection.
     async fn say_goodbye(&mut self, client: &AsyncClient, heard: &mut mpsc::Receiver<News>) {
-        let acts = self.desk.end(&mut random);
-        self.carry_out(acts);
+        let acts = self.own.end();
+        self.publish(acts);
         for at in 0..self.published.len() {
             self.put_available(at, false);
             self.letter_of(at, "key", &Key { key: None });
@@ -510,19 +367,6 @@ impl Session {
         };
         _ = timeout(FAREWELL, last).await;
     }
-}
-
-impl Drop for Session {
-    fn drop(&mut self) {
-        let acts = self.desk.end(&mut random);
-        self.hand.carry_out(&self.desk, acts);
-        self.hub.disconnect(&self.key);
-        self.broker.counts.went(&self.key.seat);
-    }
-}
-
-fn random() -> Option<u64> {
-    getrandom::u64().ok()
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::alarms::{Alarm, Priority, State as AlarmState};
 use crate::clock::ms;
 use crate::monitor::status::Status;
 use crate::plugs::orders::AXES;
+use crate::plugs::seat::PlugSeat;
 use crate::plugs::sight::{Holder, Known, is_faulty, mode};
 use crate::text::Both;
 
@@ -21,49 +22,49 @@ const ALARMS_MAX: usize = 64;
 /// The state of a monitor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct State {
-    at_ms: Option<u64>,
-    age_ms: Option<u64>,
-    quality: &'static str,
-    mode: Option<&'static str>,
-    holder: Holder,
-    traverse: Option<f64>,
-    elevation: Option<f64>,
-    nozzle: Option<i64>,
-    pressure_mpa: Option<f64>,
-    flow_lps: Option<i64>,
-    voltage_v: Option<i64>,
-    valves: BTreeMap<&'static str, Option<Valve>>,
-    fire: Option<bool>,
-    water: bool,
-    locked_out: Option<bool>,
-    ready: bool,
-    alarms: Alarms,
-    motion: Option<Motion>,
+    pub(super) at_ms: Option<u64>,
+    pub(super) age_ms: Option<u64>,
+    pub(super) quality: &'static str,
+    pub(super) mode: Option<&'static str>,
+    pub(super) holder: Holder,
+    pub(super) traverse: Option<f64>,
+    pub(super) elevation: Option<f64>,
+    pub(super) nozzle: Option<i64>,
+    pub(super) pressure_mpa: Option<f64>,
+    pub(super) flow_lps: Option<i64>,
+    pub(super) voltage_v: Option<i64>,
+    pub(super) valves: BTreeMap<&'static str, Option<Valve>>,
+    pub(super) fire: Option<bool>,
+    pub(super) water: bool,
+    pub(super) locked_out: Option<bool>,
+    pub(super) ready: bool,
+    pub(super) alarms: Alarms,
+    pub(super) motion: Option<Motion>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct Valve {
-    open: bool,
-    closed: bool,
-    opening: bool,
-    closing: bool,
-    blocked: bool,
-    fault: bool,
+pub(super) struct Valve {
+    pub(super) open: bool,
+    pub(super) closed: bool,
+    pub(super) opening: bool,
+    pub(super) closing: bool,
+    pub(super) blocked: bool,
+    pub(super) fault: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct Alarms {
-    count: u16,
-    waiting: u16,
-    worst: Option<Priority>,
-    fire: bool,
+pub(super) struct Alarms {
+    pub(super) count: u16,
+    pub(super) waiting: u16,
+    pub(super) worst: Option<Priority>,
+    pub(super) fire: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct Motion {
-    traverse: bool,
-    elevation: bool,
-    nozzle: bool,
+pub(super) struct Motion {
+    pub(super) traverse: bool,
+    pub(super) elevation: bool,
+    pub(super) nozzle: bool,
 }
 
 /// Of a state, what is published at once.
@@ -140,6 +141,12 @@ impl State {
     pub fn is_available(&self) -> bool {
         self.quality == "good"
     }
+}
+
+/// The states of monitors, in their order.
+pub fn all(seat: PlugSeat<'_>, ids: &[String]) -> Vec<State> {
+    let tallies = seat.tallies(ids);
+    ids.iter().zip(tallies).map(|(id, tally)| seat.sees(id, tally, State::new)).collect()
 }
 
 /// The valves that the monitor has; null: not known.

@@ -149,6 +149,15 @@ impl Running {
         Self::start(command)
     }
 
+    /// The script with pysparkplug, which has an environment of its own: it wants an older paho-mqtt.
+    pub fn sparkplug(broker: &Broker, what: &str) -> Self {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/plugs/mqtt/sparkplug_host.py");
+        let python = std::env::var_os("LAFET_SPARKPLUG_PYTHON").unwrap_or("python3".into());
+        let mut command = Command::new(python);
+        command.arg(script).arg(broker.port()).arg(what);
+        Self::start(command)
+    }
+
     pub fn tell(&mut self, words: &str) {
         let input = self.child.stdin.as_mut().expect("a pipe");
         writeln!(input, "{words}").expect("it reads");

@@ -1,6 +1,7 @@
 //! With mosquitto and its clients, and with paho-mqtt: `cargo xtask plugs` installs them.
 
 mod lost;
+mod sparkplug;
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -122,7 +123,8 @@ async fn stop_overtakes_a_flood_of_commands() {
         let target = if round % 2 == 0 { 9000 } else { -9000 };
         let text = format!("Move Horizontal {target}");
         let turn = json!({ "type": "request", "monitor": "M1", "request": text });
-        console.ask(turn).await;
+        let answer = console.ask(turn).await;
+        assert!(answer["error"].is_null(), "{answer:#}");
         until("it moves", || moving(&site)).await;
         let began = Instant::now();
         broker.publish("lafet/M1/command", r#"{"command":"stop"}"#, &[]).await;

@@ -28,6 +28,8 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("lafet-site", &["lafet-texts"]),
+    // It tests what is behind the API of a hub, and must know neither hub nor simulator.
+    ("lafet-acceptance", &["lafet-texts"]),
     ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
     (
         "lafet-verify",
@@ -38,6 +40,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-proto",
             "lafet-sim",
             "lafet-texts",
+            "lafet-update",
         ],
     ),
     ("lafet-client", &["lafet-proto", "lafet-texts"]),
@@ -59,6 +62,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "lafet",
         &[
+            "lafet-acceptance",
             "lafet-capture",
             "lafet-client",
             "lafet-conform",
@@ -79,6 +83,7 @@ const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("lafet-client", &["lafet-sim", "lafet-device", "lafet-update"]),
     ("lafet-conform", &["lafet-sim", "lafet-device"]),
     ("lafet-hub", &["lafet-sim", "lafet-device", "lafet-update"]),
+    ("lafet-acceptance", &["lafet-hub", "lafet-sim", "lafet-device", "lafet-proto"]),
 ];
 
 /// Says of each direct dependency what it is for.

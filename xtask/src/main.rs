@@ -293,7 +293,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "fuzz",
         arguments: "[target…] [--minutes N] [--merge]",
-        about: "fuzz link, records, text, device and store with libFuzzer",
+        about: "fuzz link, records, text, device, store and update with libFuzzer",
         details: "One minute each by default. Installs cargo-fuzz if it is missing. A failing \
                   input is kept in fuzz/artifacts; once fixed, it belongs in fuzz/regressions. \
                   With --merge, the committed corpus becomes the smallest that reaches all that \

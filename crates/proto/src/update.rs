@@ -198,7 +198,7 @@ pub struct Report {
     /// The version that is running, from left to right.
     pub version: [u16; 4],
     /// The first bytes of the SHA-256 of the payload that is being received: a sender sees by them
-    /// whether it is its own. Zeros in [`Phase::IDLE`].
+    /// whether it is its own. In [`Phase::IDLE`] of the one that is running; zeros if that cannot be read.
     pub image: [u8; 4],
 }
 

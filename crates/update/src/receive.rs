@@ -49,7 +49,7 @@ pub struct Report {
     pub received: u32,
     /// Bytes of the payload; 0 in `Idle`.
     pub size: u32,
-    /// The beginning of its hash, by which senders know their images; zeros in `Idle`.
+    /// The beginning of its hash, by which senders know their images; in `Idle` that of what is running.
     pub image: [u8; 4],
     /// The last trial was not confirmed, or its image no longer verified.
     pub failed: bool,
@@ -83,6 +83,8 @@ pub struct Receiver<'a, F> {
     memory: Memory<F>,
     board: Board<'a>,
     started: Started,
+    /// The beginning of its hash; zeros if that could not be read.
+    running: [u8; 4],
     /// Layout of the stored parameters.
     layout: u16,
     state: State,
@@ -119,10 +121,13 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         };
         // What the board passes may be wrong: the record says which slot has been tried.
         let on_trial = started.trial || (other == Other::Tried && active != started.slot);
+        let raw = memory.header(started.slot);
+        let running = raw.and_then(|raw| Header::parse(&raw)).map_or([0; 4], beginning);
         let mut receiver = Self {
             memory,
             board,
             started,
+            running,
             layout,
             state: State::Idle,
             recorded,
@@ -182,14 +187,13 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             State::Committed => Phase::Committed,
         };
         let size = self.image.map_or(0, |image| image.header.size);
-        let [h0, h1, h2, h3, ..] = self.image.map_or([0; 32], |image| image.header.hash.0);
         let started = Started { trial: self.on_trial, ..self.started };
         Report {
             started,
             phase,
             received: self.received,
             size,
-            image: [h0, h1, h2, h3],
+            image: self.image.map_or(self.running, |image| beginning(image.header)),
             failed: self.failed,
             pending: self.pending.is_some(),
             lost: self.is_lost(),
@@ -505,4 +509,10 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
     fn drop_image(&mut self) {
         (self.state, self.image, self.received) = (State::Idle, None, 0);
     }
+}
+
+/// The beginning of the hash of a payload.
+const fn beginning(header: Header) -> [u8; 4] {
+    let [h0, h1, h2, h3, ..] = header.hash.0;
+    [h0, h1, h2, h3]
 }

@@ -7,11 +7,13 @@
 
 pub mod flash;
 pub mod handover;
+pub mod lamp;
 mod register;
 pub mod software;
 pub mod uart;
 pub mod watchdog;
 
 pub use flash::{Flash, Psram};
+pub use lamp::Lamp;
 pub use uart::Uart;
 pub use watchdog::Watchdog;

@@ -43,6 +43,10 @@ pub trait Chip {
     /// The part that updates its software.
     #[cfg(feature = "mps2")]
     fn software(&mut self) -> Option<&mut dyn Software>;
+
+    /// Anything is driven from now on, or nothing.
+    #[cfg(feature = "mps2")]
+    fn drives(&mut self, anything: bool);
 }
 
 /// A program with the feature `panics` does so at this time of its clock, ms.
@@ -267,6 +271,8 @@ impl<C: Chip> Hal for Emulated<C> {
 
     fn write(&mut self, outputs: &Passed) {
         self.meter.steps += self.meter.taken();
+        #[cfg(feature = "mps2")]
+        self.chip.drives(!outputs.is_still() || outputs.heaters.contains(&true));
         self.report(&Report::Driven(**outputs));
         self.meter.start();
     }

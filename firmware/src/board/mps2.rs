@@ -4,7 +4,7 @@
 use super::Handler;
 use super::emulated::{Chip, Emulated, Serial};
 use lafet_device::hal::Software;
-use lafet_mps2::{Flash, Psram, Uart, Watchdog, handover, software};
+use lafet_mps2::{Flash, Lamp, Psram, Uart, Watchdog, handover, software};
 use lafet_plant::flash::PARAMS_PAGES;
 use lafet_update::Receiver;
 
@@ -18,6 +18,8 @@ pub struct Mps2 {
     watchdog: Watchdog,
     /// `None` without a bootloader.
     receiver: Option<Receiver<'static, Flash<Psram>>>,
+    /// Lit while anything is driven.
+    lamp: Lamp,
 }
 
 /// Starts the board.
@@ -26,7 +28,7 @@ pub struct Mps2 {
 pub fn start() -> Emulated<Mps2> {
     let watchdog = Watchdog::start();
     let receiver = handover::take().and_then(software::receiver);
-    let chip = Mps2 { watchdog, receiver };
+    let chip = Mps2 { watchdog, receiver, lamp: Lamp::default() };
     Emulated::new(chip, Uart::line(), Uart::plant(), Flash::of_chip(), PARAMS_PAGES)
 }
 
@@ -56,5 +58,9 @@ impl Chip for Mps2 {
 
     fn software(&mut self) -> Option<&mut dyn Software> {
         self.receiver.as_mut().map(|receiver| receiver as &mut dyn Software)
+    }
+
+    fn drives(&mut self, anything: bool) {
+        self.lamp.show(anything);
     }
 }

@@ -4,6 +4,7 @@
 //! programs that hear nothing, and programs and bootloaders that panic; each happens here.
 
 mod board;
+mod outputs;
 mod served;
 
 use std::cell::Cell;
@@ -11,13 +12,15 @@ use std::fmt;
 use std::io::{BufRead, BufReader, Read as _};
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use self::board::{Board, Start};
+use self::outputs::Far;
 use self::served::Hub;
 use super::images::{self, Programs};
 use super::panics;
@@ -30,11 +33,21 @@ use crate::{demo, no_std};
 const CUT: Duration = Duration::from_secs(3);
 /// After its start the board has sensed everything within this time.
 const SENSES: Duration = Duration::from_secs(20);
-/// A program that hears nothing restarts itself after 180 s of its clock, which runs this much faster.
+/// A program that hears nothing restarts itself after 180 s of its clock, which runs this much faster; on a machine
+/// that is busy with thirty processes, no faster than that of the room.
 const FAST: &str = "5";
-const BACK: Duration = Duration::from_secs(240);
+const BACK: Duration = Duration::from_secs(600);
 /// No run of the hub takes longer.
 const HUB_RUN: Duration = Duration::from_secs(600);
+/// `lafet update` says something within this time: it waits for a trial that goes back for 240 s, and for a dead line for
+/// 60 s more.
+const SAYS: Duration = Duration::from_secs(400);
+/// A monitor that is sent here and there meets a panic within this time.
+const DRIVES: Duration = Duration::from_secs(120);
+/// How often it is looked whether it has.
+const LOOK: Duration = Duration::from_millis(50);
+/// What is undefined on purpose at the end of a panic, as GetCrashData has it.
+const PANIC: &str = "UNDEFINSTR";
 /// Fewer bytes spoiled are no noise.
 const NOISE: u64 = 10;
 /// A parameter that is set, and has to outlive everything, as all others.
@@ -179,12 +192,16 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(name: &str, lafet: PathBuf, watch: &'static str) -> Result<Self, String> {
+    fn new(name: &str, built: PathBuf, watch: &'static str) -> Result<Self, String> {
         super::emulator()?;
         let folder = no_std::target().join("firmware").join(name);
         // What an earlier run has left.
         let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        let failed = |e: std::io::Error| format!("{}: {e}", folder.display());
+        std::fs::create_dir_all(&folder).map_err(failed)?;
+        // Another build must not exchange it meanwhile.
+        let lafet = folder.join("lafet");
+        std::fs::copy(built, &lafet).map_err(failed)?;
         build()?;
         let boot = bootloader(&[], &folder.join("boot.elf"))?;
         let programs = Programs::link(&folder, "program", &[])?;
@@ -215,14 +232,19 @@ impl Bench {
     }
 
     fn board(&self, boot: &Path, speed: &'static str) -> Result<Board, String> {
-        Board::start(Start {
+        Board::start(self.start(boot, speed))
+    }
+
+    fn start(&self, boot: &Path, speed: &'static str) -> Start {
+        Start {
             lafet: self.lafet.clone(),
             boot: boot.into(),
             first: self.first.clone(),
             flash: self.folder.join("flash"),
             port: self.place.port(),
             speed,
-        })
+            tools: None,
+        }
     }
 
     fn images(&self, version: &str) -> Result<[PathBuf; 2], String> {
@@ -232,45 +254,76 @@ impl Bench {
     fn once(&self) -> StepResult {
         let mut board = self.new_board(FAST)?;
         let cable = Relay::tcp(self.place).map_err(line)?;
-        self.disturbed(&cable.url, "1.1", SHORT, &mut board, Some(&cable))?;
+        let runs = self.disturbed(&cable.url, "1.1", SHORT, &mut board, Some(&cable))?;
+        println!("   updated in {runs} runs of `lafet update`");
         self.expect("1.1.0.0", "B")
     }
 
     fn all(&self) -> StepResult {
+        let since = Instant::now();
         let mut board = self.new_board("1")?;
         let [tcp, serial, hub] = CABLE;
 
         let cable = Relay::tcp(self.place).map_err(line)?;
-        self.disturbed(&cable.url, "1.1", tcp, &mut board, Some(&cable))?;
+        let mut runs = self.disturbed(&cable.url, "1.1", tcp, &mut board, Some(&cable))?;
         self.expect("1.1.0.0", "B")?;
 
         let cable = Relay::serial(self.place).map_err(line)?;
-        self.disturbed(&cable.url, "1.2", serial, &mut board, Some(&cable))?;
-        is_noisy(cable)?;
+        runs += self.disturbed(&cable.url, "1.2", serial, &mut board, Some(&cable))?;
+        let mut spoiled = noise(cable)?;
         self.expect("1.2.0.0", "A")?;
 
         let cable = Relay::serial(self.place).map_err(line)?;
         self.by_hub(&cable, "1.3", hub)?;
-        is_noisy(cable)?;
+        spoiled += noise(cable)?;
         self.expect("1.3.0.0", "B")?;
 
-        self.disturbed(&self.url, "1.4", POWER, &mut board, None)?;
+        runs += self.disturbed(&self.url, "1.4", POWER, &mut board, None)?;
         self.expect("1.4.0.0", "A")?;
         drop(board);
 
+        self.what_is_not_kept()?;
+        let all = || CABLE.into_iter().chain([POWER]).flatten();
+        let times = |what| all().filter(|(_, mishap)| *mishap == what).count();
+        println!(
+            "   measured: 3 updates in {runs} runs of `lafet update`, 1 by a hub; {} cuts of the cable, {} losses of \
+             power, {} senders killed, {spoiled} bytes spoiled; 3 trials gone back from, the sender of each killed once; \
+             1 panic while something was driven; {} s",
+            times(Mishap::Cable),
+            times(Mishap::Power),
+            times(Mishap::Sender),
+            since.elapsed().as_secs()
+        );
+        Ok(())
+    }
+
+    /// Programs and a bootloader that fail on trial; and the same panic where the monitor drives something.
+    fn what_is_not_kept(&self) -> StepResult {
         let board = self.board(&self.boot, FAST)?;
-        self.gone_back("dead-link", "1.5")?;
-        self.gone_back("panics", "1.6")?;
+        // Two resets each: into the trial, and back.
+        self.gone_back(&board, "dead-link", &self.linked("dead-link")?, "1.5")?;
+        let panics = self.linked("panics")?;
         let crash = self.value(&["crash"])?;
-        if crash["fault"].is_null() {
-            return Err(format!("a panic has left no record: {crash}"));
+        if !crash["fault"].is_null() {
+            return Err(format!("there was a fault before the panic: {crash}"));
+        }
+        self.gone_back(&board, "panics", &panics, "1.6")?;
+        let crash = self.value(&["crash"])?;
+        let bits = crash["bits"].as_array().into_iter().flatten();
+        if bits.filter(|bit| bit["name"] == PANIC).count() != 1 {
+            return Err(format!("a panic has left no record of it: {crash}"));
         }
         drop(board);
-        self.bootloader_panics("1.7")
+        self.bootloader_panics("1.7")?;
+        self.panics_while_driving(&panics, "1.0.1")
+    }
+
+    fn linked(&self, feature: &str) -> Result<Programs, String> {
+        Programs::link(&self.folder, feature, &[feature])
     }
 
     /// An update by `lafet update`, on whose way all this happens. Cuts of the cable end none; after all else the
-    /// same command goes on.
+    /// same command goes on. Returns how often it was run.
     fn disturbed(
         &self,
         url: &str,
@@ -278,7 +331,7 @@ impl Bench {
         course: &'static [(At, Mishap)],
         board: &mut Board,
         cable: Option<&Relay>,
-    ) -> StepResult {
+    ) -> Result<usize, String> {
         let images = self.images(version)?;
         let runs = match course.iter().filter(|(_, mishap)| *mishap != Mishap::Cable).count() {
             0 => 1,
@@ -286,7 +339,7 @@ impl Bench {
         };
         let left = Course(Cell::new(course));
         let mut last = Updated::default();
-        for _ in 0..runs {
+        for run in 1..=runs {
             last = self.update(url, &images, |far, sender| match left.next(far) {
                 None => Ok(()),
                 Some(Mishap::Cable) => {
@@ -298,7 +351,7 @@ impl Bench {
                 Some(Mishap::Sender) => sender.kill().map_err(|e| format!("lafet update: {e}")),
             })?;
             if left.is_over() && last.code == Some(0) {
-                return Ok(());
+                return Ok(run);
             }
             println!("   once more, after: {}", last.said.trim());
         }
@@ -329,37 +382,120 @@ impl Bench {
         Ok(())
     }
 
-    /// An image whose program was built with this feature is tried, and gone back from.
-    fn gone_back(&self, feature: &str, version: &str) -> StepResult {
-        let programs = Programs::link(&self.folder, feature, &[feature])?;
+    /// An image of these programs is tried, and gone back from.
+    fn gone_back(
+        &self,
+        board: &Board,
+        what: &str,
+        programs: &Programs,
+        version: &str,
+    ) -> StepResult {
         let images = programs.sign(&self.lafet, version, &images::test_key())?;
-        self.is_not_kept(&images, feature)
+        self.is_not_kept(board, &images, what, 2)
     }
 
     /// A bootloader that panics at an image on trial does so once.
     fn bootloader_panics(&self, version: &str) -> StepResult {
         let boot = bootloader(&["panics"], &self.folder.join("panics.elf"))?;
-        let _board = self.board(&boot, FAST)?;
-        self.is_not_kept(&self.images(version)?, "a bootloader that panics")
+        if std::fs::read(&boot).ok() == std::fs::read(&self.boot).ok() {
+            return Err("the bootloader that panics is the one that does not".into());
+        }
+        let board = self.board(&boot, FAST)?;
+        // The plant sees programs start: of the trial there is none.
+        self.is_not_kept(&board, &self.images(version)?, "a bootloader that panics", 1)
     }
 
-    /// These images are tried, and the version that ran before runs again.
-    fn is_not_kept(&self, images: &[PathBuf], what: &str) -> StepResult {
+    /// These images are tried, and the version that ran before runs again, after so many resets.
+    fn is_not_kept(
+        &self,
+        board: &Board,
+        images: &[PathBuf],
+        what: &str,
+        resets: u32,
+    ) -> StepResult {
+        let before = self.value(&["update", "--state"])?;
+        let (version, slot) = (before["version"].as_str(), before["slot"].as_str());
+        let (version, slot) = version.zip(slot).ok_or_else(|| format!("{what}: {before}"))?;
+        // What the trial before has left must not be taken for what this one leaves: it is gone once this image is
+        // being received.
+        self.update(&self.url, images, |far, sender| match At::Sent(10).is_reached(far) {
+            true => sender.kill().map_err(|e| format!("lafet update: {e}")),
+            false => Ok(()),
+        })?;
+        let state = self.value(&["update", "--state"])?;
+        if state["phase"] != "receiving" || state["last_trial_failed"] != false {
+            return Err(format!("{what}, while it is being received: {state}"));
+        }
+        let (since, resets_before) = (Instant::now(), board.resets());
         let updated = self.update(&self.url, images, |_, _| Ok(()))?;
         if updated.code == Some(0) || !updated.stages.iter().any(|stage| stage == "restarting") {
             return Err(format!("{what}: {updated:?}"));
         }
         println!("   {what}: {}", updated.said.trim());
         let end = Instant::now() + BACK;
-        while Instant::now() < end {
+        loop {
             match self.value(&["update", "--state"]) {
-                Ok(state) if state["last_trial_failed"] == true => {
-                    return self.expect("1.4.0.0", "A");
+                Ok(state) if state["last_trial_failed"] == true => break,
+                _ if Instant::now() < end => thread::park_timeout(Duration::from_secs(1)),
+                last => {
+                    let limit = BACK.as_secs();
+                    return Err(format!("{what}: not gone back after {limit} s: {last:?}"));
                 }
-                _ => thread::park_timeout(Duration::from_secs(1)),
             }
         }
-        Err(format!("{what}: the old image does not answer after {} s", BACK.as_secs()))
+        let was = board.resets() - resets_before;
+        println!("   {what}: back after {} s, {was} resets", since.elapsed().as_secs());
+        if was < resets {
+            return Err(format!("{what}: {was} resets, where {resets} are needed for a trial"));
+        }
+        self.expect(version, slot)
+    }
+
+    /// A panic of a program that drives something: all is at rest at once, and nothing is driven after it.
+    fn panics_while_driving(&self, programs: &Programs, version: &str) -> StepResult {
+        let [first, _] = programs.sign(&self.lafet, version, &images::test_key())?;
+        let tools = self.folder.join("tools");
+        let notes = tools.join("notes");
+        outputs::noting(&tools, &notes)?;
+        let flash = self.folder.join("panics.flash");
+        let start = self.start(&self.boot, "1");
+        let _board = Board::start(Start { first, flash, tools: Some(tools), ..start })?;
+        let end = Instant::now() + DRIVES;
+        let mut ways = [["deploy"], ["wrap"]].into_iter().cycle();
+        let mut sent: Option<Child> = None;
+        let judged = loop {
+            let noted = std::fs::read_to_string(&notes).unwrap_or_default();
+            match outputs::judge(&noted) {
+                Ok(_) if Instant::now() > end => {
+                    break Err(format!("no reset after a panic: {noted}"));
+                }
+                Ok(Far::Rested) => break Ok(()),
+                Ok(Far::Panicked) => {}
+                Ok(Far::Before) => {
+                    // At first it does not know yet that everything is closed; and a way is short.
+                    if !sent.as_mut().is_some_and(|it| it.try_wait().is_ok_and(|it| it.is_none())) {
+                        sent = Some(self.sends(ways.next().unwrap_or_default())?);
+                    }
+                }
+                Err(why) => break Err(format!("{why}:\n{noted}")),
+            }
+            thread::park_timeout(LOOK);
+        };
+        if let Some(mut sent) = sent {
+            run::end(&mut sent);
+        }
+        judged?;
+        println!(
+            "   a panic while the barrel is driven: reset at once, at rest up to the next one"
+        );
+        Ok(())
+    }
+
+    /// `lafet` that sends the monitor somewhere.
+    fn sends(&self, words: [&str; 1]) -> Result<Child, String> {
+        let mut command = self.lafet(&self.url);
+        command.args(words).stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().map_err(|e| format!("lafet {words:?}: {e}"))
     }
 
     /// Runs `lafet update` to its end; each line of its output is looked at.
@@ -385,8 +521,18 @@ impl Bench {
             })
         });
         let mut looked = Ok(());
-        for line in child.stdout.take().into_iter().flat_map(|it| BufReader::new(it).lines()) {
-            let line: Value = serde_json::from_str(&line.map_err(failed)?).unwrap_or_default();
+        let lines = lines_of(child.stdout.take());
+        loop {
+            let line = match lines.recv_timeout(SAYS) {
+                Ok(line) => line,
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {
+                    run::end(&mut child);
+                    let limit = SAYS.as_secs();
+                    return Err(format!("lafet update says nothing for {limit} s: {updated:?}"));
+                }
+            };
+            let line: Value = serde_json::from_str(&line).unwrap_or_default();
             updated.stages.extend(line["stage"].as_str().map(str::to_owned));
             looked = looked.and_then(|()| look(&line, &mut child));
         }
@@ -466,12 +612,27 @@ fn bootloader(features: &[&str], file: &Path) -> Result<PathBuf, String> {
     Ok(file.into())
 }
 
-/// Fails if the line has spoiled nothing. The port of the chip takes one connection: it is given back.
-fn is_noisy(cable: Relay) -> StepResult {
+/// The lines of a program's output, as they come.
+fn lines_of(output: Option<ChildStdout>) -> Receiver<String> {
+    let (said, lines) = mpsc::channel();
+    thread::spawn(move || {
+        let all = output.into_iter().flat_map(|it| BufReader::new(it).lines());
+        for line in all.map_while(Result::ok) {
+            if said.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    lines
+}
+
+/// How many bytes the line has spoiled; fails if that is no noise. The port of the chip takes one connection: it is
+/// given back.
+fn noise(cable: Relay) -> Result<u64, String> {
     let spoiled = cable.spoiled();
     println!("   over a line that has spoiled {spoiled} bytes");
     match spoiled {
-        NOISE.. => Ok(()),
+        NOISE.. => Ok(spoiled),
         _ => Err(format!("the line has spoiled {spoiled} bytes: that is no noise")),
     }
 }

@@ -396,6 +396,7 @@ fn state_text(report: &Report) -> String {
         (text::UpdateRowSlot.fixed(), slot(report).to_owned()),
         (text::UpdateRowRunning.fixed(), running(report).to_owned()),
         (text::UpdateRowPhase.fixed(), phase(report)),
+        (text::UpdateRowImage.fixed(), digest(report)),
         (text::UpdateRowOrder.fixed(), order),
     ];
     if report.failed {
@@ -430,6 +431,15 @@ fn phase(report: &Report) -> String {
         Phase::VERIFIED => text::UpdatePhaseVerified.str(current()).to_owned(),
         Phase::COMMITTED => text::UpdatePhaseCommitted.str(current()).to_owned(),
         Phase(n) => text::UpdatePhaseUnknown { n }.of(current()),
+    }
+}
+
+/// The beginning of the SHA-256 of what is running or received, as `lafet image show` has the whole of it.
+fn digest(report: &Report) -> String {
+    let hash = &hex(&report.image);
+    match report.phase {
+        Phase::IDLE => text::UpdateDigestRunning { hash }.of(current()),
+        _ => text::UpdateDigestReceived { hash }.of(current()),
     }
 }
 

@@ -3,6 +3,7 @@
 mod all;
 #[cfg(target_os = "linux")]
 mod line;
+mod ways;
 
 use std::fs;
 use std::path::PathBuf;
@@ -117,6 +118,8 @@ fn from_a_key_to_a_new_version() {
     let after = state(&sim);
     assert_eq!((&after["version"], &after["slot"]), (&json!("1.1.0.0"), &json!("B")));
     assert_eq!((&after["on_trial"], &after["last_trial_failed"]), (&json!(false), &json!(false)));
+    let hash = done(&["--json", "image", "show", &image]).json()[0]["sha256"].clone();
+    assert_eq!(after["image"], hash.as_str().unwrap()[..8], "what runs is known by its hash");
     assert!(sim.flags("general").contains(&"LockedOut".to_owned()));
     assert!(!note(sim.url()).exists(), "the word is of no use any more");
     sim.done(&["lockout", "off"]);

@@ -1,6 +1,7 @@
 //! The sender of an update against a model of a monitor, behind a line that loses requests and answers.
 
 mod images;
+mod line;
 mod model;
 mod words;
 

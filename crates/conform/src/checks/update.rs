@@ -83,8 +83,8 @@ impl Report {
     /// Whether it says what a monitor can say.
     fn is_possible(&self) -> bool {
         let [phase, slot, flags, reason] = self.head();
-        let ([received, size], image) = (self.sizes(), self.0.get(20..).unwrap_or_default());
-        let nothing = received == 0 && size == 0 && image.iter().all(|byte| *byte == 0);
+        let [received, size] = self.sizes();
+        let nothing = received == 0 && size == 0;
         phase <= 4
             && matches!(slot, 1 | 2)
             && flags < 32

@@ -1,5 +1,7 @@
 //! The monitor as a whole: the device with its requests, the bootloader, a flash that loses power.
 
+mod layouts;
+mod replays;
 mod trials;
 
 use crate::bench::{Chip, Image, KEYS, WORD, factory, fields, image, payload, signed, start};

@@ -1,9 +1,11 @@
 //! The emulated board, and its power.
 
+use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;
 
@@ -23,6 +25,8 @@ pub struct Start {
     pub port: u16,
     /// Seconds of the plant in one of real time.
     pub speed: &'static str,
+    /// A folder with an emulator of its own.
+    pub tools: Option<PathBuf>,
 }
 
 /// The board, for as long as this lives.
@@ -38,6 +42,11 @@ impl Board {
         Ok(Self { with, running })
     }
 
+    /// How often its program has started again since its power came.
+    pub fn resets(&self) -> u32 {
+        self.running.lines.load(Ordering::SeqCst).saturating_sub(1)
+    }
+
     /// Its power is gone at once, whatever it is at, and comes back.
     pub fn cut_power(&mut self) -> StepResult {
         self.running.kill()?;
@@ -49,6 +58,8 @@ impl Board {
 struct Running {
     sim: Child,
     qemu: u32,
+    /// What it has said: where it listens, then a line for each reset.
+    lines: Arc<AtomicU32>,
 }
 
 impl Running {
@@ -58,21 +69,27 @@ impl Running {
         sim.arg("--boot").arg(&with.boot).arg("--firmware").arg(&with.first);
         sim.arg("--flash").arg(&with.flash);
         sim.args(["--listen", &format!("tcp://127.0.0.1:{}", with.port)]);
+        if let Some(tools) = &with.tools {
+            sim.env("PATH", in_front(tools)?);
+        }
         let failed = |e: std::io::Error| format!("the board: {e}");
         let mut sim = sim.stdout(Stdio::piped()).spawn().map_err(failed)?;
         let (said, listens) = mpsc::channel();
-        let lines = sim.stdout.take();
+        let (output, lines) = (sim.stdout.take(), Arc::new(AtomicU32::new(0)));
+        let counted = lines.clone();
         thread::spawn(move || {
-            for line in lines.into_iter().flat_map(|it| BufReader::new(it).lines()) {
+            for line in output.into_iter().flat_map(|it| BufReader::new(it).lines()) {
                 let Ok(line) = line else { break };
                 println!("   board: {line}");
+                counted.fetch_add(1, Ordering::SeqCst);
                 // After the first line nothing waits.
                 let _ = said.send(());
             }
         });
-        let mut running = Self { sim, qemu: 0 };
+        let mut running = Self { sim, qemu: 0, lines };
         listens.recv_timeout(LISTENS).map_err(|_| "the board does not start".to_owned())?;
         running.qemu = child_of(running.sim.id()).ok_or("the board has no emulator")?;
+        runs(running.qemu, &with.boot)?;
         Ok(running)
     }
 
@@ -101,4 +118,24 @@ fn child_of(parent: u32) -> Option<u32> {
         let fields = stat.rsplit_once(')').map_or("", |(_, fields)| fields);
         fields.split_whitespace().nth(1).and_then(|it| it.parse().ok()) == Some(parent)
     })
+}
+
+/// `PATH` with this folder in front of all others.
+fn in_front(folder: &Path) -> Result<OsString, String> {
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let all = std::iter::once(folder.to_owned()).chain(std::env::split_paths(&others));
+    std::env::join_paths(all).map_err(|e| format!("{}: {e}", folder.display()))
+}
+
+/// Fails if the emulator was started with another bootloader than this one.
+fn runs(qemu: u32, boot: &Path) -> StepResult {
+    let failed = |e: std::io::Error| format!("{}: {e}", boot.display());
+    let boot_real = std::fs::canonicalize(boot).map_err(failed)?;
+    let line = std::fs::read(format!("/proc/{qemu}/cmdline")).map_err(failed)?;
+    let words: Vec<_> = line.split(|byte| *byte == 0).map(String::from_utf8_lossy).collect();
+    let kernel = words.windows(2).find(|pair| pair[0] == "-kernel").map(|pair| &pair[1]);
+    match kernel {
+        Some(kernel) if Path::new(kernel.as_ref()) == boot_real => Ok(()),
+        other => Err(format!("the board runs {other:?}, not {}", boot_real.display())),
+    }
 }

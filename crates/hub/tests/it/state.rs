@@ -176,6 +176,7 @@ async fn shows(good: &Path, damaged: &Path, (what, damage, file, fault): Case) {
     };
     let losses = hub.integrity().losses();
     assert!(losses.iter().any(|it| it.file == file && fault(&it.fault)), "{what}: {losses:?}");
+    until("all is noted", || hub.audit().waiting() == 0).await;
     let log = hub.audit().latest(None, 5, None, None).await.unwrap();
     let recorded =
         |act: &serde_json::Value| act["type"] == "state_lost" && act["file"] == file.word();
@@ -261,6 +262,7 @@ async fn is_set_aside(
         assert_eq!(fs::read(damaged.join(file.name())).unwrap(), before, "refused and untouched");
     }
     let hub = open(damaged, &[file]).unwrap_or_else(|error| panic!("{what}, {file:?}: {error}"));
+    until("all is noted", || hub.audit().waiting() == 0).await;
     let log = hub.audit().latest(None, 5, None, None).await.unwrap();
     let act = log.iter().filter_map(|it| it.record.act.as_ref()).find(|act| {
         act["type"] == "state_lost" && act["file"] == file.word() && act["fault"] == "malformed"

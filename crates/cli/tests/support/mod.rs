@@ -6,13 +6,15 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::LazyLock;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
 use serde_json::Value;
 
 /// Longer than anything here takes, so that a hang becomes a failure.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// The same for a run of the program from its start to its end.
+const LIMIT: Duration = Duration::from_secs(600);
 
 /// The program in a clean environment.
 pub fn lafet() -> Command {
@@ -61,12 +63,24 @@ pub struct Run {
 impl Run {
     /// Runs the program with these arguments.
     pub fn of(arguments: &[&str]) -> Self {
-        Self::output(lafet().args(arguments).output().expect("it starts"))
+        Self::of_command(lafet().args(arguments))
     }
 
-    /// Runs this command.
+    /// Runs this command. One that does not end is ended, and no test waits for it for ever.
     pub fn of_command(command: &mut Command) -> Self {
-        Self::output(command.output().expect("it starts"))
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = command.spawn().expect("it starts");
+        let (id, (ended, ends)) = (child.id().to_string(), channel::<()>());
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                if ends.recv_timeout(LIMIT) == Err(RecvTimeoutError::Timeout) {
+                    _ = Command::new("kill").args(["-KILL", &id]).status();
+                }
+            });
+            let output = child.wait_with_output();
+            drop(ended);
+            Self::output(output.expect("it ends"))
+        })
     }
 
     /// Runs the program with bytes on standard input.
@@ -88,7 +102,7 @@ impl Run {
 
     fn output(output: Output) -> Self {
         let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-        let code = output.status.code().expect("no signal ended it");
+        let code = output.status.code().expect("no signal ended it, and not the limit");
         Self { code, out: text(output.stdout), err: text(output.stderr) }
     }
 

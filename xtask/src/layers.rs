@@ -63,6 +63,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-capture",
             "lafet-client",
             "lafet-conform",
+            "lafet-drawing",
             "lafet-hub",
             "lafet-place",
             "lafet-sim",

@@ -75,6 +75,8 @@ pub enum Command {
         after_help = "Examples:\n  lafet map modbus hub.toml > map.csv\n  lafet map modbus hub.toml --form markdown"
     )]
     Map(cmd::map::MapCommand),
+    #[command(subcommand)]
+    Plan(cmd::plan::PlanCommand),
     Status(cmd::status::StatusArgs),
     Watch(cmd::watch::WatchArgs),
     Top(cmd::top::TopArgs),

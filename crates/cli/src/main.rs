@@ -136,6 +136,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Coverage(args) => cmd::coverage::run(&args, out),
         Command::Throw(args) => cmd::throw::run(&args, out),
         Command::Map(command) => cmd::map::run(&command, out),
+        Command::Plan(command) => cmd::plan::run(&command, out),
         Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,

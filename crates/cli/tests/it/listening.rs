@@ -176,7 +176,10 @@ const OTHERS: [(&[&str], &str); 7] = [
         &["sim", "sim run", "serve", "demo", "coverage", "throw", "map modbus", "decode", "replay"],
         "open no line to a monitor",
     ),
-    (&["image key", "image public", "image sign", "image show"], "have to do with files alone"),
+    (
+        &["image key", "image public", "image sign", "image show", "plan show", "plan import"],
+        "have to do with files alone",
+    ),
     (
         &["ports", "dissector", "completions", "man", "schema"],
         "print what this computer or program has",

@@ -103,6 +103,9 @@ conform-cut-off = The line was cut, and the monitor was not seen at rest: it may
 
 # cmd/coverage.rs
 cannot-read-site = cannot read { $shown }
+
+# cmd/plan.rs
+cannot-read-drawing = the drawing { $shown } cannot be read
 site-too-long = { $shown }: longer than 1 MiB; it is no file of a site
 
 # cmd/decode.rs

@@ -103,6 +103,9 @@ conform-cut-off = Связь прервана, покоя ствола не ви
 
 # cmd/coverage.rs
 cannot-read-site = не читается { $shown }
+
+# cmd/plan.rs
+cannot-read-drawing = не удалось прочитать чертёж { $shown }
 site-too-long = { $shown }: больше 1 МиБ; это не файл объекта
 
 # cmd/decode.rs

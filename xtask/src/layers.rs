@@ -35,6 +35,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "lafet-ballistics",
             "lafet-device",
+            "lafet-drawing",
             "lafet-plant",
             "lafet-proto",
             "lafet-sim",

@@ -12,6 +12,7 @@
 mod flash;
 
 mod device;
+mod drawing;
 mod feed;
 mod link;
 mod records;
@@ -35,7 +36,7 @@ pub struct Target {
 
 impl Target {
     /// All targets.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self { name: "link", unit: "bytes decoded", work_max: 200_000, run: link::run },
         Self { name: "records", unit: "bytes encoded", work_max: 100_000, run: records::run },
         Self { name: "text", unit: "bytes written", work_max: 100_000, run: text::run },
@@ -45,6 +46,12 @@ impl Target {
             unit: "reads and writes of the flash",
             work_max: 200_000,
             run: store::run,
+        },
+        Self {
+            name: "drawing",
+            unit: "points, layers and letters",
+            work_max: 10_000,
+            run: drawing::run,
         },
     ];
 

@@ -233,6 +233,16 @@ impl Desk {
         self.keys.get(monitor).copied().flatten()
     }
 
+    /// The ticket that was published last.
+    pub fn ticket(&self) -> Option<u64> {
+        self.tickets.back().map(|(ticket, _)| *ticket)
+    }
+
+    /// Whether the clients have shown in time that they are alive.
+    pub const fn is_live(&self) -> bool {
+        self.live
+    }
+
     /// When [`Desk::tick`] is to be called.
     pub fn timeout(&self) -> Now {
         let life = self.live.then(|| self.heard + self.terms.alive);
@@ -271,9 +281,8 @@ impl Desk {
     }
 
     /// A sign of life; `false`: it is none.
-    pub fn alive(&mut self, around: &mut Around<'_>, payload: &[u8]) -> (bool, Vec<Act>) {
+    pub fn alive(&mut self, around: &mut Around<'_>, ticket: Option<u64>) -> (bool, Vec<Act>) {
         let mut acts = self.tick(around.now, around.random);
-        let ticket = message::read_alive(payload);
         let is_new = ticket.is_some_and(|it| self.since(it).is_some());
         if is_new {
             self.hear(around.now, &mut acts);
@@ -283,8 +292,12 @@ impl Desk {
 
     /// A message on a topic of commands.
     pub fn command(&mut self, around: &mut Around<'_>, heard: Heard<'_>) -> Vec<Act> {
+        self.asked(around, heard, message::read(heard.payload))
+    }
+
+    /// A command, however it came.
+    pub fn asked(&mut self, around: &mut Around<'_>, heard: Heard<'_>, asked: Asked) -> Vec<Act> {
         let mut acts = self.tick(around.now, around.random);
-        let asked = message::read(heard.payload);
         match (asked.command, asked.what) {
             (Some(command), Ok(what)) if command.is_urgent() => {
                 self.urgent(around.now, heard, asked, what, &mut acts);

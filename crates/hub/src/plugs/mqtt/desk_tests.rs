@@ -77,7 +77,7 @@ impl Bench {
         let random = &mut Self::random(&mut self.next);
         let mut around = Around { now: self.now, holder: &holder, random };
         let payload = json!({ "ticket": shown(ticket) }).to_string();
-        self.desk.alive(&mut around, payload.as_bytes()).1
+        self.desk.alive(&mut around, super::message::read_alive(payload.as_bytes())).1
     }
 
     /// A command with a new id and the present ticket.

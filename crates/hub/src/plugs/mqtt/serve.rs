@@ -18,10 +18,10 @@ use tokio::task::JoinHandle;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout, timeout_at};
 
 use super::desk::{Act, Around, Desk, Heard, Reply};
-use super::hand::{Answer, Hand};
+use super::hand::{Answer, Hand, Tongue};
 use super::outbox::{Letter, Outbox};
 use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
-use super::{Broker, VIA, discovery, leftover, link, message};
+use super::{Broker, VIA, discovery, leftover, link, message, words};
 use crate::access::{Bucket, Kind, Principal, Role, Standing};
 use crate::config::is_name;
 use crate::hub::{Caller, Hub, SeatKey};
@@ -70,6 +70,13 @@ pub async fn run(hub: Hub, broker: Arc<Broker>) {
         pause = (pause * 2).min(PAUSE_LAST);
     }
 }
+
+/// What is said of the clients of a broker.
+const TONGUE: Tongue = Tongue {
+    silent: |client, from| text::MqttSilent { client, from }.words(),
+    refusal: words::of,
+    ids: true,
+};
 
 /// What comes from the broker.
 enum News {
@@ -248,7 +255,7 @@ impl Session {
             broker: broker.clone(),
             number,
             desk: Desk::new(config.terms, ids.len(), hub.now(), &mut random),
-            hand: Hand::new(hub, &caller, ids, answers, reports.clone()),
+            hand: Hand::new(hub, &caller, ids, answers, (reports.clone(), TONGUE)),
             outbox,
             results,
             published: vec![None; ids.len()],
@@ -332,8 +339,11 @@ impl Session {
         let now = self.hub.now();
         let mut around = Around { now, holder: &holder, random: &mut random };
         let acts = if rest == "alive" {
-            let (is_new, acts) =
-                if retained { (false, Vec::new()) } else { self.desk.alive(&mut around, payload) };
+            let (is_new, acts) = if retained {
+                (false, Vec::new())
+            } else {
+                self.desk.alive(&mut around, message::read_alive(payload))
+            };
             if !is_new {
                 self.broker.counts.count(|it| &it.malformed);
             }

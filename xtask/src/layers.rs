@@ -28,6 +28,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("lafet-site", &["lafet-texts"]),
+    ("lafet-eyes", &[]),
     ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
     (
         "lafet-verify",
@@ -50,6 +51,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-ballistics",
             "lafet-capture",
             "lafet-client",
+            "lafet-eyes",
             "lafet-place",
             "lafet-proto",
             "lafet-site",
@@ -62,6 +64,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-capture",
             "lafet-client",
             "lafet-conform",
+            "lafet-eyes",
             "lafet-hub",
             "lafet-place",
             "lafet-sim",

@@ -3,6 +3,7 @@
 
 use std::future::ready;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Json;
 use axum::extract::State;
@@ -27,8 +28,11 @@ use crate::hub::{Caller, Hub};
 
 /// Longest message of a viewer: it says what it has seen.
 const MESSAGE_MAX: usize = 128;
-/// Messages of a viewer between two pings, 5 s: what it has seen, ten times a second, and pongs.
-const MESSAGES_MAX: u32 = 100;
+/// Messages of a viewer between two pings, 5 s: each picture of 60 a second that it has seen, and pongs.
+const MESSAGES_MAX: u32 = 400;
+/// At the end, what still comes is read for so long: closing with bytes unread resets the connection, and the viewer
+/// would not learn why it was closed.
+const LINGERS: Duration = Duration::from_secs(2);
 const READ_BUFFER: usize = 1024;
 
 const SILENT_VIEWER: (u16, &str) = (4408, "silent");
@@ -67,19 +71,21 @@ async fn camera_stream(
 }
 
 async fn serve(hub: Hub, caller: Caller, camera: Arc<Camera>, place: Watching, socket: WebSocket) {
-    let (sink, stream) = socket.split();
+    let (sink, mut stream) = socket.split();
     let (viewer, heard) = (Viewer::default(), Instant::now());
     let mut own = View { hub, caller, camera, sink, viewer, heard, messages: 0 };
     let mut shutdown = own.hub.shutdown();
     let close = tokio::select! {
-        close = own.run(stream) => close,
+        close = own.run(&mut stream) => close,
         () = shutdown.requested() => Some(GOING_AWAY),
     };
     own.camera.skipped(own.viewer.skipped);
     drop(place);
     if let Some((code, reason)) = close {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        _ = timeout(SLOW, own.sink.send(Message::Close(Some(frame)))).await;
+        _ = timeout(LINGERS, own.sink.send(Message::Close(Some(frame)))).await;
+        let rest = async { while let Some(Ok(_)) = stream.next().await {} };
+        _ = timeout(LINGERS, rest).await;
     }
 }
 
@@ -97,7 +103,7 @@ struct View {
 }
 
 impl View {
-    async fn run(&mut self, mut stream: SplitStream<WebSocket>) -> Close {
+    async fn run(&mut self, stream: &mut SplitStream<WebSocket>) -> Close {
         let mut news = self.camera.feed.news();
         let mut sessions = self.hub.access_changes();
         let mut ping = interval(PING);

@@ -224,7 +224,7 @@ async fn who_may_see_pictures_and_how_many() {
     let mut first = viewers.remove(0);
     first.next().await.unwrap();
     // What a viewer says is little.
-    for _ in 0..200 {
+    for _ in 0..600 {
         _ = first.0.send(Message::Text("x".into())).await;
     }
     let closed = async {

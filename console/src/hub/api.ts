@@ -600,7 +600,9 @@ export interface components {
             id: string;
             /** @description The monitors that it looks at. */
             monitors: string[];
+            /** @description Where it is mounted. */
             mount: components["schemas"]["CameraMount"];
+            /** @description Its name. */
             name: components["schemas"]["Both"];
             /**
              * Format: int64
@@ -612,6 +614,7 @@ export interface components {
                 number,
                 number
             ] | null;
+            /** @description How it is. */
             state: components["schemas"]["CameraWord"];
             why: components["schemas"]["Both"] | null;
             /** @description The zones that it looks at. */

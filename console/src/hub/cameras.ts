@@ -11,7 +11,7 @@ const DAMAGED = 4;
 
 const RETRY_FIRST_MS = 500;
 const RETRY_MOST_MS = 4000;
-/** The hub is sent what was shown this often, ms: without that it sends no more. */
+/** The hub is sent what was taken this often, ms: without that it sends no more. */
 const SEEN_EACH_MS = 150;
 
 /** What a decoder makes one picture of. */
@@ -61,7 +61,7 @@ export function pictureOf(message: ArrayBuffer): PictureUnit | null {
   };
 }
 
-/** What says that a picture was shown. */
+/** What says that a picture was taken. */
 export function seenOf(number: number): ArrayBuffer {
   const message = new ArrayBuffer(4);
   new DataView(message).setUint32(0, number);
@@ -79,7 +79,7 @@ export class CameraStream {
 
   constructor(
     private readonly camera: string,
-    private readonly shown: (unit: PictureUnit) => void,
+    private readonly came: (unit: PictureUnit) => void,
   ) {
     this.open();
   }
@@ -91,8 +91,8 @@ export class CameraStream {
     this.ws?.close();
   }
 
-  /** The picture with this number was shown. */
-  hasShown(number: number): void {
+  /** The decoder has taken the picture with this number. */
+  hasTaken(number: number): void {
     this.seen = number;
     if (this.seenTimer) return;
     this.seenTimer = window.setTimeout(() => {
@@ -111,7 +111,7 @@ export class CameraStream {
       const unit = event.data instanceof ArrayBuffer ? pictureOf(event.data) : null;
       if (!unit || this.closed) return;
       this.retry_ms = RETRY_FIRST_MS;
-      this.shown(unit);
+      this.came(unit);
     };
     ws.onclose = () => {
       if (this.closed) return;

@@ -11,6 +11,8 @@ import { Words } from './words';
 /** Without a new picture for so long, ms, it is said that it is old: with the time between two looks less than 2 s. */
 const OLD_MS = 1200;
 const LOOK_MS = 250;
+/** With more units before the decoder, no more are asked for. */
+const QUEUE_MAX = 8;
 
 @customElement('lf-picture')
 export class LfPicture extends LitElement {
@@ -87,6 +89,8 @@ export class LfPicture extends LitElement {
   private timer = 0;
   /** When the last picture was drawn, by a clock that is never set. */
   private drawn_ms: number | null = null;
+  /** The last unit that came. */
+  private last: number | null = null;
   /** When the picture that is shown reached the hub. */
   private at_ms: number | null = null;
 
@@ -116,6 +120,7 @@ export class LfPicture extends LitElement {
     this.waiting = null;
     this.drawn_ms = null;
     this.at_ms = null;
+    this.last = null;
     this.canvas?.getContext('2d')?.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.look();
   }
@@ -123,6 +128,15 @@ export class LfPicture extends LitElement {
   push(unit: Unit): void {
     this.decoding ??= new Decoding((picture) => this.draw(picture));
     this.decoding.push(unit);
+    this.last = unit.number;
+    this.confirm();
+  }
+
+  /** Not when it is shown: a decoder holds the last ones back until more come, and with B-frames none would come. */
+  private confirm(): void {
+    if (this.last === null || (this.decoding?.queue ?? 0) > QUEUE_MAX) return;
+    this.dispatchEvent(new CustomEvent('taken', { detail: this.last }));
+    this.last = null;
   }
 
   override render() {
@@ -139,6 +153,7 @@ export class LfPicture extends LitElement {
 
   /** Drawn with the next frame of the screen: of several only the last one. */
   private draw(picture: Decoded): void {
+    this.confirm();
     this.waiting?.frame.close();
     this.waiting = picture;
     this.frame ||= requestAnimationFrame(() => {
@@ -151,7 +166,7 @@ export class LfPicture extends LitElement {
     const { waiting, canvas } = this;
     this.waiting = null;
     if (!waiting) return;
-    const { frame, number, at_ms } = waiting;
+    const { frame, at_ms } = waiting;
     const { displayWidth: width, displayHeight: height } = frame;
     if (canvas) {
       if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
@@ -161,7 +176,6 @@ export class LfPicture extends LitElement {
     this.drawn_ms = performance.now();
     this.at_ms = at_ms;
     if (this.old) this.look();
-    this.dispatchEvent(new CustomEvent('shown', { detail: number }));
   }
 
   private look(): void {

@@ -113,7 +113,7 @@ export class LfCamera extends LitElement {
         .label=${t('operate.camera_of', { name: tt(camera.name) })}
         .why=${replayed ? t('operate.camera_replay') : tt(camera.why)}
         .now=${() => store.hubNow()}
-        @shown=${(event: CustomEvent<number>) => this.stream?.hasShown(event.detail)}
+        @taken=${(event: CustomEvent<number>) => this.stream?.hasTaken(event.detail)}
       ></lf-picture>`;
   }
 

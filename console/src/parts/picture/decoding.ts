@@ -42,6 +42,11 @@ export class Decoding {
     if (!Decoder) this.none = globalThis.isSecureContext === false ? 'insecure' : 'browser';
   }
 
+  /** Units that wait for the decoder. */
+  get queue(): number {
+    return this.decoder?.decodeQueueSize ?? 0;
+  }
+
   push(unit: Unit): void {
     if (!this.Decoder || (!unit.key && !this.decoder)) return;
     if (unit.key && !this.ready(unit.codec, this.Decoder)) return;

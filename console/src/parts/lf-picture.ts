@@ -58,6 +58,9 @@ export class LfPicture extends LitElement {
         font-size: var(--t-note);
       }
       .says b {
+        display: inline-flex;
+        align-items: center;
+        gap: var(--s1);
         padding: var(--s1) var(--s2);
         border-radius: var(--radius);
         background: var(--chrome-high);

@@ -1,9 +1,9 @@
-//! A run: reads, judges, turns monitors one at a time, and looks on while people try a test outlet ([`outlet`]).
+//! A run: reads, judges, turns monitors one at a time, and looks on while people try a test outlet (`outlet`).
 //! Whatever ends it, what it has started is ended.
 //!
-//! Nothing moves without a look right before it that shows that it may ([`look`]), and that look is what the order is
+//! Nothing moves without a look right before it that shows that it may (`look`), and that look is what the order is
 //! dated by: what a person has stopped since, the hub refuses. No question and nothing else is waited for without
-//! looking, and each wait has an end ([`ask`]).
+//! looking, and each wait has an end (`ask`).
 
 mod ask;
 mod look;

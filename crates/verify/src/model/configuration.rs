@@ -375,7 +375,7 @@ pub static ALL: &[Configuration] = &[
         fires: false,
         pressures: false,
         power_loss: false,
-        quick_states: 480_000,
+        quick_states: 1_200_000,
         witnesses: &[
             &[
                 on(Event::Deployed),

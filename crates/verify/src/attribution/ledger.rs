@@ -84,6 +84,8 @@ pub struct Ledger {
     unconfirmed: [bool; VALVES],
     /// For how long each heater has been sensed as faulty, ms.
     pub heater_fault_ms: [u64; PLACES],
+    /// When the detector was last not ready.
+    pub blind_ms: Option<u64>,
     /// When a fault was last in force at a drive or its unit.
     pub broken_ms: [Option<u64>; AXES],
     /// When a fault was last in force at a valve or its unit.
@@ -137,6 +139,7 @@ impl Ledger {
             confirmed_ms: [now_ms; VALVES],
             unconfirmed: [false; VALVES],
             heater_fault_ms: [0; PLACES],
+            blind_ms: None,
             broken_ms: [None; AXES],
             valve_broken_ms: [None; VALVES],
             doubts_until_ms: 0,

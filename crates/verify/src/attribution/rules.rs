@@ -217,7 +217,9 @@ fn drive_rule(
         Rule::Overload => ledger.over_ms[axis as usize] > OVERLOAD_MS,
         Rule::CutOff => is_cut_off(input.current_da.into(), max_current),
         Rule::Timeout => is_late(ledger, view, axis),
-        Rule::Fault => is_broken(ledger, view, axis, step.before),
+        Rule::Fault => {
+            is_broken(ledger, view, axis, step.before) || waits_to_see(ledger, view, step)
+        }
         Rule::ConnLost => ledger.units.is_lost(axis.unit() as usize),
         Rule::Arrived => has_arrived(ledger, view, step, axis),
         Rule::ProgramEnd => {
@@ -320,6 +322,12 @@ fn is_late(ledger: &Ledger, view: &View<'_>, axis: Axis) -> bool {
             && age(start.at_ms) >= u64::from(start.travel_ms)
     };
     moved || ledger.starts.iter().any(folds)
+}
+
+/// §D/6 A search or an alignment waits for a detector that is not ready, or has not been for long.
+fn waits_to_see(ledger: &Ledger, view: &View<'_>, step: &Step) -> bool {
+    let looks = matches!(step.cause_before, Cause::Program(Program::Seek | Program::Justify, _));
+    looks && ledger.blind_ms.is_some_and(|at_ms| view.now_ms <= at_ms + STABLE_MS + STEP_MS)
 }
 
 /// The monitor reports a fault of the drive, and there is one, or was in the stretch over which its

@@ -141,6 +141,9 @@ impl Ledger {
         for (ms, place) in self.heater_fault_ms.iter_mut().zip(&view.inputs.places) {
             *ms = if place.heater_fault { *ms + passed_ms } else { 0 };
         }
+        if !view.inputs.detector.ready {
+            self.blind_ms = now;
+        }
         for fault in view.faults {
             match fault {
                 Fault::Drive(axis, _) => self.broken_ms[*axis as usize] = now,

@@ -462,10 +462,8 @@ impl Desk {
         acts: &mut Vec<Act>,
     ) -> Reply {
         let shown = asked.key.filter(|_| asked.command == Some(Command::Open));
-        let at = self.keys.iter().position(|it| it.is_some() && *it == shown);
-        if let Some(at) = at
-            && let Some(key) = self.keys.get_mut(at)
-        {
+        let mut keys = self.keys.iter_mut().enumerate();
+        if let Some((at, key)) = keys.find(|(_, it)| it.is_some() && **it == shown) {
             *key = fresh(around.random);
             acts.push(Act::Key(at));
         }
@@ -546,7 +544,8 @@ impl Desk {
 }
 
 impl Reply {
-    fn to(heard: Heard, asked: &Asked, result: Result<(), Failed>) -> Self {
+    /// What has come of a command.
+    pub fn to(heard: Heard, asked: &Asked, result: Result<(), Failed>) -> Self {
         let (monitor, retained) = (heard.monitor, heard.retained);
         let (id, command) = (asked.id.clone(), asked.command);
         Self { monitor, id, command, result, retained, repeated: false }

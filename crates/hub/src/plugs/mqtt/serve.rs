@@ -11,26 +11,16 @@ use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::desk::{Act, Heard, Reply};
 use super::outbox::{Letter, Outbox};
-use super::session::{Line, News, Retry, Seated, live, random, send};
+use super::session::{FAREWELL, Line, News, Retry, Seated, live, looks, random, send};
 use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
 use super::{Broker, discovery, leftover, link, message};
-use crate::access::Bucket;
-use crate::config::is_name;
 use crate::hub::Hub;
 use crate::plugs::noted::{Reports, Seldom};
-use crate::plugs::refusal::{Failed, Refusal};
 use crate::text::Both;
-
-/// States are looked at this often.
-const LOOK_EACH: Duration = Duration::from_millis(100);
-/// What is said last is taken within this time.
-const FAREWELL: Duration = Duration::from_secs(2);
-/// Commands to monitors that are not here, at once and per second: more have no result.
-const UNKNOWN: (f64, f64) = (20.0, 20.0);
 
 /// Connects until the hub ends.
 pub async fn run(hub: Hub, broker: Arc<Broker>) {
@@ -104,8 +94,6 @@ struct Session {
     /// Home Assistant has started, and what it discovers is to be published once more.
     born: bool,
     births: Seldom,
-    /// Results of commands to monitors that are not here.
-    unknown: Bucket,
     /// Monitors that were configured before, and are not kept by the broker any more.
     cleared: BTreeSet<String>,
 }
@@ -122,7 +110,6 @@ impl Session {
             alarms: Vec::new(),
             born: false,
             births: Seldom::default(),
-            unknown: Bucket::new(hub.now(), UNKNOWN.0, UNKNOWN.1),
             cleared: BTreeSet::new(),
         };
         session.put("hub", &Online::since(&session.number, session.own.since_ms));
@@ -134,8 +121,7 @@ impl Session {
     /// Until the connection ends, and why; `None`: the hub ends.
     async fn run(&mut self, heard: &mut mpsc::Receiver<News>) -> Option<Both> {
         let (mut shutdown, start) = (self.own.hub.shutdown(), self.own.hub.start());
-        let mut looks = interval(LOOK_EACH);
-        looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut looks = looks();
         loop {
             let next = self.own.desk.timeout();
             tokio::select! {
@@ -233,16 +219,10 @@ impl Session {
         }
     }
 
-    /// A command to a monitor that is not here, such as one that had another name: its client has to know. Results of
-    /// others do not give way to it.
+    /// Results of others do not give way to that of a command to a monitor that is not here.
     fn refuse_unknown(&mut self, id: &str, payload: &[u8], retained: bool) {
-        self.own.broker.counts.count(|it| &it.requests);
-        if !is_name(id) || self.unknown.take(self.own.hub.now()).is_err() {
-            return self.own.broker.counts.count(|it| &it.rejected);
-        }
-        let (asked, result) = (message::read(payload), Err(Failed::from(Refusal::Monitor)));
-        let (id_of, command) = (asked.id, asked.command);
-        let reply = Reply { monitor: None, id: id_of, command, result, retained, repeated: false };
+        let reply = self.own.refuse_unknown(id, retained, || message::read(payload));
+        let Some(reply) = reply else { return };
         self.say_on(self.own.broker.config.topic(&format!("{id}/result")), &reply, true);
     }
 
@@ -371,6 +351,7 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
+    use super::super::session::LOOK_EACH;
     use super::*;
     use crate::Config;
     use crate::plugs::mqtt::Brokers;

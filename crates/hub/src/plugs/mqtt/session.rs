@@ -11,16 +11,18 @@ use rumqttc::{
 };
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
-use tokio::time::{Instant, sleep, timeout_at};
+use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep, timeout_at};
 
-use super::desk::{Act, Around, Desk, Heard};
+use super::desk::{Act, Around, Desk, Heard, Reply};
 use super::hand::{Answer, Hand};
 use super::message::Asked;
 use super::outbox::Letter;
 use super::{Broker, VIA, link};
-use crate::access::{Kind, Principal, Role, Standing};
+use crate::access::{Bucket, Kind, Principal, Role, Standing};
+use crate::config::is_name;
 use crate::hub::{Caller, Hub, SeatKey};
 use crate::plugs::noted::Reports;
+use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::view::PlugClient;
 use crate::text::Both;
 
@@ -31,6 +33,12 @@ const PAUSE_LAST: Duration = Duration::from_secs(30);
 const LASTED: Duration = Duration::from_secs(60);
 /// The broker is heard at least this often: it confirms something each second or two.
 const STALLED: Duration = Duration::from_secs(8);
+/// States are looked at this often.
+pub const LOOK_EACH: Duration = Duration::from_millis(100);
+/// What is said last is taken within this time.
+pub const FAREWELL: Duration = Duration::from_secs(2);
+/// Commands to monitors that are not here, at once and per second: more have no result.
+const UNKNOWN: (f64, f64) = (20.0, 20.0);
 /// Messages that wait for the session.
 const HEARD_MAX: usize = 64;
 /// Results that wait for the session.
@@ -206,6 +214,13 @@ pub fn live(topic: String) -> SubscribeFilterInput {
         .retain_forward_rule(RetainForwardRule::Never)
 }
 
+/// When the states are looked at.
+pub fn looks() -> Interval {
+    let mut looks = interval(LOOK_EACH);
+    looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    looks
+}
+
 /// The seat of a broker's clients in the hub, with what decides and what carries out. Dropped, it ends what it has
 /// started.
 pub struct Seated {
@@ -223,6 +238,8 @@ pub struct Seated {
     pub results: mpsc::Receiver<Answer>,
     /// Since when, ms since 1970.
     pub since_ms: u64,
+    /// Results of commands to monitors that are not here.
+    unknown: Bucket,
 }
 
 impl Seated {
@@ -263,6 +280,7 @@ impl Seated {
             results,
             since_ms,
             key,
+            unknown: Bucket::new(hub.now(), UNKNOWN.0, UNKNOWN.1),
         }
     }
 
@@ -271,6 +289,23 @@ impl Seated {
         self.broker.counts.count(|it| &it.requests);
         let acts = self.around(|desk, around| desk.command(around, heard, asked));
         self.carry_out(acts)
+    }
+
+    /// A command to a monitor that is not here, such as one that had another name: its client has to know. `None`:
+    /// there are too many, or none can have this name.
+    pub fn refuse_unknown(
+        &mut self,
+        id: &str,
+        retained: bool,
+        asked: impl FnOnce() -> Asked,
+    ) -> Option<Reply> {
+        self.broker.counts.count(|it| &it.requests);
+        if !is_name(id) || self.unknown.take(self.hub.now()).is_err() {
+            self.broker.counts.count(|it| &it.rejected);
+            return None;
+        }
+        let heard = Heard { monitor: None, retained };
+        Some(Reply::to(heard, &asked(), Err(Failed::from(Refusal::Monitor))))
     }
 
     /// A sign of life has come: a ticket, if it can be read.

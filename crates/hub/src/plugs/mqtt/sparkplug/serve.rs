@@ -12,31 +12,22 @@ use rumqttc::mqttbytes::v5::{DisconnectProperties, DisconnectReasonCode};
 use rumqttc::{AsyncClient, LastWill, RetainForwardRule, SubscribeFilterInput};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
-use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep_until, timeout};
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until, timeout};
 
 use super::NodeConfig;
 use super::commands::{self, Write};
 use super::node::Node;
-use crate::access::Bucket;
-use crate::config::is_name;
 use crate::hub::{Caller, Hub};
 use crate::plugs::mqtt::desk::{Act, Heard, Reply};
 use crate::plugs::mqtt::outbox::Letter;
-use crate::plugs::mqtt::session::{Line, News, Retry, Seated, live, send};
+use crate::plugs::mqtt::session::{FAREWELL, Line, News, Retry, Seated, live, looks, send};
 use crate::plugs::mqtt::{Broker, link, message, state};
 use crate::plugs::noted::{Reports, Seldom};
-use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::seat::PlugSeat;
 use crate::text::Both;
 
-/// States are looked at this often.
-const LOOK_EACH: Duration = Duration::from_millis(100);
 /// The broker is asked this often whether it has taken what was sent.
 const ASK_EACH: Duration = Duration::from_secs(2);
-/// What is said last is taken within this time.
-const FAREWELL: Duration = Duration::from_secs(2);
-/// Commands to monitors that are not here, at once and per second: more have no result.
-const UNKNOWN: (f64, f64) = (20.0, 20.0);
 
 /// Connects until the hub ends. What the monitors show is kept meanwhile.
 pub async fn run(hub: Hub, broker: Arc<Broker>) {
@@ -82,12 +73,6 @@ async fn aside<T>(hub: &Hub, broker: &Broker, node: &mut Node, what: impl Future
             }
         }
     }
-}
-
-fn looks() -> Interval {
-    let mut looks = interval(LOOK_EACH);
-    looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    looks
 }
 
 /// Why a session has ended.
@@ -142,7 +127,6 @@ async fn connect(
         config,
         node,
         out,
-        unknown: Bucket::new(hub.now(), UNKNOWN.0, UNKNOWN.1),
         is_subscribed: false,
     };
     session.keys();
@@ -199,8 +183,6 @@ struct Session<'a> {
     config: &'a NodeConfig,
     node: &'a mut Node,
     out: mpsc::Sender<Out>,
-    /// Results of commands to monitors that are not here.
-    unknown: Bucket,
     is_subscribed: bool,
 }
 
@@ -338,20 +320,12 @@ impl Session<'_> {
         }
     }
 
-    /// A command to a monitor that is not here: its client has to know.
     fn refuse_unknown(&mut self, id: &str, payload: &[u8], retained: bool) {
         for write in commands::read(Some(usize::MAX), payload) {
             let Write::Asked { asked, .. } = write else { continue };
-            self.own.broker.counts.count(|it| &it.requests);
-            if !is_name(id) || self.unknown.take(self.own.hub.now()).is_err() {
-                self.own.broker.counts.count(|it| &it.rejected);
-                continue;
+            if let Some(reply) = self.own.refuse_unknown(id, retained, || asked) {
+                self.say(id.to_owned(), reply);
             }
-            let result = Err(Failed::from(Refusal::Monitor));
-            let (id_of, command) = (asked.id, asked.command);
-            let reply =
-                Reply { monitor: None, id: id_of, command, result, retained, repeated: false };
-            self.say(id.to_owned(), reply);
         }
     }
 

@@ -73,6 +73,19 @@ async fn states_are_there_and_null_when_they_are_not_known() {
     assert!(states <= seconds + 3, "{states} states in {seconds} s");
 }
 
+/// One opening is noted, and one that was refused: that of the old key.
+async fn opened_once(site: &Site) -> Value {
+    let noted = site.get("", "/api/audit?limit=1000").await.body;
+    let entries = noted["entries"].as_array().unwrap();
+    let opened = |it: &&Value| it["what"] == "Open Valve1" && it["outcome"] == "asked";
+    assert_eq!(entries.iter().filter(opened).count(), 1, "{noted:#}");
+    let refused = |it: &&Value| it["what"] == "Open Valve1" && it["outcome"] == "not allowed";
+    let refused = entries.iter().find(refused).expect("the old key is noted");
+    assert_eq!((&refused["kind"], &refused["user"]), (&json!("mqtt"), &json!("mqtt site")));
+    assert_eq!(refused["details"]["code"], 9);
+    refused.clone()
+}
+
 #[tokio::test]
 #[ignore = "needs mosquitto and paho-mqtt"]
 async fn paho_takes_turns_opens_once_and_closes() {
@@ -95,14 +108,7 @@ async fn paho_takes_turns_opens_once_and_closes() {
         "done",
     ];
     assert_eq!(client.lines(), expected);
-    let noted = site.get("", "/api/audit?limit=1000").await.body;
-    let entries = noted["entries"].as_array().unwrap();
-    let opened = |it: &&Value| it["what"] == "Open Valve1" && it["outcome"] == "asked";
-    assert_eq!(entries.iter().filter(opened).count(), 1, "{noted:#}");
-    let refused = |it: &&Value| it["what"] == "Open Valve1" && it["outcome"] == "not allowed";
-    let refused = entries.iter().find(refused).expect("the old key is noted");
-    assert_eq!((&refused["kind"], &refused["user"]), (&json!("mqtt"), &json!("mqtt site")));
-    assert_eq!(refused["details"]["code"], 9);
+    let refused = opened_once(&site).await;
     let from = refused["from"].as_str().unwrap();
     assert!(from.contains(&broker.address.to_string()) && from.contains("id paho-"), "{from}");
 }

@@ -633,6 +633,11 @@ export interface components {
             flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved")[];
             severity: components["schemas"]["Severity"];
         };
+        /**
+         * @description What a contact is for.
+         * @enum {string}
+         */
+        ContactKind: "release" | "abort" | "stop" | "hold" | "lockout" | "manual_switch" | "pressure";
         /** @description The authority over a monitor. */
         Control: {
             holder: components["schemas"]["Holder"] | null;
@@ -1297,15 +1302,13 @@ export interface components {
         /** @description A contact. */
         InstalledInput: {
             input: string;
-            /** @description `release`, `abort`, `stop`, `hold`, `lockout`, `manual_switch`, `pressure`. */
-            kind: string;
+            kind: components["schemas"]["ContactKind"];
             /** @description Zones that it is for; none: all. */
             zones: string[];
         };
         /** @description An output. */
         InstalledOutput: {
-            /** @description `valve`, `sounder`, `alarm_lamp`, `trouble_lamp`, `disabled_lamp`. */
-            kind: string;
+            kind: components["schemas"]["OutputKind"];
             output: string;
             /** @description The zone that it is for; null: the site. */
             zone: string | null;
@@ -2072,6 +2075,11 @@ export interface components {
              */
             took_ms: number;
         };
+        /**
+         * @description What an output drives.
+         * @enum {string}
+         */
+        OutputKind: "valve" | "sounder" | "alarm_lamp" | "trouble_lamp" | "disabled_lamp";
         /** @description Values of a parameter, or why they are not known. */
         ParamValue: {
             /** @description The values. */
@@ -4252,6 +4260,7 @@ export type ChainWord = components['schemas']['ChainWord'];
 export type Clients = components['schemas']['Clients'];
 export type Computed = components['schemas']['Computed'];
 export type ConnStatus = components['schemas']['ConnStatus'];
+export type ContactKind = components['schemas']['ContactKind'];
 export type Control = components['schemas']['Control'];
 export type ControlStatus = components['schemas']['ControlStatus'];
 export type ControlWord = components['schemas']['ControlWord'];
@@ -4344,6 +4353,7 @@ export type Now = components['schemas']['Now'];
 export type NozzleStatus = components['schemas']['NozzleStatus'];
 export type OfOne = components['schemas']['OfOne'];
 export type Outcome = components['schemas']['Outcome'];
+export type OutputKind = components['schemas']['OutputKind'];
 export type ParamValue = components['schemas']['ParamValue'];
 export type Params = components['schemas']['Params'];
 export type Password = components['schemas']['Password'];

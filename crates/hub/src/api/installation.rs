@@ -2,14 +2,13 @@
 
 use axum::Json;
 use axum::extract::State;
-use lafet_site::config::{Kind, Mode};
+use lafet_site::config::{ContactKind, Kind, Mode, OutputKind};
 use serde::Serialize;
-use serde_json::Value;
 use utoipa::ToSchema;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-use crate::config::{Outlet, ZonesConfig};
+use crate::config::ZonesConfig;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
 
@@ -98,8 +97,7 @@ struct InstalledDetector {
 #[derive(Debug, Serialize, ToSchema)]
 struct InstalledInput {
     input: String,
-    /// `release`, `abort`, `stop`, `hold`, `lockout`, `manual_switch`, `pressure`.
-    kind: String,
+    kind: ContactKind,
     /// Zones that it is for; none: all.
     zones: Vec<String>,
 }
@@ -108,8 +106,7 @@ struct InstalledInput {
 #[derive(Debug, Serialize, ToSchema)]
 struct InstalledOutput {
     output: String,
-    /// `valve`, `sounder`, `alarm_lamp`, `trouble_lamp`, `disabled_lamp`.
-    kind: String,
+    kind: OutputKind,
     /// The zone that it is for; null: the site.
     #[schema(required)]
     zone: Option<String>,
@@ -144,7 +141,7 @@ impl From<&ZonesConfig> for Installation {
         let zones = site.zones.iter().map(|it| InstalledZone {
             zone: it.id.clone(),
             mode: it.mode,
-            when_failed: it.when_failed.iter().map(word).collect(),
+            when_failed: it.when_failed.iter().copied().map(String::from).collect(),
             jets: it.jets,
             act_within_s: it.act_within_s,
             quiet_ends_s: it.quiet_ends_s,
@@ -159,10 +156,7 @@ impl From<&ZonesConfig> for Installation {
             horizontal: it.horizontal,
             vertical: it.vertical,
             nozzle: it.nozzle,
-            valve: match it.valve {
-                Outlet::Valve1 => "Valve1",
-                Outlet::Valve2 => "Valve2",
-            },
+            valve: it.outlet().name().unwrap_or_default(),
         });
         let detectors = site.detectors.iter().map(|it| InstalledDetector {
             detector: it.id.clone(),
@@ -174,12 +168,12 @@ impl From<&ZonesConfig> for Installation {
         });
         let inputs = site.contacts.iter().map(|it| InstalledInput {
             input: it.id.clone(),
-            kind: word(&it.kind),
+            kind: it.kind,
             zones: it.zones.clone(),
         });
         let outputs = site.outputs.iter().map(|it| InstalledOutput {
             output: it.id.clone(),
-            kind: word(&it.kind),
+            kind: it.kind,
             zone: it.zone.clone(),
         });
         let pumps = site.pumps.iter().map(|it| InstalledPump {
@@ -198,13 +192,5 @@ impl From<&ZonesConfig> for Installation {
             pumps: pumps.collect(),
             run_on_s: site.run_on_s,
         }
-    }
-}
-
-/// The word of a file for it.
-fn word(it: &impl Serialize) -> String {
-    match serde_json::to_value(it) {
-        Ok(Value::String(word)) => word,
-        _ => String::new(),
     }
 }

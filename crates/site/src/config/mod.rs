@@ -192,6 +192,7 @@ pub struct Contact {
 /// What a contact is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum ContactKind {
     /// Manual release station: all monitors of its zones.
     Release,
@@ -240,6 +241,7 @@ pub struct Output {
 /// What an output drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
 pub enum OutputKind {
     /// A zone valve or a test outlet.
     Valve,

@@ -532,11 +532,19 @@ impl Monitor {
         it.is_some_and(|it| it.flags.iter().any(|name| name == flag))
     }
 
+    /// The valves that it has.
+    fn valves(&self) -> impl Iterator<Item = &'static str> {
+        ["Valve1", "Valve2"].into_iter().filter(|it| self.status.subsystems.contains_key(*it))
+    }
+
     /// Its valves that it does not report closed for certain.
     pub fn not_closed(&self) -> Vec<&str> {
-        let valves = ["Valve1", "Valve2"].into_iter();
-        let there = valves.filter(|it| self.status.subsystems.contains_key(*it));
-        there.filter(|it| !self.has(it, "Closed")).collect()
+        self.valves().filter(|it| !self.has(it, "Closed")).collect()
+    }
+
+    /// It reports that water flows.
+    pub fn flows(&self) -> bool {
+        self.general("flowrate").is_some_and(|it| it > 0.0)
     }
 
     /// It is locked out.
@@ -551,8 +559,7 @@ impl Monitor {
 
     /// It says of each of its valves that it is closed, in a state that is fresh, by a switch without a fault.
     pub fn is_shut(&self) -> bool {
-        let valves = ["Valve1", "Valve2"].into_iter();
-        let mut there = valves.filter(|it| self.status.subsystems.contains_key(*it)).peekable();
+        let mut there = self.valves().peekable();
         !self.status.stale
             && there.peek().is_some()
             && there.all(|it| self.has(it, "Closed") && !self.has(it, "CloseSensorFault"))
@@ -574,6 +581,11 @@ impl Zone {
             Value::Object(details) => details.keys().next().map_or("", String::as_str),
             _ => "",
         }
+    }
+
+    /// Something is under way in it.
+    pub fn is_active(&self) -> bool {
+        !matches!(self.phase(), "quiet" | "ended")
     }
 }
 

@@ -10,6 +10,7 @@ use time::format_description::well_known::Rfc3339;
 use crate::check::{self, Stage};
 use crate::finding::Verdict;
 use crate::run::{Answered, Did, Outcome};
+use crate::sign::digits;
 
 /// Name and version of the schema.
 pub const SCHEMA: &str = "lafet-site-test/1";
@@ -163,7 +164,7 @@ impl Record {
 
 /// SHA-256 in hexadecimal digits.
 pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    digits(&Sha256::digest(bytes))
 }
 
 /// A date in UTC, to the second.

@@ -55,7 +55,8 @@ impl Signed {
     }
 }
 
-fn digits(bytes: &[u8]) -> String {
+/// Hexadecimal digits.
+pub(crate) fn digits(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         let _ = write!(text, "{byte:02x}");
         text

@@ -3,7 +3,7 @@
 use lafet_texts::{Shown, Text as _, acceptance as text};
 
 use super::{names, yes};
-use crate::check;
+use crate::check::{self, Check};
 use crate::facts::{Facts, Installation};
 use crate::finding::Findings;
 use crate::plan::Plan;
@@ -58,47 +58,47 @@ fn pumps_at_rest(facts: &Facts, findings: &mut Findings) {
     }
 }
 
+/// A name, and what it is: as it is planned, or as it is installed.
+type Listed<'a> = (&'a str, String);
+
 fn contacts(plan: &Plan, installation: &Installation, findings: &mut Findings) {
     let shown = |kind: &str, zones: &[String]| {
         let mut zones = zones.to_vec();
         zones.sort();
         format!("{kind}: {}", zones.join(", "))
     };
-    for wanted in &plan.inputs {
-        let limit = shown(&wanted.kind, &wanted.zones);
-        let found = installation.inputs.iter().find(|it| it.input == wanted.id);
-        let Some(found) = found else {
-            findings.tried(&check::CONTACTS, &wanted.id, false, Shown(limit), text::Nothing);
-            continue;
-        };
-        let measured = shown(&found.kind, &found.zones);
-        let good = limit == measured;
-        findings.tried(&check::CONTACTS, &wanted.id, good, Shown(limit), Shown(measured));
-    }
-    for found in &installation.inputs {
-        if plan.inputs.iter().all(|it| it.id != found.input) {
-            findings.not_tried(&check::CONTACTS, &found.input, text::NotPlanned);
-        }
-    }
+    let wanted = plan.inputs.iter().map(|it| (it.id.as_str(), shown(&it.kind, &it.zones)));
+    let found = installation.inputs.iter();
+    let found = found.map(|it| (it.input.as_str(), shown(&it.kind, &it.zones)));
+    compare(&check::CONTACTS, &wanted.collect::<Vec<_>>(), &found.collect::<Vec<_>>(), findings);
 }
 
 fn outputs(plan: &Plan, installation: &Installation, findings: &mut Findings) {
     let shown =
         |kind: &str, zone: Option<&String>| format!("{kind}: {}", zone.map_or("", String::as_str));
-    for wanted in &plan.outputs {
-        let limit = shown(&wanted.kind, wanted.zone.as_ref());
-        let found = installation.outputs.iter().find(|it| it.output == wanted.id);
-        let Some(found) = found else {
-            findings.tried(&check::OUTPUTS, &wanted.id, false, Shown(limit), text::Nothing);
-            continue;
-        };
-        let measured = shown(&found.kind, found.zone.as_ref());
-        let good = limit == measured;
-        findings.tried(&check::OUTPUTS, &wanted.id, good, Shown(limit), Shown(measured));
+    let wanted = plan.outputs.iter().map(|it| (it.id.as_str(), shown(&it.kind, it.zone.as_ref())));
+    let found = installation.outputs.iter();
+    let found = found.map(|it| (it.output.as_str(), shown(&it.kind, it.zone.as_ref())));
+    compare(&check::OUTPUTS, &wanted.collect::<Vec<_>>(), &found.collect::<Vec<_>>(), findings);
+}
+
+/// What is planned has to be installed so; what is installed besides is not tried.
+fn compare(
+    check: &'static Check,
+    wanted: &[Listed<'_>],
+    found: &[Listed<'_>],
+    findings: &mut Findings,
+) {
+    for (id, limit) in wanted {
+        let measured = found.iter().find(|(other, _)| other == id).map(|(_, shown)| shown);
+        match measured {
+            Some(it) => findings.tried(check, id, limit == it, Shown(limit), Shown(it)),
+            None => findings.tried(check, id, false, Shown(limit), text::Nothing),
+        }
     }
-    for found in &installation.outputs {
-        if plan.outputs.iter().all(|it| it.id != found.output) {
-            findings.not_tried(&check::OUTPUTS, &found.output, text::NotPlanned);
+    for (id, _) in found {
+        if wanted.iter().all(|(other, _)| other != id) {
+            findings.not_tried(check, id, text::NotPlanned);
         }
     }
 }

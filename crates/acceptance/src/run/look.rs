@@ -19,15 +19,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
     /// Looks at the site: zones and monitors. What must not be during a test ends it.
     pub(super) async fn look(&mut self) -> Step<Monitors> {
         self.renew().await?;
-        // The time first: what is seen after it is not older.
-        let hub: About = self.known("/api/hub").await?;
-        let zones: Zones = match self.zoneless {
-            true => Zones::default(),
-            false => self.known("/api/zones").await?,
-        };
-        let monitors: Monitors = self.known("/api/monitors").await?;
-        self.is_the_same(&hub)?;
-        self.all_there(&zones, &monitors)?;
+        let (zones, monitors) = self.seen().await?;
         let heeded = self.is_heeded(&monitors);
         self.is_safe(&zones)?;
         if let Some(id) = wet(&monitors) {
@@ -39,8 +31,22 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         Ok(monitors)
     }
 
+    /// Zones and monitors as they are now, of a hub that is the same as in the last look.
+    pub(super) async fn seen(&mut self) -> Step<(Zones, Monitors)> {
+        // The time first: what is seen after it is not older.
+        let hub: About = self.known("/api/hub").await?;
+        let zones: Zones = match self.zoneless {
+            true => Zones::default(),
+            false => self.known("/api/zones").await?,
+        };
+        let monitors: Monitors = self.known("/api/monitors").await?;
+        self.is_the_same(&hub)?;
+        self.all_there(&zones, &monitors)?;
+        Ok((zones, monitors))
+    }
+
     /// The hub has not been restarted since the last look.
-    pub(super) fn is_the_same(&mut self, hub: &About) -> Step {
+    fn is_the_same(&mut self, hub: &About) -> Step {
         if hub.up_ms < self.up_ms || hub.up_ms == 0 {
             return Err(End::Unsafe(text::HubRestarted.words()));
         }
@@ -69,7 +75,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
     }
 
     /// An answer without a zone or a monitor that was there is none.
-    pub(super) fn all_there(&self, zones: &Zones, monitors: &Monitors) -> Step {
+    fn all_there(&self, zones: &Zones, monitors: &Monitors) -> Step {
         let configured = self.facts.configured.iter().flat_map(|it| &it.zones);
         let zone = configured.map(|it| &it.zone).find(|it| zones.zone(it).is_none());
         let mut known = self.facts.monitors.iter().flat_map(|it| it.keys());
@@ -88,8 +94,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         if let Some(detector) = zones.alarms().first() {
             return Err(End::Unsafe(text::StrangeAlarm { detector }.words()));
         }
-        let active = |word: &str| !matches!(word, "quiet" | "ended");
-        if let Some(zone) = zones.state.zones.iter().find(|it| active(it.phase())) {
+        if let Some(zone) = zones.state.zones.iter().find(|it| it.is_active()) {
             return Err(End::Unsafe(text::ZoneNotQuiet { zone: &zone.zone }.words()));
         }
         let held = self.held.as_ref().map(|it| it.id.as_str());
@@ -126,8 +131,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
     pub(super) async fn must_rest(&mut self, id: &str) -> Step<Option<Words>> {
         let rests = |monitors: &Monitors| {
             let it = monitors.get(id)?;
-            let flows = it.general("flowrate").is_some_and(|it| it > 0.0);
-            (it.is_shut() && !flows).then_some(())
+            (it.is_shut() && !it.flows()).then_some(())
         };
         // A state may be stale for a moment.
         let may = self.until(STALE_MS, rests).await?;
@@ -157,7 +161,6 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
 
 /// A monitor that is heard and has a valve that it does not report closed, or water that flows.
 pub(super) fn wet(monitors: &Monitors) -> Option<&str> {
-    let flows = |it: &Monitor| it.general("flowrate").is_some_and(|it| it > 0.0);
-    let open = |it: &Monitor| !it.status.stale && (!it.not_closed().is_empty() || flows(it));
+    let open = |it: &Monitor| !it.status.stale && (!it.not_closed().is_empty() || it.flows());
     monitors.iter().find(|(_, it)| open(it)).map(|(id, _)| id.as_str())
 }

@@ -232,6 +232,10 @@ impl<'a, W: Wire, P: Person> Run<'a, W, P> {
         self.out.findings.not_tried(check, subject, why);
     }
 
+    fn none_tried(&mut self, checks: &[&'static Check], subject: &str, why: &Words) {
+        checks.iter().for_each(|it| self.not_tried(it, subject, why.clone()));
+    }
+
     /// Whether a check of a subject has failed.
     fn has_failed(&self, check: &Check, subject: &str) -> bool {
         let all = self.out.findings.0.iter();

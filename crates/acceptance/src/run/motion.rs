@@ -4,7 +4,7 @@ use lafet_texts::{Shown, Text as _, Words, acceptance as text};
 
 use super::look::STALE_MS;
 use super::{Held, Run, Step};
-use crate::check;
+use crate::check::{self, Check};
 use crate::facts::{Monitor, Urgent};
 use crate::judge::wrapped_deg;
 use crate::order::{Drive, Order, part};
@@ -28,6 +28,9 @@ const REST_MS: u64 = 1000;
 /// The barrel points to a surveyed target within, degrees.
 const HEADING_DEG: f64 = 1.0;
 
+/// What is seen when a barrel points to its target.
+const OF_TARGET: [&Check; 2] = [&check::WHICH, &check::HEADING];
+
 impl<W: Wire, P: Person> Run<'_, W, P> {
     /// Each monitor, one after another.
     pub(super) async fn dry(&mut self) -> Step {
@@ -45,14 +48,14 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         let urgent = monitors.get(id).and_then(|it| it.urgent.clone());
         if let Some(why) = self.unready(id).await? {
             let checks = [&check::MOTION, &check::STOP, &check::WHICH, &check::HEADING];
-            checks.into_iter().for_each(|it| self.not_tried(it, id, why.clone()));
+            self.none_tried(&checks, id, &why);
             return Ok(());
         }
         match self.hold(id, urgent).await? {
             Some(why) => {
                 self.tried(&check::MOTION, id, false, text::MotionLimit, why);
                 let others = [&check::STOP, &check::WHICH, &check::HEADING];
-                others.into_iter().for_each(|it| self.not_tried(it, id, text::NoMotion));
+                self.none_tried(&others, id, &text::NoMotion.words());
             }
             None => {
                 self.turns(id).await?;
@@ -304,21 +307,18 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         let planned = self.plan.monitors.iter().find(|it| it.id == id);
         let target = planned.and_then(|it| self.plan.target(it.target.as_ref()));
         let (Some(planned), Some(target)) = (planned, target) else {
-            self.not_tried(&check::WHICH, id, text::NotPlanned);
-            self.not_tried(&check::HEADING, id, text::NotPlanned);
+            self.none_tried(&OF_TARGET, id, &text::NotPlanned.words());
             return Ok(());
         };
         if self.has_failed(&check::MOTION, id) {
-            self.not_tried(&check::WHICH, id, text::NoMotion);
-            self.not_tried(&check::HEADING, id, text::NoMotion);
+            self.none_tried(&OF_TARGET, id, &text::NoMotion.words());
             return Ok(());
         }
         let monitors = self.look().await?;
         let limits = monitors.get(id).and_then(|it| it.limits.as_ref()?.get("Horizontal").cloned());
         let span = limits.map_or([-10_800.0, 10_800.0], |it| [it.min, it.max]);
         if planned.at.is_none() || planned.heading.is_none() {
-            self.not_tried(&check::WHICH, id, text::NotPlanned);
-            self.not_tried(&check::HEADING, id, text::NotPlanned);
+            self.none_tried(&OF_TARGET, id, &text::NotPlanned.words());
             return Ok(());
         }
         let Some([horizontal, vertical]) = toward(planned, target, span) else {
@@ -329,8 +329,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         };
         let words = text::AskTarget { monitor: id, target: &target.name }.words();
         if !self.agrees(format!("dry/{}/target", part(id)), words).await? {
-            self.not_tried(&check::WHICH, id, text::NoGo);
-            self.not_tried(&check::HEADING, id, text::NoGo);
+            self.none_tried(&OF_TARGET, id, &text::NoGo.words());
             return Ok(());
         }
         let before = (
@@ -339,8 +338,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         );
         for (drive, to) in [(Drive::Horizontal, horizontal), (Drive::Vertical, vertical)] {
             if let Err(why) = self.turn(id, drive, to, FAR_MS).await? {
-                self.not_tried(&check::WHICH, id, why.clone());
-                self.not_tried(&check::HEADING, id, why);
+                self.none_tried(&OF_TARGET, id, &why);
                 return Ok(());
             }
         }

@@ -87,10 +87,6 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         })
     }
 
-    fn none_tried(&mut self, checks: &[&'static Check], subject: &str, why: &Words) {
-        checks.iter().for_each(|it| self.not_tried(it, subject, why.clone()));
-    }
-
     async fn outlet(&mut self, zone: &Zone) -> Step {
         if let Some(why) = self.enters(zone).await? {
             self.none_tried(&OF_RELEASE, zone.id(), &why);

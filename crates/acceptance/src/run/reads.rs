@@ -1,6 +1,7 @@
 //! Reads everything that is judged before anything moves.
 
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use lafet_texts::{Shown, Text as _, acceptance as text};
 
@@ -14,6 +15,11 @@ const AGAIN_MS: u64 = 500;
 /// Tries of a read that is needed.
 const TRIES: usize = 2;
 
+fn parsed<T: DeserializeOwned>(path: &str, answer: Value) -> Step<T> {
+    serde_json::from_value(answer)
+        .map_err(|error| End::Lost(text::AnswerStrange { path, error: Shown(error) }.words()))
+}
+
 impl<W: Wire, P: Person> Run<'_, W, P> {
     /// An answer; `None`: the hub refuses.
     pub(super) async fn get<T: DeserializeOwned>(&mut self, path: &str) -> Step<Option<T>> {
@@ -25,9 +31,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
             answer => answer,
         };
         match answer {
-            Ok(value) => serde_json::from_value(value).map(Some).map_err(|error| {
-                End::Lost(text::AnswerStrange { path, error: Shown(error) }.words())
-            }),
+            Ok(value) => parsed(path, value).map(Some),
             Err(Failed::Refused { .. }) => Ok(None),
             Err(failed) => Err(End::of(failed)),
         }
@@ -38,11 +42,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         let mut why = None;
         for _ in 0..TRIES {
             match self.wire.get(path).await {
-                Ok(value) => {
-                    return serde_json::from_value(value).map_err(|error| {
-                        End::Lost(text::AnswerStrange { path, error: Shown(error) }.words())
-                    });
-                }
+                Ok(value) => return parsed(path, value),
                 Err(Failed::Refused { code, text }) if code != "slow_down" => {
                     return Err(End::Lost(text));
                 }

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use lafet_texts::{Text as _, acceptance as text};
 
 use super::look::wet;
-use super::{End, Monitors, POLL_MS, Run, Step};
+use super::{End, POLL_MS, Run, Step};
 use crate::check;
-use crate::facts::{About, Pump, Zones};
+use crate::facts::{Pump, Zones};
 use crate::wire::{Person, Wire};
 
 /// A zone whose test outlet people try.
@@ -92,11 +92,7 @@ impl Seen {
 impl<W: Wire, P: Person> Run<'_, W, P> {
     /// Looks at the zone that is tried, and at all others. What must not be then ends the run.
     pub(super) async fn watch(&mut self) -> Step<Zones> {
-        let hub: About = self.known("/api/hub").await?;
-        let zones: Zones = self.known("/api/zones").await?;
-        let monitors: Monitors = self.known("/api/monitors").await?;
-        self.is_the_same(&hub)?;
-        self.all_there(&zones, &monitors)?;
+        let (zones, monitors) = self.seen().await?;
         if zones.state.lockout {
             return Err(End::Unsafe(text::LockoutOn.words()));
         }
@@ -112,8 +108,7 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         if let Some(detector) = zones.alarms().iter().find(stranger) {
             return Err(End::Unsafe(text::StrangeAlarm { detector }.words()));
         }
-        let active = |word: &str| !matches!(word, "quiet" | "ended");
-        let all = zones.state.zones.iter().filter(|it| active(it.phase()));
+        let all = zones.state.zones.iter().filter(|it| it.is_active());
         let mut wrong = all.filter(|it| match it.zone == zone {
             true => it.mode != "test_outlet",
             // It shares a detector with the one that is tried.

@@ -62,10 +62,11 @@ impl<W: Wire, P: Person> Run<'_, W, P> {
         self.facts.health = self.get("/health").await?;
         self.facts.state = self.get("/api/hub/state").await?;
         self.facts.monitors = self.get("/api/monitors").await?;
+        // Before the zones: what is read there has come to them.
+        self.facts.buses = self.get("/api/modbus").await?;
         self.facts.zones = self.zones().await?;
         self.facts.configured = self.get("/api/zones/configured").await?;
         self.facts.installation = self.get("/api/installation").await?;
-        self.facts.buses = self.get("/api/modbus").await?;
         self.facts.alarms = self.get("/api/alarms").await?;
         let monitors: Vec<String> =
             self.facts.monitors.iter().flat_map(|it| it.keys().cloned()).collect();

@@ -39,6 +39,8 @@ pub const FLAMES: [&str; 2] = ["flame-west", "flame-east"];
 pub const HEAT: u16 = 2;
 pub const ABORT: u16 = 20;
 pub const STATION: u16 = 21;
+/// Longer than a contact of the good site takes to come to rest.
+const RESTS: Duration = Duration::from_millis(300);
 
 /// The plan of the good site: it never changes.
 pub const PLAN: &str = include_str!("plan.toml");
@@ -431,11 +433,15 @@ impl Running {
                 .unwrap()
                 .iter()
                 .all(|it| it["ready"] == true && it["unable"] == json!([]));
-            if up && ready {
+            let buses = http(self.address, &self.token, "GET", "/api/modbus", "").await.unwrap().1;
+            let read = !buses.to_string().contains("\"waiting\"");
+            if up && ready && read {
                 break;
             }
             sleep(Duration::from_millis(100)).await;
         }
+        // Contacts count once they have come to rest.
+        sleep(RESTS).await;
         // Troubles of the start are no findings.
         http(self.address, &self.token, "POST", "/api/zones/reset", "{}").await.unwrap();
     }

@@ -82,7 +82,7 @@ pub struct ImportArgs {
         allow_hyphen_values = true,
         value_parser = said(written::place)
     )]
-    origin: Option<Origin>,
+    origin: Option<[f64; 2]>,
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
     north: Option<f64>,
     #[arg(
@@ -95,9 +95,6 @@ pub struct ImportArgs {
     #[arg(long, value_name = "Z", allow_hyphen_values = true)]
     ground: Option<f64>,
 }
-
-/// A place as drawn.
-type Origin = [f64; 2];
 
 /// A parser whose errors are in the user's language.
 fn said<T>(

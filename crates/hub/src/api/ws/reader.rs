@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::pin::pin;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::extract::ws::{self, Utf8Bytes, WebSocket};
@@ -85,25 +85,16 @@ pub struct Reader {
     pub has: Has,
     /// How long its requests are under way.
     pub delay: Delay,
-    /// The connection is being closed: of what still comes, only the urgent is carried out.
-    pub rest: Option<Rest>,
+    /// The connection is being closed: of what still comes, only the urgent is carried out, and so much is passed over.
+    pub rest: Option<Bucket>,
     /// The client takes no answers.
     pub full: bool,
-}
-
-/// What is left of a connection that is being closed.
-pub struct Rest(Mutex<Bucket>);
-
-impl Rest {
-    fn new(now: Duration) -> Self {
-        Self(Mutex::new(Bucket::new(now, PASSED, PASSED)))
-    }
 }
 
 impl Reader {
     /// The connection is being closed.
     pub fn close(&mut self) {
-        (self.rest, self.full) = (Some(Rest::new(self.hub.now())), false);
+        (self.rest, self.full) = (Some(Bucket::new(self.hub.now(), PASSED, PASSED)), false);
     }
 
     pub async fn run(&mut self, stream: &mut SplitStream<WebSocket>) -> Close {
@@ -181,10 +172,9 @@ impl Reader {
 
     /// Counts a message that is not urgent. What was on its way when the connection ended, or when another one took the
     /// seat, is not carried out; how fast it is passed over is bounded.
-    async fn count(&self) -> Counted {
-        if let Some(rest) = &self.rest {
-            let wait = lock(&rest.0).take(self.hub.now()).err();
-            if let Some(wait) = wait {
+    async fn count(&mut self) -> Counted {
+        if let Some(rest) = &mut self.rest {
+            if let Err(wait) = rest.take(self.hub.now()) {
                 sleep(wait).await;
             }
             return Counted::Passed;
@@ -677,7 +667,7 @@ mod tests {
     /// Who has said too much is still there: the pong of a ping of ours does not end the connection.
     #[tokio::test(start_paused = true)]
     async fn pongs_that_were_asked_for_cost_nothing() {
-        let (reader, _waiting) = reader(1);
+        let (mut reader, _waiting) = reader(1);
         let pong = ws::Message::Pong(Vec::new().into());
         while lock(&reader.talk.messages).take(reader.hub.now()).is_ok() {}
         for _ in 0..3 {

@@ -16,7 +16,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::desk::{Act, Heard, Reply};
 use super::outbox::{Letter, Outbox};
-use super::session::{FAREWELL, Line, News, Retry, Seated, live, looks, random, send};
+use super::session::{FAREWELL, Line, News, Retry, Seated, heed_rest, live, looks, random, send};
 use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
 use super::{Broker, discovery, leftover, link, message};
 use crate::hub::Hub;
@@ -349,21 +349,11 @@ impl Session {
             _ = client.disconnect().await;
             pending::<()>().await;
         };
-        let last = async {
-            while let Some(news) = heard.recv().await {
-                match news {
-                    News::Message { topic, payload, retained } => {
-                        self.heed(&topic, &payload, retained);
-                    }
-                    News::Lost(_) => return,
-                    News::Connected | News::Subscribed => {}
-                }
-            }
-        };
+        let rest = heed_rest(heard, |topic, payload, retained| self.heed(topic, payload, retained));
         let last = async {
             tokio::select! {
                 () = sent => {}
-                () = last => {}
+                () = rest => {}
             }
         };
         _ = timeout(FAREWELL, last).await;

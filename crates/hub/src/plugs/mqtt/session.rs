@@ -102,6 +102,17 @@ pub enum News {
 }
 
 /// The tasks of a connection. Dropped, they end.
+/// Heeds the messages that still come, until the connection has ended.
+pub async fn heed_rest(heard: &mut mpsc::Receiver<News>, mut heed: impl FnMut(&str, &[u8], bool)) {
+    while let Some(news) = heard.recv().await {
+        match news {
+            News::Message { topic, payload, retained } => heed(&topic, &payload, retained),
+            News::Lost(_) => return,
+            News::Connected | News::Subscribed => {}
+        }
+    }
+}
+
 #[derive(Default)]
 pub struct Tasks(Vec<JoinHandle<()>>);
 

@@ -20,7 +20,9 @@ use super::node::Node;
 use crate::hub::{Caller, Hub};
 use crate::plugs::mqtt::desk::{Act, Heard, Reply};
 use crate::plugs::mqtt::outbox::Letter;
-use crate::plugs::mqtt::session::{FAREWELL, Line, News, Retry, Seated, live, looks, send};
+use crate::plugs::mqtt::session::{
+    FAREWELL, Line, News, Retry, Seated, heed_rest, live, looks, send,
+};
 use crate::plugs::mqtt::{Broker, link, message, state};
 use crate::plugs::noted::{Reports, Seldom};
 use crate::plugs::seat::PlugSeat;
@@ -384,15 +386,10 @@ impl Session<'_> {
             for out in [Out::Letter(death), Out::End] {
                 _ = self.out.send(out).await;
             }
-            while let Some(news) = heard.recv().await {
-                match news {
-                    News::Message { topic, payload, retained } => {
-                        _ = self.heed(&topic, &payload, retained);
-                    }
-                    News::Lost(_) => return,
-                    News::Connected | News::Subscribed => {}
-                }
-            }
+            heed_rest(heard, |topic, payload, retained| {
+                _ = self.heed(topic, payload, retained);
+            })
+            .await;
         };
         _ = timeout(FAREWELL, last).await;
     }

@@ -14,6 +14,7 @@ mod noted;
 pub mod orders;
 pub mod refusal;
 mod seat;
+mod secret;
 pub mod sight;
 pub mod view;
 

@@ -27,6 +27,7 @@ use super::pdu::Exception;
 use super::refusal::{Failed, Refusal};
 use super::sight::{Holder, Sight};
 use crate::plugs::orders::is_earlier;
+use crate::plugs::secret::fresh;
 use crate::words::MotionWord;
 
 /// A moment: time since any fixed one.
@@ -182,7 +183,7 @@ impl Desk {
         for (at, count) in counts.iter().take(MONITORS).enumerate() {
             let before = std::mem::replace(&mut self.stops[at], *count);
             if before.all != count.all {
-                self.keys[at] = random().filter(|it| *it != 0);
+                self.keys[at] = fresh(random);
             }
             if before.motion != count.motion && at == self.jog.monitor {
                 self.end_drives(Some(Refusal::Ended), |state| state == motion::ARMED, &mut acts);
@@ -389,7 +390,7 @@ impl Desk {
     fn use_up_shown(&mut self, shown: Option<u64>, random: &mut dyn FnMut() -> Option<u64>) {
         let mut keys = self.keys.iter_mut();
         if let Some(key) = keys.find(|it| it.is_some() && **it == shown) {
-            *key = random().filter(|it| *it != 0);
+            *key = fresh(random);
         }
     }
 
@@ -400,14 +401,14 @@ impl Desk {
         if Command::by_number(number).is_none_or(|it| it == Command::Open)
             && let Some(at) = self.monitor(around, monitor)
         {
-            self.keys[at] = (around.random)().filter(|it| *it != 0);
+            self.keys[at] = fresh(around.random);
         }
         let shown = [a, b, c, d].into_iter().fold(0, |key, word| key << 16 | u64::from(word));
         self.use_up_shown(Some(shown), around.random);
     }
 
     fn renew_keys(&mut self, random: &mut dyn FnMut() -> Option<u64>) {
-        self.keys.iter_mut().for_each(|key| *key = random().filter(|it| *it != 0));
+        self.keys.iter_mut().for_each(|key| *key = fresh(random));
     }
 
     /// Whether the motions by hand go on.
@@ -618,7 +619,7 @@ impl Desk {
                 }
                 let offered = self.keys[at].take();
                 // A key is tried once, whether it is right or not.
-                self.keys[at] = (around.random)().filter(|it| *it != 0);
+                self.keys[at] = fresh(around.random);
                 if offered.is_none_or(|offered| key_words(offered) != key) {
                     return Err(Refusal::Key);
                 }

@@ -26,6 +26,7 @@ use crate::clock::ms;
 use crate::field::line::{Line, said};
 use crate::field::wire::Framing;
 use crate::hub::{Caller, Hub};
+use crate::plugs::secret::random;
 use crate::sync::lock;
 use crate::text::Both;
 
@@ -656,10 +657,6 @@ async fn until(start: Instant, next: Option<Duration>) {
         Some(at) => sleep_until(start + at).await,
         None => std::future::pending().await,
     }
-}
-
-fn random() -> Option<u64> {
-    getrandom::u64().ok()
 }
 
 /// The number of a session: 0, to which nothing is allowed that is not urgent, if there are no random numbers.

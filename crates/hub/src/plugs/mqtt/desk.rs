@@ -19,6 +19,7 @@ use super::message::Asked;
 use crate::access::Bucket;
 use crate::plugs::orders::{Command, What, is_earlier};
 use crate::plugs::refusal::{Failed, Refusal};
+use crate::plugs::secret::fresh;
 use crate::plugs::sight::Holder;
 
 /// A moment: time since any fixed one.
@@ -593,9 +594,4 @@ const fn is_urgent(what: What) -> bool {
 fn refused_opening(heard: Heard, asked: &Asked, why: Refusal) -> Option<Act> {
     let (Some(monitor), Ok(What::Open(valve))) = (heard.monitor, asked.what) else { return None };
     Some(Act::Refused { monitor, valve, why, id: asked.id.clone() })
-}
-
-/// A number that cannot be guessed: not zero.
-fn fresh(random: &mut dyn FnMut() -> Option<u64>) -> Option<u64> {
-    random().filter(|it| *it != 0)
 }

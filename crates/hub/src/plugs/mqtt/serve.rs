@@ -16,11 +16,12 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 use super::desk::{Act, Heard, Reply};
 use super::outbox::{Letter, Outbox};
-use super::session::{FAREWELL, Line, News, Retry, Seated, heed_rest, live, looks, random, send};
+use super::session::{FAREWELL, Line, News, Retry, Seated, heed_rest, live, looks, send};
 use super::state::{self, AlarmList, Key, Online, Ticket, Urgent};
 use super::{Broker, discovery, leftover, link, message};
 use crate::hub::Hub;
 use crate::plugs::noted::{Reports, Seldom};
+use crate::plugs::secret::random;
 use crate::text::Both;
 
 /// Connects until the hub ends.

@@ -24,6 +24,7 @@ use crate::hub::{Caller, Hub, SeatKey};
 use crate::plugs::noted::Reports;
 use crate::plugs::orders::Command;
 use crate::plugs::refusal::{Failed, Refusal};
+use crate::plugs::secret::random;
 use crate::plugs::view::PlugClient;
 use crate::text::Both;
 
@@ -101,7 +102,6 @@ pub enum News {
     Lost(Both),
 }
 
-/// The tasks of a connection. Dropped, they end.
 /// Heeds the messages that still come, until the connection has ended.
 pub async fn heed_rest(heard: &mut mpsc::Receiver<News>, mut heed: impl FnMut(&str, &[u8], bool)) {
     while let Some(news) = heard.recv().await {
@@ -113,6 +113,7 @@ pub async fn heed_rest(heard: &mut mpsc::Receiver<News>, mut heed: impl FnMut(&s
     }
 }
 
+/// The tasks of a connection. Dropped, they end.
 #[derive(Default)]
 pub struct Tasks(Vec<JoinHandle<()>>);
 
@@ -383,9 +384,4 @@ impl Drop for Seated {
         self.hub.disconnect(&self.key);
         self.broker.counts.went(&self.key.seat);
     }
-}
-
-/// A random number of the system; `None`: there is none.
-pub fn random() -> Option<u64> {
-    getrandom::u64().ok()
 }

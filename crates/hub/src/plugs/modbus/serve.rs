@@ -628,9 +628,7 @@ impl Session {
         // What was written with it was not taken.
         if first == COMMAND { Ok(()) } else { Err(Exception::Busy) }
     }
-}
 
-impl Session {
     /// Ends what it has started, once.
     fn end(&mut self) {
         if std::mem::replace(&mut self.ended, true) {

@@ -43,6 +43,9 @@ pub trait Software {
 
     /// How far it is.
     fn report(&self) -> Report;
+
+    /// SHA-256 of the payload that is running, zeros if that cannot be read. It is asked for once, at the start.
+    fn hash(&self) -> [u8; 32];
 }
 
 /// Non-volatile memory (ЭНОЗУ) as a small map from keys to values.

@@ -6,9 +6,11 @@ use crate::answers::Answers;
 use crate::device::Device;
 use crate::hal::Hal;
 use crate::image::ValveNo;
+use crate::params::VALUES_MAX;
 use crate::subsystem::general::Reset;
 use crate::time::Millis;
 use lafet_proto::answer::Reply;
+use lafet_proto::param::Param;
 use lafet_proto::update::{KEY, ORDER_MAX, Order, Phase, Report};
 use lafet_proto::{Answer, Expected, Record, Status, SubsystemId};
 
@@ -24,6 +26,8 @@ pub const PROVEN_MS: u32 = 10_000;
 pub(crate) struct Updating {
     /// As of the last step; `None` without a board that updates.
     report: Option<Report>,
+    /// Of what is running, as at the start.
+    hash: [u8; 32],
     /// The order that the next step carries out.
     held: [u8; ORDER_MAX],
     held_len: u8,
@@ -34,8 +38,23 @@ pub(crate) struct Updating {
 
 impl Default for Updating {
     fn default() -> Self {
-        Self { report: None, held: [0; ORDER_MAX], held_len: 0, dropped: false, on_trial_ms: 0 }
+        Self {
+            report: None,
+            hash: [0; 32],
+            held: [0; ORDER_MAX],
+            held_len: 0,
+            dropped: false,
+            on_trial_ms: 0,
+        }
     }
+}
+
+/// §U/9 A parameter that a monitor without the update does not have.
+pub(crate) const fn is_of_it(param: Param) -> bool {
+    matches!(
+        param,
+        Param::GeneralSoftwareVersion | Param::GeneralSoftwareSlot | Param::GeneralSoftwareHash
+    )
 }
 
 impl Updating {
@@ -57,6 +76,29 @@ impl Updating {
         let report = Report { waits: self.held_len > 0, ..self.report.unwrap_or_default() };
         let reason = if self.dropped { Report::NOT_READY } else { report.reason };
         Report { reason, ..report }
+    }
+
+    /// §U/9 The values of one of its parameters; `None` without a board that updates.
+    pub(crate) fn read<'b>(
+        &self,
+        param: Param,
+        buffer: &'b mut [i32; VALUES_MAX],
+    ) -> Option<&'b [i32]> {
+        let report = self.report?;
+        let mut put = |values: &mut dyn Iterator<Item = i32>| {
+            buffer.iter_mut().zip(values).fold(0, |len, (place, value)| {
+                *place = value;
+                len + 1
+            })
+        };
+        let len = match param {
+            Param::GeneralSoftwareVersion => put(&mut report.version.into_iter().map(i32::from)),
+            Param::GeneralSoftwareHash => {
+                put(&mut self.hash.as_chunks().0.iter().copied().map(i32::from_be_bytes))
+            }
+            _ => put(&mut core::iter::once(report.slot.into())),
+        };
+        buffer.get(..len)
     }
 
     fn hold(&mut self, data: &[u8]) {
@@ -140,7 +182,10 @@ impl Device {
 
     /// What is on trial stays locked out until it is confirmed.
     pub(crate) fn wake_software(&mut self, hal: &mut impl Hal) {
-        self.software.report = hal.software().map(|software| software.report());
+        if let Some(software) = hal.software() {
+            self.software.report = Some(software.report());
+            self.software.hash = software.hash();
+        }
         if self.software.keeps_locked() {
             self.general.set_locked(true);
         }
@@ -151,7 +196,7 @@ impl Device {
         let waits = self.software.held_len > 0;
         let restarting = self.general.is_restarting();
         let ready = waits && self.may_update() && !restarting;
-        let Updating { report, held, held_len, dropped, on_trial_ms } = &mut self.software;
+        let Updating { report, held, held_len, dropped, on_trial_ms, hash: _ } = &mut self.software;
         let Some(software) = hal.software() else {
             (*report, *held_len) = (None, 0);
             return;

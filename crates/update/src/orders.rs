@@ -61,4 +61,8 @@ impl<F: NorFlash> Software for Receiver<'_, F> {
             image: report.image,
         }
     }
+
+    fn hash(&self) -> [u8; 32] {
+        self.running.0
+    }
 }

@@ -83,8 +83,8 @@ pub struct Receiver<'a, F> {
     memory: Memory<F>,
     board: Board<'a>,
     started: Started,
-    /// The beginning of its hash; zeros if that could not be read.
-    running: [u8; 4],
+    /// The hash of what is running; zeros if that could not be read.
+    pub(crate) running: Hash,
     /// Layout of the stored parameters.
     layout: u16,
     state: State,
@@ -122,7 +122,8 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
         // What the board passes may be wrong: the record says which slot has been tried.
         let on_trial = started.trial || (other == Other::Tried && active != started.slot);
         let raw = memory.header(started.slot);
-        let running = raw.and_then(|raw| Header::parse(&raw)).map_or([0; 4], beginning);
+        let running =
+            raw.and_then(|raw| Header::parse(&raw)).map_or(Hash([0; 32]), |header| header.hash);
         let mut receiver = Self {
             memory,
             board,
@@ -193,7 +194,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
             phase,
             received: self.received,
             size,
-            image: self.image.map_or(self.running, |image| beginning(image.header)),
+            image: beginning(self.image.map_or(self.running, |image| image.header.hash)),
             failed: self.failed,
             pending: self.pending.is_some(),
             lost: self.is_lost(),
@@ -512,7 +513,7 @@ impl<'a, F: NorFlash> Receiver<'a, F> {
 }
 
 /// The beginning of the hash of a payload.
-const fn beginning(header: Header) -> [u8; 4] {
-    let [h0, h1, h2, h3, ..] = header.hash.0;
+const fn beginning(hash: Hash) -> [u8; 4] {
+    let [h0, h1, h2, h3, ..] = hash.0;
     [h0, h1, h2, h3]
 }

@@ -98,6 +98,7 @@ pub const TESTS: &[Test] = &[
     t("§U/4", "update-not-locked-out", ReadOnly, update::not_locked_out),
     t("§U/7", "update-absent", ReadOnly, update::without),
     t("§U/8", "update-addressee", ReadOnly, update::addressee),
+    t("§U/9", "update-parameters", ReadOnly, update::parameters),
 
     t("§3.5", "set-param-id", Motion, params::answer_id),
     t("§3.5/1", "set-and-read", Motion, params::set_and_read),
@@ -170,6 +171,7 @@ pub const TESTS: &[Test] = &[
     t("§D/4", "move-hold", Motion, timed::move_hold),
 
     t("§U/5", "update-headers", Full, update::begin),
+    t("§U/9", "update-parameters-set", Full, update::parameters_set),
     t("§U/6", "update-nothing-started", Full, update::nothing_started),
     t("§3.8/1", "open-wrapped", Full, water::open_wrapped),
     t("§D/5", "no-water-wrapped", Full, water::open_wrapped),

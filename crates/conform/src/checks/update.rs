@@ -2,12 +2,12 @@
 //! update or commits one, and a monitor on which one is under way is left alone.
 
 use lafet_proto::update::KEY;
-use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
 use lafet_texts::{Fixed, Shown, conform as text};
 
 use super::{bits, le, motion, service};
 use crate::bench::Bench;
-use crate::raw::{self, Rec};
+use crate::raw::{self, Rec, several};
 use crate::verdict::{Step, fail, must, not_applicable};
 
 /// The orders, by their numbers.
@@ -194,6 +194,38 @@ pub fn report(b: &mut Bench<'_>) -> Step {
     let second = state(b)?;
     must(second.running() == first.running(), text::SameSoftware, second.hex())?;
     must(second == first || !first.is_idle(), text::NothingCarriedOut, second.hex())
+}
+
+/// §U/9
+pub fn parameters(b: &mut Bench<'_>) -> Step {
+    let found = present(b)?;
+    let (slot, version) = found.running();
+    let numbers = version.as_chunks().0.iter().map(|bytes| i32::from(u16::from_le_bytes(*bytes)));
+    let version: Vec<i32> = numbers.collect();
+    same_value(b, "SoftwareVersion", |values| values == version)?;
+    same_value(b, "SoftwareSlot", |values| values == [i32::from(slot)])?;
+    let beginning = found.0.last_chunk().copied().map(i32::from_be_bytes);
+    // While an update is under way, the report has the hash of the other image.
+    let known = beginning.filter(|_| found.is_idle());
+    same_value(b, "SoftwareHash", |values| {
+        values.len() == 8 && known.is_none_or(|known| values.first() == Some(&known))
+    })
+}
+
+/// §U/9 It would be the slot that is running already.
+pub fn parameters_set(b: &mut Bench<'_>) -> Step {
+    let (slot, _) = present(b)?.running();
+    let id = ParamId::of("SoftwareSlot").0.to_le_bytes();
+    let set = [&id[..], &i32::from(slot).to_le_bytes()].concat();
+    let rec = b.ask(R::SET_PARAM, S::GENERAL, &set)?;
+    must(rec.status == Status::ACCESS_DENIED, text::SoftwareNotSet, rec.words(true))
+}
+
+fn same_value(b: &mut Bench<'_>, name: &str, is_same: impl Fn(&[i32]) -> bool) -> Step {
+    let values = b.get(S::GENERAL, name)?;
+    let right = values.as_deref().is_some_and(is_same);
+    let values = values.unwrap_or_default();
+    must(right, text::SoftwareParameters, format!("{name}: {}", several(&values)))
 }
 
 /// §U/1

@@ -16,6 +16,8 @@ enum Measured {
     InputFaults,
     Hotbeds,
     Drive,
+    #[cfg(feature = "update")]
+    Software,
 }
 
 const fn measured(param: Param) -> Option<Measured> {
@@ -31,6 +33,10 @@ const fn measured(param: Param) -> Option<Measured> {
         | Param::NozzleMinSpeedSeen
         | Param::DeployerStopLagSeen
         | Param::DeployerMinSpeedSeen => Some(Measured::Drive),
+        #[cfg(feature = "update")]
+        Param::GeneralSoftwareVersion | Param::GeneralSoftwareSlot | Param::GeneralSoftwareHash => {
+            Some(Measured::Software)
+        }
         _ => None,
     }
 }
@@ -83,6 +89,10 @@ impl Device {
             }
             // §3.21/1
             Some(Measured::Hotbeds) => return Ok(hotbed_values(self.detector.hotbeds(), buffer)),
+            #[cfg(feature = "update")]
+            Some(Measured::Software) => {
+                return self.software.read(param, buffer).ok_or(Status::INVALID_ID);
+            }
             // A drive reports it as one of its parameters.
             Some(Measured::Drive) | None => {}
         }

@@ -43,6 +43,11 @@ impl Device {
     ) -> Status {
         // §3.5/2
         let Some(param) = Param::find(id, param) else { return Status::INVALID_ID };
+        // §U/9
+        #[cfg(feature = "update")]
+        if crate::software::is_of_it(param) && !self.software.is_present() {
+            return Status::INVALID_ID;
+        }
         let spec = param.kind();
         // §3.5/5, §3.21/3
         if spec.access == Access::ReadOnly {

@@ -61,12 +61,17 @@ fn suit_supply(rig: &mut Rig, param: Param, value: i32) {
     assert_eq!(rig.set(other, value), Status::ACCEPTED);
 }
 
+/// The parameters of a monitor that has no update: the others of §U/9 are tested where there is one.
+fn known() -> impl Iterator<Item = Param> {
+    Param::ALL.into_iter().filter(|param| !param.name().starts_with("Software"))
+}
+
 /// §3.4, §3.5/1, §P/1 Every parameter reads its default; every value of its range is Accepted, reads
 /// back at once, and is kept over power loss.
 #[test]
 fn every_parameter_is_kept() {
     let mut fresh = rig();
-    for param in Param::ALL {
+    for param in known() {
         let spec = param.spec();
         let default = match param {
             Param::GeneralAddress => vec![1],
@@ -107,7 +112,7 @@ fn what_is_refused() {
     let mut rig = rig();
     rig.run(100);
     let (memory, written) = (rig.plant.memory.clone(), rig.plant.written.len());
-    for param in Param::ALL {
+    for param in known() {
         let spec = param.spec();
         let before = rig.get(param);
         if spec.access == Access::ReadOnly {

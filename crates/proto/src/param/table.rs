@@ -16,15 +16,20 @@ macro_rules! text_key {
 }
 
 /// Rows of `Variant: SUBSYSTEM "Name", spec;` become the enum and its tables. The text is
-/// `param-Variant`, or one that several share: `Variant: SUBSYSTEM "Name", spec, as Shared;`.
+/// `param-Variant`, or one that several share: `Variant: SUBSYSTEM "Name", spec, as Shared;`. A row
+/// behind `#[cfg(…)]` is there with that feature alone.
 macro_rules! params {
-    ($($variant:ident: $subsystem:ident $name:literal, $spec:expr $(, as $shared:ident)?;)+) => {
+    ($(
+        $(#[$cfg:meta])?
+        $variant:ident: $subsystem:ident $name:literal, $spec:expr $(, as $shared:ident)?;
+    )+) => {
         /// A parameter of a subsystem.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u8)]
         #[non_exhaustive]
         pub enum Param {
             $(
+                $(#[$cfg])?
                 #[doc = concat!("`", stringify!($subsystem), "` `", $name, "`")]
                 $variant,
             )+
@@ -32,14 +37,14 @@ macro_rules! params {
 
         impl Param {
             /// Every parameter in the order of the table.
-            pub const ALL: [Param; Param::COUNT] = [$(Param::$variant),+];
+            pub const ALL: [Param; Param::COUNT] = [$($(#[$cfg])? Param::$variant),+];
             /// How many parameters there are.
-            pub const COUNT: usize = [$($name),+].len();
+            pub const COUNT: usize = [$($(#[$cfg])? $name),+].len();
 
             /// Length, range, unit and handling.
             pub const fn spec(self) -> &'static ParamSpec {
                 match self {
-                    $(Param::$variant => &const {
+                    $($(#[$cfg])? Param::$variant => &const {
                         ParamSpec {
                             subsystem: SubsystemId::$subsystem,
                             id: ParamId::of($name),
@@ -51,7 +56,7 @@ macro_rules! params {
 
             /// What belongs to this parameter alone; the rest is shared by its kind.
             const fn own(self) -> &'static Own {
-                const ALL: [Own; Param::COUNT] = [$(Own {
+                const ALL: [Own; Param::COUNT] = [$($(#[$cfg])? Own {
                     default: $spec.default,
                     id: ParamId::of($name),
                     subsystem: SubsystemId::$subsystem,
@@ -66,20 +71,20 @@ macro_rules! params {
             /// The name whose hash is the id.
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(Param::$variant => $name,)+
+                    $($(#[$cfg])? Param::$variant => $name,)+
                 }
             }
 
             /// What the parameter is and does.
             pub const fn text(self) -> Key {
                 match self {
-                    $(Param::$variant => text_key!($variant $($shared)?),)+
+                    $($(#[$cfg])? Param::$variant => text_key!($variant $($shared)?),)+
                 }
             }
         }
 
         /// The specification of each row, from which the kinds are made.
-        const SPECS: [ParamSpec; Param::COUNT] = [$($spec),+];
+        const SPECS: [ParamSpec; Param::COUNT] = [$($(#[$cfg])? $spec),+];
     };
 }
 
@@ -258,6 +263,15 @@ params! {
     GeneralResetValves: GENERAL "ResetValves", choice(1, 0);
     GeneralWaterTimeout: GENERAL "WaterTimeout", one(Second, 0, 86_400, 0).optional();
     GeneralMoveTimeout: GENERAL "MoveTimeout", one(Millisecond, 0, 60_000, 0);
+    // §U/9
+    #[cfg(feature = "update")]
+    GeneralSoftwareVersion: GENERAL "SoftwareVersion",
+        one(Unit::None, 0, 65_535, 0).len(4, 4, 1).measured();
+    #[cfg(feature = "update")]
+    GeneralSoftwareSlot: GENERAL "SoftwareSlot", choice(2, 0).measured();
+    #[cfg(feature = "update")]
+    GeneralSoftwareHash: GENERAL "SoftwareHash",
+        one(Bits, i32::MIN, i32::MAX, 0).len(8, 8, 1).measured();
 
     ClimaticsHeatOn: CLIMATICS "HeatOn", heat(50);
     ClimaticsHeatOff: CLIMATICS "HeatOff", heat(80);

@@ -1,6 +1,7 @@
 //! The monitor as a whole: the device with its requests, the bootloader, a flash that loses power.
 
 mod layouts;
+mod parameters;
 mod replays;
 mod trials;
 

@@ -3,7 +3,7 @@
 use lafet_conform::raw::Rec;
 use lafet_proto::flags::{CommonFlags, DeployerFlags, GeneralFlags};
 use lafet_proto::update::KEY;
-use lafet_proto::{RequestId as R, Status, SubsystemId as S};
+use lafet_proto::{ParamId, RequestId as R, Status, SubsystemId as S};
 use lafet_sim::sim::Sim;
 
 use super::Rule::{Answer, Frame, Request};
@@ -42,6 +42,16 @@ fn reports(answers: &mut [Rec], change: impl Fn(&mut [u8])) {
     each(answers, R::UPDATE, |rec| {
         if rec.data.len() == REPORT {
             change(&mut rec.data);
+        }
+    });
+}
+
+/// Changes the values of one of its parameters.
+fn of_software(name: &str, answers: &mut [Rec], change: impl Fn(&mut [u8])) {
+    let id = ParamId::of(name).0.to_le_bytes();
+    each(answers, R::GET_PARAM, |rec| {
+        if rec.status == Status::OK && rec.data.starts_with(&id) {
+            change(&mut rec.data[2..]);
         }
     });
 }
@@ -396,6 +406,37 @@ pub const WRONG: &[Wrong] = &[
         "Update to an unknown device is WrongRequest",
         Answer(|_, _, answers| {
             restate(answers, R::UPDATE, Status::MODULE_NOT_EXIST, Status::WRONG_REQUEST);
+        }),
+    ),
+    updated(
+        "§U/9",
+        "SoftwareSlot is the other slot",
+        Answer(|_, _, answers| {
+            of_software("SoftwareSlot", answers, |values| values[0] = 3 - values[0]);
+        }),
+    ),
+    updated(
+        "§U/9",
+        "SoftwareVersion is read from right to left",
+        Answer(|_, _, answers| of_software("SoftwareVersion", answers, <[u8]>::reverse)),
+    ),
+    updated(
+        "§U/9",
+        "SoftwareHash is in the order of its bytes in memory",
+        Answer(|_, _, answers| {
+            of_software("SoftwareHash", answers, |values| {
+                values.chunks_mut(4).for_each(<[u8]>::reverse);
+            });
+        }),
+    ),
+    updated(
+        "§U/9",
+        "SetParam SoftwareSlot is Accepted",
+        Answer(|_, asked, answers| {
+            let slot = ParamId::of("SoftwareSlot").0.to_le_bytes();
+            if asked.iter().any(|rec| rec.data.starts_with(&slot)) {
+                restate(answers, R::SET_PARAM, Status::ACCESS_DENIED, Status::ACCEPTED);
+            }
         }),
     ),
 ];

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
@@ -26,6 +26,8 @@ pub struct Place {
     proxy: bool,
     number: u64,
     end: Arc<Notify>,
+    /// What cannot be sent any more ends no reading.
+    reads_on: AtomicBool,
     /// What the connection may still read and request.
     pub allowance: Allowance,
     #[expect(dead_code, reason = "held for its end")]
@@ -134,7 +136,19 @@ impl Place {
         places.next += 1;
         places.strangers.enter(number, address, end.clone());
         hub.counts().connections.fetch_add(1, Ordering::Relaxed);
-        Some(Self { hub: hub.clone(), address, proxy, number, end, allowance, permit })
+        let reads_on = AtomicBool::new(false);
+        Some(Self { hub: hub.clone(), address, proxy, number, end, reads_on, allowance, permit })
+    }
+
+    /// It is a WebSocket: if nothing can be sent over it any more, what its client has sent is read all the same. A Stop
+    /// may be in it.
+    pub fn read_on(&self) {
+        self.reads_on.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it is read on.
+    pub fn reads_on(&self) -> bool {
+        self.reads_on.load(Ordering::Relaxed)
     }
 
     /// The client has logged in: the connection leaves the small pool.
@@ -329,6 +343,32 @@ mod tests {
         assert!(!ended(&operator), "an operator's");
         drop((all, more, own));
         assert_eq!((under_way(&hub), hub.places().handshakes.of.len()), (0, 0));
+    }
+
+    /// Assumed: the client has sent a Stop and is gone, or takes nothing that is sent to it.
+    #[tokio::test(start_paused = true)]
+    async fn what_came_over_a_websocket_is_read_although_nothing_can_be_sent() {
+        let (hub, room) = hub(8);
+        for (websocket, gone) in [(true, true), (true, false), (false, true), (false, false)] {
+            let place = Arc::new(take(&hub, &room, "10.0.0.1").unwrap());
+            let (mut client, stream) = duplex(4);
+            client.write_all(b"stop").await.unwrap();
+            let client = Some(client).filter(|_| !gone);
+            let mut stream = Paced::of(stream, &place, hub.start());
+            if websocket {
+                place.read_on();
+            }
+            let mut sent = [stream.write_all(&[0; 64]).await.is_ok(), false, false];
+            sent[1] = stream.write_all(&[0; 64]).await.is_ok();
+            sent[2] = stream.flush().await.is_ok();
+            assert_eq!(sent[..2], [websocket; 2], "{gone}");
+            assert!(sent[2]);
+            let mut heard = [0; 4];
+            stream.read_exact(&mut heard).await.unwrap();
+            assert_eq!(&heard, b"stop");
+            drop(client);
+            assert_eq!(stream.read(&mut heard).await.unwrap(), 0, "its end is noticed");
+        }
     }
 
     /// A client that is refused and goes on sending, again and again, holds no more connections than this.

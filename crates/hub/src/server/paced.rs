@@ -7,6 +7,10 @@
 //!
 //! At its end what the client still sends is read and dropped: closing with bytes unread resets the
 //! connection, and the client would lose the answer that it has not read yet.
+//!
+//! Over a WebSocket that cannot be written any more, what is written is dropped: its protocol answers pings while it reads,
+//! and would end with the first answer that fails, before a Stop that has come behind the ping. The end of such a connection
+//! is read.
 
 use std::io;
 use std::mem::MaybeUninit;
@@ -42,6 +46,8 @@ pub struct Paced<S> {
     /// Pause until it owes nothing.
     pause: Option<Pin<Box<Sleep>>>,
     stalled: Option<Pin<Box<Sleep>>>,
+    /// Nothing can be written any more: what is, is dropped.
+    mute: bool,
     /// All is sent; what still comes is dropped.
     linger: Option<Linger>,
 }
@@ -70,7 +76,8 @@ impl<S> Paced<S> {
     /// Paces a connection. What an earlier one owes is waited for first.
     pub fn new(stream: S, allowance: Allowance, start: Instant) -> Self {
         let (place, pause, stalled, linger) = (None, None, None, None);
-        let mut paced = Self { stream, start, allowance, place, pause, stalled, linger };
+        let mute = false;
+        let mut paced = Self { stream, start, allowance, place, pause, stalled, mute, linger };
         paced.owe(0.0);
         paced
     }
@@ -105,20 +112,27 @@ impl<S> Paced<S> {
         self.pause = wait.map(|wait| Box::pin(sleep(wait)));
     }
 
-    /// Watches that what is written is taken.
+    /// Watches that what is written is taken; `dropped`: what is said of it once it is dropped.
     fn watch<T>(
         &mut self,
         cx: &mut Context<'_>,
         written: Poll<io::Result<T>>,
+        dropped: T,
     ) -> Poll<io::Result<T>> {
-        if written.is_ready() {
+        let written = if written.is_ready() {
             self.stalled = None;
-            return written;
-        }
-        let stalled = self.stalled.get_or_insert_with(|| Box::pin(sleep(STALLED)));
-        match stalled.as_mut().poll(cx) {
-            Poll::Ready(()) => Poll::Ready(Err(io::ErrorKind::TimedOut.into())),
-            Poll::Pending => Poll::Pending,
+            written
+        } else {
+            let stalled = self.stalled.get_or_insert_with(|| Box::pin(sleep(STALLED)));
+            stalled.as_mut().poll(cx).map(|()| Err(io::ErrorKind::TimedOut.into()))
+        };
+        let reads_on = self.place.as_ref().is_some_and(|it| it.reads_on());
+        match written {
+            Poll::Ready(Err(_)) if reads_on => {
+                self.mute = true;
+                Poll::Ready(Ok(dropped))
+            }
+            written => written,
         }
     }
 }
@@ -168,8 +182,11 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Paced<S> {
         cx: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
+        if self.mute {
+            return Poll::Ready(Ok(bytes.len()));
+        }
         let written = Pin::new(&mut self.stream).poll_write(cx, bytes);
-        self.watch(cx, written)
+        self.watch(cx, written, bytes.len())
     }
 
     fn poll_write_vectored(
@@ -177,8 +194,12 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Paced<S> {
         cx: &mut Context<'_>,
         parts: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
+        let len = parts.iter().map(|part| part.len()).sum();
+        if self.mute {
+            return Poll::Ready(Ok(len));
+        }
         let written = Pin::new(&mut self.stream).poll_write_vectored(cx, parts);
-        self.watch(cx, written)
+        self.watch(cx, written, len)
     }
 
     fn is_write_vectored(&self) -> bool {
@@ -186,14 +207,20 @@ impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Paced<S> {
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        if self.mute {
+            return Poll::Ready(Ok(()));
+        }
         let flushed = Pin::new(&mut self.stream).poll_flush(cx);
-        self.watch(cx, flushed)
+        self.watch(cx, flushed, ())
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        if self.mute {
+            return Poll::Ready(Ok(()));
+        }
         if self.linger.is_none() {
             let shut = Pin::new(&mut self.stream).poll_shutdown(cx);
-            ready!(self.watch(cx, shut))?;
+            ready!(self.watch(cx, shut, ()))?;
             self.linger = Some(Linger::new(self.place.as_ref().map(Place::ending)));
         }
         self.poll_linger(cx).map(Ok)

@@ -26,5 +26,6 @@ mod simulation;
 mod state;
 mod stream;
 mod tune;
+mod unread;
 mod updates;
 mod zones;

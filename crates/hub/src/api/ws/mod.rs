@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::extract::{Extension, Query, State};
@@ -37,6 +38,8 @@ use writer::{SLOW, Writer};
 const MESSAGE_MAX: usize = 16 * 1024;
 /// What a connection reads into; each has one, and clients say little.
 const READ_BUFFER: usize = 4 * 1024;
+/// How long what is left of a connection is read when the hub ends: it waits for its connections.
+const FAREWELL: Duration = Duration::from_secs(1);
 /// Answers that wait to be sent.
 const ANSWERS_MAX: usize = 64;
 /// What is written and not taken yet: many times what changes at once on a large site. A message beyond that ends the
@@ -79,6 +82,7 @@ async fn serve(
     resume: Option<String>,
 ) {
     hub.counts().sockets.fetch_add(1, Ordering::Relaxed);
+    place.read_on();
     let mut key = hub.connect(&principal, &from.to_string(), resume.as_deref());
     let caller = Caller::socket(principal, from, key.seat.clone());
     // Another session does not notice, wherever it is; nor does another place of this one.
@@ -103,7 +107,8 @@ async fn serve(
         talk: talk.clone(),
         has: has.clone(),
         delay: Delay::default(),
-        closing: false,
+        rest: None,
+        full: false,
     };
     let mut writer = Writer {
         hub: hub.clone(),
@@ -124,19 +129,15 @@ async fn serve(
     hub.counts().sockets.fetch_sub(1, Ordering::Relaxed);
     if let Some((code, reason)) = close {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        let closing = timeout(SLOW, writer.sink.send(Message::Close(Some(frame))));
-        match code == GOING_AWAY.0 {
-            true => _ = closing.await,
-            // A Stop that is stuck in it is one all the same.
-            false => {
-                reader.closing = true;
-                let _ending = place.ending();
-                let rest = async { tokio::join!(closing, timeout(SLOW, reader.run(&mut stream))) };
-                tokio::select! {
-                    _ = rest => {}
-                    () = place.given_up() => {}
-                }
-            }
+        let patience = if code == GOING_AWAY.0 { FAREWELL } else { SLOW };
+        let closing = timeout(patience, writer.sink.send(Message::Close(Some(frame))));
+        // A Stop that is stuck in it is one all the same.
+        reader.close();
+        let _ending = place.ending();
+        let rest = async { tokio::join!(closing, timeout(patience, reader.run(&mut stream))) };
+        tokio::select! {
+            _ = rest => {}
+            () = place.given_up() => {}
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::pin::pin;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::extract::ws::{self, Utf8Bytes, WebSocket};
@@ -13,15 +13,16 @@ use futures_util::stream::SplitStream;
 use lafet_proto::SubsystemId;
 use lafet_texts::{Text, hub as text};
 use serde_json::Value;
-use tokio::sync::{Semaphore, mpsc, watch};
+use tokio::sync::mpsc::error::TrySendError;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
 use tokio::task::{AbortHandle, yield_now};
 use tokio::time::{sleep, timeout};
 
 use super::frames::show_frames;
 use super::said::{Id, Said, understand};
-use super::writer::ENDED;
+use super::writer::{ENDED, TOO_SLOW};
 use super::{Close, Pings, standing};
-use crate::access::Standing;
+use crate::access::{Bucket, Standing};
 use crate::api::guard;
 use crate::api::monitors::{self, JogBeat};
 use crate::command::outcome::{OfAll, OfOne, Outcome, parted};
@@ -42,6 +43,13 @@ pub const REQUESTS_MAX: usize = 32;
 /// Stop, Close and Lockout that wait for theirs. One more is carried out, and then nothing is read until
 /// one of them is answered: more than a person can send while a monitor does not answer.
 pub const URGENT_MAX: usize = 64;
+
+/// A client that leaves no room for an answer for this time takes none: until its connection is closed nothing would be
+/// read from it, and a Stop would wait.
+const TAKEN: Duration = Duration::from_secs(2);
+/// Messages a second of a connection that is being closed, which are passed over: as many as it may have sent before it was
+/// read no more are passed over while it is closed, and a Stop behind them is reached.
+const PASSED: f64 = 2000.0;
 
 /// Monitors to which a connection subscribes by name.
 const SUBSCRIBED_MAX: usize = 32;
@@ -78,10 +86,26 @@ pub struct Reader {
     /// How long its requests are under way.
     pub delay: Delay,
     /// The connection is being closed: of what still comes, only the urgent is carried out.
-    pub closing: bool,
+    pub rest: Option<Rest>,
+    /// The client takes no answers.
+    pub full: bool,
+}
+
+/// What is left of a connection that is being closed.
+pub struct Rest(Mutex<Bucket>);
+
+impl Rest {
+    fn new(now: Duration) -> Self {
+        Self(Mutex::new(Bucket::new(now, PASSED, PASSED)))
+    }
 }
 
 impl Reader {
+    /// The connection is being closed.
+    pub fn close(&mut self) {
+        (self.rest, self.full) = (Some(Rest::new(self.hub.now())), false);
+    }
+
     pub async fn run(&mut self, stream: &mut SplitStream<WebSocket>) -> Close {
         while let Some(message) = stream.next().await {
             let message = match message {
@@ -133,6 +157,9 @@ impl Reader {
                     self.answer(id, Err(guard::not_understood(&error))).await;
                 }
             }
+            if self.full {
+                return Some(TOO_SLOW);
+            }
             let wait = match urgent {
                 true => lock(&self.talk.urgent).take(self.hub.now()).err(),
                 false => None,
@@ -153,14 +180,21 @@ impl Reader {
     }
 
     /// Counts a message that is not urgent. What was on its way when the connection ended, or when another one took the
-    /// seat, is not carried out; it is passed over no faster than messages may come.
+    /// seat, is not carried out; how fast it is passed over is bounded.
     async fn count(&self) -> Counted {
+        if let Some(rest) = &self.rest {
+            let wait = lock(&rest.0).take(self.hub.now()).err();
+            if let Some(wait) = wait {
+                sleep(wait).await;
+            }
+            return Counted::Passed;
+        }
         let left = lock(&self.talk.messages).take(self.hub.now());
-        match (left, self.closing || !self.has.still()) {
-            (Ok(()), false) => return Counted::Heeded,
-            (Err(_), false) => return Counted::Over,
-            (Ok(()), true) => {}
-            (Err(wait), true) => sleep(wait).await,
+        match (left, self.has.still()) {
+            (Ok(()), true) => return Counted::Heeded,
+            (Err(_), true) => return Counted::Over,
+            (Ok(()), false) => {}
+            (Err(wait), false) => sleep(wait).await,
         }
         Counted::Passed
     }
@@ -331,14 +365,14 @@ impl Reader {
     }
 
     /// The same urgent request to every monitor. Each result is sent as it comes, then all of them.
-    async fn everywhere(&self, id: Id, request: Result<MonitorRequest, ApiError>) {
+    async fn everywhere(&mut self, id: Id, request: Result<MonitorRequest, ApiError>) {
         let request = match request {
             Ok(request) => request,
             Err(error) => return self.answer(id, Err(error)).await,
         };
         let all = self.hub.overtake_everywhere(&self.urgent_caller(), &request);
         // It is under way: only what comes next may wait for room for the answers.
-        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
+        let Some(turn) = self.turn().await else { return };
         let answers = self.answers.clone();
         tokio::spawn(async move {
             let _turn = turn;
@@ -363,9 +397,22 @@ impl Reader {
         });
     }
 
+    /// Room for the answer of what is urgent; `None`: there is none to be sent.
+    async fn turn(&mut self) -> Option<OwnedSemaphorePermit> {
+        while self.rest.is_none() && !self.full {
+            let turn = timeout(TAKEN, self.urgent_room.clone().acquire_owned()).await;
+            match turn {
+                Ok(turn) => return turn.ok(),
+                // As long as answers are taken, a monitor is what is waited for.
+                Err(_) => self.full = self.answers.capacity() == 0,
+            }
+        }
+        None
+    }
+
     /// Urgent requests to a monitor; they are under way when this returns.
     async fn urgent(
-        &self,
+        &mut self,
         id: Id,
         monitor: &str,
         requests: impl FnOnce(&Station) -> Result<Vec<MonitorRequest>, ApiError>,
@@ -380,7 +427,7 @@ impl Reader {
         let all: Vec<Joined> =
             requests.iter().map(|it| self.hub.urgent(&caller, &station, it)).collect();
         // They are under way: only what comes next may wait for room for the answers.
-        let Ok(turn) = self.urgent_room.clone().acquire_owned().await else { return };
+        let Some(turn) = self.turn().await else { return };
         let (answers, monitor) = (self.answers.clone(), station.id().to_owned());
         tokio::spawn(async move {
             let _turn = turn;
@@ -397,7 +444,7 @@ impl Reader {
     }
 
     async fn request(
-        &self,
+        &mut self,
         id: Id,
         monitor: &str,
         (request, longer, up_ms): (&str, Option<Duration>, Option<f64>),
@@ -432,13 +479,16 @@ impl Reader {
         });
     }
 
-    async fn answer(&self, id: Id, result: Result<Outcome, ApiError>) {
+    async fn answer(&mut self, id: Id, result: Result<Outcome, ApiError>) {
         self.send(Answer::of(id, result)).await;
     }
 
-    /// Waits while the client does not take its answers: then nothing more is read from it either.
-    async fn send(&self, answer: Answer) {
-        _ = self.answers.send(Message::Answer(answer.into()).written()).await;
+    /// Waits while the client does not take its answers: then nothing more is read from it either, and it is closed.
+    async fn send(&mut self, answer: Answer) {
+        let text = Message::Answer(answer.into()).written();
+        if let Err(TrySendError::Full(text)) = self.answers.try_send(text) {
+            self.full = timeout(TAKEN, self.answers.send(text)).await.is_err();
+        }
     }
 
     fn watch(&mut self, monitors: &[String]) {
@@ -487,7 +537,10 @@ fn written(progress: Progress) -> Utf8Bytes {
 
 #[cfg(test)]
 mod tests {
+    use tokio::time::Instant;
+
     use super::super::ANSWERS_MAX;
+    use super::super::writer::SLOW;
     use super::*;
     use crate::access::Role;
     use crate::monitor::view::UrgentCounts;
@@ -522,7 +575,8 @@ mod tests {
             talk: Talk::new(Duration::ZERO),
             has: key.has,
             delay: Delay::default(),
-            closing: false,
+            rest: None,
+            full: false,
         };
         (reader, waiting)
     }
@@ -559,20 +613,65 @@ mod tests {
         assert_eq!(sent(&mut own).await, [false, false, true]);
     }
 
-    /// From a client that takes no answers nothing more is read, so what waits for it is little.
+    /// From a client that takes no answers nothing more is read, so what waits for it is little; nor is it waited for longer
+    /// than a Stop behind it can wait.
     #[tokio::test(start_paused = true)]
     async fn answers_that_are_not_taken_are_few() {
         let (mut reader, mut waiting) = reader(ANSWERS_MAX);
         let stop = || Said::Stop { id: Id::default(), monitor: Some("M9".into()), of: None };
+        let began = Instant::now();
         let mut heeded = 0;
-        while heeded < 1000 && timeout(Duration::from_secs(60), reader.heed(stop())).await.is_ok() {
+        while heeded < 1000 && !reader.full {
+            reader.heed(stop()).await;
             heeded += 1;
         }
-        assert_eq!(heeded, ANSWERS_MAX);
-        assert!(heeded <= 100, "{heeded} answers wait");
-        // Each that is taken makes room for one.
+        assert_eq!((heeded, began.elapsed()), (ANSWERS_MAX + 1, TAKEN));
+        // Each that is taken in time makes room for one.
+        reader.full = false;
         assert!(waiting.recv().await.is_some());
-        assert!(timeout(Duration::from_secs(60), reader.heed(stop())).await.is_ok());
+        reader.heed(stop()).await;
+        assert!(!reader.full && began.elapsed() == TAKEN);
+        // One of a slow line is waited for.
+        let takes = async {
+            sleep(TAKEN / 2).await;
+            waiting.recv().await
+        };
+        let (taken, ()) = tokio::join!(takes, reader.heed(stop()));
+        assert!(taken.is_some() && !reader.full);
+    }
+
+    /// Sixty-four Stops wait for their monitors: the client is there, and takes its answers. Once it does not, or its
+    /// connection is closed, there is no answer to wait for.
+    #[tokio::test(start_paused = true)]
+    async fn a_stop_waits_for_its_answer_only_as_long_as_answers_are_taken() {
+        let (mut reader, mut waiting) = reader(1);
+        let held = reader.urgent_room.clone().acquire_owned().await.unwrap();
+        assert!(timeout(TAKEN * 10, reader.turn()).await.is_err(), "a monitor is waited for");
+        assert!(!reader.full);
+        reader.answer(Id::default(), Err(ApiError::not_found())).await;
+        assert!(timeout(TAKEN * 10, reader.turn()).await.unwrap().is_none());
+        assert!(reader.full);
+        reader.close();
+        let began = Instant::now();
+        assert!(reader.turn().await.is_none() && began.elapsed() == Duration::ZERO);
+        reader.rest = None;
+        drop((held, waiting.recv().await));
+        assert!(reader.turn().await.is_some());
+    }
+
+    /// What was sent before a connection was closed, and a Stop behind it.
+    #[tokio::test(start_paused = true)]
+    async fn what_is_left_of_a_connection_is_passed_over_in_time_and_not_at_once() {
+        let (mut reader, _waiting) = reader(1);
+        while lock(&reader.talk.messages).take(reader.hub.now()).is_ok() {}
+        reader.close();
+        let began = Instant::now();
+        // As many pings as the system keeps of a connection.
+        for _ in 0..128 * 1024 / 6 {
+            assert!(matches!(reader.count().await, Counted::Passed));
+        }
+        let took = began.elapsed();
+        assert!(took > SLOW / 2 && took < SLOW, "{took:?}");
     }
 
     /// Who has said too much is still there: the pong of a ping of ours does not end the connection.

@@ -26,6 +26,8 @@ const SILENT: Duration = Duration::from_secs(15);
 /// A connection that takes nothing is closed after this time.
 pub const SLOW: Duration = Duration::from_secs(10);
 
+/// It does not take what is sent to it.
+pub const TOO_SLOW: (u16, &str) = (4409, "too slow");
 pub const ENDED: (u16, &str) = (4401, "session ended");
 
 pub struct Writer {
@@ -182,8 +184,8 @@ impl Writer {
         counts.message_bytes.fetch_add(bytes, Ordering::Relaxed);
         match timeout(SLOW, self.sink.send(message)).await {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) => Err(None),
-            Err(_) => Err(Some((4409, "too slow"))),
+            // It takes nothing, or is gone. What it has sent before is read all the same.
+            Ok(Err(_)) | Err(_) => Err(Some(TOO_SLOW)),
         }
     }
 }

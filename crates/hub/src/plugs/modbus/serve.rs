@@ -31,7 +31,7 @@ use crate::text::Both;
 
 /// Rest before a line that failed is opened again.
 const RETRY: Duration = Duration::from_secs(2);
-/// Rest after a connection that could not be taken.
+/// Rest after a connection that could not be taken; what is left of one that ends comes without longer pauses.
 const REST: Duration = Duration::from_millis(100);
 /// What was sent on two wires comes back within this time and that of its bytes.
 const ECHO: Duration = Duration::from_millis(50);
@@ -240,13 +240,16 @@ async fn session<S>(
 ) where
     S: AsyncRead + AsyncWrite + Send + 'static,
 {
-    let (reader, writer) = tokio::io::split(stream);
+    let (mut reader, writer) = tokio::io::split(stream);
     let (outgoing, sent) = mpsc::channel(ANSWERS_MAX);
     let mut session = Session::begin(hub, server, Splitter::new(framing), from, outgoing);
     tokio::select! {
-        () = session.run(reader, framing, silence, &heard) => {}
+        () = session.run(&mut reader, framing, silence, &heard) => {}
         () = write(writer, sent, hub.start()) => {}
     }
+    // Its motions end first.
+    session.end();
+    _ = timeout(SENT, session.read_rest(&mut reader, framing)).await;
 }
 
 /// Sends answers until the master does not take them.
@@ -296,6 +299,10 @@ struct Session {
     guard: Bucket,
     /// Until when what was sent last may come back.
     echo_until: Duration,
+    /// Where the next frame begins is not known any more.
+    broken: bool,
+    /// What it has started has ended.
+    ended: bool,
 }
 
 impl Session {
@@ -349,12 +356,14 @@ impl Session {
             answers_at: Duration::ZERO,
             guard: Bucket::new(hub.now(), READ.0, READ.1),
             echo_until: Duration::ZERO,
+            broken: false,
+            ended: false,
         }
     }
 
     async fn run<S: AsyncRead>(
         &mut self,
-        mut reader: ReadHalf<S>,
+        reader: &mut ReadHalf<S>,
         framing: Framing,
         silence: Duration,
         heard: &AtomicU64,
@@ -435,12 +444,33 @@ impl Session {
                 Next::More => break,
                 Next::Broken => {
                     self.count_malformed();
+                    self.broken = true;
                     return None;
                 }
             }
         }
         self.count_malformed();
         Some(paused)
+    }
+
+    /// The connection ends, as when its master takes no answers: of what it has sent before, Stop, Close and Lockout are
+    /// taken.
+    async fn read_rest<S: AsyncRead>(&mut self, reader: &mut ReadHalf<S>, framing: Framing) {
+        let (mut buffer, mut left) = ([0; 512], UNREAD as usize);
+        while !self.broken {
+            match self.splitter.next() {
+                Next::Frame(frame) => _ = self.heed(&frame, framing, true),
+                Next::Broken => return,
+                Next::More => {
+                    let Ok(Ok(len @ 1..)) = timeout(REST, reader.read(&mut buffer)).await else {
+                        return;
+                    };
+                    let Some(less) = left.checked_sub(len) else { return };
+                    left = less;
+                    self.splitter.feed(buffer.get(..len).unwrap_or_default());
+                }
+            }
+        }
     }
 
     /// The line is silent; `false`: the connection ends.
@@ -582,14 +612,24 @@ impl Session {
     }
 }
 
-impl Drop for Session {
-    fn drop(&mut self) {
+impl Session {
+    /// Ends what it has started, once.
+    fn end(&mut self) {
+        if std::mem::replace(&mut self.ended, true) {
+            return;
+        }
         for (_, desk, hand) in &mut self.desks {
             let acts = desk.end(&mut random);
             hand.carry_out(desk, acts);
         }
         self.hub.disconnect(&self.key);
         self.server.counts.went(&self.key.seat);
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 

@@ -1,6 +1,7 @@
 //! The lines: connects to a broker, publishes, hears commands. What is decided is in [`super::desk`].
 
 use std::collections::BTreeSet;
+use std::future::pending;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -329,7 +330,7 @@ impl Session {
         self.outbox.put(Letter { topic, payload, retained: true, confirmed: true });
     }
 
-    /// The hub ends: the broker knows at once, not only when it misses the connection.
+    /// The hub ends: the broker knows at once, not only when it misses the connection. What stops is taken until then.
     async fn say_goodbye(&mut self, client: &AsyncClient, heard: &mut mpsc::Receiver<News>) {
         let acts = self.own.end();
         self.publish(acts);
@@ -338,12 +339,30 @@ impl Session {
             self.letter_of(at, "key", &Key { key: None });
         }
         self.put("hub", &Online::no());
-        let last = async {
-            while !self.outbox.is_empty() {
+        let outbox = self.outbox.clone();
+        let sent = async {
+            while !outbox.is_empty() {
                 sleep(Duration::from_millis(10)).await;
             }
             _ = client.disconnect().await;
-            while !matches!(heard.recv().await, None | Some(News::Lost(_))) {}
+            pending::<()>().await;
+        };
+        let last = async {
+            while let Some(news) = heard.recv().await {
+                match news {
+                    News::Message { topic, payload, retained } => {
+                        self.heed(&topic, &payload, retained);
+                    }
+                    News::Lost(_) => return,
+                    News::Connected | News::Subscribed => {}
+                }
+            }
+        };
+        let last = async {
+            tokio::select! {
+                () = sent => {}
+                () = last => {}
+            }
         };
         _ = timeout(FAREWELL, last).await;
     }
@@ -433,6 +452,35 @@ mod tests {
             session.heed(&format!("lafet/X{number}/key"), key, true);
         }
         assert!(taken(&session).await.len() <= 4 * leftover::LEFT_MAX);
+    }
+
+    /// Assumed: the hub ends while messages of its clients are on their way.
+    #[tokio::test(start_paused = true)]
+    async fn what_comes_while_the_hub_ends_stops_and_commands_nothing() {
+        let (hub, station) = Hub::of_one(None);
+        let mut session = session(&hub);
+        let will = LastWill::new("lafet/hub", "", QoS::AtLeastOnce, true, None);
+        let options = link::options(&session.own.broker.config, will, link::Reached::default());
+        let (client, _events) = AsyncClient::builder(options.unwrap()).capacity(8).build();
+        let (news, mut heard) = mpsc::channel(8);
+        let message = |topic: &str, text: &str| News::Message {
+            topic: topic.into(),
+            payload: text.into(),
+            retained: false,
+        };
+        for one in [
+            message("lafet/M1/command", r#"{"id":"1","command":"take"}"#),
+            message("lafet/M1/command", r#"{"id":"2","command":"stop"}"#),
+            message("lafet/command", r#"{"command":"lockout"}"#),
+            News::Lost(Both::default()),
+        ] {
+            assert!(news.send(one).await.is_ok());
+        }
+        session.say_goodbye(&client, &mut heard).await;
+        let counts = station.urgent_counts();
+        assert_eq!((counts.stop, counts.lockout), (1, 1));
+        let letters = taken(&session).await;
+        assert!(letters.iter().all(|it| !it.topic.ends_with("/result")), "{letters:?}");
     }
 
     #[tokio::test(start_paused = true)]

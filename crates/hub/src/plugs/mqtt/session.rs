@@ -22,6 +22,7 @@ use crate::access::{Bucket, Kind, Principal, Role, Standing};
 use crate::config::is_name;
 use crate::hub::{Caller, Hub, SeatKey};
 use crate::plugs::noted::Reports;
+use crate::plugs::orders::Command;
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::view::PlugClient;
 use crate::text::Both;
@@ -240,6 +241,8 @@ pub struct Seated {
     pub since_ms: u64,
     /// Results of commands to monitors that are not here.
     unknown: Bucket,
+    /// The connection ends: of what still comes, only Stop, Close and Lockout are taken.
+    ends: bool,
 }
 
 impl Seated {
@@ -281,11 +284,15 @@ impl Seated {
             since_ms,
             key,
             unknown: Bucket::new(hub.now(), UNKNOWN.0, UNKNOWN.1),
+            ends: false,
         }
     }
 
     /// A command has come; what is to be published of it.
     pub fn command(&mut self, heard: Heard, asked: Asked) -> Vec<Act> {
+        if self.ends && !asked.command.is_some_and(Command::is_urgent) {
+            return Vec::new();
+        }
         self.broker.counts.count(|it| &it.requests);
         let acts = self.around(|desk, around| desk.command(around, heard, asked));
         self.carry_out(acts)
@@ -310,6 +317,9 @@ impl Seated {
 
     /// A sign of life has come: a ticket, if it can be read.
     pub fn alive(&mut self, ticket: Option<u64>) -> Vec<Act> {
+        if self.ends {
+            return Vec::new();
+        }
         let (is_new, acts) = self.around(|desk, around| desk.alive(around, ticket));
         if !is_new {
             self.broker.counts.count(|it| &it.malformed);
@@ -331,6 +341,7 @@ impl Seated {
 
     /// The connection ends.
     pub fn end(&mut self) -> Vec<Act> {
+        self.ends = true;
         let acts = self.desk.end(&mut random);
         self.carry_out(acts)
     }

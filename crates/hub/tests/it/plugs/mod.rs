@@ -181,6 +181,36 @@ async fn a_lost_heartbeat_stops_the_barrel_in_half_a_second() {
     assert!(quickest.iter().all(|it| *it <= Duration::from_millis(500)), "{quickest:?}");
 }
 
+/// More requests than answers have room, a Stop behind them, and a master that is gone before it is read: nothing can be
+/// answered.
+#[tokio::test]
+async fn a_stop_of_a_master_that_is_gone_is_carried_out() {
+    use rmodbus::ModbusProto;
+    use rmodbus::client::ModbusRequest;
+    use tokio::io::AsyncWriteExt;
+
+    let (site, address) = site(1, PATIENT).await;
+    let mut request = ModbusRequest::new(1, ModbusProto::TcpUdp);
+    let mut read = Vec::new();
+    request.generate_get_holdings(0, 1, &mut read).unwrap();
+    let mut stop = Vec::new();
+    let words = [1, 0, 0, 7, 1, 0, 0, 0, 0, 0, 0, 0, 0];
+    request.generate_set_holdings_bulk(COMMAND, &words, &mut stop).unwrap();
+    let station = site.hub.station("M1").unwrap();
+    for round in 1..=4 {
+        let mut stream = tokio::net::TcpStream::connect(address).await.unwrap();
+        let plug = || async { site.get("", "/api/hub/state").await.body["plugs"][0].clone() };
+        let began = Instant::now();
+        while plug().await["clients"].as_array().map(Vec::len) != Some(1) {
+            assert!(began.elapsed() < crate::support::PATIENCE);
+        }
+        stream.set_zero_linger().unwrap();
+        stream.write_all(&[read.repeat(130), stop.clone()].concat()).await.unwrap();
+        drop(stream);
+        until("it is stopped", || station.urgent_count() >= round).await;
+    }
+}
+
 #[tokio::test]
 async fn authority_goes_back_when_the_heartbeat_does_not_return() {
     let (site, address) = site(1, "heartbeat_ms = 300").await;

@@ -372,7 +372,7 @@ impl Session<'_> {
         self.node.look(now, now_ms, &self.own.hand.states());
     }
 
-    /// It ends by will: the hosts know at once.
+    /// It ends by will: the hosts know at once. What stops is taken until then.
     async fn say_goodbye(&mut self, heard: &mut mpsc::Receiver<News>) {
         let acts = self.own.end();
         self.publish(acts);
@@ -382,8 +382,60 @@ impl Session<'_> {
             for out in [Out::Letter(death), Out::End] {
                 _ = self.out.send(out).await;
             }
-            while !matches!(heard.recv().await, None | Some(News::Lost(_))) {}
+            while let Some(news) = heard.recv().await {
+                match news {
+                    News::Message { topic, payload, retained } => {
+                        _ = self.heed(&topic, &payload, retained);
+                    }
+                    News::Lost(_) => return,
+                    News::Connected | News::Subscribed => {}
+                }
+            }
         };
         _ = timeout(FAREWELL, last).await;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use prost::Message as _;
+
+    use super::super::payload::{Metric, Payload, Value};
+    use super::*;
+    use crate::Config;
+    use crate::plugs::mqtt::Brokers;
+
+    /// Assumed: the hub ends while a write of its host is on its way.
+    #[tokio::test(start_paused = true)]
+    async fn what_comes_while_the_node_ends_stops() {
+        let (hub, station) = Hub::of_one(None);
+        let text = "[[monitor]]\nid = \"M1\"\nurl = \"tcp://h?addr=1\"\n[[mqtt]]\nname = \"scada\"\n\
+                    url = \"mqtt://127.0.0.1\"\n[mqtt.sparkplug]\ngroup = \"g\"\nnode = \"n\"\n";
+        let folder = std::path::Path::new("/");
+        let read = Config::parse("hub.toml", text, folder, &crate::Overrides::default());
+        let brokers = Brokers::new(&read.unwrap().mqtt);
+        let broker = &brokers.all[0];
+        let config = broker.config.sparkplug.clone().unwrap();
+        let mut node = Node::new(&config, &broker.config.monitors, broker.config.interval);
+        let (out, mut letters) = mpsc::channel(8);
+        let mut session = Session {
+            own: Seated::begin(&hub, broker, &Reports::default()),
+            config: &config,
+            node: &mut node,
+            out,
+            is_subscribed: true,
+        };
+        let (news, mut heard) = mpsc::channel(8);
+        let (name, value) = (Some("Command/Stop".to_owned()), Some(Value::Boolean(true)));
+        let metrics = vec![Metric { name, value, ..Metric::default() }];
+        let payload = Payload { metrics, ..Payload::default() }.encode_to_vec();
+        let topic = config.topic_of("DCMD", "M1");
+        for one in [News::Message { topic, payload, retained: false }, News::Lost(Both::default())]
+        {
+            assert!(news.send(one).await.is_ok());
+        }
+        session.say_goodbye(&mut heard).await;
+        assert_eq!(station.urgent_counts().stop, 1);
+        letters.close();
     }
 }

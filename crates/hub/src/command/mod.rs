@@ -211,6 +211,9 @@ impl Hub {
             }
         };
         let done = exchanged.as_ref().is_ok_and(|(answers, _)| keep_out::was_done(answers));
+        if done {
+            station.begun.accepted(caller, request);
+        }
         let passed = match (passed, &exchanged) {
             (Some(passed), Ok((answers, _))) => passed.answered(request, answers),
             (Some(passed), Err(it)) if it.unsent => {

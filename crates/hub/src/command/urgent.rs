@@ -250,6 +250,20 @@ impl Hub {
     /// Sends an urgent request once more, without an entry of its own: its first one was noted.
     pub fn overtake_again(&self, station: &Arc<Station>, request: &MonitorRequest) -> Joined {
         station.withdraw(request);
+        self.send_again(station, request)
+    }
+
+    /// The same, as long as it is to be repeated: that is asked in the moment in which it is sent.
+    pub fn overtake_while(
+        &self,
+        station: &Arc<Station>,
+        request: &MonitorRequest,
+        goes_on: impl FnOnce() -> bool,
+    ) -> Option<Joined> {
+        station.withdraw_if(request, goes_on).then(|| self.send_again(station, request))
+    }
+
+    fn send_again(&self, station: &Arc<Station>, request: &MonitorRequest) -> Joined {
         station.interrupt_tuning(&Caller::hub());
         let mut slots = lock(&station.urgent.0);
         let busy = slots.contains_key(request.buf());

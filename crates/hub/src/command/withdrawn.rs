@@ -71,11 +71,25 @@ impl Station {
     /// An urgent request has come. What is not in the queue of the client from here on never gets
     /// there; what is in it is taken out by the client.
     pub(super) fn withdraw(&self, urgent: &MonitorRequest) {
+        self.withdraw_if(urgent, || true);
+    }
+
+    /// The same, if it is still to come: what is let pass later gets to the line later, so nothing can begin between the
+    /// question and the request.
+    pub(super) fn withdraw_if(
+        &self,
+        urgent: &MonitorRequest,
+        comes: impl FnOnce() -> bool,
+    ) -> bool {
         let _one = lock(&self.sending);
+        if !comes() {
+            return false;
+        }
         let now = Instant::now();
         let mut all = lock(&self.withdrawn.0);
         let (count, at) = all.entry(urgent.buf().clone()).or_insert((0, now));
         (*count, *at) = (*count + 1, now);
+        true
     }
 }
 

@@ -50,6 +50,9 @@ pub struct Authority {
     holder: Option<Holder>,
     request: Option<(Seat, Now)>,
     lost_after: Duration,
+    /// How often it was given to a client so far, and the last two clients, each with the number of its last time.
+    given: u64,
+    latest: [(String, u64); 2],
 }
 
 #[derive(Clone, Debug)]
@@ -104,7 +107,18 @@ pub enum Notice {
 impl Authority {
     /// Held by no client; a lost holder keeps it for `lost_after`.
     pub const fn new(lost_after: Duration) -> Self {
-        Self { holder: None, request: None, lost_after }
+        let latest = [(String::new(), 0), (String::new(), 0)];
+        Self { holder: None, request: None, lost_after, given: 0, latest }
+    }
+
+    /// How often it was given to a client so far.
+    pub const fn given(&self) -> u64 {
+        self.given
+    }
+
+    /// Whether another client than this seat has had it since it was given so often, for however short a time.
+    pub fn had_another_since(&self, seat: &str, given: u64) -> bool {
+        self.latest.iter().any(|(other, number)| *number > given && other != seat)
     }
 
     /// Who holds it, and since when.
@@ -290,6 +304,12 @@ impl Authority {
     }
 
     fn give(&mut self, now: Now, seat: Seat) {
+        self.given += 1;
+        let [latest, before] = &mut self.latest;
+        if latest.0 != seat.seat {
+            *before = std::mem::replace(latest, (seat.seat.clone(), 0));
+        }
+        latest.1 = self.given;
         // Who has just got it has not commanded yet: `commanded` lies before any request.
         self.holder =
             Some(Holder { seat, since: now, commanded: Now::ZERO, seen: now, lost: None });
@@ -361,6 +381,27 @@ mod tests {
         assert_eq!(it.state(), ControlWord::Free);
         assert_eq!(it.command(s(102), "anna"), Err(Refusal::NotHolder(None)));
         assert!(it.take(s(102), seat("boris", true)).is_ok());
+    }
+
+    /// Between two looks others may have taken and released it.
+    #[test]
+    fn who_had_it_meanwhile_is_known_afterwards() {
+        let mut it = Authority::new(s(3));
+        let mut hold = |names: &[&str]| {
+            let given = it.given();
+            for name in names {
+                it.take(s(1), seat(name, true)).unwrap();
+                it.release(s(1), name).unwrap();
+            }
+            ["anna", "boris"].map(|name| it.had_another_since(name, given))
+        };
+        assert_eq!(hold(&[]), [false, false]);
+        assert_eq!(hold(&["anna"]), [false, true]);
+        assert_eq!(hold(&["anna", "boris"]), [true, true]);
+        assert_eq!(hold(&["boris", "anna", "anna"]), [true, true]);
+        assert_eq!(hold(&["clara", "anna", "boris", "anna", "boris"]), [true, true]);
+        assert_eq!(hold(&["boris", "boris"]), [true, false], "what was before does not count");
+        assert_eq!(hold(&[]), [false, false]);
     }
 
     #[test]

@@ -100,6 +100,7 @@ impl Station {
                 return Err(ApiError::from(&error));
             }
         };
+        self.begun.moved(beat.drive);
         drop(sending);
         let way = if beat.toward == Toward::Max { "max" } else { "min" };
         let what = format!("jog {} {way}", beat.drive);

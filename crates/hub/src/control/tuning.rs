@@ -14,14 +14,14 @@
 
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use lafet_client::tune::kept::{self, Kept, Note};
 use lafet_client::tune::{self, Bench, Judged, Look, Pair, Trouble, Tuned, Tuning};
 use lafet_client::{Answers, Client, Monitor, SystemError};
 use lafet_proto::request::Body;
-use lafet_proto::{Ints, ParamId, Request, SubsystemId};
+use lafet_proto::{Ints, ParamId, Request, RequestId, SubsystemId};
 use lafet_texts::{Shown, Text as _, hub as text};
 use serde::Serialize;
 use tokio::time::{Instant, sleep};
@@ -31,7 +31,9 @@ use crate::access::Role;
 use crate::command::request::MonitorRequest;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
+use crate::monitor::program;
 use crate::monitor::station::Station;
+use crate::plugs::orders::AXES;
 use crate::sync::lock;
 use crate::text::Both;
 use crate::words::SavedWord;
@@ -57,6 +59,39 @@ pub struct Running {
     beat: Instant,
     /// Its client wants it to end.
     ends: bool,
+}
+
+/// How often others than a tuning have moved each drive, by its place in [`AXES`].
+#[derive(Debug, Default)]
+pub struct Begun([AtomicU64; 3]);
+
+impl Begun {
+    /// Others have moved a drive.
+    pub fn moved(&self, drive: SubsystemId) {
+        self.count(|it| it == drive);
+    }
+
+    /// A request of others was accepted.
+    pub fn accepted(&self, caller: &Caller, request: &MonitorRequest) {
+        match request.id() {
+            _ if caller.via == TUNE => {}
+            RequestId::MOVE => self.moved(request.buf().to()),
+            RequestId::DEPLOY | RequestId::WRAP => self.count(|_| true),
+            id if program::begins(id) => self.count(|_| true),
+            _ => {}
+        }
+    }
+
+    fn count(&self, of: impl Fn(SubsystemId) -> bool) {
+        let drives = AXES.into_iter().zip(&self.0).filter(|(drive, _)| of(*drive));
+        drives.for_each(|(_, count)| _ = count.fetch_add(1, Ordering::SeqCst));
+    }
+
+    fn of(&self, drive: SubsystemId) -> u64 {
+        let mut drives = AXES.into_iter().zip(&self.0);
+        let count = drives.find(|(it, _)| *it == drive).map(|(_, count)| count);
+        count.map(|it| it.load(Ordering::SeqCst)).unwrap_or_default()
+    }
 }
 
 /// A tuning, as the topic `tune` has it.
@@ -166,8 +201,9 @@ impl Hub {
         drop(running);
         let view = TuneView::new(drive, &caller, self.clock().now_ms());
         let interrupted = station.interrupted.load(Ordering::SeqCst);
+        let begun = station.begun.of(drive);
         let (hub, station) = (self.clone(), station.clone());
-        let bench = Held { hub, caller, station, monitor, interrupted, view, ending: false };
+        let bench = Held { hub, caller, station, monitor, interrupted, begun, view, ending: false };
         bench.publish();
         tokio::spawn(bench.run(drive));
         Ok(())
@@ -268,6 +304,8 @@ struct Held {
     monitor: Monitor,
     /// The number of interruptions at its beginning.
     interrupted: u64,
+    /// How often others had moved the drive by then.
+    begun: u64,
     view: TuneView,
     /// Nothing moves any more: values are written back.
     ending: bool,
@@ -288,6 +326,7 @@ impl Held {
             station: station.clone(),
             monitor: Monitor::new(client.clone()),
             interrupted: station.interrupted.load(Ordering::SeqCst),
+            begun: station.begun.of(kept.drive),
             view,
             ending: true,
         }
@@ -375,12 +414,20 @@ impl Held {
         (lag_ms, min_tenths) == (Some(pair.lag_ms), Some(pair.min_tenths))
     }
 
-    /// Stops the drive, again if need be.
+    /// Stops the drive, again if need be, and as long as nothing else has moved it since: what a person has started is not
+    /// ended, nor is its rest that of the tuning.
     async fn rest(&mut self, drive: SubsystemId) {
-        let until = Instant::now() + INSIST;
-        let mut last = None;
+        let Ok(stop) = MonitorRequest::stop(drive) else { return };
+        let (until, mut first, mut last) = (Instant::now() + INSIST, true, None);
         while Instant::now() < until {
-            _ = self.send(&Request::new(drive, Body::Stop)).await;
+            let (hub, station) = (&self.hub, &self.station);
+            let own = || station.begun.of(drive) == self.begun;
+            let sent = match std::mem::take(&mut first) {
+                true => own().then(|| hub.overtake(&self.caller, station, &stop).0),
+                false => hub.overtake_while(station, &stop, own),
+            };
+            let Some(mut sent) = sent else { return };
+            _ = sent.result().await;
             sleep(AGAIN).await;
             let look = self.look(drive).await.ok().filter(|look| !look.moves);
             let position = look.map(|look| look.position);
@@ -499,5 +546,63 @@ impl Bench for Held {
     fn progress(&mut self, done: usize, total: usize) {
         (self.view.done, self.view.total) = (done, total);
         self.publish();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A monitor that no connection reaches: no Stop is confirmed, and each is repeated for ten seconds.
+    async fn stops(moved: Option<&str>) -> u64 {
+        let (hub, station) = Hub::of_one(None);
+        let drive = SubsystemId::VERTICAL;
+        let caller = Caller { via: TUNE, ..Caller::hub() };
+        let view = TuneView::new(drive, &caller, 0);
+        let (ours, _theirs) = lafet_client::transport::memory::pair();
+        let client = Client::over("sim:", ours, lafet_client::Config::default());
+        let mut held = Held {
+            hub: hub.clone(),
+            monitor: Monitor::new(client),
+            interrupted: 0,
+            begun: station.begun.of(drive),
+            station: station.clone(),
+            caller: caller.clone(),
+            view,
+            ending: true,
+        };
+        let meanwhile = async {
+            let request = moved.map(|it| MonitorRequest::parse(it).unwrap());
+            let own = async |caller: &Caller, time| {
+                request.iter().for_each(|it| station.begun.accepted(caller, it));
+                let before = station.urgent_counts().stop;
+                sleep(time).await;
+                station.urgent_counts().stop - before
+            };
+            sleep(AGAIN).await;
+            assert!(own(&caller, INSIST / 2).await > 0, "what a tuning itself has moved");
+            own(&Caller::hub(), INSIST).await
+        };
+        let ((), stops) = tokio::join!(held.rest(drive), meanwhile);
+        stops
+    }
+
+    /// Assumed: the drive does not stop, and meanwhile others take the monitor and move it.
+    #[tokio::test(start_paused = true)]
+    async fn what_others_have_begun_is_not_stopped_by_a_tuning_that_ends() {
+        for (moved, goes_on) in [
+            (None, true),
+            (Some("Move Horizontal 60"), true),
+            (Some("Open Valve1"), true),
+            (Some("Move Vertical 60"), false),
+            (Some("Deploy Deployer"), false),
+            (
+                Some("StartQuench Control centre=0,0 nozzle=60 sector=600,300 step=1 distance=30"),
+                false,
+            ),
+        ] {
+            let stops = stops(moved).await;
+            assert_eq!(stops > 0, goes_on, "{moved:?}: {stops}");
+        }
     }
 }

@@ -18,7 +18,7 @@ use crate::command::withdrawn::Withdrawn;
 use crate::config::MonitorConfig;
 use crate::control::authority::Authority;
 use crate::control::jogs::Jogs;
-use crate::control::tuning::{Running, TuneView};
+use crate::control::tuning::{Begun, Running, TuneView};
 use crate::error::ApiError;
 use crate::hub::Hub;
 use crate::monitor::link_series;
@@ -90,6 +90,8 @@ pub struct Station {
     pub tuning: Mutex<Option<Running>>,
     /// Commands and motions so far that end a tuning.
     pub interrupted: AtomicU64,
+    /// Motions of its drives so far that others than a tuning have started.
+    pub begun: Begun,
     /// Its software is being updated.
     pub updated: AtomicBool,
     /// How much of what is urgent waits for the first connection.
@@ -180,6 +182,7 @@ impl Station {
             jogs: Mutex::default(),
             tuning: Mutex::default(),
             interrupted: AtomicU64::new(0),
+            begun: Begun::default(),
             updated: AtomicBool::new(false),
             asking: watch::Sender::new(0),
         }

@@ -1,5 +1,8 @@
 //! What a lost client has started: valves that the client of a plug has opened are closed, and drives that a client has sent
 //! are stopped, once more each second, until the monitor has confirmed it.
+//!
+//! Assumed: who begins something later holds the monitor, and may have done all of it between two tries. So a try is made only
+//! if no other client has held the monitor since the first one, and that is asked in the moment in which it is sent.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -138,11 +141,12 @@ impl PlugSeat<'_> {
     fn rest_for(self, station: &Arc<Station>, part: Part, lost: &Seat) {
         let Ok(request) = part.request() else { return };
         let number = station.closing.begin(part);
+        let given = lock(&station.authority).given();
         // For the wire alone: no hand has said no to the zones. It is under way when this returns.
         let (first, _) = self.hub.overtake(self.caller, station, &request);
         let (hub, caller) = (self.hub.clone(), self.caller.clone());
         let (station, lost) = (station.clone(), lost.clone());
-        let task = Task { hub, caller, lost, station, part, number, request };
+        let task = Task { hub, caller, lost, station, part, number, request, given };
         tokio::spawn(task.run(first));
     }
 
@@ -178,6 +182,8 @@ struct Task {
     part: Part,
     number: u64,
     request: MonitorRequest,
+    /// How often the monitor had been given to a client when it began.
+    given: u64,
 }
 
 impl Task {
@@ -198,17 +204,21 @@ impl Task {
                 () = sleep(EACH) => {}
                 () = shutdown.requested() => return,
             }
-            if !self.goes_on() {
-                break;
+            let goes_on = || self.goes_on();
+            match self.hub.overtake_while(&self.station, &self.request, goes_on) {
+                Some(again) => sent = again,
+                None => break,
             }
-            sent = self.hub.overtake_again(&self.station, &self.request);
         }
         self.station.closing.done(self.part, self.number);
     }
 
     fn goes_on(&self) -> bool {
-        let seat = PlugSeat { hub: &self.hub, caller: &self.caller };
-        let is_others = seat.control(&self.station).holder == Holder::Other;
+        let authority = lock(&self.station.authority);
+        let own = &self.caller.seat.seat;
+        let is_others = authority.holder().is_some_and(|(seat, _)| seat.seat != *own)
+            || authority.had_another_since(own, self.given);
+        drop(authority);
         self.station.closing.is_due(self.part, self.number) && !is_others
     }
 
@@ -332,6 +342,34 @@ mod tests {
         other.authority(&station, Command::Take).unwrap();
         stops(&station, 2).await;
         assert_eq!(stops(&station, 60).await, 0, "it is another's drive now");
+    }
+
+    /// Assumed: the link comes back, and another client takes the monitor, moves it and releases it, between two tries.
+    #[tokio::test(start_paused = true)]
+    async fn what_another_has_begun_and_left_between_two_tries_is_not_ended() {
+        let (hub, station, clients) = bench();
+        let (one, other) = (seat(&hub, &clients[0]), seat(&hub, &clients[1]));
+        for (again, goes_on) in [(one, true), (other, false)] {
+            for drive in [true, false] {
+                one.authority(&station, Command::Take).unwrap();
+                match drive {
+                    true => one.halt(&station, 1),
+                    false => one.shut(&station, 1),
+                }
+                one.authority(&station, Command::Release).unwrap();
+                // The first try is over, and the second one is due within a second.
+                sleep(Duration::from_secs(3)).await;
+                again.authority(&station, Command::Take).unwrap();
+                again.authority(&station, Command::Release).unwrap();
+                let before = station.urgent_count();
+                sleep(Duration::from_secs(10)).await;
+                let tries = station.urgent_count() - before;
+                assert_eq!(tries > 5, goes_on, "{tries} tries");
+                assert!(goes_on || tries == 0, "{tries} tries");
+                station.closing.end(if drive { Part::Drive(1) } else { Part::Valve(1) });
+                sleep(Duration::from_secs(5)).await;
+            }
+        }
     }
 
     #[tokio::test(start_paused = true)]

@@ -378,6 +378,34 @@ impl Desk {
         }
     }
 
+    /// A request was not taken: a key that is in its bytes is used up. Who forwards the request could correct it.
+    pub fn refused(&mut self, bytes: &[u8], random: &mut dyn FnMut() -> Option<u64>) {
+        for shown in bytes.windows(2 * KEY_LEN) {
+            let shown = shown.first_chunk().map(|it| u64::from_be_bytes(*it));
+            self.use_up_shown(shown, random);
+        }
+    }
+
+    fn use_up_shown(&mut self, shown: Option<u64>, random: &mut dyn FnMut() -> Option<u64>) {
+        let mut keys = self.keys.iter_mut();
+        if let Some(key) = keys.find(|it| it.is_some() && **it == shown) {
+            *key = random().filter(|it| *it != 0);
+        }
+    }
+
+    /// An opening was refused, or a command that is none: the key of its monitor is used up, and so is one of another
+    /// monitor that it has shown. Corrected, it opens nothing.
+    fn use_up(&mut self, around: &mut Around<'_>, block: [u16; COMMAND_LEN]) {
+        let [.., number, monitor, _, _, _, _, a, b, c, d] = block;
+        if Command::by_number(number).is_none_or(|it| it == Command::Open)
+            && let Some(at) = self.monitor(around, monitor)
+        {
+            self.keys[at] = (around.random)().filter(|it| *it != 0);
+        }
+        let shown = [a, b, c, d].into_iter().fold(0, |key, word| key << 16 | u64::from(word));
+        self.use_up_shown(Some(shown), around.random);
+    }
+
     fn renew_keys(&mut self, random: &mut dyn FnMut() -> Option<u64>) {
         self.keys.iter_mut().for_each(|key| *key = random().filter(|it| *it != 0));
     }
@@ -524,6 +552,7 @@ impl Desk {
         }
         self.last = Some(block);
         if !is_newer(sequence, &mut self.newest[0]) {
+            self.use_up(around, block);
             return self.refuse(entry, Refusal::Sequence);
         }
         let arguments = [first, second, third, fourth];
@@ -544,6 +573,7 @@ impl Desk {
                 self.accept(around.now, entry, Some(at), what, acts);
             }
             Err(why) => {
+                self.use_up(around, block);
                 let (open, valve) = (command == Some(Command::Open), arguments[0]);
                 let named =
                     self.monitor(around, monitor).filter(|_| open && (1..=2).contains(&valve));

@@ -1,5 +1,7 @@
 //! The rules of the desk, each with what breaks it.
 
+mod keys;
+
 use std::time::Duration;
 
 use lafet_client::Toward;

@@ -499,6 +499,29 @@ impl Session {
 
     /// Answers a request; `false`: the master does not read its answers.
     fn heed(&mut self, frame: &Frame, framing: Framing, surplus: bool) -> bool {
+        let result = self.carry_out(frame, framing, surplus);
+        if !matches!(result, Some(Ok(_))) {
+            for (_, desk, _) in &mut self.desks {
+                desk.refused(&frame.pdu, &mut random);
+            }
+        }
+        let Some(result) = result else { return true };
+        let answer = result.unwrap_or_else(|why| {
+            if why != Exception::NoPath {
+                self.server.counts.count(|it| &it.exceptions);
+            }
+            pdu::refusal(&frame.pdu, why)
+        });
+        self.answer(frame, &answer)
+    }
+
+    /// Carries out a request; `None`: it is not answered, and nothing but Stop and Close was taken of it.
+    fn carry_out(
+        &mut self,
+        frame: &Frame,
+        framing: Framing,
+        surplus: bool,
+    ) -> Option<Result<Vec<u8>, Exception>> {
         let serial = framing == Framing::Rtu;
         let first = self.server.config.unit;
         if serial && frame.unit == 0 {
@@ -507,15 +530,14 @@ impl Session {
                     _ = self.write(at, first, &words, Taking::Broadcast);
                 }
             }
-            return true;
+            return None;
         }
         let unit = if !serial && ITSELF.contains(&frame.unit) { first } else { frame.unit };
         let Some(at) = self.desks.iter().position(|it| it.0 == unit) else {
             // On a serial line it is another device's.
-            let no_path = || pdu::refusal(&frame.pdu, Exception::NoPath);
-            return serial || self.answer(frame, &no_path());
+            return (!serial).then_some(Err(Exception::NoPath));
         };
-        let result = match pdu::parse(&frame.pdu) {
+        Some(match pdu::parse(&frame.pdu) {
             Ok(Ask::Read { .. }) if surplus => Err(Exception::Busy),
             Ok(Ask::Read { first, count }) => self.read(at, first, count).map(|words| {
                 pdu::read_answer(frame.pdu.first().copied().unwrap_or_default(), &words)
@@ -523,7 +545,7 @@ impl Session {
             // Where its beginning is not certain, nothing but Stop is taken: as from a broadcast.
             Ok(Ask::Write { first, words }) if !frame.certain => {
                 _ = self.write(at, first, &words, Taking::Broadcast);
-                return true;
+                return None;
             }
             Ok(Ask::Write { first, words }) if surplus => {
                 self.write_surplus(at, first, &words).map(|()| pdu::write_answer(&frame.pdu))
@@ -533,12 +555,7 @@ impl Session {
                 written.map(|()| pdu::write_answer(&frame.pdu))
             }
             Err(why) => Err(why),
-        };
-        let answer = result.unwrap_or_else(|why| {
-            self.server.counts.count(|it| &it.exceptions);
-            pdu::refusal(&frame.pdu, why)
-        });
-        self.answer(frame, &answer)
+        })
     }
 
     fn answer(&mut self, frame: &Frame, pdu: &[u8]) -> bool {

@@ -451,8 +451,35 @@ impl Desk {
         self.known.push_back(known);
     }
 
-    /// A command is refused. An opening that was refused never opens later, under whatever id it comes: the key that it
-    /// has shown is used up.
+    /// A message was heard, whatever became of it: a key whose text is in it is used up, unless it has opened with it. Who
+    /// forwards the message could correct it.
+    pub fn carried(&mut self, payload: &[u8], random: &mut dyn FnMut() -> Option<u64>) -> Vec<Act> {
+        let (mut number, mut digits, mut acts) = (0_u64, 0_u32, Vec::new());
+        for byte in payload {
+            let Some(digit) = char::from(*byte).to_digit(16) else {
+                digits = 0;
+                continue;
+            };
+            (number, digits) = (number << 4 | u64::from(digit), digits.saturating_add(1));
+            if digits >= 16
+                && let Some(at) = self.keys.iter().position(|it| *it == Some(number))
+            {
+                self.use_up(at, random, &mut acts);
+            }
+        }
+        acts
+    }
+
+    fn use_up(&mut self, at: usize, random: &mut dyn FnMut() -> Option<u64>, acts: &mut Vec<Act>) {
+        if let Some(key) = self.keys.get_mut(at) {
+            *key = fresh(random);
+            acts.push(Act::Key(at));
+        }
+    }
+
+    /// A command is refused. An opening that was refused never opens later, under whatever id it comes and however it is
+    /// corrected: the key of its monitor is used up, and so is one of another monitor that it has shown. What cannot be read
+    /// may be an opening.
     fn refuse(
         &mut self,
         around: &mut Around<'_>,
@@ -461,11 +488,17 @@ impl Desk {
         why: Refusal,
         acts: &mut Vec<Act>,
     ) -> Reply {
-        let shown = asked.key.filter(|_| asked.command == Some(Command::Open));
-        let mut keys = self.keys.iter_mut().enumerate();
-        if let Some((at, key)) = keys.find(|(_, it)| it.is_some() && **it == shown) {
-            *key = fresh(around.random);
-            acts.push(Act::Key(at));
+        let may_open =
+            matches!(asked.command, None | Some(Command::Open)) || asked.what == Err(Refusal::Form);
+        for at in self.of(heard.monitor).filter(|_| may_open) {
+            // A key that was tried is another one already.
+            if !acts.contains(&Act::Key(at)) {
+                self.use_up(at, around.random, acts);
+            }
+        }
+        let shown = self.keys.iter().position(|it| it.is_some() && *it == asked.key);
+        if let Some(at) = shown {
+            self.use_up(at, around.random, acts);
         }
         acts.extend(refused_opening(heard, asked, why));
         let reply = Reply::to(heard, asked, Err(Failed::from(why)));

@@ -64,7 +64,9 @@ impl Bench {
     }
 
     pub fn hear(&mut self, monitor: Option<usize>, retained: bool, payload: &[u8]) -> Vec<Act> {
-        self.ask(monitor, retained, message::read(payload))
+        let mut acts = self.ask(monitor, retained, message::read(payload));
+        acts.extend(self.desk.carried(payload, &mut Self::random(&mut self.next)));
+        acts
     }
 
     pub fn ask(&mut self, monitor: Option<usize>, retained: bool, asked: Asked) -> Vec<Act> {
@@ -608,6 +610,75 @@ fn refused_for_good(
     let acts = bench.send("open", json!({ "valve": 1, "key": key }));
     assert_eq!((what(&acts), refusal(&acts)), (None, Some(Refusal::Key)), "{why:?}");
     assert_eq!(what(&bench.open()), Some(What::Open(1)), "{why:?}: and by the rules it opens");
+}
+
+/// Assumed: who forwards the messages spoils an opening, and publishes it later as it should be.
+#[test]
+fn an_opening_that_cannot_be_read_never_opens() {
+    let utf_16 =
+        |text: &str| -> Vec<u8> { text.encode_utf16().flat_map(u16::to_le_bytes).collect() };
+    let without_id = |text: &str| text.replacen("\"id\"", "\"Id\"", 1).into_bytes();
+    let spoiled: [fn(&str) -> Vec<u8>; 9] = [
+        |it| it.replacen('}', "", 1).into_bytes(),
+        |it| it.replacen(':', "=", 1).into_bytes(),
+        |it| it.replacen("\"valve\":1", "\"valve\":\"1\"", 1).into_bytes(),
+        |it| it.replacen("\"open\"", "\"Open\"", 1).into_bytes(),
+        |it| it.replacen("\"open\"", "[\"open\"]", 1).into_bytes(),
+        |it| format!("[{it}]").into_bytes(),
+        |it| format!("{it}{}", " ".repeat(message::PAYLOAD_MAX)).into_bytes(),
+        |it| [&[0xEF, 0xBB, 0xBF], it.as_bytes()].concat(),
+        |it| it.bytes().map(|it| it | 0x80).collect(),
+    ];
+    let spoiled = spoiled.iter().map(|it| it as &dyn Fn(&str) -> Vec<u8>);
+    for (case, spoil) in spoiled.chain([&utf_16 as _, &without_id as _]).enumerate() {
+        for monitor in [Some(0), None] {
+            let mut bench = Bench::new(TERMS);
+            let key = bench.key(0);
+            let text = bench.text("open", json!({ "valve": 1, "key": key }));
+            let acts = bench.hear(monitor, false, &spoil(&text));
+            assert_eq!(what(&acts), None, "{case}");
+            assert!(acts.contains(&Act::Key(0)), "{case}: the new one is published");
+            let acts = bench.send("open", json!({ "valve": 1, "key": key }));
+            assert_eq!((what(&acts), refusal(&acts)), (None, Some(Refusal::Key)), "{case}");
+            assert_eq!(what(&bench.open()), Some(What::Open(1)), "{case}: by the rules it opens");
+        }
+    }
+}
+
+/// On the topic of another monitor, of none, or of signs of life, where nothing opens.
+#[test]
+fn a_key_whose_text_was_heard_elsewhere_is_used_up() {
+    let mut bench = Bench::new(TERMS);
+    let carried = |bench: &mut Bench, payload: &str| {
+        let next = &mut Bench::random(&mut bench.next);
+        bench.desk.carried(payload.as_bytes(), next)
+    };
+    let key = |bench: &Bench| bench.key(1).as_str().unwrap().to_owned();
+    let forms: [fn(&str) -> String; 3] =
+        [|key| format!("0123{key}x"), |key| key.to_uppercase(), |key| format!("{key}00")];
+    for form in forms {
+        let text = form(&key(&bench));
+        assert_eq!(carried(&mut bench, &text), [Act::Key(1)], "{text}");
+        assert_eq!(carried(&mut bench, &text), [], "{text}: once");
+    }
+    let key = key(&bench);
+    for other in [&key[1..], &format!("{} {}", &key[..8], &key[8..]), "", "0000000000000000"] {
+        assert_eq!(carried(&mut bench, other), [], "{other}");
+    }
+    // What can be read and opens nothing leaves the keys alone, done or refused.
+    let before = [0, 1].map(|at| bench.key(at));
+    for (command, more) in [
+        ("take", json!({})),
+        ("goto", json!({ "traverse": 400 })),
+        ("goto", json!({ "traverse": 4, "ticket": shown(7) })),
+        ("stop", json!({})),
+    ] {
+        let acts = bench.send(command, more);
+        if what(&acts).is_some() {
+            bench.done(&acts);
+        }
+        assert_eq!([0, 1].map(|at| bench.key(at)), before, "{command}");
+    }
 }
 
 /// Whatever comes: one result for each message, and no panic.

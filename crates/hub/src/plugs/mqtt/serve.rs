@@ -172,18 +172,20 @@ impl Session {
             }
             return;
         }
-        let monitor = match rest.strip_suffix("/command") {
-            Some(id) => match config.monitors.iter().position(|it| it == id) {
-                Some(at) => Some(at),
-                None => return self.refuse_unknown(id, payload, retained),
-            },
-            None => None,
+        let id = rest.strip_suffix("/command");
+        let monitor = id.map(|id| config.monitors.iter().position(|it| it == id));
+        let acts = match (rest, id, monitor.flatten()) {
+            (_, Some(id), None) => {
+                self.refuse_unknown(id, payload, retained);
+                Vec::new()
+            }
+            ("alive", ..) => self.own.alive(message::read_alive(payload).filter(|_| !retained)),
+            (_, _, monitor) => {
+                self.own.command(Heard { monitor, retained }, message::read(payload))
+            }
         };
-        let acts = if rest == "alive" {
-            self.own.alive(message::read_alive(payload).filter(|_| !retained))
-        } else {
-            self.own.command(Heard { monitor, retained }, message::read(payload))
-        };
+        self.publish(acts);
+        let acts = self.own.carried(payload);
         self.publish(acts);
     }
 

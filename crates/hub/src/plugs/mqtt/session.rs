@@ -315,6 +315,12 @@ impl Seated {
         Some(Reply::to(heard, &asked(), Err(Failed::from(Refusal::Monitor))))
     }
 
+    /// A message has come, and what it asks for was heeded: a key that it carries is used up.
+    pub fn carried(&mut self, payload: &[u8]) -> Vec<Act> {
+        let acts = self.desk.carried(payload, &mut random);
+        self.carry_out(acts)
+    }
+
     /// A sign of life has come: a ticket, if it can be read.
     pub fn alive(&mut self, ticket: Option<u64>) -> Vec<Act> {
         if self.ends {

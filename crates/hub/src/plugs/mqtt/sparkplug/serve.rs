@@ -299,6 +299,8 @@ impl Session<'_> {
                 None => self.refuse_unknown(id, payload, retained),
             }
         }
+        let acts = self.own.carried(payload);
+        self.publish(acts);
         false
     }
 

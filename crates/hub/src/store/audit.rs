@@ -141,7 +141,7 @@ pub struct Audit {
 struct Checks {
     started: AtomicU64,
     /// Held while the chain is checked.
-    last: tokio::sync::Mutex<Option<Checked>>,
+    last: Arc<tokio::sync::Mutex<Option<Checked>>>,
 }
 
 /// The check of this number.
@@ -438,10 +438,11 @@ impl Audit {
     }
 
     /// Checks the whole chain, part by part, so that others can read meanwhile. It is checked once at a time, and not for
-    /// more than half of the time: those who ask meanwhile share the check that begins then.
+    /// more than half of the time: those who ask meanwhile share the check that begins then. One that has started goes on to
+    /// its end, also if who has asked for it does not wait: others do, or ask again.
     pub async fn verify(&self) -> Result<Verified, StoreError> {
         let before = self.checks.started.load(Ordering::SeqCst);
-        let mut last = self.checks.last.lock().await;
+        let mut last = self.checks.last.clone().lock_owned().await;
         if let Some(Checked { number, took, ended, result }) = &*last {
             if *number > before {
                 return Ok(result.clone());
@@ -449,17 +450,26 @@ impl Audit {
             sleep(took.saturating_sub(ended.elapsed())).await;
         }
         let number = self.checks.started.fetch_add(1, Ordering::SeqCst) + 1;
-        let (began, mut chain) = (Instant::now(), Chain::default());
-        let result = loop {
+        let audit = self.clone();
+        let check = tokio::spawn(async move {
+            let began = Instant::now();
+            let result = audit.check().await?;
+            let (took, ended) = (began.elapsed(), Instant::now());
+            *last = Some(Checked { number, took, ended, result: result.clone() });
+            Ok(result)
+        });
+        check.await.unwrap_or(Err(StoreError::Busy))
+    }
+
+    async fn check(&self) -> Result<Verified, StoreError> {
+        let mut chain = Chain::default();
+        loop {
             let (so_far, goes_on) = self.walk(chain, VERIFY_MAX).await?;
             if !goes_on {
-                break so_far.result();
+                return Ok(so_far.result());
             }
             chain = so_far;
-        };
-        let (took, ended) = (began.elapsed(), Instant::now());
-        *last = Some(Checked { number, took, ended, result: result.clone() });
-        Ok(result)
+        }
     }
 
     /// Walks on along the chain, by so many entries at most, on the thread that reads: what the hub does

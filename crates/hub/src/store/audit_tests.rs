@@ -90,6 +90,29 @@ async fn who_asks_meanwhile_shares_a_check() {
     assert_eq!(audit.checks.started.load(Ordering::SeqCst), 3);
 }
 
+/// A page that asks and is closed, again and again, makes nothing begin again.
+#[tokio::test]
+async fn a_check_goes_on_when_who_has_asked_for_it_leaves() {
+    let audit = filled().await;
+    let go = audit.reads().unwrap().hang();
+    let mut checked = Vec::new();
+    for _ in 0..3 {
+        let own = audit.clone();
+        let asked = tokio::spawn(async move { own.verify().await });
+        // It has asked, and the check, if it begins one, waits for the thread that reads.
+        tokio::task::yield_now().await;
+        tokio::task::yield_now().await;
+        asked.abort();
+        assert!(asked.await.unwrap_err().is_cancelled());
+        checked.push(audit.checks.started.load(Ordering::SeqCst));
+    }
+    assert_eq!(checked, [1; 3], "the first one goes on");
+    drop(go);
+    let last = audit.checks.last.lock().await;
+    let Some(Checked { number: 1, result, .. }) = &*last else { panic!("{last:?}") };
+    assert!(result.ok && result.entries == 3);
+}
+
 /// A disk that takes entries again takes all that has waited, not a batch each second: a hub that ends then loses none.
 #[tokio::test]
 async fn what_has_waited_is_stored_without_a_pause() {

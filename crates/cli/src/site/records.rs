@@ -1,7 +1,7 @@
 //! Records that are kept: one file for each test in a folder, with its page and its signature beside it.
 
 use std::fs;
-use std::io::Read as _;
+use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use lafet_acceptance::calendar::Kept;
@@ -16,6 +16,8 @@ use crate::lang::current;
 
 /// Most records of a folder: one a day for decades.
 const RECORDS_MAX: usize = 10_000;
+/// Most records of one second.
+const NAMES_MAX: u32 = 1000;
 /// Longest file that is read, bytes.
 const FILE_MAX: u64 = 8 << 20;
 
@@ -36,22 +38,22 @@ impl Keeping {
     pub fn keep(&self, record: &Record) -> Result<Option<Signed>, Failure> {
         let json = record.json();
         let signed = self.key.as_ref().map(|key| key.sign(&json));
-        let (mut records, mut pages) = (Vec::new(), Vec::new());
-        records.extend(self.record.clone());
-        pages.extend(self.page.clone());
-        if let Some(folder) = &self.records {
-            let name = record.began.replace(':', "");
-            records.push(folder.join(format!("{name}.json")));
-            pages.push(folder.join(format!("{name}.html")));
-        }
-        for path in records {
-            write(&path, &String::from_utf8_lossy(&json))?;
-            if let Some(signed) = &signed {
-                write(&signature_of(&path), &signed.line())?;
+        let line = signed.as_ref().map(Signed::line);
+        let page = html(record, signed.as_ref(), current());
+        if let Some(path) = &self.record {
+            write(path, &String::from_utf8_lossy(&json))?;
+            if let Some(line) = &line {
+                write(&signature_of(path), line)?;
             }
         }
-        for path in pages {
-            write(&path, &html(record, signed.as_ref(), current()))?;
+        if let Some(path) = &self.page {
+            write(path, &page)?;
+        }
+        if let Some(folder) = &self.records {
+            let mut files = vec![(".json", &json[..]), (".html", page.as_bytes())];
+            files.extend(line.as_ref().map(|it| (".json.sig", it.as_bytes())));
+            let name = record.began.replace(':', "");
+            add(folder, &name, &files).map_err(|error| cannot_write(folder, error))?;
         }
         Ok(signed)
     }
@@ -59,13 +61,37 @@ impl Keeping {
     /// Whether it can be written: before a test that takes an hour.
     pub fn is_possible(&self) -> Outcome {
         let Some(folder) = &self.records else { return Ok(()) };
-        let shown = folder.display();
-        let failed = |error| {
-            let what = text::CannotWritePath { path: Shown(&shown) }.of(current());
-            Failure::io(what, error)
-        };
-        fs::create_dir_all(folder).map_err(failed)
+        fs::create_dir_all(folder).map_err(|error| cannot_write(folder, error))
     }
+}
+
+fn cannot_write(folder: &Path, error: io::Error) -> Failure {
+    let what = text::CannotWritePath { path: Shown(folder.display()) }.of(current());
+    Failure::io(what, error)
+}
+
+/// Writes files that belong together, by a name that none of them has yet: two tests may begin in one second. If one of them
+/// cannot be written, none is there.
+fn add(folder: &Path, name: &str, files: &[(&str, &[u8])]) -> io::Result<()> {
+    for number in 1..=NAMES_MAX {
+        let name = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
+        let mut made = Vec::new();
+        let written = files.iter().try_for_each(|(ending, bytes)| {
+            let path = folder.join(format!("{name}{ending}"));
+            let mut file = fs::File::create_new(&path)?;
+            made.push(path);
+            file.write_all(bytes)?;
+            file.sync_all()
+        });
+        let Err(error) = written else { return Ok(()) };
+        for path in made {
+            _ = fs::remove_file(path);
+        }
+        if error.kind() != io::ErrorKind::AlreadyExists {
+            return Err(error);
+        }
+    }
+    Err(io::ErrorKind::AlreadyExists.into())
 }
 
 /// The file of the signature of a record.
@@ -113,4 +139,83 @@ pub fn kept(folder: &Path) -> Result<Vec<Kept>, Failure> {
     }
     all.sort_by_key(|it| std::cmp::Reverse(it.began_ms()));
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder of its own.
+    fn folder(name: &str) -> PathBuf {
+        let path =
+            std::env::temp_dir().join(format!("lafet-records-{name}-{}", std::process::id()));
+        _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        path
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap().map(|it| it.unwrap().file_name());
+        let mut all: Vec<_> = entries.map(|it| it.into_string().unwrap()).collect();
+        all.sort();
+        all
+    }
+
+    fn text(folder: &Path, name: &str) -> String {
+        fs::read_to_string(folder.join(name)).unwrap()
+    }
+
+    #[test]
+    fn records_of_one_second_are_kept_beside_one_another() {
+        let folder = folder("second");
+        // A page that a person has put there belongs to no record.
+        fs::write(folder.join("t-3.html"), "another").unwrap();
+        for number in 1..=3 {
+            let record = format!("record {number}");
+            let files = [(".json", record.as_bytes()), (".html", b"page"), (".json.sig", b"line")];
+            add(&folder, "t", &files).unwrap();
+        }
+        for (name, number) in [("t", 1), ("t-2", 2), ("t-4", 3)] {
+            assert_eq!(text(&folder, &format!("{name}.json")), format!("record {number}"));
+            for ending in [".html", ".json.sig"] {
+                assert!(folder.join(format!("{name}{ending}")).is_file(), "{name}{ending}");
+            }
+        }
+        assert_eq!((text(&folder, "t-3.html").as_str(), names(&folder).len()), ("another", 10));
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// Programs that test at the same time, as in a nightly run of two sites.
+    #[test]
+    fn records_that_are_written_at_once_are_all_kept() {
+        const WRITERS: usize = 16;
+        let folder = folder("once");
+        std::thread::scope(|scope| {
+            for number in 0..WRITERS {
+                let (folder, record) = (&folder, number.to_string());
+                scope.spawn(move || {
+                    add(folder, "t", &[(".json", record.as_bytes()), (".html", b"page")]).unwrap();
+                });
+            }
+        });
+        let all = names(&folder);
+        let mut kept: Vec<usize> = all
+            .iter()
+            .filter(|it| it.ends_with(".json"))
+            .map(|it| text(&folder, it).parse().unwrap())
+            .collect();
+        kept.sort_unstable();
+        assert!(kept.iter().copied().eq(0..WRITERS), "{all:?}");
+        assert_eq!(all.len(), 2 * WRITERS);
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_record_that_cannot_be_written_leaves_nothing() {
+        let folder = folder("none");
+        let files = [(".json", &b"record"[..]), ("/none/t.html", b"page")];
+        assert_eq!(add(&folder, "t", &files).unwrap_err().kind(), io::ErrorKind::NotFound);
+        assert_eq!(names(&folder), [""; 0]);
+        fs::remove_dir_all(folder).unwrap();
+    }
 }

@@ -1,6 +1,6 @@
 //! The folder of recordings, and the thread that writes them.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -233,8 +233,12 @@ impl Folder {
         let stem: String = stem.chars().map(|c| if fine(c) { c } else { '_' }).take(60).collect();
         let stem = stem.trim_matches(['.', '_']);
         let stem = if stem.is_empty() { date(now_ms) } else { stem.to_owned() };
-        let name = fresh(&(stem + ending), |name| self.has(name));
-        fs::rename(sent, self.path().join(&name)).map_err(Unfit::Io)?;
+        // A recording may begin by the same name: it is made sure of before it is replaced.
+        let (name, _) = create(self.path(), &(stem + ending)).map_err(Unfit::Io)?;
+        if let Err(error) = fs::rename(sent, self.path().join(&name)) {
+            _ = fs::remove_file(self.path().join(&name));
+            return Err(Unfit::Io(error));
+        }
         let meta = Recording {
             size: self.size(&name),
             cause: "uploaded".into(),
@@ -448,14 +452,25 @@ impl<'a> Writer<'a> {
 
 /// Makes the file of a recording and its description, by another name if there is one of its name.
 fn begin(folder: &Path, meta: Recording) -> io::Result<(String, File)> {
-    let name = fresh(&meta.name, |name| folder.join(name).exists());
-    let file = File::create_new(folder.join(&name))?;
+    let (name, file) = create(folder, &meta.name)?;
     let meta = Recording { name, ..meta };
     if let Err(error) = tell(folder, &meta) {
         _ = fs::remove_file(folder.join(&meta.name));
         return Err(error);
     }
     Ok((meta.name, file))
+}
+
+/// Makes a file by this name, or by one that no other has: others may make one at the same time.
+fn create(folder: &Path, name: &str) -> io::Result<(String, File)> {
+    let mut tried = BTreeSet::new();
+    loop {
+        let name = fresh(name, |name| tried.contains(name) || folder.join(name).exists());
+        match File::create_new(folder.join(&name)) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => _ = tried.insert(name),
+            made => return Ok((name, made?)),
+        }
+    }
 }
 
 /// Writes what was before.
@@ -531,6 +546,34 @@ mod tests {
         assert!(matches!(add(), Err(Unfit::Io(_))));
         fs::write(&sent, "text").unwrap();
         assert!(matches!(add(), Err(Unfit::Read(ReadError::Unknown))));
+    }
+
+    /// Recordings that begin at the same time, and a name that looks free until a file is made by it.
+    #[test]
+    fn no_recording_takes_the_place_of_another() {
+        let folder = Folder::fresh();
+        let meta = || Recording { name: "a.mcap".into(), ..Recording::default() };
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("nowhere", folder.path().join("a.mcap")).unwrap();
+        let mut names: Vec<String> = std::thread::scope(|scope| {
+            let begin = || begin(folder.path(), meta()).unwrap().0;
+            let all: Vec<_> = (0..8).map(|_| scope.spawn(begin)).collect();
+            all.into_iter().map(|it| it.join().unwrap()).collect()
+        });
+        names.sort();
+        names.dedup();
+        assert_eq!((names.len(), left(&folder).len()), (8, 8 + usize::from(cfg!(unix))));
+        // What is sent meanwhile.
+        let sent = folder.path().join("sent");
+        let mut recorder = Recorder::new(Format::Mcap, File::create(&sent).unwrap()).unwrap();
+        let (at_ns, direction) = (1_000_000_000, lafet_capture::Direction::ToMonitor);
+        let bytes = vec![1, 2, 3];
+        recorder.write(&lafet_capture::Captured { at_ns, direction, bytes }).unwrap();
+        recorder.finish().unwrap();
+        let added = folder.add(0, "a.mcap", &sent, "anna", &Whose::default()).unwrap();
+        assert!(!names.contains(&added.name) && added.name != "a.mcap", "{}", added.name);
+        #[cfg(unix)]
+        assert!(folder.path().join("a.mcap").is_symlink());
     }
 
     /// A recording of 0.6 MB that ends so many days after 2000, if its word is there.

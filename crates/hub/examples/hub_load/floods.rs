@@ -43,6 +43,9 @@ pub struct Size {
     /// A flood is out of bounds of time if it is so every time. The next try is after all others: a pause of the
     /// machine is in one of them.
     tries: usize,
+    /// It is so short that other work of the machine may leave no time to carry out any of it: that, too, is wrong only every
+    /// time.
+    short: bool,
 }
 
 /// The site that the hub serves.
@@ -67,6 +70,7 @@ const WHOLE: Size = Size {
     apart: false,
     bounds: Bounds { p50: 50.0, p99: 50.0, most: 250.0 },
     tries: 2,
+    short: false,
 };
 /// Each kind for a minute from one connection, in four manners, and a minute from many.
 const LONG: Size =
@@ -82,6 +86,7 @@ const QUICK: Size = Size {
     connections: &[(48, Duration::from_millis(400))],
     bounds: Bounds { p50: 1000.0, p99: 2000.0, most: 2000.0 },
     tries: 3,
+    short: true,
     ..WHOLE
 };
 /// Of a large site: what costs time for each monitor or zone shows. The simulated monitors take the processors, too, and
@@ -195,7 +200,8 @@ struct Outcome {
 /// What of a flood was out of bounds.
 struct Beyond {
     wrong: Vec<String>,
-    /// Times, and the age of values: of these a pause of the machine can be the cause.
+    /// Times, the age of values, and that nothing of a short flood was carried out: of these a pause of the machine can be the
+    /// cause.
     late: Vec<String>,
 }
 
@@ -284,13 +290,17 @@ impl Flooded {
     async fn tried(&mut self, kind: &Kind, part: &Part, size: &Size) -> Fallible<Beyond> {
         let outcome = self.one(kind, part).await?;
         outcome.show(part, self.rest_kib);
-        let mut wrong = self.watch.beyond().await?;
-        wrong.extend(outcome.tallies.wrong(&part.manners, kind.answered));
+        let (mut wrong, mut late) = (self.watch.beyond().await?, Vec::new());
+        let unanswered = outcome.tallies.wrong(&part.manners, kind.answered);
+        match size.short && outcome.tallies.is_too_much(&part.manners) {
+            true => late.extend(unanswered),
+            false => wrong.extend(unanswered),
+        }
         let above_kib = outcome.used.peak_kib - self.rest_kib;
         if above_kib > MEMORY_KIB {
             wrong.push(format!("{:.1} MiB of memory", above_kib / 1024.0));
         }
-        let mut late = size.bounds.broken(&outcome.found);
+        late.extend(size.bounds.broken(&outcome.found));
         if outcome.found.stale > 0 {
             late.push(format!("{} stale values", outcome.found.stale));
         }

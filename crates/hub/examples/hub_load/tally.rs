@@ -31,6 +31,9 @@ impl fmt::Display for Manner {
 pub const DONE: u16 = 200;
 pub const REFUSED: u16 = 400;
 
+/// Statuses of what a hub has no room or time for, and refuses.
+const TOO_MUCH: [u16; 2] = [429, 503];
+
 /// Of one manner.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
@@ -73,6 +76,15 @@ impl Tallies {
     /// Messages of all manners.
     pub fn all_sent(&self) -> u64 {
         MANNERS.into_iter().map(|manner| self.of(manner).sent).sum()
+    }
+
+    /// Whether the load alone may have kept a flood from being answered as it has to be: what it was answered at all says that
+    /// there is too much to do.
+    pub fn is_too_much(&self, manners: &[Manner]) -> bool {
+        let asked = manners.iter().filter(|it| it.reads && it.known);
+        asked.map(|it| self.of(*it)).all(|tally| {
+            tally.sent > 0 && tally.statuses.keys().all(|status| TOO_MUCH.contains(status))
+        })
     }
 
     /// What is wrong with a flood in these manners: one sent nothing, or what the hub knows and
@@ -127,5 +139,26 @@ mod tests {
         );
         tallies.sent(MANNERS[1]);
         assert_eq!(tallies.wrong(&MANNERS[..2], Answered::Done), None);
+    }
+
+    /// Nothing but that is tried again.
+    #[test]
+    fn a_flood_that_is_refused_for_the_load_alone_is_known() {
+        let tallies = Tallies::default();
+        assert!(!tallies.is_too_much(&[KNOWN]), "nothing was sent");
+        tallies.sent(KNOWN);
+        assert!(tallies.is_too_much(&[KNOWN]), "nothing is answered yet");
+        tallies.answered(KNOWN, 429);
+        tallies.answered(KNOWN, 503);
+        // What strangers get counts for nothing.
+        tallies.answered(MANNERS[2], 401);
+        assert!(tallies.is_too_much(&MANNERS));
+        for status in [200, 400, 401, 403, 404, 409, 500] {
+            let tallies = Tallies::default();
+            tallies.sent(KNOWN);
+            tallies.answered(KNOWN, 429);
+            tallies.answered(KNOWN, status);
+            assert!(!tallies.is_too_much(&[KNOWN]), "{status}");
+        }
     }
 }

@@ -37,25 +37,25 @@ pub fn read(device: Option<usize>, bytes: &[u8]) -> Vec<Write> {
     for (number, metric) in metrics.iter().enumerate() {
         let is_old = metric.is_historical == Some(true);
         let name = row_of(device, metric);
-        let write = match name {
-            Some(name) if is_urgent(name).is_some() => match (is_urgent(name), is_set(metric)) {
-                (Some(command), Some(true)) if !urgent.contains(&command) => {
+        let write = match (name, name.and_then(urgent_of)) {
+            (_, Some(command)) => match is_set(metric) {
+                Some(true) if !urgent.contains(&command) => {
                     urgent.push(command);
                     writes.push(Write::Asked { asked: Asked::urgent(command), is_old });
                     None
                 }
-                (_, Some(_)) => None,
-                (_, None) => Some(wrong()),
+                Some(_) => None,
+                None => Some(wrong()),
             },
-            Some(REBIRTH) => match is_set(metric) {
+            (Some(REBIRTH), None) => match is_set(metric) {
                 Some(is_set) => (is_set && !is_old).then_some(Write::Rebirth),
                 None => Some(wrong()),
             },
-            Some("Alive") => {
+            (Some("Alive"), None) => {
                 let ticket = text(metric).and_then(message::number).filter(|_| !is_old);
                 Some(Write::Alive(ticket))
             }
-            Some("Command/Text") => match text(metric) {
+            (Some("Command/Text"), None) => match text(metric) {
                 Some(text) => Some(Write::Asked { asked: message::read(text.as_bytes()), is_old }),
                 None => Some(wrong()),
             },
@@ -72,7 +72,7 @@ pub fn read(device: Option<usize>, bytes: &[u8]) -> Vec<Write> {
 }
 
 /// Which of the commands that are always taken it is.
-fn is_urgent(name: &str) -> Option<Command> {
+fn urgent_of(name: &str) -> Option<Command> {
     match name {
         "Command/Stop" => Some(Command::Stop),
         "Command/Close" => Some(Command::Close),

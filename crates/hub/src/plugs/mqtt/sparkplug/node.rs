@@ -471,10 +471,9 @@ impl Node {
                 continue;
             };
             let mut metrics = Vec::new();
-            for (row, slot) in device.slots.iter_mut().enumerate() {
-                if !device.has_valve2 && VALVE2.contains(&row) {
-                    continue;
-                }
+            for row in 0..device.slots.len() {
+                let has = device.has(row);
+                let Some(slot) = device.slots.get_mut(row).filter(|_| has) else { continue };
                 let Some(metric) = slot.say(alias(at, row)) else { continue };
                 metrics.push(metric);
                 if row < KEY {

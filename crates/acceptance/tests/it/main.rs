@@ -3,6 +3,8 @@
 mod bench;
 mod good;
 mod outlet;
+#[path = "../../../hub/tests/it/modbus/panel.rs"]
+#[expect(dead_code, reason = "the tests of the hub use the rest")]
 mod panel;
 mod people;
 mod person;

@@ -79,13 +79,13 @@ async fn quiet(keys: &str) -> (Site, Panel) {
 
 fn well(panel: &Panel) {
     for bit in [10, 11] {
-        panel.memory().set_discrete(bit, true).unwrap();
+        panel.set(bit, true);
     }
 }
 
 fn fire(panel: &Panel, bits: &[u16], on: bool) {
     for bit in bits {
-        panel.memory().set_discrete(*bit, on).unwrap();
+        panel.set(*bit, on);
     }
 }
 

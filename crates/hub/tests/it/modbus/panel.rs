@@ -81,6 +81,11 @@ impl Panel {
         self.memory().get_coil(address).unwrap()
     }
 
+    /// Something that is wired to it is on, or not.
+    pub fn set(&self, at: u16, on: bool) {
+        self.memory().set_discrete(at, on).unwrap();
+    }
+
     /// All of its coils are off.
     pub fn reboots(&self) {
         for address in 0..100 {

@@ -117,7 +117,8 @@ impl Client {
         requests: Vec<RequestBuf>,
         expires: Option<Instant>,
     ) -> Outcomes {
-        let ended = self.exchange(requests.iter().cloned().collect(), None, expires).await;
+        let sent = self.exchange_of_motion(requests.iter().cloned().collect(), expires);
+        let ended = sent.await;
         let Some(Ok(Ended { outcome: Outcome::Answered(slots), .. })) = ended else {
             return requests.iter().map(|request| Err(self.failure(request, &ended))).collect();
         };

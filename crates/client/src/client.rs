@@ -239,6 +239,16 @@ impl Client {
         Exchange::new(self.handle.engine(), &self.shared, job)
     }
 
+    /// The same for a held motion: what it sends is its own.
+    pub(crate) fn exchange_of_motion(
+        &self,
+        requests: Requests,
+        expires: Option<Instant>,
+    ) -> Exchange<'_> {
+        let job = Job::new(self.address, requests, None, expires).of_motion();
+        Exchange::new(self.handle.engine(), &self.shared, job)
+    }
+
     fn engine(&self) -> MutexGuard<'_, Engine> {
         lock(self.handle.engine())
     }

@@ -26,13 +26,14 @@ use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 
 use lafet_proto::link::WIRE_MAX;
+use lafet_proto::{RequestId, SubsystemId};
 use tokio::time::Instant;
 
 use crate::answers::{RequestBuf, Requests};
 use crate::lead::Lead;
 use crate::session::line::Line;
 use crate::session::statistics::Meter;
-use crate::session::{Config, Now, Outcome, QueueFull, Stats, Terms, Ticket};
+use crate::session::{Config, Now, Outcome, QueueFull, Slot, Stats, Terms, Ticket};
 use crate::shared::{LinkEvent, LinkState, Shared, lock};
 use crate::transport::Link;
 use crate::turn::Turn;
@@ -58,6 +59,7 @@ pub struct Job {
     pub expires: Option<Instant>,
     urgent: bool,
     read: bool,
+    of_motion: bool,
 }
 
 impl Job {
@@ -69,7 +71,37 @@ impl Job {
     ) -> Self {
         let all = |of: fn(&RequestBuf) -> bool| !requests.is_empty() && requests.iter().all(of);
         let (urgent, read) = (all(RequestBuf::is_urgent), all(RequestBuf::is_read));
-        Self { address, requests, first, expires, urgent, read }
+        Self { address, requests, first, expires, urgent, read, of_motion: false }
+    }
+
+    /// It belongs to a held motion.
+    pub fn of_motion(self) -> Self {
+        Self { of_motion: true, ..self }
+    }
+
+    /// What it sets in motion, unless it belongs to a held motion: the places of such requests, and their drives, or all.
+    fn begins(&self) -> Vec<(usize, Option<SubsystemId>)> {
+        if self.urgent || self.read || self.of_motion {
+            return Vec::new();
+        }
+        let begins = |request: &RequestBuf| match request.id() {
+            RequestId::MOVE => Some(Some(request.to())),
+            RequestId::START_QUENCH
+            | RequestId::START_TRAJECTORY
+            | RequestId::START_SEEK
+            | RequestId::START_JUSTIFY
+            | RequestId::DEPLOY
+            | RequestId::WRAP => Some(None),
+            _ => None,
+        };
+        let all = self.requests.iter().enumerate();
+        all.filter_map(|(at, request)| Some((at, begins(request)?))).collect()
+    }
+
+    /// The drive that it stops for a held motion which has ended.
+    fn ends(&self) -> Option<(u8, SubsystemId)> {
+        let request = self.requests.first().filter(|_| self.urgent && self.of_motion);
+        request.map(|request| (self.address, request.to()))
     }
 
     /// Whether it is sent before others.
@@ -117,6 +149,11 @@ struct Waiting {
     since: Now,
     waker: Waker,
     ended: Option<Ended>,
+    address: u8,
+    /// See [`Job::begins`].
+    begins: Vec<(usize, Option<SubsystemId>)>,
+    /// See [`Job::ends`].
+    ends: Option<(u8, SubsystemId)>,
 }
 
 /// The frame is being sent.
@@ -248,12 +285,14 @@ impl Engine {
         let (urgent, read) = (job.is_urgent(), job.is_read());
         let expires = job.expires.map(|time| time.saturating_duration_since(self.start));
         let terms = Terms { first: job.first, expires };
-        let ticket = match self.line.submit(now, job.address, terms, job.requests) {
+        let (address, begins, ends) = (job.address, job.begins(), job.ends());
+        let ticket = match self.line.submit(now, address, terms, job.requests) {
             Ok(ticket) => ticket,
             Err(full) => return Err(Some(Err(full))),
         };
         let waker = waker.clone();
-        self.waiting.push(Waiting { ticket, since: now, waker, ended: None });
+        let waiting = Waiting { ticket, since: now, waker, ended: None, address, begins, ends };
+        self.waiting.push(waiting);
         self.lead.submitted(now);
         self.due = Some(now);
         let leads = self.lead.is_allowed() && self.line.awaited().is_none();
@@ -375,6 +414,10 @@ impl Engine {
             if due {
                 self.timed_out(now);
             }
+            // The Stop of a motion that is over by an answer which has come is not sent.
+            if self.waiting.iter().any(|it| it.ends.is_some()) {
+                self.deliver(now, own);
+            }
             self.transmit(now);
             self.deliver(now, own);
             self.due = self.next_due(now);
@@ -447,6 +490,9 @@ impl Engine {
                 self.pause = Duration::ZERO;
             }
             let Some(index) = self.place(ticket) else { continue };
+            if !self.waiting[index].begins.is_empty() {
+                self.begun(index, &outcome);
+            }
             let caller = &mut self.waiting[index];
             caller.ended = Some(Ended::new(outcome, Some(ticket), self.error.clone()));
             self.lead.ended(now, caller.since, own.is_some());
@@ -460,6 +506,27 @@ impl Engine {
             }
         }
         self.report(now);
+    }
+
+    /// What has set drives in motion is answered: motions of them that were being stopped are over, and so are their Stops
+    /// that wait.
+    #[cold]
+    fn begun(&mut self, index: usize, outcome: &Outcome) {
+        let Outcome::Answered(slots) = outcome else { return };
+        let Waiting { since, address, begins, .. } = &mut self.waiting[index];
+        let (submitted, address, begins) = (self.start + *since, *address, std::mem::take(begins));
+        for (at, drive) in begins {
+            let accepted = slots.get(at).is_some_and(
+                |slot| matches!(slot, Slot::Answered(it) if it.first().status().is_success()),
+            );
+            if !accepted {
+                continue;
+            }
+            for drive in self.shared.begun(address, drive, submitted) {
+                let of = self.waiting.iter().filter(|it| it.ends == Some((address, drive)));
+                of.filter(|it| it.ended.is_none()).for_each(|it| self.line.recall(it.ticket));
+            }
+        }
     }
 
     /// Publishes the statistics of each second while there are listeners.

@@ -121,6 +121,24 @@ impl Held {
         self.changed.notify_one();
     }
 
+    /// Others have set drives in motion, by a request that was submitted then: whether that has replaced this motion.
+    pub fn is_replaced(&self, drive: Option<SubsystemId>, submitted: Instant) -> bool {
+        if drive.is_some_and(|it| it != self.drive()) {
+            return false;
+        }
+        let submitted = submitted.saturating_duration_since(self.start);
+        let replaced = self.with(|core, _| core.begun_by_others(submitted));
+        if replaced {
+            self.changed.notify_one();
+        }
+        replaced
+    }
+
+    /// The drive.
+    pub const fn drive(&self) -> SubsystemId {
+        self.moving.to()
+    }
+
     fn let_go(&self) {
         self.with(|core, now| {
             core.handle_timeout(now);

@@ -313,6 +313,18 @@ impl Session {
         }
     }
 
+    /// Takes an urgent operation back that has not been sent: what it was to stop is over.
+    pub(super) fn recall(&mut self, ticket: Ticket) {
+        let recalled = |operation: &Operation| operation.ticket == ticket && !operation.sent;
+        let waits = self.urgent.len();
+        self.urgent.retain(|operation| !recalled(operation));
+        let due = self.outstanding.take_if(|it| it.due && recalled(&it.operation));
+        let is_due = due.map(|outstanding| self.give_up(outstanding)).is_some();
+        if is_due || self.urgent.len() < waits {
+            self.outcomes.push_back((ticket, Outcome::Expired));
+        }
+    }
+
     /// The connection is open.
     pub fn handle_connected(&mut self, now: Now) {
         self.stats.reconnects += u64::from(self.was_connected);

@@ -6,8 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
+use lafet_proto::SubsystemId;
 use tokio::runtime::Handle;
 use tokio::sync::{broadcast, watch};
+use tokio::time::Instant;
 
 use crate::answers::RequestBuf;
 use crate::jog::Held;
@@ -155,6 +157,20 @@ impl Shared {
                 jog.stop_asked();
             }
         }
+    }
+
+    /// Others have set a drive in motion, or all of them, by a request that was submitted then. The drives whose motions were
+    /// being stopped, and are not any more.
+    #[cold]
+    pub fn begun(
+        &self,
+        address: u8,
+        drive: Option<SubsystemId>,
+        submitted: Instant,
+    ) -> Vec<SubsystemId> {
+        let jogs: Vec<Arc<Held>> = lock(&self.jogs).iter().filter_map(Weak::upgrade).collect();
+        let of = jogs.iter().filter(|jog| jog.address() == address);
+        of.filter(|jog| jog.is_replaced(drive, submitted)).map(|jog| jog.drive()).collect()
     }
 }
 

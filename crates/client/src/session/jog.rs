@@ -24,6 +24,9 @@
 //!                                                   │ Denied by Control (§3.2/4): Move to its
 //! present position
 //! ```
+//!
+//! Assumed: Stop and Check take time, up to minutes without a link, in which others may send the drive somewhere. Once that is
+//! accepted this motion is over: nothing more is stopped for it.
 
 mod steps;
 
@@ -156,7 +159,8 @@ pub enum JogEnd {
     Standing(DriveStatus),
     /// The monitor refused to move.
     Refused(Error),
-    /// Another motion of the same drive replaced it.
+    /// Another motion of the same drive replaced it: a held one, or what others have sent the drive to while this one was
+    /// being stopped.
     Replaced,
     /// Another subsystem controls the drive and refuses Stop (§3.2/2–3).
     TakenOver {
@@ -364,6 +368,17 @@ impl JogCore {
     /// Ends it because another motion of the same drive starts: nothing more is sent.
     pub fn replace(&mut self) {
         self.finish(JogEnd::Replaced);
+    }
+
+    /// A request of others that sets the drive in motion was accepted; it was submitted at this time. If this motion was being
+    /// stopped by then it is over: a further Stop would end theirs, and their rest is none of its own. Whether it is.
+    pub fn begun_by_others(&mut self, submitted: Now) -> bool {
+        let stops = self.reason.is_some() && !matches!(self.phase, Phase::Ended);
+        let replaced = stops && self.stopping_since < submitted;
+        if replaced {
+            self.replace();
+        }
+        replaced
     }
 
     /// Handles the time: see [`JogCore::poll_timeout`].

@@ -131,6 +131,13 @@ impl Line {
         }
     }
 
+    /// See [`Session::recall`].
+    pub(crate) fn recall(&mut self, ticket: Ticket) {
+        if let Some(session) = self.find(ticket.address()) {
+            session.recall(ticket);
+        }
+    }
+
     /// The connection is open.
     pub fn handle_connected(&mut self, now: Now) {
         self.connected = true;

@@ -168,6 +168,97 @@ async fn a_bad_line_delays_the_end_but_does_not_prevent_it() {
     assert!(late > 5, "{late}");
 }
 
+/// Assumed: no Stop arrives, and meanwhile others send the drive somewhere.
+#[tokio::test(start_paused = true)]
+async fn what_others_have_begun_is_not_stopped_for_a_motion_that_has_ended() {
+    for denied in [false, true] {
+        let plant = plant();
+        let monitor = start(&plant);
+        let jog = monitor.vertical().jog(Toward::UP).unwrap();
+        pass(250 * MS).await;
+        look(&plant, |plant| {
+            plant.denies_move = denied.then_some(SubsystemId::CONTROL);
+            plant.fate = Box::new(|request| match request {
+                RequestId::STOP => Fate::LoseRequest,
+                _ => SOON,
+            });
+        });
+        let released = tokio::spawn(jog.release());
+        pass(500 * MS).await;
+        let moved = monitor.vertical().move_to(-1000).await;
+        assert_eq!(moved.is_err(), denied, "{moved:?}");
+        look(&plant, |plant| plant.fate = Box::new(|_| SOON));
+        let end = released.await.unwrap();
+        pass(Duration::from_secs(20)).await;
+        let stops = look(&plant, |plant| plant.count(RequestId::STOP));
+        if denied {
+            assert!(end.stands() && stops > 0, "nothing has replaced it: {end:?}");
+        } else {
+            assert!(matches!(end, JogEnd::Replaced), "{end:?}");
+            assert_eq!((stops, look(&plant, |plant| plant.position(VERTICAL))), (0, -1000));
+        }
+    }
+}
+
+/// The hand is off the control after the drive was sent somewhere, by whomever: it stops.
+#[tokio::test(start_paused = true)]
+async fn what_was_begun_before_the_release_is_stopped_with_it() {
+    let plant = plant();
+    let monitor = start(&plant);
+    for answered in [true, false] {
+        let jog = monitor.vertical().jog(Toward::UP).unwrap();
+        pass(100 * MS).await;
+        look(&plant, |plant| {
+            plant.fate = Box::new(move |request| match request {
+                RequestId::MOVE if !answered => Fate::After(50 * MS),
+                _ => SOON,
+            });
+        });
+        let own = monitor.clone();
+        let moved = tokio::spawn(async move { own.vertical().move_to(-1000).await });
+        pass(if answered { 50 * MS } else { 10 * MS }).await;
+        let end = jog.release().await;
+        assert!(end.stands(), "{end:?}");
+        pass(Duration::from_secs(1)).await;
+        assert!(moved.is_finished() && !look(&plant, |plant| plant.is_moving(VERTICAL)));
+    }
+}
+
+/// The drive goes on, so Stops follow one another; others send it somewhere at any moment between two of them.
+#[tokio::test(start_paused = true)]
+async fn no_stop_of_a_motion_that_has_ended_comes_behind_what_others_have_begun() {
+    let mut accepted = 0;
+    for offset in (0..250).step_by(5) {
+        let plant = plant();
+        let monitor = start(&plant);
+        let jog = monitor.vertical().jog(Toward::UP).unwrap();
+        pass(250 * MS).await;
+        look(&plant, |plant| {
+            plant.denies_stop = Some(SubsystemId::GENERAL);
+            plant.fate = Box::new(|request| match request {
+                RequestId::MOVE => Fate::After(40 * MS),
+                RequestId::GET_STATUS => Fate::After(20 * MS),
+                _ => SOON,
+            });
+        });
+        let released = tokio::spawn(jog.release());
+        pass(offset * MS).await;
+        let moved = monitor.vertical().move_to(-1000).await;
+        pass(Duration::from_secs(3)).await;
+        assert!(released.is_finished(), "{offset}");
+        // One that waited behind a Stop is refused by it.
+        if moved.is_err() {
+            continue;
+        }
+        accepted += 1;
+        let log = look(&plant, |plant| plant.log.clone());
+        let begun = log.iter().rposition(|(_, id, _)| *id == RequestId::MOVE).unwrap();
+        let stops = log[begun..].iter().filter(|(_, id, _)| *id == RequestId::STOP).count();
+        assert_eq!(stops, 0, "{offset}");
+    }
+    assert!(accepted >= 25, "{accepted} of 50");
+}
+
 /// The connection is lost while a motion is held: it ends, and over the next one Stop is sent.
 #[tokio::test(start_paused = true)]
 async fn after_a_lost_link_stop_is_sent() {

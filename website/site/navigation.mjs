@@ -52,6 +52,7 @@ export const GROUPS = [
       page('mqtt', 'MQTT', 'MQTT'),
       page('coverage', 'Coverage of a site', 'Покрытие объекта струями'),
       page('site-test', 'Testing an installation', 'Испытание установки'),
+      page('plan', 'The site’s drawing', 'Чертёж объекта'),
       page('scenarios', 'Scenarios', 'Сценарии'),
       page('json', 'JSON of the commands', 'JSON командной строки'),
       page('send', 'The language of lafet send', 'Язык lafet send'),

@@ -13,6 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-ballistics", &[]),
     ("lafet-texts", &["lafet-proto"]),
     ("lafet-place", &["lafet-ballistics", "lafet-texts"]),
+    ("lafet-drawing", &["lafet-texts"]),
     ("lafet-device", &["lafet-ballistics", "lafet-proto"]),
     ("lafet-plant", &["lafet-device", "lafet-proto"]),
     ("lafet-update", &["lafet-device", "lafet-proto"]),

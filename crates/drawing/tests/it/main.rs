@@ -1,0 +1,5 @@
+//! Tests of the import over whole files.
+
+mod broken;
+mod placed;
+mod truth;

@@ -67,6 +67,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-capture",
             "lafet-client",
             "lafet-conform",
+            "lafet-drawing",
             "lafet-hub",
             "lafet-place",
             "lafet-sim",

@@ -81,6 +81,8 @@ pub enum Command {
                       lafet site test plan.toml --hub http://127.0.0.1:8480 --page record.html"
     )]
     Site(cmd::site::SiteCommand),
+    #[command(subcommand)]
+    Plan(cmd::plan::PlanCommand),
     Status(cmd::status::StatusArgs),
     Watch(cmd::watch::WatchArgs),
     Top(cmd::top::TopArgs),

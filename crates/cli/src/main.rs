@@ -138,6 +138,7 @@ async fn dispatch(command: Command, global: &Global, out: &mut Out) -> Outcome {
         Command::Throw(args) => cmd::throw::run(&args, out),
         Command::Map(command) => cmd::map::run(&command, out),
         Command::Site(command) => cmd::site::run(command, out).await,
+        Command::Plan(command) => cmd::plan::run(&command, out),
         Command::Sim(args) => cmd::sim::run(*args, out).await,
         Command::Serve(args) => cmd::serve::run(args, out).await,
         Command::Demo(args) => cmd::demo::run(args, out).await,

@@ -20,6 +20,7 @@ pub mod limits;
 pub mod map;
 pub mod motion;
 pub mod param;
+pub mod plan;
 pub mod ports;
 pub mod program;
 pub mod quench;

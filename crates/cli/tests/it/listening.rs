@@ -177,7 +177,10 @@ const OTHERS: [(&[&str], &str); 8] = [
         "open no line to a monitor",
     ),
     (&["site test", "site calendar", "site verify"], "ask a hub, and read files"),
-    (&["image key", "image public", "image sign", "image show"], "have to do with files alone"),
+    (
+        &["image key", "image public", "image sign", "image show", "plan show", "plan import"],
+        "have to do with files alone",
+    ),
     (
         &["ports", "dissector", "completions", "man", "schema"],
         "print what this computer or program has",

@@ -33,6 +33,7 @@ mod late;
 #[cfg(unix)]
 mod listening;
 mod odd;
+mod plan;
 #[cfg(target_os = "linux")]
 mod port;
 mod processes;

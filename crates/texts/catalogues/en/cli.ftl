@@ -105,6 +105,9 @@ conform-cut-off = The line was cut, and the monitor was not seen at rest: it may
 cannot-read-site = cannot read { $shown }
 site-too-long = { $shown }: longer than 1 MiB; it is no file of a site
 
+# cmd/plan.rs
+cannot-read-drawing = the drawing { $shown } cannot be read
+
 # cmd/decode.rs
 neither-hex-nor-file = `{ $text }` is neither bytes in hexadecimal (like `ff c0 01 81`) nor a file
 hex-ends = The input stops being hexadecimal at character { $offset }. Give --raw if it is not meant to be text.

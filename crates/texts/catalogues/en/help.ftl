@@ -223,6 +223,22 @@ throw-arg-nozzle = Position of an adjustable nozzle, mm: 60 narrowest (default),
 throw-arg-wind = Wind 10 m above the ground, m/s (default 0)
 throw-arg-wind-from = Where the wind comes from, degrees clockwise from the direction of the jet: 0 (default) is against it, 90 from its right, 180 from behind
 throw-arg-height = Height of the nozzle above the ground on which the water lands, m (default 1.5)
+plan = Import a site's drawing as tables of hub.toml
+plan-show = Show layers of a drawing, and how large it would be in each unit
+plan-show-arg-file = The drawing: DXF, GeoJSON, SVG, PNG or JPEG
+plan-import = Print tanks and walls of a drawing for hub.toml, with places of monitors and detectors
+plan-import-arg-file = The drawing: DXF, GeoJSON, SVG, PNG or JPEG
+plan-import-arg-unit = Unit of the drawing, which is never guessed: mm, cm, dm, m, km, in, ft, us-ft, yd; wgs84: degrees (GeoJSON); points: none, the scale is that of --point or --distance
+plan-import-arg-layer = Use a layer as tank, wall, monitor or detector; height in metres, without it that of the drawing
+plan-import-arg-mark = Point at something, as on a photograph: a tank by its centre and a place on its rim, a wall by its line, a monitor or detector by its place
+plan-import-arg-point = A place as drawn that is known on the site, metres from its zero; two or more give turn and place, and check the unit
+plan-import-arg-geo = The same by latitude and longitude (WGS 84); needs --zero
+plan-import-arg-distance = Two places as drawn and their known distance, which checks the unit
+plan-import-arg-scale = Scale of a drawing on paper: 500 for 1:500 (default 1)
+plan-import-arg-origin = Place as drawn that is the zero of the site (default 0,0)
+plan-import-arg-north = Where north is on the drawing, degrees clockwise from its upper edge (default 0)
+plan-import-arg-zero = Where the zero of the site is on the Earth (WGS 84)
+plan-import-arg-ground = z of the ground as drawn: heights count from there
 map = Print the register maps of the hub's servers
 map-modbus = Print the register map of a Modbus server
 map-modbus-arg-file = The hub.toml of the hub
@@ -414,6 +430,7 @@ value-item = ITEM
 value-key = KEY
 value-kind = KIND
 value-lang = LANG
+value-lat-lon = LATITUDE,LONGITUDE
 value-layouts = LAYOUTS
 value-list = LIST
 value-metres = METRES
@@ -421,6 +438,7 @@ value-mm = MM
 value-ms = MS
 value-n-file = N=FILE
 value-name = NAME
+value-name-role-height = NAME=ROLE:HEIGHT
 value-number = NUMBER
 value-out = OUT
 value-p-deg-m = P,DEG,M
@@ -432,6 +450,7 @@ value-pressure = PRESSURE
 value-program = PROGRAM
 value-range = RANGE
 value-request = REQUEST
+value-role-name-height = ROLE:NAME:HEIGHT=X,Y,…
 value-scenario = SCENARIO
 value-seconds = SECONDS
 value-share = SHARE
@@ -441,6 +460,7 @@ value-slot = SLOT
 value-speed = SPEED
 value-subsystem = SUBSYSTEM
 value-text = TEXT
+value-unit = UNIT
 value-user = USER
 value-value = VALUE
 value-valve = VALVE
@@ -449,3 +469,6 @@ value-w-h = W,H
 value-wall = WALL
 value-where = WHERE
 value-wxh = WxH
+value-x-y-east-north = X,Y=EAST,NORTH
+value-x-y-lat-lon = X,Y=LATITUDE,LONGITUDE
+value-x-y-x-y-metres = X,Y,X,Y=METRES

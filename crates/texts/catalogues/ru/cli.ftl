@@ -105,6 +105,9 @@ conform-cut-off = Связь прервана, покоя ствола не ви
 cannot-read-site = не читается { $shown }
 site-too-long = { $shown }: больше 1 МиБ; это не файл объекта
 
+# cmd/plan.rs
+cannot-read-drawing = не удалось прочитать чертёж { $shown }
+
 # cmd/decode.rs
 neither-hex-nor-file = `{ $text }` — не шестнадцатеричные байты (как `ff c0 01 81`) и не файл
 hex-ends = Вход шестнадцатеричный до символа { $offset }, но не дальше. Укажите --raw, если это не текст.

@@ -223,6 +223,22 @@ throw-arg-nozzle = Положение регулируемого насадка,
 throw-arg-wind = Ветер на высоте 10 м, м/с (по умолчанию 0)
 throw-arg-wind-from = Откуда ветер, градусы по часовой стрелке от направления струи: 0 (по умолчанию) — навстречу, 90 — справа, 180 — сзади
 throw-arg-height = Высота насадка над местом падения воды, м (по умолчанию 1,5)
+plan = Ввести чертёж объекта как таблицы hub.toml
+plan-show = Показать слои чертежа и его размер в каждой единице
+plan-show-arg-file = Чертёж: DXF, GeoJSON, SVG, PNG или JPEG
+plan-import = Вывести резервуары и стены чертежа для hub.toml, а также места стволов и извещателей
+plan-import-arg-file = Чертёж: DXF, GeoJSON, SVG, PNG или JPEG
+plan-import-arg-unit = Единица чертежа, она не угадывается: mm, cm, dm, m, km, in, ft, us-ft, yd; wgs84 — градусы (GeoJSON); points — единицы нет, масштаб дают --point или --distance
+plan-import-arg-layer = Взять слой: tank — резервуары, wall — стены, monitor — стволы, detector — извещатели; высота в метрах, без неё — с чертежа
+plan-import-arg-mark = Указать предмет, например на снимке: резервуар центром и местом на краю, стену линией, ствол или извещатель местом
+plan-import-arg-point = Место на чертеже, известное на объекте, метры от его нуля; две и больше задают поворот и место и проверяют единицу
+plan-import-arg-geo = То же по широте и долготе (WGS 84); нужен --zero
+plan-import-arg-distance = Два места на чертеже и известное расстояние между ними; проверяет единицу
+plan-import-arg-scale = Масштаб чертежа на бумаге: 500 для 1:500 (по умолчанию 1)
+plan-import-arg-origin = Место чертежа, которое является нулём объекта (по умолчанию 0,0)
+plan-import-arg-north = Где на чертеже север, градусы по часовой стрелке от верхнего края (по умолчанию 0)
+plan-import-arg-zero = Где ноль объекта на Земле (WGS 84)
+plan-import-arg-ground = z земли на чертеже: высоты считаются от неё
 map = Вывести карты регистров серверов протоколов
 map-modbus = Вывести карту регистров сервера Modbus
 map-modbus-arg-file = Файл hub.toml
@@ -414,6 +430,7 @@ value-item = ПУНКТ
 value-key = КЛЮЧ
 value-kind = ВИД
 value-lang = ЯЗЫК
+value-lat-lon = ШИРОТА,ДОЛГОТА
 value-layouts = РАСКЛАДКИ
 value-list = СПИСОК
 value-metres = МЕТРЫ
@@ -421,6 +438,7 @@ value-mm = ММ
 value-ms = МС
 value-n-file = N=ФАЙЛ
 value-name = ИМЯ
+value-name-role-height = ИМЯ=РОЛЬ:ВЫСОТА
 value-number = ЧИСЛО
 value-out = ВЫХОД
 value-p-deg-m = АТМ,ГРАД,М
@@ -432,6 +450,7 @@ value-pressure = ДАВЛЕНИЕ
 value-program = ПРОГРАММА
 value-range = ДИАПАЗОН
 value-request = ЗАПРОС
+value-role-name-height = РОЛЬ:ИМЯ:ВЫСОТА=X,Y,…
 value-scenario = СЦЕНАРИЙ
 value-seconds = СЕКУНДЫ
 value-share = ДОЛЯ
@@ -441,6 +460,7 @@ value-slot = ОБЛАСТЬ
 value-speed = СКОРОСТЬ
 value-subsystem = ПОДСИСТЕМА
 value-text = ТЕКСТ
+value-unit = ЕДИНИЦА
 value-user = ПОЛЬЗОВАТЕЛЬ
 value-value = ЗНАЧЕНИЕ
 value-valve = ЗАТВОР
@@ -449,3 +469,6 @@ value-w-h = Ш,В
 value-wall = СТЕНА
 value-where = ГДЕ
 value-wxh = ШхВ
+value-x-y-east-north = X,Y=ВОСТОК,СЕВЕР
+value-x-y-lat-lon = X,Y=ШИРОТА,ДОЛГОТА
+value-x-y-x-y-metres = X,Y,X,Y=МЕТРЫ

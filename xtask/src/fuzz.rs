@@ -8,7 +8,7 @@ use crate::run::{self, StepResult};
 use crate::{TaskResult, setup};
 
 /// The targets of crates/verify/src/fuzz.
-const TARGETS: [&str; 6] = ["link", "records", "text", "device", "store", "update"];
+const TARGETS: [&str; 7] = ["link", "records", "text", "device", "store", "update", "drawing"];
 /// Longest time for an input.
 const SLOWEST_MS: u32 = 10;
 /// How many times an input that takes a millisecond or more is tried.

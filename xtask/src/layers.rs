@@ -37,6 +37,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &[
             "lafet-ballistics",
             "lafet-device",
+            "lafet-drawing",
             "lafet-plant",
             "lafet-proto",
             "lafet-sim",

@@ -12,6 +12,7 @@
 mod flash;
 
 mod device;
+mod drawing;
 mod feed;
 mod link;
 mod records;
@@ -36,7 +37,7 @@ pub struct Target {
 
 impl Target {
     /// All targets.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self { name: "link", unit: "bytes decoded", work_max: 200_000, run: link::run },
         Self { name: "records", unit: "bytes encoded", work_max: 100_000, run: records::run },
         Self { name: "text", unit: "bytes written", work_max: 100_000, run: text::run },
@@ -52,6 +53,12 @@ impl Target {
             unit: "reads and writes of the flash",
             work_max: 50_000,
             run: update::run,
+        },
+        Self {
+            name: "drawing",
+            unit: "points, layers and letters",
+            work_max: 10_000,
+            run: drawing::run,
         },
     ];
 

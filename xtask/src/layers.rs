@@ -31,6 +31,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("lafet-site", &["lafet-texts"]),
     // It tests what is behind the API of a hub, and must know neither hub nor simulator.
     ("lafet-acceptance", &["lafet-texts"]),
+    ("lafet-eyes", &[]),
     ("lafet-play", &["lafet-device", "lafet-proto", "lafet-sim", "lafet-texts"]),
     (
         "lafet-verify",
@@ -55,6 +56,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-ballistics",
             "lafet-capture",
             "lafet-client",
+            "lafet-eyes",
             "lafet-place",
             "lafet-proto",
             "lafet-site",
@@ -69,6 +71,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "lafet-client",
             "lafet-conform",
             "lafet-drawing",
+            "lafet-eyes",
             "lafet-hub",
             "lafet-place",
             "lafet-sim",

@@ -144,6 +144,18 @@ impl ApiError {
         Self::new(StatusCode::NOT_FOUND, "no_monitor", text)
     }
 
+    /// 404: there is no camera of this id.
+    pub fn no_camera(id: &str) -> Self {
+        let text = text::NoCamera { id: shown(id) }.words();
+        Self::new(StatusCode::NOT_FOUND, "no_camera", text)
+    }
+
+    /// 503: a camera has as many viewers as it can have.
+    pub fn too_many_viewers() -> Self {
+        let text = text::TooManyViewers.words();
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "too_many_viewers", text)
+    }
+
     /// 404: no zones are configured.
     pub fn no_zones() -> Self {
         let text = text::NoZones.words();

@@ -11,6 +11,7 @@
 //!             │      ├─ zones: the zone controller (lafet-site), its detectors and orders
 //!             │      ├─ field: detectors on Modbus, which report to the zones
 //!             │      ├─ updates: the software of monitors, one after the other
+//!             │      ├─ cameras: pictures, from a process for each camera
 //!             │      ├─ plugs: other protocols, whose clients command like consoles
 //!             │      └─ recording, simulation, site
 //!             └─ publish: topics, of which the latest value wins; messages
@@ -22,6 +23,7 @@
 pub mod access;
 pub mod alarms;
 mod api;
+mod cameras;
 mod clock;
 mod command;
 pub mod config;
@@ -44,6 +46,7 @@ mod words;
 mod zones;
 
 pub use api::{description, messages};
+pub use cameras::{CameraConfig, CameraProgram, Mount};
 pub use clock::{Clock, ManualTime};
 pub use config::{
     Area, Config, MonitorConfig, Overrides, PlanConfig, Problem, RecordingConfig, Station,

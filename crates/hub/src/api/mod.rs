@@ -3,6 +3,7 @@
 mod admin;
 mod answers;
 mod assets;
+mod cameras;
 mod crash;
 mod guard;
 mod installation;
@@ -90,6 +91,7 @@ fn routes_and_description() -> (Router<Hub>, utoipa::openapi::OpenApi) {
         .merge(jets::routes())
         .merge(zones::routes())
         .merge(installation::routes())
+        .merge(cameras::routes())
         .merge(records::routes())
         .merge(past::routes())
         .merge(recordings::routes())

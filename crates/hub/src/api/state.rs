@@ -17,7 +17,7 @@ use super::records::{Asked, LIMIT_MAX, between};
 use crate::access::{Kind, Role};
 use crate::error::ApiError;
 use crate::hub::PerSecond;
-use crate::hub::{Caller, Hub, Seated, room};
+use crate::hub::{Caller, Hub, Seated, resident, room};
 use crate::plugs::view::PlugView;
 use crate::store::{Act, Event, Search};
 
@@ -203,7 +203,7 @@ async fn state(State(hub): State<Hub>, _: Caller) -> Result<Json<HubState>, ApiE
         now_ms: hub.clock().now_ms(),
         uptime_ms: hub.up_ms(),
         monitors: hub.stations().len(),
-        memory_bytes: memory_bytes(),
+        memory_bytes: resident("self"),
         clients: Clients {
             connections: of(&counts.connections),
             connections_max: hub.config().connections_max,
@@ -255,13 +255,6 @@ fn disk(hub: &Hub) -> Disk {
         free_bytes,
         total_bytes,
     }
-}
-
-/// Memory of this program, where Linux reports it.
-fn memory_bytes() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
 }
 
 /// Sessions and tokens in use.

@@ -73,6 +73,7 @@ pub fn check(
     let modbus = check.modbus(&read);
     let modbus_servers = check.modbus_servers(&read);
     let mqtt = check.mqtt(&read);
+    let cameras = check.cameras(&read);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -115,6 +116,8 @@ pub fn check(
         modbus,
         modbus_servers,
         mqtt,
+        cameras,
+        camera_program: Vec::new(),
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::cameras::Camera;
 use super::modbus_server::ModbusServer;
 use super::mqtt::Mqtt;
 use super::plan::{Area, Blowing, Water};
@@ -39,6 +40,7 @@ pub struct File {
     pub modbus: Vec<Spanned<Bus>>,
     pub modbus_server: Vec<Spanned<ModbusServer>>,
     pub mqtt: Vec<Spanned<Mqtt>>,
+    pub camera: Vec<Spanned<Camera>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,
     pub aim: Vec<Spanned<Aim>>,

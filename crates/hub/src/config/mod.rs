@@ -1,5 +1,6 @@
 //! The configuration of the hub: one TOML file, then the environment, then flags.
 
+mod cameras;
 mod check;
 mod field;
 mod file;
@@ -22,6 +23,7 @@ use std::time::Duration;
 use lafet_client::Endpoint;
 
 use crate::access::Role;
+use crate::cameras::{CameraConfig, CameraProgram};
 pub use crate::field::BusConfig;
 pub use crate::plugs::modbus::ServerConfig;
 pub use crate::plugs::mqtt::BrokerConfig;
@@ -90,6 +92,10 @@ pub struct Config {
     pub modbus_servers: Vec<ServerConfig>,
     /// MQTT brokers to which the hub connects.
     pub mqtt: Vec<BrokerConfig>,
+    /// The cameras.
+    pub cameras: Vec<CameraConfig>,
+    /// The program that watches one of them, and its arguments; empty: no camera is watched.
+    pub camera_program: CameraProgram,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
@@ -174,6 +180,8 @@ impl Default for Config {
             modbus: Vec::new(),
             modbus_servers: Vec::new(),
             mqtt: Vec::new(),
+            cameras: Vec::new(),
+            camera_program: CameraProgram::new(),
             simulation: false,
             demo: false,
         }

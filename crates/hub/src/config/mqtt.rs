@@ -81,6 +81,13 @@ struct Sparkplug {
     history_s: Option<Spanned<u64>>,
 }
 
+/// A user and a password as written.
+pub(super) struct WrittenLogin<'a> {
+    pub user: Option<&'a Spanned<String>>,
+    pub password: Option<&'a Spanned<String>>,
+    pub file: Option<&'a Spanned<PathBuf>>,
+}
+
 const fn yes() -> bool {
     true
 }
@@ -172,7 +179,11 @@ impl Check<'_> {
             self.say(at, what, text::CheckBrokerTwiceRemedy.words());
         }
         let place = self.broker_place(written);
-        let login = self.login(written);
+        let login = self.login(&WrittenLogin {
+            user: written.user.as_ref(),
+            password: written.password.as_ref(),
+            file: written.password_file.as_ref(),
+        });
         let files = self.files(written, place.as_ref());
         if let Some(interval) = &written.interval_ms {
             self.range(interval, INTERVAL_MS, "interval_ms");
@@ -275,9 +286,10 @@ impl Check<'_> {
         Some(place)
     }
 
-    fn login(&mut self, written: &Mqtt) -> Option<Login> {
-        let user = written.user.as_ref();
-        let secret = match (&written.password, &written.password_file) {
+    /// A user and a password, here or in a file.
+    pub(super) fn login(&mut self, written: &WrittenLogin<'_>) -> Option<Login> {
+        let user = written.user;
+        let secret = match (written.password, written.file) {
             (Some(_), Some(file)) => {
                 let what = text::CheckTwoPasswords.words();
                 self.say(file.span().start, what, text::CheckTwoPasswordsRemedy.words());
@@ -301,10 +313,8 @@ impl Check<'_> {
             }
             (None, None) => None,
         };
-        let at = [
-            written.password.as_ref().map(|it| it.span().start),
-            written.password_file.as_ref().map(|it| it.span().start),
-        ];
+        let at =
+            [written.password.map(|it| it.span().start), written.file.map(|it| it.span().start)];
         if let (None, Some(at)) = (user, at.into_iter().flatten().next()) {
             let what = text::CheckPasswordAlone.words();
             self.say(at, what, text::CheckPasswordAloneRemedy.words());

@@ -26,6 +26,7 @@ use utoipa::ToSchema;
 use crate::access::{Access, Kind, Logins, Principal, Turns};
 use crate::alarms::Alarms;
 use crate::api::{Answering, Lasting, Packing, Places};
+use crate::cameras::Cameras;
 use crate::clock::{Clock, Sleep, Sleeps};
 use crate::command::series::Series;
 use crate::config::{Config, MonitorConfig};
@@ -58,7 +59,7 @@ pub use seats::{Has, SeatKey, Seated};
 pub use shutdown::Shutdown;
 pub(crate) use tasks::all_end;
 use upkeep::Upkeep;
-pub use upkeep::room;
+pub use upkeep::{resident, room};
 
 /// Passwords hashed at once: one hash takes tens of MiB, and the other processor is for commands.
 const HASHING_MAX: usize = 1;
@@ -113,6 +114,7 @@ struct Parts {
     field: Field,
     modbus_servers: Servers,
     mqtt_brokers: Brokers,
+    cameras: Cameras,
     simulation: OnceLock<Box<dyn Simulation>>,
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
@@ -220,6 +222,7 @@ impl Hub {
             field: Field::new(&config.modbus),
             modbus_servers: Servers::new(&config.modbus_servers),
             mqtt_brokers: Brokers::new(&config.mqtt),
+            cameras: Cameras::new(&config.cameras, clock.now_ms()),
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
@@ -502,6 +505,11 @@ impl Hub {
     /// The MQTT brokers.
     pub(crate) fn mqtt_brokers(&self) -> &Brokers {
         &self.0.mqtt_brokers
+    }
+
+    /// The cameras.
+    pub(crate) fn cameras(&self) -> &Cameras {
+        &self.0.cameras
     }
 
     /// The zones, if there are any.

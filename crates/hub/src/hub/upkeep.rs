@@ -88,6 +88,13 @@ const fn is_little((free, total): (u64, u64)) -> bool {
     free < FREE_LEAST || (free < total / FREE_PART && free < FREE_ENOUGH)
 }
 
+/// Memory of a process (`self`: this one), bytes, where Linux reports it.
+pub fn resident(process: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
+}
+
 /// Free and total bytes of the disk that has a folder.
 #[cfg(unix)]
 pub fn room(folder: &Path) -> Option<(u64, u64)> {

@@ -66,6 +66,7 @@ pub fn start(hub: &Hub) {
     }
     crate::field::start(hub);
     crate::plugs::start(hub);
+    crate::cameras::start(hub);
     hub.always("integrity", crate::store::integrity::run(hub.clone()));
     hub.always("changes", crate::publish::broadcast::run(hub.clone()));
 }

@@ -7,6 +7,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod cameras;
 mod console;
 mod description;
 mod entry;

@@ -839,3 +839,43 @@ check-sparkplug-alone = { $key } is not for a broker with sparkplug: its topics 
 check-sparkplug-alone-remedy = Leave it out, or write another [[mqtt]] for our own topics.
 check-topic-taken = The topic of monitor { $id } is one of the hub's own.
 check-topic-taken-remedy = Give the monitor another id, or leave it out of `monitors`.
+
+# Cameras: why there is no picture, and what to do.
+camera-no-program = This program watches no cameras. Start the hub by lafet serve.
+camera-no-process = The process of the camera cannot be started. See the log of the hub; restart it.
+camera-unreachable = The camera cannot be reached. Check its power, the network and the url in hub.toml.
+camera-login = The camera refuses user or password. Correct user and password of the camera in hub.toml.
+camera-missing = The camera has no such stream. Correct the path in the url in hub.toml.
+camera-codec = The camera sends no H.264 and no H.265. Set its stream to H.264.
+camera-broken = What the camera sends breaks the rules of RTSP or of its codec. Update its software, or restart it; the log of the hub says more.
+camera-ended = The camera has closed the connection. It is connected again.
+camera-silent = The camera sends nothing. Restart it, or check the network.
+camera-large = A picture of the camera is larger than 4 MiB. Set a lower resolution or bit rate.
+camera-hangs = The process of the camera says nothing any more. It is started again.
+camera-died = The process of the camera has failed. It is started again.
+camera-heavy = The process of the camera takes too much memory. It is started again; update the software of the camera if it stays so.
+camera-flood = The camera sends more than 48 Mbit/s, or more than 600 pictures a second. Set a lower bit rate.
+camera-frozen = The camera sends no new picture: what is shown is old.
+no-camera = There is no camera { $id }.
+too-many-viewers = So many watch cameras already that there is no room for more. Close another view.
+only-websocket = This address is for a WebSocket.
+
+# Cameras: what is wrong with hub.toml.
+check-cameras = There are too many cameras.
+check-cameras-remedy = Write 16 [[camera]] at most.
+check-camera-id = `{ $id }` is not an id.
+check-camera-twice-remedy = Give each camera an id of its own.
+check-camera-url = The url is no camera.
+check-camera-url-remedy = Write rtsp://192.168.1.60:554/stream1, as the manual of the camera has it.
+check-camera-user = The url has a user in it.
+check-camera-user-remedy = Write user, and password or password_file.
+check-camera-tls = RTSP over TLS is not supported.
+check-camera-tls-remedy = Write rtsp://, and keep cameras in a network of their own.
+check-camera-long = User or password is longer than 256 bytes.
+check-camera-long-remedy = Give the camera a shorter one.
+check-camera-nothing = The camera looks at nothing, so no page shows it.
+check-camera-nothing-remedy = Write monitors = ["M1"], or zones.
+check-camera-zone = There is no zone { $id }, or it is given twice.
+check-camera-zone-remedy = Write the id of a [[zone]], once.
+check-camera-barrel = A camera is on one barrel.
+check-camera-barrel-remedy = Write one monitor in monitors, or mount = "fixed" or "mast".

@@ -839,3 +839,43 @@ check-sparkplug-alone = { $key } — не для брокера с sparkplug: т
 check-sparkplug-alone-remedy = Уберите или напишите ещё один раздел [[mqtt]] для наших тем.
 check-topic-taken = Тема ствола { $id } — одна из собственных тем сервера объекта.
 check-topic-taken-remedy = Дайте стволу другое имя или не указывайте его в `monitors`.
+
+# Камеры: почему нет изображения и что делать.
+camera-no-program = Эта программа не следит за камерами. Запустите сервер командой lafet serve.
+camera-no-process = Процесс камеры не запускается. См. журнал сервера; перезапустите его.
+camera-unreachable = С камерой нет связи. Проверьте её питание, сеть и url в hub.toml.
+camera-login = Камера не принимает пользователя или пароль. Исправьте user и password камеры в hub.toml.
+camera-missing = У камеры нет такого потока. Исправьте путь в url в hub.toml.
+camera-codec = Камера не передаёт ни H.264, ни H.265. Задайте ей поток H.264.
+camera-broken = Передаваемое камерой нарушает правила RTSP или кодека. Обновите её программу или перезапустите её; подробности в журнале сервера.
+camera-ended = Камера закрыла соединение. Оно устанавливается снова.
+camera-silent = Камера ничего не передаёт. Перезапустите её или проверьте сеть.
+camera-large = Кадр камеры больше 4 МиБ. Уменьшите разрешение или битрейт.
+camera-hangs = Процесс камеры не подаёт признаков жизни. Он запускается снова.
+camera-died = Процесс камеры завершился с ошибкой. Он запускается снова.
+camera-heavy = Процесс камеры занимает слишком много памяти. Он запускается снова; если это повторяется, обновите программу камеры.
+camera-flood = Камера передаёт больше 48 Мбит/с или больше 600 кадров в секунду. Уменьшите битрейт.
+camera-frozen = Камера не передаёт новых кадров: показано старое изображение.
+no-camera = Камеры { $id } нет.
+too-many-viewers = Камеры смотрят уже столько пользователей, что места больше нет. Закройте другой просмотр.
+only-websocket = Этот адрес — для WebSocket.
+
+# Камеры: что неверно в hub.toml.
+check-cameras = Камер слишком много.
+check-cameras-remedy = Не больше 16 разделов [[camera]].
+check-camera-id = `{ $id }` — не id.
+check-camera-twice-remedy = id камер различны.
+check-camera-url = В url указана не камера.
+check-camera-url-remedy = Напишите rtsp://192.168.1.60:554/stream1, как указано в руководстве камеры.
+check-camera-user = В url указан пользователь.
+check-camera-user-remedy = Напишите user и password или password_file.
+check-camera-tls = RTSP поверх TLS не поддерживается.
+check-camera-tls-remedy = Напишите rtsp:// и выделите камерам отдельную сеть.
+check-camera-long = Пользователь или пароль длиннее 256 байт.
+check-camera-long-remedy = Задайте камере более короткий.
+check-camera-nothing = Камера ни на что не смотрит, поэтому её нет ни на одной странице.
+check-camera-nothing-remedy = Напишите monitors = ["M1"] или zones.
+check-camera-zone = Зоны { $id } нет, или она указана дважды.
+check-camera-zone-remedy = Укажите id раздела [[zone]] один раз.
+check-camera-barrel = Камера может быть только на одном стволе.
+check-camera-barrel-remedy = Укажите в monitors один ствол или mount = "fixed" либо "mast".

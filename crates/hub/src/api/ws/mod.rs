@@ -32,7 +32,8 @@ use crate::server::allowances::Talk;
 pub use frames::show_frame;
 use reader::{REQUESTS_MAX, Reader, URGENT_MAX};
 pub use said::{Id, Said, kinds};
-use writer::{SLOW, Writer};
+use writer::Writer;
+pub use writer::{ENDED, PING, SILENT, SLOW};
 
 /// Longest message of a client.
 const MESSAGE_MAX: usize = 16 * 1024;
@@ -152,7 +153,7 @@ struct Pings {
 }
 
 /// How far the client of a connection may go on; `None`: not at all. Memory is asked, no disk.
-fn standing(hub: &Hub, principal: &Principal) -> Option<Standing> {
+pub(super) fn standing(hub: &Hub, principal: &Principal) -> Option<Standing> {
     let now_ms = hub.now_for(principal);
     match hub.access().is_valid(now_ms, principal) {
         true => Some(Standing::Good),
@@ -161,7 +162,7 @@ fn standing(hub: &Hub, principal: &Principal) -> Option<Standing> {
 }
 
 /// The hub ends.
-const GOING_AWAY: (u16, &str) = (1001, "the hub ends");
+pub(super) const GOING_AWAY: (u16, &str) = (1001, "the hub ends");
 /// Another connection has resumed the seat.
 const RESUMED: (u16, &str) = (4410, "resumed elsewhere");
 

@@ -20,9 +20,9 @@ use crate::publish::messages::{self, Hello, JogTimes};
 use crate::publish::topics::Audience;
 
 /// How often the other side is pinged.
-const PING: Duration = Duration::from_secs(5);
+pub const PING: Duration = Duration::from_secs(5);
 /// A silent connection is closed after this time.
-const SILENT: Duration = Duration::from_secs(15);
+pub const SILENT: Duration = Duration::from_secs(15);
 /// A connection that takes nothing is closed after this time.
 pub const SLOW: Duration = Duration::from_secs(10);
 

@@ -71,7 +71,12 @@ impl Files {
 }
 
 impl Login {
-    fn password(&self) -> Result<Option<String>, Both> {
+    /// The password; that of a file is read each time.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read.
+    pub(crate) fn password(&self) -> Result<Option<String>, Both> {
         match &self.secret {
             None => Ok(None),
             Some(Secret::Here(password)) => Ok(Some(password.clone())),

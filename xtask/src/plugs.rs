@@ -20,6 +20,17 @@ const PACKAGES: [&str; 6] = [
 
 /// A host application of Sparkplug B. It wants an older paho-mqtt, so it has an environment of its own.
 const SPARKPLUG: [&str; 3] = ["pysparkplug==0.6.1", "paho-mqtt==1.6.1", "protobuf==7.36.2"];
+/// A server of RTSP, and what its camera is made of.
+const CAMERA: [&str; 5] = [
+    "gir1.2-gst-rtsp-server-1.0",
+    "python3-gst-1.0",
+    "gstreamer1.0-plugins-base",
+    "gstreamer1.0-plugins-good",
+    "gstreamer1.0-plugins-ugly",
+];
+/// Whether they are there: the bindings, and the encoder.
+const HAS_CAMERA: &str = "import gi; gi.require_version('GstRtspServer', '1.0'); \
+    from gi.repository import Gst; Gst.init(None); assert Gst.ElementFactory.find('x264enc')";
 
 pub fn plugs(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
@@ -33,6 +44,10 @@ pub fn check() -> StepResult {
     setup::program("mbpoll", "mbpoll")?;
     setup::found("mosquitto", "mosquitto")?;
     setup::found("mosquitto_sub", "mosquitto-clients")?;
+    // Of the system's Python: the bindings are for that one.
+    if output(Command::new("/usr/bin/python3").args(["-c", HAS_CAMERA])).is_err() {
+        setup::debian(&CAMERA)?;
+    }
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders = std::iter::once(programs).chain(std::env::split_paths(&path));
     let path = std::env::join_paths(folders).map_err(|e| e.to_string())?;

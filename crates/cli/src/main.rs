@@ -70,6 +70,10 @@ const LAST: Duration = Duration::from_secs(1);
 static ALLOCATOR: tikv_jemallocator::Jemalloc = tikv_jemallocator::Jemalloc;
 
 fn main() -> ExitCode {
+    // The hub starts this program so: what a camera sends is parsed before and beside everything else.
+    if hub::cameras::is_wanted(std::env::args_os()) {
+        return lafet_eyes::run();
+    }
     let arguments: Vec<String> =
         std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
     lang::choose(&arguments);

@@ -1,5 +1,6 @@
 //! Runs the hub inside this program: its threads, its logs, a browser.
 
+pub mod cameras;
 mod faults;
 mod log;
 mod looks;
@@ -38,7 +39,8 @@ pub struct Running {
 
 impl Running {
     /// Starts a hub.
-    pub async fn start(config: Config) -> Result<Self, Failure> {
+    pub async fn start(mut config: Config) -> Result<Self, Failure> {
+        config.camera_program = cameras::program();
         let (listen, folder) = (config.listen, config.data.clone());
         let hub = Hub::new(config, Clock::System, schema::schema()).map_err(|error| {
             if let StoreError::Lost(losses) = &error {

@@ -11,6 +11,8 @@ mod between;
 #[cfg(unix)]
 mod bus;
 mod calibrate;
+#[cfg(target_os = "linux")]
+mod cameras;
 #[cfg(unix)]
 mod clients;
 mod commands;

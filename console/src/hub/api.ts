@@ -557,6 +557,74 @@ export interface components {
             flags: ("ConfigFault" | "ConfigInvalid" | "ConfigWriteFault" | "ConnLost" | "BadPower" | "RemotePaIncomplete" | "RemotePaBadId" | "RemotePaBadVal" | "RemotePaError" | "Restarting" | "InternalFault" | "WdtFault" | "ProtocolFault" | "Disabled" | "Terminated" | "Reserved" | "LeftButtonState=Pressed" | "LeftButtonState=Short" | "LeftButtonState=Open" | "RightButtonState=Pressed" | "RightButtonState=Short" | "RightButtonState=Open" | "UpButtonState=Pressed" | "UpButtonState=Short" | "UpButtonState=Open" | "DownButtonState=Pressed" | "DownButtonState=Short" | "DownButtonState=Open" | "WideButtonState=Pressed" | "WideButtonState=Short" | "WideButtonState=Open" | "NarrowButtonState=Pressed" | "NarrowButtonState=Short" | "NarrowButtonState=Open" | "OpenButtonState=Pressed" | "OpenButtonState=Short" | "OpenButtonState=Open" | "CloseButtonState=Pressed" | "CloseButtonState=Short" | "CloseButtonState=Open")[];
             severity: components["schemas"]["Severity"];
         };
+        /**
+         * @description Where a camera is mounted.
+         * @enum {string}
+         */
+        CameraMount: "fixed" | "barrel" | "mast";
+        /** @description A camera now, with what it counts since the start of the hub. */
+        CameraNow: components["schemas"]["CameraView"] & {
+            /**
+             * Format: int64
+             * @description Their bytes.
+             */
+            bytes: number;
+            /**
+             * Format: int64
+             * @description Pictures that came.
+             */
+            frames: number;
+            /**
+             * Format: int64
+             * @description Packets that were lost on the way from the camera.
+             */
+            packets_lost: number;
+            /**
+             * Format: int64
+             * @description Times that a slow viewer was sent on to the next key frame.
+             */
+            skipped: number;
+            /**
+             * Format: int64
+             * @description Starts of its process.
+             */
+            starts: number;
+            /** @description Viewers now. */
+            viewers: number;
+        };
+        /** @description A camera and its state; the topic `cameras/ID`. */
+        CameraView: {
+            /** @description The codec, as `avc1.64001f`; null until the first picture. */
+            codec: string | null;
+            /** @description Its id. */
+            id: string;
+            /** @description The monitors that it looks at. */
+            monitors: string[];
+            /** @description Where it is mounted. */
+            mount: components["schemas"]["CameraMount"];
+            /** @description Its name. */
+            name: components["schemas"]["Both"];
+            /**
+             * Format: int64
+             * @description Since when its state is this, ms since 1970.
+             */
+            since_ms: number;
+            /** @description Width and height, pixels; null until the first picture. */
+            size: [
+                number,
+                number
+            ] | null;
+            /** @description How it is. */
+            state: components["schemas"]["CameraWord"];
+            why: components["schemas"]["Both"] | null;
+            /** @description The zones that it looks at. */
+            zones: string[];
+        };
+        /**
+         * @description How a camera is.
+         * @enum {string}
+         */
+        CameraWord: "connecting" | "playing" | "frozen" | "failed";
         /** @description What can be simulated, and what runs. */
         Catalogue: {
             /** @description The faults that can be injected. */
@@ -4254,6 +4322,10 @@ export type Basis = components['schemas']['Basis'];
 export type Both = components['schemas']['Both'];
 export type Bounds = components['schemas']['Bounds'];
 export type ButtonsStatus = components['schemas']['ButtonsStatus'];
+export type CameraMount = components['schemas']['CameraMount'];
+export type CameraNow = components['schemas']['CameraNow'];
+export type CameraView = components['schemas']['CameraView'];
+export type CameraWord = components['schemas']['CameraWord'];
 export type Catalogue = components['schemas']['Catalogue'];
 export type ChainState = components['schemas']['ChainState'];
 export type ChainWord = components['schemas']['ChainWord'];

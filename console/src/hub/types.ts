@@ -120,41 +120,43 @@ export type JogEnd = api.MotionEnd;
 /** Topics of the store. */
 export type TopicOf<K extends string> = K extends 'hub'
   ? Hub
-  : K extends 'scene'
-    ? Scene
-    : K extends 'updates'
-      ? Updates
-      : K extends 'zones'
-        ? api.ZonesView
-        : K extends 'zones/configured'
-          ? api.ZonesConfigured
-          : K extends `alarms/${string}`
-            ? Alarm
-            : K extends `monitors/${string}/info`
-              ? Info
-              : K extends `monitors/${string}/status`
-                ? Status
-                : K extends `monitors/${string}/link`
-                  ? Link
-                  : K extends `monitors/${string}/authority`
-                    ? Authority
-                    : K extends `monitors/${string}/readiness`
-                      ? Readiness
-                      : K extends `monitors/${string}/limits`
-                        ? Limits | null
-                        : K extends `monitors/${string}/hotbeds`
-                          ? Hotbeds | null
-                          : K extends `monitors/${string}/params`
-                            ? Params
-                            : K extends `monitors/${string}/params_progress`
-                              ? Params['progress']
-                              : K extends `monitors/${string}/program`
-                                ? Program | null
-                                : K extends `monitors/${string}/tune`
-                                  ? Tune
-                                  : K extends `monitors/${string}/urgent`
-                                    ? api.UrgentCounts
-                                    : unknown;
+  : K extends `cameras/${string}`
+    ? api.CameraView
+    : K extends 'scene'
+      ? Scene
+      : K extends 'updates'
+        ? Updates
+        : K extends 'zones'
+          ? api.ZonesView
+          : K extends 'zones/configured'
+            ? api.ZonesConfigured
+            : K extends `alarms/${string}`
+              ? Alarm
+              : K extends `monitors/${string}/info`
+                ? Info
+                : K extends `monitors/${string}/status`
+                  ? Status
+                  : K extends `monitors/${string}/link`
+                    ? Link
+                    : K extends `monitors/${string}/authority`
+                      ? Authority
+                      : K extends `monitors/${string}/readiness`
+                        ? Readiness
+                        : K extends `monitors/${string}/limits`
+                          ? Limits | null
+                          : K extends `monitors/${string}/hotbeds`
+                            ? Hotbeds | null
+                            : K extends `monitors/${string}/params`
+                              ? Params
+                              : K extends `monitors/${string}/params_progress`
+                                ? Params['progress']
+                                : K extends `monitors/${string}/program`
+                                  ? Program | null
+                                  : K extends `monitors/${string}/tune`
+                                    ? Tune
+                                    : K extends `monitors/${string}/urgent`
+                                      ? api.UrgentCounts
+                                      : unknown;
 
 type Message = api.Message;
 type Of<K extends Message['type']> = Extract<Message, { type: K }>;

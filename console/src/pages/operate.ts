@@ -1,6 +1,7 @@
 // One monitor: its direction, pressure and flow, motion by hand, automatic programs.
 import { css, html, LitElement, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { camerasOf } from '../hub/cameras';
 import { commands } from '../hub/commands';
 import { HubError } from '../hub/errors';
 import { concerns, onHalt } from '../hub/halt';
@@ -23,6 +24,7 @@ import { show } from '../units';
 import { type Aimed, aimAt, flows, SOLVED_MOST_MS, UNKNOWN } from './operate/aim';
 import './operate/automatic';
 import type { Tool } from './operate/automatic';
+import './operate/camera';
 import './operate/hand';
 import { OnPlan } from './operate/on-plan';
 import { exists, limits, position, posture, siteOf, whyNotAim, whyNotWork } from './operate/state';
@@ -31,6 +33,7 @@ import { readingOf } from './operate/value';
 import './operate/valves';
 
 const VIEW_KEY = 'lafet.view';
+const CAMERA_KEY = 'lafet.camera';
 /** Height that the buttons on the plan take, px. */
 const TOOLS_PX = 60;
 /** Height that notes about the water take below them where they have no place beside them: narrower than this, px. */
@@ -120,6 +123,20 @@ export class PageOperate extends LitElement {
         background: var(--surface);
         border-radius: var(--radius);
         box-shadow: var(--shadow);
+      }
+      lf-camera {
+        position: absolute;
+        z-index: 1;
+        right: 8px;
+        bottom: 8px;
+        width: min(42%, 480px);
+        aspect-ratio: 16 / 11;
+      }
+      /* In the place of the plan, below the values and the buttons. */
+      lf-camera[large] {
+        inset: calc(var(--strip, 72px) + 76px) 0 0 0;
+        width: auto;
+        aspect-ratio: auto;
       }
       .below {
         grid-area: below;
@@ -211,6 +228,7 @@ export class PageOperate extends LitElement {
   @state() private taking = false;
   @state() private view: 'plan' | 'scene' = localStorage.getItem(VIEW_KEY) === 'scene' ? 'scene' : 'plan';
   @state() private sceneLoaded = false;
+  @state() private camera = localStorage.getItem(CAMERA_KEY) !== 'hidden';
   /** Only the last press counts, and none from before a STOP, Escape or another tool. */
   private aims = 0;
   @state() private stripHeight = 0;
@@ -222,7 +240,7 @@ export class PageOperate extends LitElement {
 
   constructor() {
     super();
-    new TopicController(this, () => [SECOND, 'scene', 'monitors/', 'zones']);
+    new TopicController(this, () => [SECOND, 'scene', 'monitors/', 'zones', 'cameras/']);
   }
 
   override connectedCallback(): void {
@@ -347,6 +365,7 @@ export class PageOperate extends LitElement {
     const scene = store.get('scene') ?? null;
     const monitors = this.monitors(site);
     const three = this.view === 'scene' && this.sceneLoaded;
+    const watched = camerasOf(monitor).length > 0;
     const choice = (tool: Tool, name: 'map' | 'target', text: string, why = '') =>
       html`<lf-button id=${tool} icon=${name} kind="quiet" toggle .on=${this.tool === tool} .why=${why} @click=${() => this.choose(tool)}
         ><span class="word">${text}</span></lf-button
@@ -387,7 +406,24 @@ export class PageOperate extends LitElement {
         <lf-button icon=${three ? 'map' : 'cube'} kind="quiet" @click=${this.turnView}
           >${three ? t('operate.plan_view') : '3D'}</lf-button
         >
-      </div>`;
+        ${
+          watched
+            ? html`<lf-button id="camera" icon="camera" kind="quiet" toggle .on=${this.camera} @click=${() => this.showCamera(!this.camera)}
+                ><span class="word">${t('operate.camera')}</span></lf-button
+              >`
+            : nothing
+        }
+      </div>
+      ${
+        watched && this.camera
+          ? html`<lf-camera .monitor=${monitor} @hide=${() => this.showCamera(false)}></lf-camera>`
+          : nothing
+      }`;
+  }
+
+  private showCamera(shown: boolean): void {
+    this.camera = shown;
+    localStorage.setItem(CAMERA_KEY, shown ? 'shown' : 'hidden');
   }
 
   private dial() {

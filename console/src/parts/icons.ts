@@ -7,6 +7,7 @@ const STILL = styled({ flex: 'none', display: 'block' });
 const PATHS = {
   overview: svg`<rect x="4" y="4" width="7" height="7" rx="1.5"/><rect x="13" y="4" width="7" height="7" rx="1.5"/><rect x="4" y="13" width="7" height="7" rx="1.5"/><rect x="13" y="13" width="7" height="7" rx="1.5"/>`,
   operate: svg`<path d="M5 20h9M7 20v-4h5v4M9.5 16l7-9 2.6 2-6 7"/><path d="M19.5 3.5v2M22 6h-1.5"/>`,
+  camera: svg`<rect x="3" y="7" width="12" height="10" rx="2"/><path d="m15 11 6-3.5v9L15 13"/>`,
   zones: svg`<path d="M4 9V5.5A1.500 1.500 0 0 1 5.500 4H9M15 4h3.500A1.500 1.500 0 0 1 20 5.500V9M20 15v3.500a1.500 1.500 0 0 1-1.500 1.500H15M9 20H5.500A1.500 1.500 0 0 1 4 18.500V15"/><path d="M12 7.500c.4 2 3 3.200 3 6a3 3 0 0 1-6 0c0-1.300.7-2.200 1.400-3 .2.700.5 1.200 1 1.500-.3-1.500-.4-3 .6-4.500Z"/>`,
   alarms: svg`<path d="M12 4 2.8 20h18.4L12 4Z"/><path d="M12 10v4.5M12 17.3v.2"/>`,
   events: svg`<path d="M8 6h12M8 12h12M8 18h12"/><path d="M4 6h.01M4 12h.01M4 18h.01"/>`,

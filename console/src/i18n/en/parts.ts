@@ -109,4 +109,10 @@ export default {
   'parts.chart.bottom': 'Lower edge: height of the sector',
   'parts.chart.point': 'Point {n}',
   'parts.plan.point': 'Point {n} of the trajectory',
+  'parts.no_picture': 'No picture',
+  'parts.old_picture': 'Old picture: {age} ago',
+  'parts.picture_age': '{age} s',
+  'parts.picture_insecure': 'Browsers show pictures of cameras over HTTPS only: the hub needs [tls].',
+  'parts.picture_browser': 'This browser has no decoder for pictures of cameras (WebCodecs).',
+  'parts.picture_codec': 'This browser cannot decode what the camera sends. Set the camera to H.264.',
 } as const;

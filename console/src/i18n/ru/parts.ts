@@ -111,5 +111,11 @@ const ru: Record<keyof typeof en, string> = {
   'parts.chart.bottom': 'Нижний край: высота сектора',
   'parts.chart.point': 'Точка {n}',
   'parts.plan.point': 'Точка {n} траектории',
+  'parts.no_picture': 'Нет изображения',
+  'parts.old_picture': 'Старое изображение: {age} назад',
+  'parts.picture_age': '{age} с',
+  'parts.picture_insecure': 'Браузеры показывают камеры только по HTTPS: серверу нужен раздел [tls].',
+  'parts.picture_browser': 'В этом браузере нет декодера для изображений камер (WebCodecs).',
+  'parts.picture_codec': 'Этот браузер не декодирует поток камеры. Задайте камере H.264.',
 };
 export default ru;

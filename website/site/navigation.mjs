@@ -50,6 +50,7 @@ export const GROUPS = [
       page('installation', 'Zone controller', 'Контроллер зон'),
       page('modbus', 'Modbus server', 'Сервер Modbus'),
       page('mqtt', 'MQTT', 'MQTT'),
+      page('cameras', 'Cameras', 'Камеры'),
       page('coverage', 'Coverage of a site', 'Покрытие объекта струями'),
       page('site-test', 'Testing an installation', 'Испытание установки'),
       page('plan', 'The site’s drawing', 'Чертёж объекта'),

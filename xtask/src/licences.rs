@@ -31,6 +31,8 @@ pub fn check() -> run::StepResult {
 
 struct Policy {
     allowed: Vec<String>,
+    /// Crates that may have further licences.
+    exceptions: BTreeMap<String, Vec<String>>,
     /// Banned crates and the reasons.
     banned: BTreeMap<String, String>,
 }
@@ -42,19 +44,18 @@ impl Policy {
             let value = table.get(section).and_then(|section| section.get(key));
             value.and_then(toml::Value::as_array).cloned().unwrap_or_default()
         };
-        for key in ["exceptions", "clarify"] {
-            if !array("licenses", key).is_empty() {
-                return Err(format!("{POLICY}: licenses.{key} is not supported by this check"));
-            }
+        if !array("licenses", "clarify").is_empty() {
+            return Err(format!("{POLICY}: licenses.clarify is not supported by this check"));
         }
-        let allowed = array("licenses", "allow");
-        let allowed: Vec<String> =
-            allowed.iter().filter_map(|licence| licence.as_str().map(String::from)).collect();
+        let allowed = texts(&array("licenses", "allow"));
+        let exceptions = array("licenses", "exceptions");
+        let exceptions = exceptions.iter().map(exception).collect::<Option<_>>();
+        let exceptions = exceptions.ok_or(format!("{POLICY}: an exception is not understood"))?;
         if allowed.is_empty() {
             return Err(format!("{POLICY}: [licenses] allow is empty"));
         }
         let banned = array("bans", "deny").iter().filter_map(ban).collect();
-        Ok(Self { allowed, banned })
+        Ok(Self { allowed, exceptions, banned })
     }
 
     fn problem(&self, package: &Package) -> Option<String> {
@@ -72,8 +73,10 @@ impl Policy {
         match Expression::parse_mode(licence, ParseMode::LAX) {
             Err(error) => say(format!("unreadable licence `{licence}`: {}", error.reason)),
             Ok(expression) => {
+                let own = self.exceptions.get(name).into_iter().flatten();
+                let allowed: Vec<&String> = self.allowed.iter().chain(own).collect();
                 let allowed = |licence: &spdx::LicenseReq| {
-                    self.allowed.iter().any(|allowed| *allowed == licence.to_string())
+                    allowed.iter().any(|allowed| **allowed == licence.to_string())
                 };
                 match expression.evaluate(allowed) {
                     true => None,
@@ -82,6 +85,16 @@ impl Policy {
             }
         }
     }
+}
+
+fn texts(array: &[toml::Value]) -> Vec<String> {
+    array.iter().filter_map(|it| it.as_str().map(String::from)).collect()
+}
+
+/// Parses an entry of `[licenses] exceptions`: a crate, and what it may have beside what all may.
+fn exception(value: &toml::Value) -> Option<(String, Vec<String>)> {
+    let allowed = texts(value.get("allow")?.as_array()?);
+    Some((value.get("crate")?.as_str()?.into(), allowed))
 }
 
 /// Parses an entry of `[bans] deny`: a name, or a table with name and reason.
@@ -107,6 +120,7 @@ mod tests {
 
     const POLICY_TEXT: &str = r#"
         licenses.allow = ["MIT", "Apache-2.0 WITH LLVM-exception", "Unicode-3.0"]
+        licenses.exceptions = [{ crate = "own", allow = ["MPL-2.0"] }]
         bans.deny = [{ crate = "bad", reason = "why" }]
     "#;
 
@@ -135,6 +149,14 @@ mod tests {
     }
 
     #[test]
+    fn an_exception_is_for_one_crate() {
+        assert_eq!(problem("own", Some("MPL-2.0"), None), None);
+        assert_eq!(problem("own", Some("MIT"), None), None);
+        assert!(problem("other", Some("MPL-2.0"), None).is_some());
+        assert!(problem("own", Some("GPL-3.0-only"), None).is_some());
+    }
+
+    #[test]
     fn banned_crates_and_foreign_sources_are_named() {
         assert_eq!(problem("bad", Some("MIT"), None).unwrap(), "bad 1.0.0: banned: why");
         assert_eq!(problem("a", Some("MIT"), Some(CRATES_IO)), None);
@@ -145,6 +167,7 @@ mod tests {
     fn a_policy_that_is_not_understood_is_an_error() {
         assert!(Policy::parse("licenses.allow = []").is_err());
         assert!(Policy::parse("licenses.allow = ['MIT']\nlicenses.clarify = [1]").is_err());
+        assert!(Policy::parse("licenses.allow = ['MIT']\nlicenses.exceptions = [1]").is_err());
         assert!(Policy::parse("not toml").is_err());
     }
 }

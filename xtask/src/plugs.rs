@@ -7,9 +7,11 @@ use crate::run::{StepResult, TestProgram, cargo, output, root, shown_tests, test
 use crate::test::pass_alone;
 use crate::{TaskResult, flag, setup};
 
-/// What Python has of Modbus, on this side and that, of MQTT and of recordings, and what Home Assistant checks its
-/// messages with.
-const PACKAGES: [&str; 6] = [
+/// What Python has of Modbus, on this side and that, of MQTT, of OPC UA and of recordings, and what Home Assistant checks
+/// its messages with.
+const PACKAGES: [&str; 8] = [
+    "asyncua==2.1.0",
+    "cryptography==50.0.2",
     "mcap==1.6.0",
     "pymodbus==3.16.1",
     "pyserial==3.5",

@@ -1532,7 +1532,7 @@ export interface components {
          * @description How a client has identified itself.
          * @enum {string}
          */
-        Kind: "session" | "token" | "certificate" | "demo" | "modbus" | "mqtt";
+        Kind: "session" | "token" | "certificate" | "demo" | "modbus" | "mqtt" | "opcua";
         /** @description A monitor that votes do not open. */
         LeftOut: {
             /** @description The monitor. */
@@ -2214,7 +2214,7 @@ export interface components {
             malformed: number;
             /** @description Its name in the configuration. */
             name: string;
-            /** @description `modbus` or `mqtt`. */
+            /** @description `modbus`, `mqtt` or `opcua`. */
             protocol: string;
             /**
              * Format: int64

@@ -51,7 +51,7 @@ pub use config::{
 };
 pub use error::ApiError;
 pub use hub::Hub;
-pub use plugs::{modbus as modbus_server, mqtt};
+pub use plugs::{modbus as modbus_server, mqtt, opcua};
 pub use publish::topics;
 pub use server::Server;
 

@@ -82,6 +82,7 @@ export default {
   'admin.kind_certificate': 'client certificate',
   'admin.kind_modbus': 'Modbus address',
   'admin.kind_mqtt': 'MQTT broker',
+  'admin.kind_opcua': 'OPC UA client',
   'admin.kind_demo': 'without login, on this computer',
   'admin.expires': 'Expires',
   'admin.seat': 'Console',

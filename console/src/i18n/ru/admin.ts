@@ -81,6 +81,7 @@ export default {
   'admin.kind_certificate': 'сертификат клиента',
   'admin.kind_modbus': 'адрес Modbus',
   'admin.kind_mqtt': 'брокер MQTT',
+  'admin.kind_opcua': 'клиент OPC UA',
   'admin.kind_demo': 'без входа, с этого компьютера',
   'admin.expires': 'Действует до',
   'admin.seat': 'Пульт',

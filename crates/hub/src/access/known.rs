@@ -252,7 +252,7 @@ impl Known {
         match principal.kind {
             Kind::Session => !self.has_session(&principal.key),
             Kind::Token => !self.has_token(&principal.key),
-            Kind::Certificate | Kind::Demo | Kind::Modbus | Kind::Mqtt => false,
+            Kind::Certificate | Kind::Demo | Kind::Modbus | Kind::Mqtt | Kind::Opcua => false,
         }
     }
 
@@ -263,7 +263,7 @@ impl Known {
             Kind::Session => &self.sessions,
             Kind::Token => &self.tokens,
             Kind::Certificate => return (now_ms < principal.expires_ms, None),
-            Kind::Demo | Kind::Modbus | Kind::Mqtt => return (true, None),
+            Kind::Demo | Kind::Modbus | Kind::Mqtt | Kind::Opcua => return (true, None),
         };
         let mut entries = lock(of);
         let Some(entry) = entries.of(&principal.key) else {

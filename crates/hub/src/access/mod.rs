@@ -88,6 +88,8 @@ pub enum Kind {
     Modbus,
     /// Clients of an MQTT broker.
     Mqtt,
+    /// Client of an OPC UA server.
+    Opcua,
 }
 
 impl Kind {
@@ -100,13 +102,14 @@ impl Kind {
             Self::Demo => "demo",
             Self::Modbus => "modbus",
             Self::Mqtt => "mqtt",
+            Self::Opcua => "opcua",
         }
     }
 
     /// The kind of a name.
     pub fn by_name(name: &str) -> Option<Self> {
         let named = [Self::Session, Self::Token, Self::Certificate];
-        let others = [Self::Demo, Self::Modbus, Self::Mqtt];
+        let others = [Self::Demo, Self::Modbus, Self::Mqtt, Self::Opcua];
         named.into_iter().chain(others).find(|it| it.name() == name)
     }
 }

@@ -9,8 +9,8 @@ use crate::text::Both;
 const NAME_MAX: usize = 64;
 /// Names under which the hub itself, its zone controller, and a hub without login are in the audit log.
 const RESERVED: [&str; 3] = ["hub", "zones", "demo"];
-/// First words of names of devices and plugs: `modbus panel unit 1`, `mqtt scada`.
-const DEVICES: [&str; 2] = ["modbus", "mqtt"];
+/// First words of names of devices and plugs: `modbus panel unit 1`, `mqtt scada`, `opcua site`.
+const DEVICES: [&str; 3] = ["modbus", "mqtt", "opcua"];
 
 /// What is wrong with a new name, beside those that there are.
 pub fn problem<'a>(name: &str, taken: impl IntoIterator<Item = &'a str>) -> Option<Both> {
@@ -74,6 +74,7 @@ mod tests {
             "-",
             "Modbus a unit 1",
             "mqtt scada",
+            "opcua site",
         ] {
             assert!(problem(name, []).is_some(), "{name:?}");
         }

@@ -516,6 +516,20 @@ impl Access {
         if right { Ok(()) } else { Err(AccessError::Wrong) }
     }
 
+    /// The role of a user, and the digest of what is stored of the password: another one after each change of it.
+    pub fn standing(&self, user: &str) -> Option<(Role, String)> {
+        let find = "SELECT password FROM user WHERE name = ?1";
+        let stored: Option<String> =
+            lock(&self.db).query_row(find, [user], |row| row.get(0)).optional().ok()?;
+        let new = {
+            let revoked = lock(&self.revoked);
+            let new = revoked.password_of(user).map(str::to_owned);
+            stored.filter(|_| !revoked.has_user(user)).map(|stored| new.unwrap_or(stored))
+        }?;
+        let role = lock(&self.roles).get(user).copied()?;
+        Some((role, digest(&new)))
+    }
+
     /// Whether a session or token was ended by others or by its user: it did not just run out.
     pub fn was_ended(&self, principal: &Principal) -> bool {
         self.known.was_ended(principal)

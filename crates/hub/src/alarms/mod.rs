@@ -1,11 +1,13 @@
 //! Alarms after ISA-18.2 and IEC 62682: from the flags of the dictionary that warn, and the hub's own.
 
+mod acts;
 mod alarm;
 mod catalogue;
 mod holding;
 mod machine;
 mod zones;
 
+pub use acts::are_words;
 pub use alarm::{Alarm, Fire, Priority, State};
 pub use machine::{Alarms, Change, Conditions, SHELVE_MAX_MIN};
 

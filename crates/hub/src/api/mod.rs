@@ -17,6 +17,7 @@ pub mod places;
 mod recordings;
 mod records;
 mod session;
+pub(crate) use session::slowly;
 mod sim;
 mod state;
 mod unread;

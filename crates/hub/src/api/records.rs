@@ -20,7 +20,7 @@ use utoipa_axum::routes;
 use super::guard::{Body, not_understood};
 use super::state::Wanted;
 use crate::access::Role;
-use crate::alarms::{Alarm, SHELVE_MAX_MIN};
+use crate::alarms::{Alarm, SHELVE_MAX_MIN, are_words};
 use crate::control::authority::REASON_MAX;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -67,13 +67,6 @@ struct Shelve {
     id: String,
     minutes: u64,
     reason: String,
-}
-
-/// Details of the entry in the audit log.
-#[derive(Debug, Serialize)]
-struct Shelved<'a> {
-    minutes: u64,
-    reason: &'a str,
 }
 
 /// Part of the audit log.
@@ -138,19 +131,7 @@ async fn acknowledge(
     Body(Ids { ids }): Body<Ids>,
 ) -> Result<Json<Vec<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
-    let (now_ms, user) = (hub.clock().now_ms(), &caller.principal.user);
-    let changes: Vec<_> = {
-        let mut alarms = hub.alarms();
-        let ids = ids.unwrap_or_else(|| alarms.unacknowledged());
-        ids.iter().filter_map(|id| alarms.acknowledge(now_ms, id, user)).collect()
-    };
-    for change in &changes {
-        let what = format!("acknowledge {}", change.id);
-        let act = Act::Acknowledge { alarm: change.id.clone() };
-        let record = hub.record(&caller, &change.monitor, &what, "Ok");
-        drop(hub.audit().note(record.about(&act)));
-    }
-    hub.publish_alarms(changes);
+    hub.acknowledge_alarms(&caller, ids, "");
     Ok(Json(hub.alarms().list().into_iter().cloned().collect()))
 }
 
@@ -170,18 +151,12 @@ async fn shelve(
             text::ShelveRange { reason_max: REASON_MAX, shelve_max_min: SHELVE_MAX_MIN }.words(),
         ));
     }
-    // Not every base stores them, and a log shows them badly.
-    if reason.trim().chars().any(char::is_control) {
+    if !are_words(reason.trim()) {
         return Err(ApiError::bad_request(text::ReasonControl.words()));
     }
-    let until_ms = hub.clock().now_ms() + minutes * 60_000;
-    let change = hub.alarms().shelve(&id, &caller.principal.user, until_ms, reason.trim());
-    let change = change.ok_or_else(ApiError::not_found)?;
-    let record = hub.record(&caller, &change.monitor, &format!("shelve {id}"), "Ok");
-    let record = record.with(&Shelved { minutes, reason: reason.trim() });
-    let act = Act::Shelve { alarm: id.clone(), minutes, reason: reason.trim().into() };
-    drop(hub.audit().note(record.about(&act)));
-    hub.publish_alarms(vec![change]);
+    if !hub.shelve_alarm(&caller, &id, minutes, reason.trim()) {
+        return Err(ApiError::not_found());
+    }
     Ok(Json(hub.alarms().get(&id).cloned()))
 }
 
@@ -194,11 +169,9 @@ async fn unshelve(
     Body(Id { id }): Body<Id>,
 ) -> Result<Json<Option<Alarm>>, ApiError> {
     needs(&caller, Role::Operator)?;
-    let change = hub.alarms().unshelve(&id, Some(&caller.principal.user));
-    let change = change.ok_or_else(ApiError::not_found)?;
-    let record = hub.record(&caller, &change.monitor, &format!("unshelve {id}"), "Ok");
-    drop(hub.audit().note(record.about(&Act::Unshelve { alarm: id.clone() })));
-    hub.publish_alarms(vec![change]);
+    if !hub.unshelve_alarm(&caller, &id) {
+        return Err(ApiError::not_found());
+    }
     Ok(Json(hub.alarms().get(&id).cloned()))
 }
 

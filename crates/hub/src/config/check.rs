@@ -73,6 +73,7 @@ pub fn check(
     let modbus = check.modbus(&read);
     let modbus_servers = check.modbus_servers(&read);
     let mqtt = check.mqtt(&read);
+    let opcua = check.opcua(&read);
     check.range(&read.server.connections_max, 8..=65_536, "connections_max");
     check.range(&read.authority.lost_ms, 500..=60_000, "lost_ms");
     let postgres = check.postgres(&read.history);
@@ -92,6 +93,7 @@ pub fn check(
     let data = data.or_else(|| overrides.state.clone());
     let data = data.unwrap_or_else(|| folder.join("lafet-data"));
     let recording = recording(read.recording, folder, &data);
+    let opcua = opcua.into_iter().map(|it| it.in_folder(&data)).collect();
     let config = Config {
         proven: lafet_client::update::PROVEN,
         listen,
@@ -115,6 +117,7 @@ pub fn check(
         modbus,
         modbus_servers,
         mqtt,
+        opcua,
         monitors,
         warnings: check.warnings.clone(),
         simulation: read.server.simulation,

@@ -12,6 +12,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::modbus_server::ModbusServer;
 use super::mqtt::Mqtt;
+use super::opcua::Opcua;
 use super::plan::{Area, Blowing, Water};
 use super::written::{Bus, Contact, Detector, KeepOut, Output, Pump};
 use super::zones::Aim;
@@ -39,6 +40,7 @@ pub struct File {
     pub modbus: Vec<Spanned<Bus>>,
     pub modbus_server: Vec<Spanned<ModbusServer>>,
     pub mqtt: Vec<Spanned<Mqtt>>,
+    pub opcua: Vec<Spanned<Opcua>>,
     pub detector: Vec<Spanned<Detector>>,
     pub zone: Vec<Spanned<Zone>>,
     pub aim: Vec<Spanned<Aim>>,

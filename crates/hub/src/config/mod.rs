@@ -6,6 +6,7 @@ mod file;
 mod modbus_server;
 mod monitors;
 mod mqtt;
+mod opcua;
 mod outputs;
 mod places;
 mod plan;
@@ -25,6 +26,7 @@ use crate::access::Role;
 pub use crate::field::BusConfig;
 pub use crate::plugs::modbus::ServerConfig;
 pub use crate::plugs::mqtt::BrokerConfig;
+pub use crate::plugs::opcua::ServerConfig as OpcuaConfig;
 use crate::site::Site;
 use crate::store::{Address, StateFile};
 use crate::text::Both;
@@ -90,6 +92,8 @@ pub struct Config {
     pub modbus_servers: Vec<ServerConfig>,
     /// MQTT brokers to which the hub connects.
     pub mqtt: Vec<BrokerConfig>,
+    /// OPC UA servers.
+    pub opcua: Vec<OpcuaConfig>,
     /// What is not wrong, but should not stay: the hub starts all the same.
     pub warnings: Vec<Problem>,
     /// Monitors are simulated, which the console says.
@@ -174,6 +178,7 @@ impl Default for Config {
             modbus: Vec::new(),
             modbus_servers: Vec::new(),
             mqtt: Vec::new(),
+            opcua: Vec::new(),
             simulation: false,
             demo: false,
         }

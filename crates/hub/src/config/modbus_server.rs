@@ -175,7 +175,7 @@ impl Check<'_> {
         }
     }
 
-    fn nets(&mut self, written: &[Spanned<String>]) -> Vec<Net> {
+    pub(super) fn nets(&mut self, written: &[Spanned<String>]) -> Vec<Net> {
         let mut nets = Vec::new();
         for text in written.iter().take(LIST_MAX) {
             match Net::parse(text.get_ref()) {

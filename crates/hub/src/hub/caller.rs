@@ -12,7 +12,7 @@ pub struct Caller {
     pub principal: Principal,
     /// What holds authority and motions: a WebSocket, or over HTTP the session or token.
     pub seat: Seat,
-    /// `ws`, `http`, `hub`, `zones`, `modbus`, `mqtt`, `tune` or `update`.
+    /// `ws`, `http`, `hub`, `zones`, `modbus`, `mqtt`, `opcua`, `tune` or `update`.
     pub via: &'static str,
 }
 

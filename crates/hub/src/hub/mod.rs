@@ -36,6 +36,7 @@ use crate::monitor::owner;
 use crate::monitor::station::Station;
 use crate::plugs::modbus::Servers;
 use crate::plugs::mqtt::Brokers;
+use crate::plugs::opcua;
 use crate::publish::broadcast::Audiences;
 use crate::publish::topics::Topics;
 use crate::recording::Recordings;
@@ -113,6 +114,7 @@ struct Parts {
     field: Field,
     modbus_servers: Servers,
     mqtt_brokers: Brokers,
+    opcua_servers: opcua::Servers,
     simulation: OnceLock<Box<dyn Simulation>>,
     /// The tasks of each link; dropped, they end.
     owners: Mutex<Option<JoinSet<()>>>,
@@ -220,6 +222,7 @@ impl Hub {
             field: Field::new(&config.modbus),
             modbus_servers: Servers::new(&config.modbus_servers),
             mqtt_brokers: Brokers::new(&config.mqtt),
+            opcua_servers: opcua::Servers::new(&config.opcua),
             simulation: OnceLock::new(),
             owners: Mutex::default(),
             shutdown: watch::Sender::new(false),
@@ -497,6 +500,11 @@ impl Hub {
     /// The Modbus servers.
     pub(crate) fn modbus_servers(&self) -> &Servers {
         &self.0.modbus_servers
+    }
+
+    /// The OPC UA servers.
+    pub(crate) fn opcua_servers(&self) -> &opcua::Servers {
+        &self.0.opcua_servers
     }
 
     /// The MQTT brokers.

@@ -13,7 +13,7 @@ use crate::text::Both;
 /// A plug: a server of another protocol, or a connection to one.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct PlugView {
-    /// `modbus` or `mqtt`.
+    /// `modbus`, `mqtt` or `opcua`.
     pub protocol: &'static str,
     /// Its name in the configuration.
     pub name: String,

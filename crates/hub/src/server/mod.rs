@@ -133,6 +133,7 @@ impl Server {
         }
         hub.begin_shutdown();
         crate::plugs::mqtt::ended(&hub).await;
+        crate::plugs::opcua::ended(&hub).await;
         let all = u32::try_from(hub.config().connections_max).unwrap_or(u32::MAX);
         _ = timeout(FAREWELL, room.acquire_many(all)).await;
         // What is noted now is stored before the program ends.

@@ -839,3 +839,48 @@ check-sparkplug-alone = { $key } is not for a broker with sparkplug: its topics 
 check-sparkplug-alone-remedy = Leave it out, or write another [[mqtt]] for our own topics.
 check-topic-taken = The topic of monitor { $id } is one of the hub's own.
 check-topic-taken-remedy = Give the monitor another id, or leave it out of `monitors`.
+
+# OPC UA servers: their state.
+opcua-not-yet = It is being started.
+opcua-listening = OPC UA server { $name } listens: { $url }.
+opcua-not-listening = OPC UA server { $name } does not listen: { $why }
+opcua-failed = It failed: { $error }.
+opcua-ended = It has ended.
+opcua-no-certificate = Its certificate or key cannot be read or made. Check cert and key, or the folder of certificates.
+opcua-silent = { $client } ({ $from }) is silent over OPC UA: motions that it has started end, and it has to come back for its authority.
+
+# OPC UA: why a call is refused, where Modbus and MQTT have other words.
+opcua-no-method = There is no such method, or not for all monitors at once.
+opcua-argument = An argument is missing or out of its range. See the list of methods.
+opcua-void = Not sent: the client was silent, authority was lost, or Stop came first.
+opcua-role = This user may only stop, close and lock out here, by hub.toml or by the role.
+opcua-held = Another client has authority. Ask for it with Ask, or wait until it is free.
+opcua-not-taken = No client has authority. Take it first with Take.
+opcua-key = The key is not the one that is offered now. Get it with GetKey and send it once.
+opcua-refused = The monitor has refused; its result (§2/5) is in Status.
+opcua-ticket = The ticket is missing or older than 3 s. Send the one that Alive has returned last.
+
+# OPC UA: states of conditions.
+opcua-enabled = Enabled
+opcua-active = Active
+opcua-inactive = Inactive
+opcua-acked = Acknowledged
+opcua-unacked = Unacknowledged
+opcua-shelved = Shelved
+opcua-unshelved = Not shelved
+
+# OPC UA: what is wrong with hub.toml.
+check-opcuas = There are too many OPC UA servers.
+check-opcuas-remedy = Write 4 [[opcua]] at most.
+check-opcua-name = `{ $name }` is no name of an OPC UA server.
+check-opcua-listen-remedy = Write ADDRESS:PORT, as 127.0.0.1:4840, or 0.0.0.0:4840 with allow and host.
+check-opcua-allow = { $address } can be reached from other machines.
+check-opcua-allow-remedy = Write allow = ["10.0.0.7"] with the addresses of the clients, or listen on 127.0.0.1.
+check-opcua-plain = Connections without security would reach { $address } from other machines.
+check-opcua-plain-remedy = Leave plain out: what clients send is signed and encrypted. It is for 127.0.0.1 alone.
+check-opcua-anonymous = Clients without a user could command monitors from other machines at { $address }.
+check-opcua-anonymous-remedy = Write anonymous = "observer", or leave it out; users of the hub log in with their passwords.
+check-opcua-host = `{ $text }` is no host.
+check-opcua-no-host = { $address } does not say under which name or address clients reach the hub.
+check-opcua-host-remedy = Write host = "hub.site" or host = "10.0.0.5".
+check-opcua-monitors = There are too many monitors for one OPC UA server.

@@ -839,3 +839,48 @@ check-sparkplug-alone = { $key } — не для брокера с sparkplug: т
 check-sparkplug-alone-remedy = Уберите или напишите ещё один раздел [[mqtt]] для наших тем.
 check-topic-taken = Тема ствола { $id } — одна из собственных тем сервера объекта.
 check-topic-taken-remedy = Дайте стволу другое имя или не указывайте его в `monitors`.
+
+# Серверы OPC UA: их состояние.
+opcua-not-yet = Он запускается.
+opcua-listening = Сервер OPC UA { $name } принимает подключения: { $url }.
+opcua-not-listening = Сервер OPC UA { $name } не принимает подключения: { $why }
+opcua-failed = Сбой: { $error }.
+opcua-ended = Он остановился.
+opcua-no-certificate = Его сертификат или ключ не удаётся прочитать или создать. Проверьте cert и key либо папку сертификатов.
+opcua-silent = { $client } ({ $from }) молчит по OPC UA: начатые им движения прекращаются, управление он теряет, если не вернётся.
+
+# OPC UA: почему вызов отклонён — там, где у Modbus и MQTT другие слова.
+opcua-no-method = Такого метода нет, либо его нельзя вызвать сразу для всех стволов.
+opcua-argument = Аргумента нет, или он вне диапазона. Смотрите список методов.
+opcua-void = Не отправлено: клиент молчал, управление потеряно, либо раньше пришёл стоп.
+opcua-role = Этот пользователь может здесь только останавливать, закрывать и блокировать: так задано в hub.toml или ролью.
+opcua-held = Управление у другого клиента. Запросите его методом Ask или дождитесь, пока оно освободится.
+opcua-not-taken = Управления ни у кого нет. Сначала возьмите его методом Take.
+opcua-key = Ключ не тот, что предлагается сейчас. Получите его методом GetKey и отправьте один раз.
+opcua-refused = Ствол отказал; его результат (§2/5) — в Status.
+opcua-ticket = Билета нет, или он старше 3 с. Отправьте тот, который последним вернул Alive.
+
+# OPC UA: состояния условий.
+opcua-enabled = Включено
+opcua-active = Активна
+opcua-inactive = Неактивна
+opcua-acked = Квитирована
+opcua-unacked = Не квитирована
+opcua-shelved = Отложена
+opcua-unshelved = Не отложена
+
+# OPC UA: что не так в hub.toml.
+check-opcuas = Серверов OPC UA слишком много.
+check-opcuas-remedy = Напишите не больше 4 [[opcua]].
+check-opcua-name = `{ $name }` — не имя сервера OPC UA.
+check-opcua-listen-remedy = Напишите АДРЕС:ПОРТ, например 127.0.0.1:4840 или 0.0.0.0:4840 вместе с allow и host.
+check-opcua-allow = { $address } доступен с других машин.
+check-opcua-allow-remedy = Напишите allow = ["10.0.0.7"] с адресами клиентов или принимайте подключения на 127.0.0.1.
+check-opcua-plain = К { $address } можно было бы подключиться с других машин без защиты.
+check-opcua-plain-remedy = Уберите plain: сообщения клиентов подписываются и шифруются. Без защиты — только на 127.0.0.1.
+check-opcua-anonymous = Клиенты без пользователя могли бы управлять стволами с других машин через { $address }.
+check-opcua-anonymous-remedy = Напишите anonymous = "observer" или уберите его; пользователи сервера входят по паролю.
+check-opcua-host = `{ $text }` — не узел.
+check-opcua-no-host = Из { $address } не видно, под каким именем или адресом клиенты обращаются к серверу.
+check-opcua-host-remedy = Напишите host = "hub.site" или host = "10.0.0.5".
+check-opcua-monitors = Стволов для одного сервера OPC UA слишком много.

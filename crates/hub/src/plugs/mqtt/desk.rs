@@ -231,6 +231,16 @@ impl Desk {
         self.keys.get(monitor).copied().flatten()
     }
 
+    /// The ticket that was published last.
+    pub fn ticket(&self) -> Option<u64> {
+        self.tickets.back().map(|(ticket, _)| *ticket)
+    }
+
+    /// Whether the clients have shown in time that they are alive.
+    pub const fn is_live(&self) -> bool {
+        self.live
+    }
+
     /// When [`Desk::tick`] is to be called.
     pub fn timeout(&self) -> Now {
         let life = self.live.then(|| self.heard + self.terms.alive);

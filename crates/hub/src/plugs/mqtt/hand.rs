@@ -3,12 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lafet_texts::{Text as _, hub as text};
 use tokio::sync::mpsc;
 
 use super::desk::{Act, Desk, Now};
 use super::state::{self, State};
-use super::words;
 use crate::command::urgent::Joined;
 use crate::error::ApiError;
 use crate::hub::{Caller, Hub};
@@ -18,12 +16,24 @@ use crate::plugs::orders::What;
 use crate::plugs::refusal::{Failed, Refusal};
 use crate::plugs::seat::{PlugSeat, results};
 use crate::plugs::sight::Holder;
+use crate::text::Both;
 
 /// A generation that no command has.
 const VOID: u64 = u64::MAX;
 
 /// The result of a command, by its number.
 pub type Answer = (u32, Result<(), Failed>);
+
+/// What is said of the clients of a session.
+#[derive(Clone, Copy, Debug)]
+pub struct Tongue {
+    /// They are silent, by name and place.
+    pub silent: fn(&str, &str) -> Both,
+    /// Why an opening is refused.
+    pub refusal: fn(Refusal) -> Both,
+    /// Their commands have ids of their own, which are noted.
+    pub ids: bool,
+}
 
 /// What carries out the orders of a session.
 #[derive(Clone, Debug)]
@@ -35,6 +45,7 @@ pub struct Hand {
     /// The generations of the desk, as commands that wait are compared with.
     generations: Arc<[AtomicU64]>,
     reports: Reports,
+    tongue: Tongue,
 }
 
 impl Hand {
@@ -44,7 +55,7 @@ impl Hand {
         caller: &Caller,
         ids: &[String],
         answers: mpsc::Sender<Answer>,
-        reports: Reports,
+        (reports, tongue): (Reports, Tongue),
     ) -> Self {
         Self {
             hub: hub.clone(),
@@ -53,6 +64,7 @@ impl Hand {
             answers,
             generations: ids.iter().map(|_| AtomicU64::new(VOID)).collect(),
             reports,
+            tongue,
         }
     }
 
@@ -97,7 +109,12 @@ impl Hand {
                 let caller = self.caller_of(id);
                 let seat = PlugSeat { hub: &self.hub, caller: &caller };
                 let monitor = self.ids.get(monitor).map(String::as_str).unwrap_or_default();
-                self.reports.refused.refused(seat, monitor, valve, (why, words::of(why).en));
+                self.reports.refused.refused(
+                    seat,
+                    monitor,
+                    valve,
+                    (why, (self.tongue.refusal)(why).en),
+                );
             }
             Act::Lost => {
                 let seat = &self.caller.seat.seat;
@@ -126,7 +143,7 @@ impl Hand {
             return;
         }
         let (client, from) = (&self.caller.principal.user, &self.caller.seat.from);
-        self.hub.event(None, &text::MqttSilent { client, from }.words());
+        self.hub.event(None, &(self.tongue.silent)(client, from));
     }
 
     fn station(&self, monitor: usize) -> Result<Arc<Station>, ApiError> {
@@ -143,7 +160,7 @@ impl Hand {
     /// The caller with the id of its command, for the audit log.
     fn caller_of(&self, id: Option<String>) -> Caller {
         let mut caller = self.caller.clone();
-        if let Some(id) = id {
+        if let Some(id) = id.filter(|_| self.tongue.ids) {
             caller.seat.from = format!("{} id {id}", caller.seat.from);
         }
         caller

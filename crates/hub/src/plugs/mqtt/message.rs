@@ -163,12 +163,13 @@ fn what(command: Command, written: &Written) -> Option<What> {
     }
 }
 
-const fn is_valve(number: u16) -> bool {
+/// Whether it is the number of a valve.
+pub const fn is_valve(number: u16) -> bool {
     matches!(number, 1 | 2)
 }
 
-/// Degrees to arc-minutes; the nozzle is in mm.
-fn targets_of(written: [Option<f64>; 3]) -> Option<[Option<i16>; 3]> {
+/// Targets in their range: degrees to arc-minutes; the nozzle is in mm.
+pub fn targets_of(written: [Option<f64>; 3]) -> Option<[Option<i16>; 3]> {
     let mut targets = [None; 3];
     for (axis, (value, (least, most))) in written.into_iter().zip(TARGETS).enumerate() {
         let Some(value) = value else { continue };

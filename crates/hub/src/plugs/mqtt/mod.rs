@@ -11,7 +11,7 @@
 
 pub mod desk;
 pub mod discovery;
-mod hand;
+pub mod hand;
 mod leftover;
 mod link;
 pub mod message;

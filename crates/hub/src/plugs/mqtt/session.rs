@@ -14,10 +14,10 @@ use tokio::task::JoinHandle;
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, sleep, timeout_at};
 
 use super::desk::{Act, Around, Desk, Heard, Reply};
-use super::hand::{Answer, Hand};
+use super::hand::{Answer, Hand, Tongue};
 use super::message::Asked;
 use super::outbox::Letter;
-use super::{Broker, VIA, link};
+use super::{Broker, VIA, link, words};
 use crate::access::{Bucket, Kind, Principal, Role, Standing};
 use crate::config::is_name;
 use crate::hub::{Caller, Hub, SeatKey};
@@ -43,6 +43,13 @@ const UNKNOWN: (f64, f64) = (20.0, 20.0);
 const HEARD_MAX: usize = 64;
 /// Results that wait for the session.
 const RESULTS_MAX: usize = 64;
+
+/// What is said of the clients of a broker.
+const TONGUE: Tongue = Tongue {
+    silent: |client, from| text::MqttSilent { client, from }.words(),
+    refusal: words::of,
+    ids: true,
+};
 
 /// Attempts to connect to a broker: what is said between them, and how long they are apart.
 pub struct Retry {
@@ -276,7 +283,7 @@ impl Seated {
             hub: hub.clone(),
             broker: broker.clone(),
             desk: Desk::new(config.terms, ids.len(), hub.now(), &mut random),
-            hand: Hand::new(hub, &caller, ids, answers, reports.clone()),
+            hand: Hand::new(hub, &caller, ids, answers, (reports.clone(), TONGUE)),
             results,
             since_ms,
             key,

@@ -5,6 +5,7 @@ mod bounds;
 mod foreign;
 mod master;
 mod mqtt;
+mod opcua;
 
 use std::net::SocketAddr;
 use std::path::Path;

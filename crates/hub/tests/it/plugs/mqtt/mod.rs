@@ -1,7 +1,7 @@
 //! MQTT, end to end: a broker and clients that are not ours, and what such brokers do wrong.
 
 #[cfg(target_os = "linux")]
-mod broker;
+pub mod broker;
 #[cfg(target_os = "linux")]
 mod foreign;
 

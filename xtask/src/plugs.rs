@@ -23,6 +23,9 @@ const PACKAGES: [&str; 8] = [
 /// A host application of Sparkplug B. It wants an older paho-mqtt, so it has an environment of its own.
 const SPARKPLUG: [&str; 3] = ["pysparkplug==0.6.1", "paho-mqtt==1.6.1", "protobuf==7.36.2"];
 
+/// A client of OPC UA that is not made in Python.
+const NODE: [&str; 1] = ["node-opcua-client@2.186.4"];
+
 pub fn plugs(arguments: &[String]) -> TaskResult {
     flag(arguments, None)?;
     check().map(|()| ExitCode::SUCCESS)
@@ -32,6 +35,7 @@ pub fn plugs(arguments: &[String]) -> TaskResult {
 pub fn check() -> StepResult {
     let programs = setup::python("plug-tools", &PACKAGES)?;
     let host = setup::python("sparkplug-tools", &SPARKPLUG)?.join("python3");
+    let modules = setup::node("plug-modules", &NODE)?;
     setup::program("mbpoll", "mbpoll")?;
     setup::found("mosquitto", "mosquitto")?;
     setup::found("mosquitto_sub", "mosquitto-clients")?;
@@ -44,7 +48,8 @@ pub fn check() -> StepResult {
         let run = |arguments: &[&str]| {
             let mut tests = Command::new(&program);
             tests.arg("--ignored").args(arguments).current_dir(root().join(folder));
-            shown_tests(tests.env("PATH", &path).env("LAFET_SPARKPLUG_PYTHON", &host))
+            tests.env("PATH", &path).env("NODE_PATH", &modules);
+            shown_tests(tests.env("LAFET_SPARKPLUG_PYTHON", &host))
         };
         if let Err((error, failed)) = run(&["foreign::"]) {
             let alone = |name: &str| run(&["--exact", name]).is_ok();

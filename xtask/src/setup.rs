@@ -123,6 +123,24 @@ pub fn python(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
     Ok(programs)
 }
 
+/// Ensures that there is a folder below target with these packages of npm; returns where Node.js finds them.
+pub fn node(name: &str, packages: &[&str]) -> Result<PathBuf, String> {
+    let folder = run::target().join(name);
+    let (modules, mark) = (folder.join("node_modules"), folder.join("installed"));
+    let wanted = packages.join("\n");
+    if std::fs::read_to_string(&mark).is_ok_and(|installed| installed == wanted) {
+        return Ok(modules);
+    }
+    program("node", "nodejs")?;
+    program("npm", "npm")?;
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut install = Command::new("npm");
+    install.args(["install", "--no-audit", "--no-fund", "--silent", "--prefix"]);
+    run::show(install.arg(&folder).args(packages))?;
+    std::fs::write(&mark, wanted).map_err(|e| format!("{}: {e}", mark.display()))?;
+    Ok(modules)
+}
+
 /// Debian packages that steps of CI need, each with a program that shows whether it is there.
 const IN_CI: [(&str, &str); 14] = [
     ("curl", "curl"),

@@ -23,6 +23,14 @@ fn asyncua(address: SocketAddr, arguments: &[&str]) -> Running {
     Running::start(command)
 }
 
+/// The script with node-opcua, in a folder with its key.
+fn node_opcua(address: SocketAddr, folder: &Folder, arguments: &[&str]) -> Running {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/plugs/opcua/client.cjs");
+    let mut command = Command::new("node");
+    command.arg(script).arg(format!("opc.tcp://{address}/")).arg(&folder.0).args(arguments);
+    Running::start(command)
+}
+
 /// An administrator trusts the certificate that was rejected.
 fn trust(folder: &Folder) {
     let mut rejected = std::fs::read_dir(folder.0.join("rejected")).unwrap();
@@ -252,4 +260,36 @@ async fn many_values_come_and_a_stop_is_quick_meanwhile() {
     let [values, stop] = numbers[..] else { panic!("{lines:?}") };
     assert!(values > 5000, "{values} values a second");
     assert!(stop < 500, "{stop} ms");
+}
+
+#[tokio::test]
+#[ignore = "needs node-opcua"]
+async fn node_opcua_browses_subscribes_acknowledges_and_stops() {
+    let (address, folder) = (free(), Folder::new());
+    let site = site_with(2, &table(address, &folder, "role = \"operator\""), true).await;
+    site.hub.access().add(1, "anna", Role::Operator, PASSWORD).unwrap();
+    listening_for(&site, &site.token(Role::Administrator)).await;
+    let own = Folder::new();
+    let run = || node_opcua(address, &own, &["anna", PASSWORD]);
+    assert_eq!(ended(run(), "refused").await, ["refused BadCertificateUntrusted"]);
+    trust(&folder);
+    let mut client = run();
+    client.until("it listens", |it| it == "listening").await;
+    site.bus.silence(2);
+    client.tell("go");
+    assert_eq!(
+        ended(client, "done").await,
+        [
+            "objects true",
+            "position Good Double",
+            "subscribed",
+            "listening",
+            "alarm M2 M2/Link/Stale",
+            "acknowledge Good seen by node-opcua",
+            "Take BadInvalidTimestamp hub",
+            "Stop Good -",
+            "Close Good -",
+            "done",
+        ]
+    );
 }

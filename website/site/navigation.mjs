@@ -50,6 +50,8 @@ export const GROUPS = [
       page('installation', 'Zone controller', 'Контроллер зон'),
       page('modbus', 'Modbus server', 'Сервер Modbus'),
       page('mqtt', 'MQTT', 'MQTT'),
+      page('opcua', 'OPC UA', 'OPC UA'),
+      page('plugs', 'Clients of others', 'Программы других'),
       page('coverage', 'Coverage of a site', 'Покрытие объекта струями'),
       page('site-test', 'Testing an installation', 'Испытание установки'),
       page('scenarios', 'Scenarios', 'Сценарии'),
